@@ -20,7 +20,7 @@ from lcpcli.linalg.rounding import row_errors
 from lcpcli.model.box import BASIC, LOWER
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, States, Vector
-from lcpcli.verify.measure import FEW_UNKNOWNS
+from lcpcli.verify.measure import FEW_UNKNOWNS, Measure
 from lcpcli.verify.point import Point
 
 MOST_DECIDED = 10  # unknowns for which all states can be searched in milliseconds
@@ -29,7 +29,7 @@ HIDDEN_TERM = 1e-8  # relative to the largest term of a row: rounding of the oth
 ROUNDED_ZERO = 1e-14  # relative to the largest component of z: the size of components that may be rounding of 0
 SURE_DIGITS = 1e-12  # relative: the largest distance of a component from that of the exact solution
 ROUNDING = 1e-12  # relative to the terms of a row, or the largest z_j: violations that rounding may make
-MOST_LOOKS = 5  # at exact basic solutions whose signs only rounding makes wrong
+MOST_LOOKS = 3  # at exact basic solutions whose signs only rounding makes wrong; then the tree decides as fast
 
 
 def hides_terms(problem: Problem, z: Vector) -> bool:
@@ -158,6 +158,11 @@ def _repeat(problem: Problem, z: Vector, rows: Indices, others: Indices) -> bool
 
 def _are_rounding(problem: Problem, z: Vector, basis: States, rows: Indices, gaps: Vector) -> bool:
     """Return whether violations of these rows, by z_i where these are basic and else by w_i, are no larger than
-    rounding of the largest z_j, or of the terms of their rows."""
+    rounding of the largest z_j, or of the terms of their rows, or of the numbers of their part of the problem, beside
+    which rows may be filled by rounding alone."""
+    is_basic, measure = basis == BASIC, Measure(problem)
     terms = np.abs(matrices.dense(problem.M)) @ np.abs(z) + np.abs(problem.q)
-    return bool((gaps <= ROUNDING * np.where(basis == BASIC, np.abs(z).max(), terms)[rows]).all())
+    most = ROUNDING * np.where(is_basic, np.abs(z).max(), terms)
+    if problem.is_moderate and problem.n > MOST_DECIDED:
+        most = np.maximum(most, ROW_ROUNDING * np.where(is_basic, measure.natural_sizes(z), measure.caps(z)))
+    return bool((gaps <= most[rows]).all())

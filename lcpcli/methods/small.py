@@ -19,7 +19,7 @@ from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, check
 from lcpcli.linalg.doubles import is_finite
 from lcpcli.methods import stages
-from lcpcli.methods.final_states import confirmed, is_doubtful
+from lcpcli.methods.final_states import MOST_DECIDED, confirmed, is_doubtful
 from lcpcli.methods.newton import from_start
 from lcpcli.methods.stages import Ending, Finished, Iterate, NoSolution, Search, Stage, Stalled, Tried, Turns, advance
 from lcpcli.methods.structure import Structure
@@ -141,7 +141,8 @@ def _pivoting(problem: Problem, turns: Turns, tried: Tried | None, states: bool)
 
 def exactly(problem: Problem, turns: Turns, tree: Tree | None = None) -> Stage:
     """Yield (z - w) / 2 of an exact solution, rounded, for a problem of at most `measure.FEW_UNKNOWNS`: of one near the
-    last iterate, or else of one that the tree finds, if it is given, in its next share of work.
+    last iterate, or else of one that the tree finds, if it is given, in its next share of work. For at most
+    MOST_DECIDED unknowns the tree comes first, as it decides sooner than pivoting from states that are not right.
 
     Finished : there is a solution. NoSolution : it is proved that there is none. Stalled : solutions were found, but
     are out of range or do not solve the problem when rounded to doubles; or none was found in time.
@@ -156,7 +157,11 @@ def _exact(problem: Problem, z: Vector, tree: Tree | None) -> Stage:
         from lcpcli.verify.certificate import EXHAUSTION_EFFORT
         from lcpcli.verify.exact_solution import from_point
     data, reason = ExactProblem.of_floats(problem) if tree is None else tree.data, UNDECIDED_IN_TIME
-    if tree is None or not tree.is_decided:
+    if tree is not None and problem.n <= MOST_DECIDED and tree.goes_on() and tree.solution is not None:
+        reason = yield from _rounded(problem, tree.solution, data.w(tree.solution))
+        if not reason:
+            return Finished()
+    if tree is None or not tree.is_decided or tree.solution is not None:
         near = None
         with suppress(TimeIsUp):
             near = from_point(data, np.where(np.isfinite(z), z, 0.0), Effort(EXHAUSTION_EFFORT))

@@ -140,9 +140,10 @@ class Slopes:
 
 
 @np.errstate(all="ignore")
-def noise(values: Values, box: Box, z: Vector) -> Vector:
+def noise(values: Values, box: Box, z: Vector) -> tuple[Vector, Vector]:
     """Return the noise of each row of F at z, be it of rounding or of inner iterations: the first level on which points
-    of two spacings agree, from the coarsest one on; 0 where there is none above rounding."""
+    of two spacings agree, from the coarsest one on; 0 where there is none above rounding. Also return the largest |F_i|
+    at these points."""
     found, is_known, last = np.zeros(z.size), np.zeros(z.size, dtype=bool), np.zeros(z.size)
     sizes = np.abs(values(z))
     for spacing in SPACINGS:
@@ -156,7 +157,7 @@ def noise(values: Values, box: Box, z: Vector) -> Vector:
         last = np.where(is_noise, level, last)
         if is_known.all():
             break
-    return found
+    return found, sizes
 
 
 @np.errstate(all="ignore")

@@ -39,7 +39,7 @@ class Evaluations:
 
     pattern : the places of J that may differ from 0, a csr array, for finite differences; None to find them.
     difference_step : their step, relative to z_j, or to 1 where z_j is smaller; by default STEP, or what F asks for.
-    noise : of each row of F, where the steps were changed last.
+    noise, sizes : of each row of F, its noise and the largest |F_i| beside it, where the noise was estimated last.
     functions, jacobians : the numbers of evaluations so far; those for finite differences count as functions.
     """
 
@@ -53,7 +53,7 @@ class Evaluations:
         self.functions = self.jacobians = 0
         self._is_given, self._left = difference_step is not None, MOST_ADAPTED
         self._shares = np.full(problem.n, STEP if difference_step is None else difference_step)
-        self.noise = np.zeros(problem.n)
+        self.noise = self.sizes = np.zeros(problem.n)
         self._noise_of: Vector | None = None
         self._last: tuple[Vector, Matrix] | None = None
         self._values = deque[tuple[Vector, Vector]](maxlen=KEPT)
@@ -129,7 +129,8 @@ class Evaluations:
     def noise_at(self, z: Vector) -> Vector:
         """Return the noise of each row of F near z."""
         if self._noise_of is None or not np.array_equal(self._noise_of, z):
-            self._noise_of, self.noise = z, noise(self.values, self.problem.box, z)
+            self._noise_of = z
+            self.noise, self.sizes = noise(self.values, self.problem.box, z)
         return self.noise
 
     def _shorten(self, z: Vector, F: Vector, group: Indices) -> None:

@@ -1,4 +1,4 @@
-"""Lemke's method in integers, for small problems: ratios, ties and signs are all decided without rounding.
+"""Lemke's method, and that of Lemke and Howson, in integers: ratios, ties and signs are decided without rounding.
 
 The lexicographic minimum ratio test is described by R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear
 Complementarity Problem, SIAM (2009), section 4.9.
@@ -33,18 +33,31 @@ class IntegerTableau:
 
     def path(self) -> Iterator[None]:
         """Pivot down the path from the z_0 for which all w are nonnegative to z_0 = 0 or a ray, one pivot at a time."""
-        n, here, entering = self.n, self._here, 2 * self.n
-        leaving: int | None = min(range(n), key=lambda i: (here.value(i), -i))
+        return self._followed(2 * self.n, min(range(self.n), key=lambda i: (self._here.value(i), -i)), {2 * self.n})
+
+    def path_from(self, label: int) -> Iterator[None]:
+        """Pivot from z = 0, where all w are positive, down the path on which this label alone may be missing, until it
+        is there again, one pivot at a time."""
+        last = {label, self.n + label}
+        return self._followed(self.n + label, self._leaving(self.n + label, last), last)
+
+    def _followed(self, entering: int, leaving: int | None, last: set[int]) -> Iterator[None]:
+        """Pivot until one of the last forms leaves, or no form does."""
+        n = self.n
         while leaving is not None:
-            here.pivot(leaving, self._column(entering))
+            self._here.pivot(leaving, self._column(entering))
             yield
-            if leaving == 2 * n:
+            if leaving in last:
                 return
             entering = leaving - n if leaving >= n else leaving + n
-            k = self._column(entering)
-            tied = here.nearest(k)
-            leaving = 2 * n if 2 * n in tied else here.lexicographic(tied, k, range(n))
+            leaving = self._leaving(entering, last)
         self.ray = entering
+
+    def _leaving(self, entering: int, last: set[int]) -> int | None:
+        k = self._column(entering)
+        tied = self._here.nearest(k)
+        ends = last.intersection(tied)
+        return min(ends) if ends else self._here.lexicographic(tied, k, range(self.n))
 
     def _column(self, form: int) -> int:
         return self._here.cobasic.index(form) + 1
@@ -82,3 +95,28 @@ def solve(data: ExactProblem, effort: Effort) -> list[Fraction] | None:
         except TimeIsUp:
             return None
     return [tableau.value_of(data.n + i) for i in range(data.n)] if tableau.ray is None else None
+
+
+def equilibrium(data: ExactProblem, m: int, effort: Effort) -> list[Fraction] | None:
+    """Return the probabilities of both players in an equilibrium of the game with the costs of these data: in pure
+    strategies if there is one, else at the end of a path of Lemke and Howson; None if that takes too much effort. m :
+    the number of strategies of the row player.
+
+    The path is that of the game whose payoffs are the costs subtracted from a larger number.
+    """
+    n, most = data.n, 1 + max(max(row.values()) // scale for row, scale in zip(data.rows, data.scales, strict=True))
+    M = [{j: a - most * scale for j, a in row.items()} for row, scale in zip(data.rows, data.scales, strict=True)]
+    rows = [range(m, n)] * m + [range(m)] * (n - m)  # of the other player
+    least = [min(Fraction(M[i][j], data.scales[i]) for i in rows[j]) for j in range(n)]
+    for i in range(m):
+        for j in range(m, n):
+            if M[i][j] == least[j] * data.scales[i] and M[j][i] == least[i] * data.scales[j]:
+                return [Fraction(k in (i, j)) for k in range(n)]
+    tableau, count = IntegerTableau(M, data.scales), effort.steps(data)
+    try:
+        for _ in tableau.path_from(0):
+            count()
+    except TimeIsUp:
+        return None
+    z = [tableau.value_of(n + i) for i in range(n)]
+    return [value / total for part in (z[:m], z[m:]) for total in [sum(part)] for value in part]

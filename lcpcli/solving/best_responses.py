@@ -3,7 +3,9 @@ a penalty for a forbidden move, makes the residual of strategies small that are 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 
@@ -16,8 +18,8 @@ from lcpcli.typing import Vector
 from lcpcli.verify import strategies
 from lcpcli.verify.point import Criterion, Point
 
-MOST_UNKNOWNS = 60  # of a game for which exact arithmetic is tried
-EFFORT = 5.0  # seconds of it, counted as work
+MOST_UNKNOWNS = 60  # of a game tree for which exact arithmetic is tried
+EFFORT = 20.0  # seconds of it, counted as work
 REASON = "z solves the problem to the tolerance, but its strategies are {}"
 
 
@@ -31,7 +33,7 @@ def checked(result: Result) -> Result:
     if found is None or found.are_equilibrium:
         return result
     began = seconds()
-    if result.method == "auto" and problem.n <= MOST_UNKNOWNS:
+    if result.method == "auto" and (isinstance(game, Game) or problem.n <= MOST_UNKNOWNS):
         z = _exact(result)
         point = None if z is None else Point(Criterion(problem, result.tol), z)
         if point is not None and point.solves():
@@ -47,6 +49,7 @@ def checked(result: Result) -> Result:
 def _exact(result: Result) -> Vector | None:
     """Return an equilibrium of the game with its payoffs as written, rounded; None if none is found in time."""
     with imports:
+        from lcpcli.rational import integer_lemke
         from lcpcli.rational.effort import Effort
         from lcpcli.rational.exact_problem import ExactProblem, parts_of_game
         from lcpcli.rational.numbers import rounded
@@ -54,11 +57,15 @@ def _exact(result: Result) -> Vector | None:
         from lcpcli.verify.exact_solution import from_point
     problem, game = result.problem, result.problem.origin
     assert isinstance(game, (Game, ExtensiveGame))
+    z: Sequence[Fraction] | None
     try:
         with within(result.limits.time_limit - result.seconds):
-            data = ExactProblem(problem, *parts_of_game(game))
-            effort = Effort(EFFORT)
-            z = from_point(data, result.z, effort) or first_solution(data, effort.steps(data))
+            data, effort = ExactProblem(problem, *parts_of_game(game)), Effort(EFFORT)
+            if isinstance(game, Game):
+                found = integer_lemke.equilibrium(data, game.A.shape[0], effort)
+                z = None if found is None else strategies.point_of_game(problem, np.array(found), data).tolist()
+            else:
+                z = from_point(data, result.z, effort) or first_solution(data, effort.steps(data))
     except TimeIsUp:
         return None
-    return None if z is None or not np.isfinite(found := rounded(z)).all() else found
+    return None if z is None or not np.isfinite(near := rounded(z)).all() else near

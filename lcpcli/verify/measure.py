@@ -239,14 +239,19 @@ class Measure:
         sizes = np.exp2(self.component_sizes(z)[..., units.row_part] - units.rows)
         return np.maximum(sizes, np.abs(self.data.q_ref))
 
+    @np.errstate(invalid="ignore")
+    def natural_sizes(self, z: Vector) -> Vector:
+        """Return the size k C_j that is natural for each z_j in its component; 0 in a component without a size."""
+        units = self.data.units
+        sizes = self.component_sizes(z)[..., units.column_part]
+        return np.where(sizes < np.inf, np.exp2(sizes + units.columns), 0.0)
+
     @np.errstate(divide="ignore", invalid="ignore")
     def distances(self, z: Vector, other: Vector) -> Vector:
         """Return |z_j - other_j| relative to the size k C_j that is natural in its component, or to the distance of its
         bounds, if that is smaller; where l_j = u_j, to |l_j|, if that is larger. Infinite in a component without a
         size."""
-        units, box = self.data.units, self.data.box
-        sizes = self.component_sizes(other)[..., units.column_part]
-        natural = np.where(sizes < np.inf, np.exp2(sizes + units.columns), 0.0)
+        box, natural = self.data.box, self.natural_sizes(other)
         natural = np.minimum(natural, np.where(box.fixed, np.inf, box.upper - box.lower))
         natural = np.where(box.fixed, np.maximum(natural, np.abs(box.lower)), natural)
         return quotients(np.abs(z - other), natural)

@@ -34,6 +34,7 @@ from lcpcli.verify.point import Criterion, Point
 MOST_NOISE = 1e-10  # relative to the largest |F_i| at the points: what F_i computes is no noise if it is more
 VANISHED = 1e-12  # relative to the largest |z_i|: a component so small may be what rounding leaves of 0
 WORTH, LITTLE = 1e-6, 1e-10  # the residual, also relative to that at x0, up to which a closer look is taken
+LOOSE = 1e-8  # a tolerance that is asked for where F is noisy
 TOLD = 64 * EPS  # of the terms of a row: the noise from which on it is told
 
 
@@ -159,8 +160,8 @@ class NonlinearPoint(Point):
             return []
         problem, z, terms = evaluations.problem, self.z, np.maximum(self._plain.terms, np.abs(self.F))
         slopes = self.slopes or Slopes(problem, z, self.F, self.criterion.problem.M)
-        is_uneven = slopes.is_uneven
-        noise = evaluations.noise_at(z) if is_uneven or not solves or evaluations.noise.any() else np.zeros(z.size)
+        is_asked = not solves or evaluations.noise.any() or self.given.tol > LOOSE or slopes.is_uneven
+        noise = evaluations.noise_at(z) if is_asked else np.zeros(z.size)
         said, shares = list[str](), np.where(noise > 0, noise / terms, 0.0)
         if (shares > TOLD).any():
             said.append(f"F is noisy at about {noise[i := int(shares.argmax())]:.0e}, in row {self._name(i)}")
@@ -190,7 +191,10 @@ class NonlinearPoint(Point):
             return self
         if not self.is_small:
             return None
-        problem, z = self.given.evaluations.problem, self.z
+        evaluations, z = self.given.evaluations, self.z
+        problem = evaluations.problem
+        if (self.relative_residuals > self.given.tol)[evaluations.noise > MOST_NOISE * evaluations.sizes].any():
+            return None  # that noise is not of rounding
         other = NonlinearPoint(self.given, z, rounding(problem.values, problem.box, z, MOST_NOISE))
         return other if other.solves() else None
 

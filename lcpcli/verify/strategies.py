@@ -110,9 +110,7 @@ def verified(
     x, y = own.row, own.column
     sums = [part.sum() for part in given]
     both = np.concatenate((x, y))
-    costs = problem.M @ both if data is None else np.array(data.w(both.tolist()), dtype=object) + 1  # as q = -1
-    by_row, by_column = game.parts(costs)
-    z = np.concatenate((x / min(by_column), y / min(by_row)))
+    z = point_of_game(problem, both, data)
     if data is None and not np.isfinite(z).all():
         raise ProblemError("z", "of these strategies exceeds the double-precision range", "scale the payoffs")
     verification = verify(z if data is None else z.tolist())
@@ -121,6 +119,16 @@ def verified(
     divided = ", divided by their sums," * any(abs(total - 1) > rounding for total in sums)
     message = f"the strategies{divided} are {own.statement(accepted)}; their {verification.message}"
     return replace(verification, accepted=accepted, message=message, strategies=own)
+
+
+def point_of_game(problem: Problem, both: Any, data: ExactProblem | None) -> Any:
+    """Return the z of the strategies of both players, with probabilities divided by what a best response costs the
+    other one; in fractions where there are exact data."""
+    costs = problem.M @ both if data is None else np.array(data.w(both.tolist()), dtype=object) + 1  # as q = -1
+    game = problem.origin
+    assert isinstance(game, Game)
+    (x, y), (by_row, by_column) = game.parts(both), game.parts(costs)
+    return np.concatenate((x / min(by_column), y / min(by_row)))
 
 
 def _verified_on_tree(

@@ -85,6 +85,37 @@ def test_noise_is_told_and_solved_up_to_it_with_few_evaluations(level: float) ->
     assert calls[0] <= 600
 
 
+def test_noise_that_no_difference_shows_is_told_where_the_tolerance_is_loose() -> None:
+    """By bisection of [-1, 2 + z] to 1e-6, F has slopes that are not those of its limit, and jumps."""
+
+    def F(z: Vector) -> Vector:
+        low, high = -np.ones(2), 2 + z
+        while (high - low).max() > 2e-6:
+            y = (low + high) / 2
+            low, high = np.where(y**3 + y > z, low, y), np.where(y**3 + y > z, y, high)
+        return (low + high) / 2 - [0.5, 0.8]
+
+    result = lcpcli.solve_mcp(F, x0=[2.0, 3.0], tol=1e-4)
+    assert result.solved
+    assert "F is noisy at about " in result.message
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_noise_above_rounding_ends_a_run_within_300_evaluations(seed: int) -> None:
+    calls, random = [0], np.random.default_rng(seed)
+    A = random.standard_normal((5, 5)) / 5**0.5
+    M, z = A @ A.T + A - A.T + 0.5 * np.eye(5), random.uniform(0.3, 2, 5)
+
+    def F(at: Vector) -> Vector:
+        calls[0] += 1
+        return np.asarray(M @ (at - z) + at**3 - z**3 + 4e-9 * random.uniform(-1, 1, 5))
+
+    result = lcpcli.solve_mcp(F, x0=z + random.uniform(0.2, 1, 5))
+    assert np.abs(result.z - z).max() < 4e-8
+    assert "F is noisy at about " in result.message
+    assert calls[0] <= 300
+
+
 def test_a_given_step_is_taken() -> None:
     seen = list[float]()
 

@@ -9,11 +9,16 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+import numpy as np
 import pytest
 
 import lcpcli
 from lcpcli.options import Limits
+from lcpcli.rational.effort import Effort
+from lcpcli.rational.exact_problem import ExactProblem, parts_of_game
+from lcpcli.rational.integer_lemke import equilibrium
 from lcpcli.solving import driver
+from lcpcli.verify.strategies import point_of_game
 
 from . import random_trees
 
@@ -82,6 +87,33 @@ def test_solved_bimatrix_games_are_equilibria_by_fractions_and_check_agrees() ->
         by_column = [sum(B[i][j] * x[i] for i in range(m)) for j in range(k)]
         now = [sum(map(Fraction.__mul__, x, by_row)), sum(map(Fraction.__mul__, y, by_column))]
         assert gains_little([max(by_row) - now[0], max(by_column) - now[1]], list(map(abs, now)))
+
+
+@pytest.mark.parametrize("zero_sum", [False, True])
+@pytest.mark.parametrize("size", [3, 9, 20])
+def test_lemke_and_howson_in_integers_end_at_an_exact_equilibrium(size: int, zero_sum: bool) -> None:
+    """In zero-sum games of these sizes, strategies are mixed."""
+    mixed = 0
+    for seed in range(5):
+        random = Random(seed)
+        A = penalized(random, size, size + 1)
+        B = [[-value for value in row] for row in A] if zero_sum else penalized(random, size, size + 1)
+        game = lcpcli.from_game([list(map(float, row)) for row in A], [list(map(float, row)) for row in B])
+        data = ExactProblem(game, *parts_of_game(game.origin))
+        found = equilibrium(data, size, Effort(60.0))
+        assert found is not None
+        assert data.is_solution(point_of_game(game, np.array(found), data).tolist())
+        mixed += sum(value > 0 for value in found) > 2
+    assert mixed or not zero_sum
+
+
+def test_games_with_more_unknowns_are_decided_in_integers() -> None:
+    random = Random(5)
+    A, B = penalized(random, 40, 45), penalized(random, 40, 45)
+    game = lcpcli.from_game([list(map(float, row)) for row in A], [list(map(float, row)) for row in B])
+    result = lcpcli.run(game)
+    assert (result.solved, result.route[-1]) == (True, "exact")
+    assert lcpcli.check(game, result.z).accepted
 
 
 @pytest.mark.parametrize("options", [(), ("--exact",)], ids=["doubles", "exact"])
