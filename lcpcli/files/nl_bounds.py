@@ -22,6 +22,10 @@ LOWER, UPPER, BOTH = 1, 2, 3
 WORDS = {0: "no bounds", LOWER: "a lower bound", UPPER: "an upper bound", BOTH: "both bounds"}
 Ends = tuple[Any, Any]  # bounds: Fractions, or infinite
 NONE: Ends = (-inf, inf)
+LOST = (
+    "if it is inequality(l, e, u) of an expression in Pyomo, which loses the bounds, write a variable y with "
+    "Var(bounds=(l, u)), the constraint y == e and complements(y >= l, F >= 0); else write an equation"
+)
 SIGNS: dict[int, Ends] = {LOWER: (0, inf), UPPER: (-inf, 0)}  # of the function, by the only bound of its unknown
 
 
@@ -82,6 +86,8 @@ class Conditions:
         for x, stated in self._stated.items():
             low, high = self.bounds[x]
             own = kinds_of(low, high)
+            if own == stated == 0:
+                self._refuse_lost(x)
             if low < high and stated not in (own, BOTH):
                 self._settle(x, stated, own)
 
@@ -108,6 +114,14 @@ class Conditions:
         if not self._drop_implied(x, stated):
             owner = self._owners.get(x, x)
             self.read[owner] = self._tied(x)[owner].range(self._ends(x))
+
+    def _refuse_lost(self, x: int) -> None:
+        """Raise ProblemError if an unknown without bounds complements just another one that an equation defines, which
+        is what Pyomo leaves of the bounds of an expression."""
+        terms, constant = self.graph.parts(self.complements[x])
+        u = terms[0][0] if len(terms) == 1 and not constant else x
+        if u != x and u < self.graph.n and u not in self.complements and u in self._relations and x in self._relations:
+            raise ProblemError(self.names[x], f"is complementary to {self.names[u]}, and neither has bounds", LOST)
 
     def _drop_implied(self, x: int, stated: int = 0) -> bool:
         """Drop the bounds of x that are not stated and that other conditions imply; return whether none is left."""

@@ -177,6 +177,7 @@ class Model:
             upper=upper,
             x0=self.model.start,
             name=self.name,
+            note=self.remark,
             names=self.names,
             interval=self._enclosure,
         )

@@ -51,6 +51,7 @@ class NonlinearProblem:
     infinity : bounds of at least this size, often 1e20, count as infinite; by default only infinite bounds do.
     x0 : the z to start from, of shape (n,), moved within the bounds; by default the admissible z nearest to 0.
     name : the name of the problem. names : n texts, the names of the unknowns; "" where there is none.
+    note : a remark on how the problem has been read.
     interval : a function that encloses F and J over a box, for proofs; or None.
     solutions : the known solutions, each of shape (n,); empty if none is known.
     box : the set of admissible z.
@@ -70,6 +71,7 @@ class NonlinearProblem:
     upper: Vector
     x0: Vector
     name: str
+    note: str
     names: Sequence[str]
     interval: Interval | None
     solutions: tuple[Vector, ...]
@@ -84,6 +86,7 @@ class NonlinearProblem:
         upper: BoundLike = math.inf,
         x0: VectorLike | None = None,
         name: str = "",
+        note: str = "",
         names: Sequence[str] = (),
         interval: Interval | None = None,
         solutions: Sequence[VectorLike] = (),
@@ -102,7 +105,7 @@ class NonlinearProblem:
         start = box.project(np.zeros(n) if x0 is None else as_vector("x0", x0, n))
         fields = {"n": n, "F": F, "J": J, "lower": box.lower, "upper": box.upper, "box": box, "x0": own(start)}
         own_names = tuple(str(each) for each in names) if len(names) else ("",) * n
-        vars(self).update({**fields, "name": name, "names": own_names, "interval": interval})
+        vars(self).update({**fields, "name": name, "note": note, "names": own_names, "interval": interval})
         vars(self)["solutions"] = as_solutions(solutions, n) if len(solutions) else ()
 
     def __repr__(self) -> str:

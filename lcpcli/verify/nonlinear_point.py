@@ -59,7 +59,7 @@ class NonlinearCriterion(Criterion):
         names = given.names if any(given.names) else ()
         q = F - J @ z
         q = np.where(np.isfinite(q), q, 0.0)
-        linear = Problem(J, q, name=given.name, names=names, lower=given.lower, upper=given.upper)
+        linear = Problem(J, q, name=given.name, note=given.note, names=names, lower=given.lower, upper=given.upper)
         return linear.knowing(solutions=given.solutions)
 
     def point(self, z: Vector) -> Point:

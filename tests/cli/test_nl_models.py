@@ -238,3 +238,11 @@ def test_terms_that_cancel_keep_their_domain(lcp: Lcp, folder: Path) -> None:
         (folder / f"{name}.nl").write_bytes(model(1, [((4, side), {0: 1}, terms)], [(3,)]))
         done = lcp("solve", f"{name}.nl", "--z0", "1", "--restarts", "0", "--quiet")
         assert done.code == 1, done
+
+
+@pytest.mark.parametrize("row", [((5, 1, 1), {0: 2}, -10), ((5, 1, 1), {0: 0}, ("-", ("exp", "v0"), 40))])
+def test_message_in_json_tells_which_bounds_count(lcp: Lcp, folder: Path, row: tuple[object, ...]) -> None:
+    (folder / "plant.nl").write_bytes(model(1, [row], [(0, 0, 3)]))
+    found = record(lcp("solve", "plant.nl", "--format", "json"))
+    assert found["z"] == [3]
+    assert found["message"].startswith("solved; 0 <= v0 <= 3 is complementary to the expression")

@@ -126,3 +126,15 @@ def test_bounds_are_compared_as_decimals(tmp_path: Path) -> None:
     file.write_bytes(model(3, rows, [(0, 0, 0.2), NONNEGATIVE, FREE]))
     exact = read_exact(str(file))
     assert [end is None for end in exact.upper] == [math.isinf(end) for end in lcpcli.read(file).upper]
+
+
+@pytest.mark.parametrize("slope", [1, 2])
+def test_condition_that_has_lost_the_bounds_of_an_expression_is_refused(slope: float) -> None:
+    """As Pyomo writes 0 <= x - 1 <= 3 complements slope x - 10: v1 and v2 are the two sides."""
+    rows = [(at(0, 1), {2: 1}, 0), (EQUATION, {0: 1, 2: 1}, -1), (EQUATION, {0: -slope, 1: 1}, 10)]
+    with pytest.raises(ProblemError, match=r"v1: is complementary to v2, and neither has bounds; .*Var\(bounds"):
+        Model(model(3, rows, [FREE] * 3), "model.nl")
+
+
+def test_condition_without_bounds_is_an_equation() -> None:
+    assert solved(2, [(at(0, 0), {0: 2, 1: 1}, -4), (EQUATION, {0: 1, 1: -1}, -1)], [FREE, FREE])[0] == [5 / 3, 2 / 3]
