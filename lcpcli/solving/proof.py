@@ -193,10 +193,10 @@ def _infeasible(data: ExactProblem, y: list[Fraction]) -> Exact | None:
 
 @np.errstate(all="ignore")  # overflow counts as infinite
 def _proved(data: ExactProblem, result: Result, exact: Exact) -> Result:
-    assert exact.status is not None
     z = None if exact.z is None else rounded(exact.z)
     if z is not None and not np.isfinite(z).all():
         exact, z = exact._replace(proof=f"{exact.proof}; {BEYOND_DOUBLES}"), None
+    assert exact.status is not None
     certificate = Certificate("exhaustion", exact.proof) if exact.status is Status.UNSOLVABLE else None
     if exact.y is not None:
         certificate = exact_certificate(data, exact.proof, exact.y)
