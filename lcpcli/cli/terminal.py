@@ -16,6 +16,7 @@ from lcpcli.errors import visible
 STANDARD = "-"  # as a file: standard output, or standard input where it is read
 NAMES_OF_OUTPUT = (STANDARD, "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1")  # as only `sys.stdout` writes there
 ITERATES = ""  # as the file of --trace: add the iterates to the output
+DIGITS = 4  # of the width of a terminal that are read: more than any table needs
 PATIENCE = 1.0  # seconds before a run shows progress, as nobody wonders about a shorter wait
 INTERVAL = 0.2  # seconds between two numbers of problems, which could not be read faster
 ERASE = "\r\x1b[K"  # the control sequence that empties the line of a terminal
@@ -25,9 +26,9 @@ def terminal() -> tuple[int | None, bool]:
     """Return the width of standard output and whether it shows colours; the width of a pipe is COLUMNS, if set."""
     if not sys.stdout.isatty():
         columns = os.environ.get("COLUMNS", "")
-        return int(columns) if columns.isdecimal() and int(columns) else None, False
+        return (int(columns[:DIGITS]) or None) if columns.isdecimal() else None, False
     color = not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
-    return size().columns, color
+    return min(size().columns, 10**DIGITS), color
 
 
 def size() -> os.terminal_size:

@@ -168,7 +168,7 @@ def begin(tableau: Tableau, d: Vector, cover: Vector, lexicographic: bool) -> tu
     column that enters next with its direction."""
     ratios = tableau.values / cover
     least = ratios.min()
-    tied = ratios <= least + (TIE * abs(least) if lexicographic else 0.0)
+    tied = ~(ratios > least + (TIE * abs(least) if lexicographic else 0.0))  # some row, also where numbers overflow
     row = int(tied.nonzero()[0][-1])  # the last one is the lexicographic minimum
     entering, way = move(tableau, d, d.size, 1.0, row, -float(ratios[row]))
     return row, entering, way

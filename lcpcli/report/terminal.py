@@ -81,10 +81,11 @@ def page(text: str, width: int, color: bool) -> str:
 
 
 def console_on(out: StringIO, width: int, color: bool) -> Console:
-    """Return a console of this width that writes to `out`."""
+    """Return a console of this width that writes to `out`; no number in the environment changes its size."""
     return Console(
         file=out,
         width=width,
+        height=UNLIMITED,
         force_terminal=color,
         color_system="standard" if color else None,
         no_color=not color,

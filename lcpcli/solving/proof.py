@@ -40,6 +40,7 @@ from lcpcli.verify.exact_solution import from_point
 from lcpcli.verify.point import Criterion, Point
 
 UNSOLVABLE = "every complementary set is excluded by inequalities that were checked in rational arithmetic"
+BEYOND_DOUBLES = "the exact z is beyond the range of doubles, so that the other z is that of the last run"
 UNPROVED = "no exact proof was found for the numbers as written"
 # Of a search without a time limit: up to 20 unknowns a second is enough, beyond 30 a minute may not be.
 EXACT_SEARCH_EFFORT = 60.0
@@ -193,6 +194,9 @@ def _infeasible(data: ExactProblem, y: list[Fraction]) -> Exact | None:
 
 @np.errstate(all="ignore")  # overflow counts as infinite
 def _proved(data: ExactProblem, result: Result, exact: Exact) -> Result:
+    z = None if exact.z is None else rounded(exact.z)
+    if z is not None and not np.isfinite(z).all():
+        exact, z = exact._replace(proof=f"{exact.proof}; {BEYOND_DOUBLES}"), None
     assert exact.status is not None
     certificate = Certificate("exhaustion", exact.proof) if exact.status is Status.UNSOLVABLE else None
     if exact.y is not None:
@@ -204,9 +208,7 @@ def _proved(data: ExactProblem, result: Result, exact: Exact) -> Result:
         certificate=certificate,
         exact=exact,
     )
-    if exact.z is None or not np.isfinite(rounded(exact.z)).all():
-        return result
-    return replace(result, point=Point(Criterion(data.problem), rounded(exact.z)))
+    return result if z is None else replace(result, point=Point(Criterion(data.problem), z))
 
 
 def _unproved(result: Result) -> Result:

@@ -70,8 +70,8 @@ class Criterion:
         return self.units.problem
 
     def original(self, z: Vector) -> Vector:
-        """Return z in the original units."""
-        return z if self.units.is_identity else self.problem.box.project(self.units.z_outside(z))
+        """Return z in the original units, within its bounds."""
+        return self.problem.box.project(z if self.units.is_identity else self.units.z_outside(z))
 
     @np.errstate(all="ignore")
     def residuals(self, Z: Vector) -> tuple[list[float], list[bool]]:

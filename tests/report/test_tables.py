@@ -227,6 +227,18 @@ def test_no_line_is_wider_than_the_screen(name: str, width: int, lcp: Lcp, monke
     assert [line for line in lines if len(line) > width and line not in examples] == []
 
 
+@pytest.mark.parametrize("size", ["9" * 4400, "9" * 20, "-5", "\u00b2", "x", "0"], ids=lambda size: size[:3])
+@pytest.mark.parametrize("name", ["solve, large", "inspect"])
+def test_sizes_of_the_environment_that_are_none_are_passed_over(
+    name: str, size: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for variable in ("COLUMNS", "LINES"):
+        monkeypatch.setenv(variable, size)
+    ran = lcp(*COMMANDS[name])
+    assert ran.out
+    assert not ran.err
+
+
 @pytest.mark.parametrize(("width", "levels"), [(100, 3), (74, 2), (55, 1)])
 def test_a_narrow_screen_drops_levels_but_the_finest_and_splits_no_row_of_the_summary(
     width: int, levels: int, lcp: Lcp, monkeypatch: pytest.MonkeyPatch

@@ -236,3 +236,10 @@ def test_no_digit_of_a_number_in_a_file_is_lost(number: str, lcp: Any, tmp_path:
     (tmp_path / "p.json").write_text(f'{{"M": [[1]], "q": [-{number}]}}')
     record = json.loads(lcp("solve", str(tmp_path / "p.json"), "--exact", "--format", "json").out)
     assert Fraction(record["exact"]["z"][0]) == Fraction(number)
+
+
+def test_a_proved_solution_beyond_the_range_of_doubles_says_so() -> None:
+    result = lcpcli.exact(Problem([[1.5e-323, -3.0], [0.0, 3.0]], [-0.0124, 0.0]))
+    assert result.solved
+    assert float(result.exact.z[0] / 10**300) == pytest.approx(8.3e20, rel=0.01)
+    assert "beyond the range of doubles" in result.message

@@ -204,3 +204,12 @@ def test_rows_of_noise_are_cleaned_one_by_one() -> None:
     assert not point.solves()
     solution = point.solution()
     assert (solution.z[1], solution.z[5], list(solution.negligible)) == (0.0, 1e-10, [])
+
+
+def test_points_beyond_a_bound_do_not_solve_however_far_the_numbers_are_from_1() -> None:
+    M = [[3.0, 7.57303354e4, 5e-324], [0.0, 2.0, 6.69337276e307], [2.96e-34, 0.0, 1.5e-323]]
+    problem = Problem(M, [0.0, 1e-323, 9.6e13], lower=[-5.2e-54, 0.0, 3.0], upper=[0.0, 5.15e-299, np.inf])
+    assert not check(problem, np.zeros(3)).accepted  # z_3 < 3
+    result = run(problem)
+    assert (result.z >= problem.lower).all()
+    assert (result.z <= problem.upper).all()
