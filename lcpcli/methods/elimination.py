@@ -5,10 +5,10 @@ A special case of the complementary pivot problem, Opsearch 7 (1970) 263-268), v
 elimination along a run of basic variables goes on through the variables beyond its end, as if these were basic too:
 where the eliminated right-hand side is positive, they are. That is done for all runs at once, in both directions.
 
-With a single run that begins at an end of the grid, that is the elimination of M. J. Brennan and E. S. Schwartz, The
-valuation of American put options, Journal of Finance 32 (1977) 449-462, justified for M-matrices by P. Jaillet,
-D. Lamberton and B. Lapeyre, Variational inequalities and the pricing of American options, Acta Applicandae Mathematicae
-21 (1990) 263-289. Any number of runs in O(n) operations, one variable after another: R. W. Cottle and R. S. Sacher, On
+With a single run from an end of the grid, a single elimination is enough: M. J. Brennan and E. S. Schwartz, The
+valuation of American put options, Journal of Finance 32 (1977) 449-462, and for M-matrices P. Jaillet, D. Lamberton and
+B. Lapeyre, Variational inequalities and the pricing of American options, Acta Applicandae Mathematicae 21 (1990)
+263-289. Any number of runs in O(n) operations, one variable after another: R. W. Cottle and R. S. Sacher, On
 the solution of large, structured linear complementarity problems: the tridiagonal case, Applied Mathematics and
 Optimization 3 (1977) 321-340. What is found has to be verified.
 """
@@ -44,39 +44,66 @@ class Elimination:
         with np.errstate(invalid="ignore"):
             self._link = np.sqrt(-self._below) * np.sqrt(-self._above)  # of a symmetric matrix with the same pivots
         has_signs = max(self._below.max(), self._above.max()) <= 0.0
+        self._known = dict[int, tuple[Vector, Vector]]()
         self.is_of_m_matrix = bool(has_signs and not dpttrf(self._diagonal, self._link)[2])
+
+    def _whole(self, turn: int) -> tuple[Vector, Vector]:
+        """Return the factors L and U without cuts, in the order of rows (1) or in the opposite order (-1)."""
+        if turn not in self._known:
+            below, above = (self._below, self._above)[::turn]
+            L, pivots = self._factors(below[::turn], self._diagonal[::turn], self._link[::turn])
+            self._known[turn] = L, _upper(pivots, above[::turn])
+        return self._known[turn]
 
     @np.errstate(all="ignore")
     def solution(self, q: Vector) -> tuple[Vector, Mask]:
         """Return z, shape (n,), and which variables are basic, for an M-matrix and a q."""
-        basic = np.zeros(q.size, np.bool_)
+        n, basic = q.size, q < 0.0
+        for turn in (1, -1) if basic.argmax() < basic[::-1].argmax() else (-1, 1):
+            L, U = self._whole(turn)
+            y, own = self._solve(L, -q[::turn], uplo="L", diag="U")[0], q[::turn]
+            is_basic = y > 0.0
+            count = n - int(is_basic[::-1].argmax()) if is_basic.any() else 0
+            if not (own[count + 1 :] < 0.0).any():  # as y = -w in row `count`
+                z = np.zeros(n)
+                z[:count] = self._solve(U[:, :count], y[:count], uplo="U")[0] if count else 0.0
+                if z.min() >= 0.0:
+                    return z[::turn].copy(), (np.arange(n) < count)[::turn]
+            basic |= is_basic[::turn]
+        return self._in_runs(q, basic)
+
+    def _in_runs(self, q: Vector, basic: Mask) -> tuple[Vector, Mask]:
+        """Return z and which variables are basic, among them those that are known to be."""
         for _ in range(MOST_PASSES):
             begins, ends = ~basic[:-1] & basic[1:], basic[:-1] & ~basic[1:]
-            y, pivots = self._eliminated(self._below, self._diagonal, np.where(begins, 0.0, self._link), q)
-            back = self._eliminated(
-                self._above[::-1], self._diagonal[::-1], np.where(ends, 0.0, self._link)[::-1], q[::-1]
-            )
-            y_back, pivots_back = (part[::-1] for part in back)
+            L, pivots = self._factors(self._below, self._diagonal, np.where(begins, 0.0, self._link))
+            back = self._factors(self._above[::-1], self._diagonal[::-1], np.where(ends, 0.0, self._link)[::-1])
+            y = self._solve(L, -q, uplo="L", diag="U")[0]
+            y_back = self._solve(back[0], -q[::-1], uplo="L", diag="U")[0]
             w = q.copy()
             w[1:] += self._below * np.where(basic[:-1], (y / pivots)[:-1], 0.0)
-            w[:-1] += self._above * np.where(basic[1:], (y_back / pivots_back)[1:], 0.0)
-            found = basic | (y > 0.0) | (y_back > 0.0) | (w < 0.0)
+            w[:-1] += self._above * np.where(basic[1:], (y_back / back[1])[-2::-1], 0.0)
+            found = basic | (y > 0.0) | (y_back[::-1] > 0.0) | (w < 0.0)
             if np.array_equal(found, basic):
                 break
             basic = found
             check()
-        U = np.zeros((2, q.size), order="F")
-        U[0, 1:], U[1] = np.where(ends, 0.0, self._above), pivots
-        z = self._solve(U, np.where(basic, y, 0.0), uplo="U")[0]
-        return np.maximum(z, 0.0), basic
+        U = _upper(pivots, np.where(ends, 0.0, self._above))
+        return np.maximum(self._solve(U, np.where(basic, y, 0.0), uplo="U")[0], 0.0), basic
 
-    def _eliminated(self, below: Vector, diagonal: Vector, link: Vector, q: Vector) -> tuple[Vector, Vector]:
-        """Return the right-hand side -q after elimination from the first row on, where a link of 0 begins anew, and the
-        pivots: the quotients are the last components of the solutions so far."""
+    def _factors(self, below: Vector, diagonal: Vector, link: Vector) -> tuple[Vector, Vector]:
+        """Return the factor L, which begins anew at a link of 0, and the pivots. With y = -L^-1 q, y_i / pivots_i is
+        the last component of the solution of the rows up to i."""
         pivots = self._factorize(diagonal, link)[0]
-        L = np.ones((2, q.size), order="F")
+        L = np.ones((2, pivots.size), order="F")
         L[1, :-1] = np.where(link, below / pivots[:-1], 0.0)
-        return self._solve(L, -q, uplo="L", diag="U")[0], pivots
+        return L, pivots
+
+
+def _upper(pivots: Vector, above: Vector) -> Vector:
+    U = np.zeros((2, pivots.size), order="F")
+    U[0, 1:], U[1] = above, pivots
+    return U
 
 
 def elimination(M: Matrix) -> Elimination | None:
