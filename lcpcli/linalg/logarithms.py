@@ -262,10 +262,10 @@ def _banded(
     N[last - np.abs(rows - columns), np.maximum(rows, columns)] = 1.0
     N[last] = counts.T.ravel()
     N[last, 2 * (roots % n) + roots // n] += 1.0
-    factors, x = cholesky_banded(N, overwrite_ab=True), np.zeros((2, n))
+    factors, x = cholesky_banded(N, overwrite_ab=True, check_finite=False), np.zeros((2, n))
     for _ in range(2):
         residual = sums + counts * x + [times[0](x[1]), times[1](x[0])]
-        x -= cho_solve_banded((factors, False), residual.T.ravel()).reshape(n, 2).T
+        x -= cho_solve_banded((factors, False), residual.T.ravel(), check_finite=False).reshape(n, 2).T
     return x.ravel()
 
 
