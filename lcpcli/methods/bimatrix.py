@@ -22,7 +22,7 @@ from lcpcli.typing import Indices, Vector
 
 # First labels that are tried: lengths of paths differ by orders of magnitude, and the shortest counts. After each round
 # half of them go on, with twice as many pivots, as all paths of a game that is nearly one of zero sum are long.
-LABELS, FEWEST_LABELS = 32, 2
+LABELS, FEWEST_LABELS = 32, 4
 PIVOTS, ROUNDS = 16, 12  # of the first turn of a path, and how many rounds of turns there are
 TIE = 1e-11  # relative to the smallest ratio: rows that block within it may be equal
 NO_PIVOT = 1e-11  # relative to the largest entry of a column: entries that may be rounding of 0
