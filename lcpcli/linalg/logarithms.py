@@ -3,8 +3,9 @@
 
 With the sign of gamma changed, the normal equations are those of the Laplacian of the bipartite graph of rows and
 columns. A matrix without zeros solves them by its means. If the graph is a forest, all squares become 0, and each
-unknown follows from the one above it. Few unknowns are solved for directly, others by conjugate gradients, which take
-few steps unless the graph is long, and else by sparse elimination, which creates few entries if it is.
+unknown follows from the one above it. Few unknowns are solved for directly, those of a narrow band too, and others by
+conjugate gradients, which take few steps unless the graph is long, and else by sparse elimination, which creates few
+entries if it is.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import TypeAlias
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.linalg.matrices import is_sparse, row_parts
+from lcpcli.linalg.matrices import is_sparse, row_parts, width
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 # rho, gamma, the components of rows and columns, each of shape (n,), and the number of components
@@ -24,6 +25,7 @@ SETTLED_ERROR = 1e-12  # of the first step of conjugate gradients, or of 1: the 
 FEW_CG_STEPS = 100  # after which elimination is tried
 MOST_CG_STEPS = 500  # for so many rows that elimination may take too long
 LARGEST_ELIMINATED = 100_000  # rows
+BAND = 5  # how far entries are from the diagonal in a band whose factors take less time than conjugate gradients
 MOST_DENSE = 64  # rows up to which the normal equations are dense
 FEW_ROWS = 256  # of a dense M, for which products with it are tried without a look at its zeros
 DENSE, DENSE_CG_STEPS = 0.2, 30  # the share of entries from which products with them are dense, and the steps tried
@@ -139,11 +141,14 @@ def _sparse(M: Matrix) -> Fitted:
         ]
         sums = np.array([sum_ for sum_, _ in made])
         times = [compressed_multiplier(M.shape, places[0], places[1], ones) for _, places in made]
-        most = FEW_CG_STEPS if n <= LARGEST_ELIMINATED else MOST_CG_STEPS
-        found, is_settled = conjugate_gradients(sums, counts[: len(both)], times, most)
-        x = np.concatenate((found[0], found[-1]))
-        if not is_settled and n <= LARGEST_ELIMINATED:
-            x = _eliminated(indptr, indices, np.concatenate((sums[0], sums[-1])), counts.ravel(), part, parts)
+        if (farthest := width(M)) <= BAND:
+            x = _banded(M, farthest, sums[[0, -1]], counts, [times[0], times[-1]], _first_of_parts(part, parts))
+        else:
+            most = FEW_CG_STEPS if n <= LARGEST_ELIMINATED else MOST_CG_STEPS
+            found, is_settled = conjugate_gradients(sums, counts[: len(both)], times, most)
+            x = np.concatenate((found[0], found[-1]))
+            if not is_settled and n <= LARGEST_ELIMINATED:
+                x = _eliminated(indptr, indices, np.concatenate((sums[0], sums[-1])), counts.ravel(), part, parts)
     rho, gamma = _centred(x, counts, part, parts)
     if is_symmetric:
         rho = gamma = (rho + gamma) / 2
@@ -242,6 +247,26 @@ def _eliminated(indptr: Indices, indices: Indices, sums: Vector, counts: Vector,
     x[free] = solve(-sums[free])
     x[free] -= solve(N @ x[free] + sums[free])
     return x
+
+
+def _banded(
+    M: Matrix, farthest: int, sums: Vector, counts: Vector, times: list[Callable[[Vector], Vector]], roots: Indices
+) -> Vector:
+    """Return rho and gamma, one after another, of a band by Cholesky factors, with 0 at the roots, and one step of
+    refinement. Row i of M has place 2 i, and column j place 2 j + 1. times : as in `conjugate_gradients`."""
+    with imports:
+        from scipy.linalg import cho_solve_banded, cholesky_banded
+    n, last = M.shape[0], 2 * farthest + 1
+    rows, columns = 2 * np.repeat(np.arange(n), np.diff(M.indptr)), 2 * M.indices + 1
+    N = np.zeros((last + 1, 2 * n))
+    N[last - np.abs(rows - columns), np.maximum(rows, columns)] = 1.0
+    N[last] = counts.T.ravel()
+    N[last, 2 * (roots % n) + roots // n] += 1.0
+    factors, x = cholesky_banded(N, overwrite_ab=True, check_finite=False), np.zeros((2, n))
+    for _ in range(2):
+        residual = sums + counts * x + [times[0](x[1]), times[1](x[0])]
+        x -= cho_solve_banded((factors, False), residual.T.ravel(), check_finite=False).reshape(n, 2).T
+    return x.ravel()
 
 
 def _components(used: Mask) -> tuple[Indices, Indices, int]:

@@ -27,7 +27,6 @@ MOST_SURELY_LINEAR = 100  # unknowns up to which an LP takes no more than the it
 MOST_REFLECTED = METHODS["reflections"].max_unknowns or 0
 LOOKS = 40  # at the reflections in the first round: by then half are found that are found
 MOST_PIVOTED_GAME = 60  # unknowns of a game up to which Lemke's path takes less time than those of several labels
-LABEL_TURNS = 128  # of the paths of a game: four of each
 MOST_HELD = 4000  # unknowns up to which a suspended attempt may keep its dense matrices, at most 300 MB
 ROUNDS, ROUNDS_BEFORE_MILP = 6, 5  # fewer where milp, which comes after them, can do more
 MOST_FOR_MILP = 100  # unknowns up to which it does
@@ -142,7 +141,6 @@ BRIEF = (
         *("lemke-howson", "from several labels", "M is that of a bimatrix game"),
         lambda s: s.game is not None,
         begin.lemke_howson,
-        lambda _: LABEL_TURNS,
     ),
     Row(
         *("linear", "few iterations", "no known property of M excludes that the problem is infeasible"),

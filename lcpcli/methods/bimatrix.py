@@ -20,8 +20,10 @@ from lcpcli.model.box import of_masks
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
-LABELS = 32  # first labels that are tried: lengths of paths differ by orders of magnitude, and the shortest counts
-PIVOTS, TURNS = 16, 10  # of the first turn of a path, and how many turns it has, each with twice as many pivots
+# First labels that are tried: lengths of paths differ by orders of magnitude, and the shortest counts. After each round
+# half of them go on, with twice as many pivots, as all paths of a game that is nearly one of zero sum are long.
+LABELS, FEWEST_LABELS = 32, 4
+PIVOTS, ROUNDS = 16, 12  # of the first turn of a path, and how many rounds of turns there are
 TIE = 1e-11  # relative to the smallest ratio: rows that block within it may be equal
 NO_PIVOT = 1e-11  # relative to the largest entry of a column: entries that may be rounding of 0
 
@@ -77,13 +79,14 @@ def lemke_howson(problem: Problem, game: Costs) -> Stage:
     Finished : the last iterate is an equilibrium, up to rounding. Stalled : no path has ended at one.
     """
     paths, evaluations = dict[int, _Path](), 0
-    for turn in range(TURNS):
-        for label in generator(0).permutation(problem.n)[:LABELS].tolist():
+    labels = generator(0).permutation(problem.n)[:LABELS].tolist()
+    for number in range(ROUNDS):
+        for label in labels[: max(LABELS >> number, FEWEST_LABELS)]:
             path = paths[label] = paths.get(label) or _Path(game, label)
             if path.is_over:
                 continue
             before = path.pivots
-            path.follow(PIVOTS * 2**turn)
+            path.follow(PIVOTS * 2**number)
             evaluations += path.pivots - before
             z = _solution(problem, path.point(), game.R.shape[0]) if path.is_complete else path.point()
             x = problem.box.x_of(z, problem.w(z))
@@ -153,11 +156,14 @@ class _Dictionary:
     """
 
     def __init__(self, A: Vector, slacks: Indices, variables: Indices, weights: Vector) -> None:
+        with imports:
+            from scipy.linalg.blas import dger
         rows, columns = A.shape
+        self._subtract = dger
         self.T = np.empty((rows, columns + 2))
         self.T[:, :columns], self.T[:, columns], self.T[:, columns + 1] = A, 1.0, weights
         self.basic, self.others = slacks.copy(), variables.copy()
-        self._first, self._change = variables[0], np.empty_like(self.T)
+        self._first = variables[0]
 
     def pivot(self, label: int) -> int | None:
         """Let a variable that is not basic enter; return the label of the one that leaves, None if there is none."""
@@ -172,8 +178,7 @@ class _Dictionary:
         r = int(near[(T[near, width + 1] / column[near]).argmin()])
         pivot, column[r] = column[r], 0.0
         row = T[r] / pivot
-        np.multiply(column[:, None], row, out=self._change)
-        T -= self._change
+        self._subtract(-1.0, row, column, a=T.T, overwrite_a=True)
         T[:, c] = column / -pivot
         T[r] = row
         T[r, c] = 1.0 / pivot
@@ -184,7 +189,7 @@ class _Dictionary:
 
     def values(self) -> Vector:
         """Return v, with a small positive value for basic variables that are 0."""
-        v, width = np.zeros(self._change.shape[1] - 2), self.others.size
+        v, width = np.zeros(self.T.shape[1] - 2), self.others.size
         places = self.basic - self._first
         is_own = (places >= 0) & (places < width)
         v[places[is_own]] = np.maximum(self.T[is_own, width], TIE)

@@ -21,10 +21,11 @@ from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.matrices import is_sparse, plus_diagonal
 from lcpcli.linalg.multiplier import multiplier
 from lcpcli.linalg.shifted_systems import SuperLU, Systems, systems
+from lcpcli.methods.direct import MOST_AS_DENSE
 from lcpcli.methods.interior_scaling import SlackForm, proof_of, slack_form
 from lcpcli.methods.interior_steps import PrimalDualPoint, Steps
 from lcpcli.methods.interior_systems import AccurateSystems, Regularization
-from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, NoSolution, Stage, Stalled
+from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, NoSolution, Stage, Stalled, Tried
 from lcpcli.model.box import BASIC, of_masks
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, States, Vector
@@ -110,26 +111,23 @@ def attempts(
         run = _Run(problem)
     except ProblemError:
         return Breakdown("numbers overflow in slack_form units")
-    ending: Ending = Breakdown("no factorization succeeded")
-    for attempt in settings:
-        if attempt.pivots and not is_sparse(problem.M):
-            break  # as dense factors always are
-        rho = tuple(factor * regularization for factor in attempt.rho)
-        ending = yield from run.attempt(attempt, attempt.slack * start_slack, Regularization(*rho))
-        if isinstance(ending, NoSolution):
-            break
-    return ending
+    return (yield from run.attempts(settings, start_slack, regularization))
 
 
-def at_point(problem: Problem, x: Vector) -> Stage:
+def at_point(problem: Problem, x: Vector, tried: Tried | None = None) -> Stage:
     """Yield the basic solutions of the active set that x = (z - w) / 2 suggests, as those of the last iterates are.
 
-    Finished : one of them violates no sign beyond rounding. Stalled : none does.
+    Finished : one of them violates no sign beyond rounding. Stalled : none does; for a large sparse M, the first
+    attempts, which share their scaling with this one, are put in `tried`, if it is given.
     """
     try:
-        return (yield from _Run(problem).at_point(x))
+        run = _Run(problem)
     except ProblemError:
         return Breakdown("numbers overflow in slack_form units")
+    ending = yield from run.at_point(x)
+    if tried is not None and not isinstance(ending, Finished) and is_sparse(problem.M) and problem.n > MOST_AS_DENSE:
+        tried["interior"] = [run.attempts(FIRST_ATTEMPTS)]
+    return ending
 
 
 class _Run:
@@ -139,7 +137,20 @@ class _Run:
         self._given, self._within, self._count = problem, slack_form(problem), 0
         self._is_solved = False  # by the last basic solution
 
-    def attempt(self, attempt: InteriorAttempt, slack: float, regularization: Regularization) -> Stage:
+    def attempts(
+        self, settings: Sequence[InteriorAttempt], start_slack: float = 1.0, regularization: float = 1e-8
+    ) -> Stage:
+        ending: Ending = Breakdown("no factorization succeeded")
+        for attempt in settings:
+            if attempt.pivots and not is_sparse(self._given.M):
+                break  # as dense factors always are
+            rho = tuple(factor * regularization for factor in attempt.rho)
+            ending = yield from self._attempt(attempt, attempt.slack * start_slack, Regularization(*rho))
+            if isinstance(ending, NoSolution):
+                break
+        return ending
+
+    def _attempt(self, attempt: InteriorAttempt, slack: float, regularization: Regularization) -> Stage:
         within = self._within
         if attempt.shift:
             inner = replace(within.problem, M=plus_diagonal(within.problem.M, attempt.shift))
@@ -194,21 +205,25 @@ class _Run:
         z = box.z_of(x)[within.kept] / within.units
         own = _BasicSolutions(inner, systems(inner.M, within.S), 0.0)
         states = inner.box.basis_of((z - inner.M @ z - inner.q) / 2)
-        for point in islice(self._exchanged(own, z, states, last=False), START_ROUNDS):
+        for point in islice(self._exchanged(own, z, states, far=0.0), START_ROUNDS):
             yield point
             if self._is_solved:
                 return Finished()
+        self._count = 0
         return Stalled("the given point has not the states of a solution")
 
-    def _exchanged(self, own: _BasicSolutions, z: Vector, states: States, last: bool) -> Iterator[Iterate]:
-        """Yield the basic solutions of these states, before and after exchanges, near z."""
+    def _exchanged(
+        self, own: _BasicSolutions, z: Vector, states: States, last: bool = False, far: float = FAR_RESIDUAL
+    ) -> Iterator[Iterate]:
+        """Yield the basic solutions of these states, before and after exchanges, near z, while their residual is at
+        most `far` or not much larger than the least one."""
         inner = self._within.problem
         own.z, own.is_last = inner.box.project(z), last
         least = own.residual(own.z, inner.M @ own.z + inner.q)
         with suppress(SingularMatrix):
             for found in islice(exchanging(own, states), EXCHANGE_ROUNDS):
                 size = own.residual(found.z, found.w)
-                if not size <= max(WORSE_FACTOR * least, FAR_RESIDUAL):
+                if not size <= max(WORSE_FACTOR * least, far):
                     return  # of a wrong basis, nearly singular
                 least = min(size, least)
                 self._count, self._is_solved = self._count + 1, found.is_solution

@@ -136,7 +136,8 @@ def _search(
     elif near and not problem.M.diagonal().all():
         with imports:
             from lcpcli.methods.interior import at_point
-        first = [("interior", at_point(problem, x0))]
+        tried = tried or {}
+        first = [("interior", at_point(problem, x0, tried))]
     last: NoSolution | Stalled | None = None
     left = math.inf  # evaluations, once it is known with what the search is to end
     for name, stage in chain(first, all_stages(problem, x0, presolve, tried, begun)):

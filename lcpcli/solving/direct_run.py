@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
     from lcpcli.methods.free_variables import Reduction
     from lcpcli.methods.stages import Iterate, Stage, Tried
+    from lcpcli.methods.structure import Structure
     from lcpcli.model.start import Start
 
 NUMBA = "numba"  # the package of the extra `fast`
@@ -247,7 +248,7 @@ def _by_first_stages(
     turns, route = Turns(structure.x0), list[str]()
     stages = in_rounds(structure, FIRST)
     if start is not None:
-        stages = chain([("newton", _from(start, dense))], stages)
+        stages = chain([("newton", _from(start, dense, structure))], stages)
     for name, stage in stages:
         turn = turns.take(name, stage if tried is None else recorded(name, stage, tried))
         while isinstance(step := advance(turn), Iterate):
@@ -267,7 +268,7 @@ def _by_first_stages(
     return None
 
 
-def _from(start: Start, problem: Problem) -> Stage:
+def _from(start: Start, problem: Problem, structure: Structure) -> Stage:
     """Return the stage that tries the states of a start: exchanges, or where M may have singular blocks one system, as
     for contact, or if z is given for many unknowns, systems as at the end of interior, as for programs."""
     with imports:
@@ -279,7 +280,7 @@ def _from(start: Start, problem: Problem) -> Stage:
         return confirmed(problem, start.basis, start.z)
     with imports:
         from lcpcli.methods.interior import at_point
-    return at_point(problem, start.x)
+    return at_point(structure.thin, start.x)
 
 
 def result_of(

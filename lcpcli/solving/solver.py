@@ -17,13 +17,13 @@ from lcpcli.linalg.krylov import dot, norm
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import MOST_PIVOTED, as_dense, as_sparse, stored
-from lcpcli.methods.elimination import Elimination, eliminations
+from lcpcli.methods.elimination import Elimination, elimination
 from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.lemke import reduced
 from lcpcli.methods.stages import FAULTS
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.bounds import as_bounds
-from lcpcli.model.box import ORTHANT, Box
+from lcpcli.model.box import ORTHANT, Box, of_masks
 from lcpcli.model.labels import by_names
 from lcpcli.model.problem import Problem
 from lcpcli.model.right_hand_sides import like_with
@@ -92,8 +92,8 @@ class Solver:
 
     def _prepare(self, like: Problem) -> None:
         like = as_sparse(like, stored(like.M))
-        self._eliminations = list(eliminations(like.M))
-        self._like = as_dense(like) if like.n <= MOST_PIVOTED and not self._eliminations else like
+        self._elimination = elimination(like.M)
+        self._like = as_dense(like) if like.n <= MOST_PIVOTED and not self._elimination else like
         self._principal: PrincipalSolver | None = None
         self._reduction: Reduction | None = None
         self._paused, self._pause = 0, 1
@@ -134,7 +134,7 @@ class Solver:
     def next(self, problem: Problem, warm: bool = True, began: float | None = None) -> Result:
         """Return the result for a problem with the M of the Solver."""
         stopwatch = Stopwatch(seconds, seconds() if began is None else began)
-        result = _eliminated(problem, self._eliminations, self._limits, stopwatch)
+        result = _eliminated(problem, self._elimination, self._limits, stopwatch)
         if result is None:
             result = self._from_last(problem, warm, stopwatch)
         if result is None:
@@ -190,23 +190,21 @@ def _directly(
 
 
 def _eliminated(
-    problem: Problem, eliminations: list[Elimination], limits: Limits, stopwatch: Stopwatch
+    problem: Problem, elimination: Elimination | None, limits: Limits, stopwatch: Stopwatch
 ) -> Result | None:
-    """Return the result, if elimination from one of the ends solves the problem; else None."""
-    if not (eliminations and problem.is_moderate and problem.box.is_orthant):
+    """Return the result, if elimination solves the problem; else None."""
+    if elimination is None or not (problem.is_moderate and problem.box.is_orthant):
         return None
     stopwatch.count("setup")
-    for elimination in eliminations:
-        z, basis = elimination.solution(problem.q)
-        stopwatch.count("solve")
-        point = Point(Criterion(problem, limits.tol), z)
-        solves = point.solves()
-        stopwatch.count("verify")
-        if solves:
-            options = methods.options_in_force("auto", problem, {})
-            fields = {"problem": problem, "point": point, "parts": stopwatch.parts, "limits": limits}
-            return direct_run.solution({**fields, "options": options, "end": basis}, 1, ("elimination",))
-    return None
+    z, basic = elimination.solution(problem.q)
+    stopwatch.count("solve")
+    point = Point(Criterion(problem, limits.tol), z)
+    if not point.solves():
+        return None
+    stopwatch.count("verify")
+    options = methods.options_in_force("auto", problem, {})
+    fields = {"problem": problem, "point": point, "parts": stopwatch.parts, "limits": limits, "options": options}
+    return direct_run.solution({**fields, "end": of_masks(basic)}, 1, ("elimination",))
 
 
 @with_limited_threads

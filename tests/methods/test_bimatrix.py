@@ -98,3 +98,14 @@ def test_other_matrices_are_no_games() -> None:
         ([[0, 0], [1, 0]], [-1, -1]),
     ):
         assert costs(lcpcli.Problem(M, q)) is None
+
+
+def test_a_game_that_is_nearly_one_of_zero_sum_is_solved_although_all_of_its_paths_are_long() -> None:
+    rng = np.random.default_rng(2)
+    A, noise = rng.standard_normal((2, 100, 110))
+    B = 0.3 * noise - A
+    assert not pure_equilibria(A, B)
+    result = lcpcli.run(lcpcli.from_game(A, B))
+    assert (result.solved, result.route) == (True, ("lemke-howson",))
+    assert 600 < result.evaluations < 20_000
+    assert_equilibrium(A, B, result)

@@ -10,7 +10,8 @@ from scipy.sparse import csr_array, diags_array
 
 import lcpcli
 from lcpcli import Problem
-from lcpcli.methods.elimination import eliminated
+from lcpcli.methods import elimination
+from lcpcli.methods.elimination import Elimination, eliminated
 from lcpcli.methods.stages import Finished, Iterate, advance
 from lcpcli.typing import Matrix, Vector
 
@@ -38,7 +39,7 @@ def by_chandrasekaran(M: Vector, q: Vector) -> Vector:
 
 
 @settings(max_examples=100)
-@given(st.integers(0, 10**6), st.integers(2, 9), st.integers(0, 2))
+@given(st.integers(0, 10**6), st.integers(2, 30), st.integers(0, 2))
 def test_the_solution_is_found_wherever_the_basic_variables_lie(seed: int, n: int, spread: int) -> None:
     rng = np.random.default_rng(seed)
     M, q = tridiagonal(rng, n, spread), rng.standard_normal(n)
@@ -61,13 +62,29 @@ def stopping(n: int, drift: float) -> tuple[Matrix, Vector]:
 
 
 @pytest.mark.parametrize("drift", [0.1, -0.1])
-def test_optimal_stopping_with_two_free_boundaries_takes_a_few_systems_on_every_grid(drift: float) -> None:
+def test_optimal_stopping_with_two_free_boundaries_takes_a_few_passes_on_every_grid(
+    drift: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    passes = list[None]()
+    monkeypatch.setattr(elimination, "check", lambda: passes.append(None))
     for n in (201, 2001, 20001):
+        passes.clear()
         result = lcpcli.solve(*stopping(n, drift))
         assert result.solved
-        assert result.route == ("elimination",)
-        assert result.evaluations < 20
+        assert (result.route, result.evaluations) == (("elimination",), 1)
+        assert len(passes) < 6
         assert np.count_nonzero(np.diff((result.z > 0).astype(int))) == 2
+
+
+@pytest.mark.parametrize("rate", [1.0, 1e-3, 1e-8])
+def test_many_runs_of_basic_variables_are_those_of_one_addition_after_another(rate: float) -> None:
+    rng, n = np.random.default_rng(0), 300
+    below, above = rng.uniform(0.5, 1, (2, n - 1))
+    M = np.diag(rate + np.append(0, below) + np.append(above, 0)) - np.diag(below, -1) - np.diag(above, 1)
+    q = 0.01 * np.cumsum(rng.standard_normal(n)) + 0.1 * rng.standard_normal(n)
+    z, basic = Elimination(csr_array(M)).solution(q)
+    assert lcpcli.solve(csr_array(M), q, z0=z).solved
+    np.testing.assert_array_equal(basic, by_chandrasekaran(M, q) > 0)
 
 
 def test_a_tridiagonal_matrix_that_is_no_m_matrix_is_left_to_other_methods() -> None:
