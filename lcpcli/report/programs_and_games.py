@@ -5,18 +5,20 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
+from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 from lcpcli.report import wording
 from lcpcli.report.document import Table
 from lcpcli.solving.answer import BehaviorEquilibrium, Conclusion, Minimum
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
-from lcpcli.verify.behavior import InformationSetStrategy
+from lcpcli.verify.behavior import Behavior, InformationSetStrategy
 from lcpcli.verify.equilibrium import Strategies
 
 PAYOFFS = ("row gets", "column gets")
@@ -76,6 +78,26 @@ def _number(value: Any) -> str:
     from lcpcli.rational.numbers import brief
 
     return brief(Fraction(value))
+
+
+def behavior_of(game: Any, z: Sequence[Any]) -> Behavior | None:
+    """Return the strategies that the plans in z stand for; None for another game than a tree."""
+    if not isinstance(game, ExtensiveGame):
+        return None
+    x, y, *_ = game.parts(z)
+    return Behavior.of_plans(game, list(x), list(y))
+
+
+def doubles(own: Behavior) -> Behavior:
+    """Return strategies whose numbers are fractions in doubles."""
+    from lcpcli.rational.numbers import rounded
+
+    sets = [
+        replace(each, probabilities=rounded(each.probabilities).tolist(), reached=float(each.reached))
+        for each in own.information_sets
+    ]
+    one, two, payoffs, gains = (rounded(values).tolist() for values in (*own.plans, own.payoffs, own.gains))
+    return replace(own, information_sets=sets, plans=(one, two), payoffs=tuple(payoffs), gains=tuple(gains))
 
 
 def behavior(sets: Sequence[InformationSetStrategy]) -> Table:

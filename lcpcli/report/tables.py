@@ -183,7 +183,7 @@ def _columns(problem: Problem, components: Indices | None, most: float) -> list[
 
         rows, columns = programs_and_games.strategy_names(game, most)
         return [*with_ellipsis([*rows, *columns], components), *programs_and_games.PAYOFFS]
-    return with_ellipsis(wording.short_names(problem.names, most), components)
+    return with_ellipsis(wording.headings(problem, most), components)
 
 
 def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[int]:

@@ -57,6 +57,12 @@ def short_names(names: Sequence[str], most: float, letter: str = "z") -> list[st
     return [name if 0 < len(visible(name)) < most else f"{letter}{i}" for i, name in enumerate(names, 1)]
 
 
+def headings(problem: Problem, most: float) -> list[str]:
+    """Return the names of the components for a table, by `short_names`: of a game tree, the players' moves."""
+    moves = getattr(problem.origin, "headings", None)
+    return short_names(problem.names, most) if moves is None else short_names(moves, 2 * most)
+
+
 def multiplier(value: float) -> str:
     """Return an entry of a proof as text: an integer with all digits, any other number rounded and marked by ~."""
     text = f"{value:.0f}" if float(value).is_integer() else f"{value:.7g}"
