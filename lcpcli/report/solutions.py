@@ -152,7 +152,7 @@ def _equilibria(
     names, labels = [*of_rows, *of_columns], selection.labels_of(found.data.problem)[: found.data.n]
     kept = selection.places(labels, shown_names)
     shown = [names[i] for i in kept]
-    header = ["", *shown, *programs_and_games.PAYOFFS, *["index"] * indexed, "pure"]
+    header = ["", *shown, *programs_and_games.payoff_headings(game), *["index"] * indexed, "pure"]
     most_lines = _most_lines(header)
     lines = [
         [

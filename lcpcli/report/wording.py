@@ -41,7 +41,18 @@ def components(values: Iterable[float], largest: float) -> list[str]:
     return [f"{v:.6e}" if scientific or abs(v) >= LARGEST_FIXED else f"{round(v, 7) + 0.0:.7f}" for v in values]
 
 
-def vector(entries: Sequence[Any], cell: Callable[[Any], str] = "{:.7g}".format) -> str:
+def plain_number(value: float) -> str:
+    """Return a number with up to 7 significant digits, and 0 without a sign."""
+    return f"{value + 0.0:.7g}"
+
+
+def objective(result: Result) -> list[str]:
+    """Return the objective of a solved program in words; nothing for other problems."""
+    value = getattr(result.answer, "objective", None) if result.solved else None
+    return [] if value is None else [f"objective {plain_number(value)}"]
+
+
+def vector(entries: Sequence[Any], cell: Callable[[Any], str] = plain_number) -> str:
     """Return a vector in a line of text, as far as it fits."""
     more = [ELLIPSIS] if len(entries) > LINE_ENTRIES else []
     return f"({', '.join([*map(cell, entries[:LINE_ENTRIES]), *more])})"
