@@ -1,4 +1,4 @@
-"""Linear and quadratic programs in MPS, fixed and free, with QUADOBJ, QSECTION or QMATRIX. Other texts are read as LP files.
+"""Linear and quadratic programs in MPS, fixed and free, with QUADOBJ, QSECTION or QMATRIX. Others are read as LP files.
 
 What programs interpret differently is refused: an entry or a bound given twice, and a negative upper bound without a
 lower bound, which some take to mean no lower bound. Bounds, right-hand sides and ranges of 1e20 or more are infinite.

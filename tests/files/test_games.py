@@ -238,6 +238,9 @@ def test_players_of_a_file_are_named_and_costs_are_minimized(tmp_path: Path, lcp
     out = lcp("solve", str(tmp_path / "g.nfg"), "--method", "newton").out
     assert "Ann = (up 0.6, down 0.4), Bob = (left 0.4, right 0.6), payoffs 1.2 and 1.2" in out
     assert "Ann gets Bob gets" in out
+    assert "by a best response Ann would gain 0, Bob 0" in out
+    assert lcp("convert", str(tmp_path / "g.nfg"), "-o", str(tmp_path / "g.json")).code == 0
+    assert json.loads((tmp_path / "g.json").read_text())["players"] == ["Ann", "Bob"]
     assert "Ann gets  Bob gets" in lcp("solve", str(tmp_path / "g.nfg"), "--all").out
     costs = {"A": [["1/3", 0], [0, 2]], "B": [[2, 0], [0, 3]]}
     negated = {"A": [["-1/3", 0], [0, -2]], "B": [[-2, 0], [0, -3]]}
