@@ -24,8 +24,8 @@ from lcpcli.model.box import NO_BOUND
 from lcpcli.rational.numbers import Doubles, fraction, rounded
 from lcpcli.typing import Matrix
 
-MPS = re.compile(rb"^ROWS\b", re.MULTILINE)  # tells it from the LP format
-END = re.compile(rb"^ENDATA\b", re.MULTILINE)
+MPS = re.compile(rb"^ROWS\b", re.MULTILINE | re.IGNORECASE)  # tells it from the LP format
+END = re.compile(rb"^ENDATA\b", re.MULTILINE | re.IGNORECASE)
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
 INFINITE = re.compile(r"[-+]?inf(?:inity)?", re.IGNORECASE)
 SENSES = {"MIN": "min", "MINIMIZE": "min", "MAX": "max", "MAXIMIZE": "max"}
@@ -85,8 +85,8 @@ class _Reader:
             if not words or line.startswith("*"):
                 continue
             is_sense = self._section == "OBJSENSE" and words[0].upper() in SENSES
-            if not line[0].isspace() and not is_sense and (len(words) == 1 or words[0] in WITH_WORDS):
-                self._section, *words = words
+            if not line[0].isspace() and not is_sense and (len(words) == 1 or words[0].upper() in WITH_WORDS):
+                self._section, words = words[0].upper(), words[1:]
                 if self._section == "ENDATA":
                     break
                 if self._section == "NAME":
@@ -279,7 +279,7 @@ def _squared(lines: Sequence[str]) -> set[str]:
     for line in lines:
         words = line.split()
         if words and not line[0].isspace() and not line.startswith("*"):
-            is_quadratic = words[0] in QUADRATIC
+            is_quadratic = words[0].upper() in QUADRATIC
         elif is_quadratic and len(words) > 2 and words[0] in words[1::2]:
             found.add(words[0])
     return found

@@ -301,3 +301,12 @@ def test_a_quadratic_section_has_two_names(tmp_path: Path) -> None:
     (tmp_path / "p.mps").write_text(text.format("QSECTION r"))
     with pytest.raises(ProblemError, match="line 10: has a quadratic part of row 'r'; only an objective may have one"):
         read(tmp_path / "p.mps")
+
+
+def test_headings_may_be_in_small_letters(tmp_path: Path) -> None:
+    text = "NAME\nOBJSENSE\n MAX\nROWS\n N obj\n L r\nCOLUMNS\n x obj 1 r 1\nRHS\n RHS r 4\nBOUNDS\n UP b x 3\nENDATA\n"
+    for number, each in enumerate((text, text.lower().replace(" up ", " UP "))):
+        (tmp_path / f"{number}.mps").write_text(each)
+        answer = run(read(tmp_path / f"{number}.mps")).answer
+        assert isinstance(answer, Minimum)
+        assert answer.objective == 3
