@@ -44,7 +44,7 @@ ROW_FIELDS = ("A", "b", "row_lower", "row_upper", "rows")
 NATIVE = ("Q", "c", *ROW_FIELDS, "lower", "upper", "free", "columns", "sense", "constant", *TEXTS)
 QPSOLVERS = ("P", "q", "G", "h", "A", "b", "lb", "ub", *TEXTS)
 OSQP = ("P", "q", "A", "l", "u", *TEXTS)
-GAME = ("A", "B", "rows", "columns", *TEXTS)
+GAME = ("A", "B", "rows", "columns", "players", "sense", *TEXTS)
 TREE = ("efg", *TEXTS)
 READINGS = (
     "give min x'Qx/2 + c'x, row_lower <= Ax <= row_upper, lower <= x <= upper, "
@@ -74,7 +74,7 @@ def refuse_unknown(field: str, given: Collection[str], known: tuple[str, ...], w
         )
     if {"version", "status", "z"} <= keys:
         raise ProblemError("", "is a result, not a problem", "name the file of the problem")
-    payoffs = next((key for key in given if key.casefold() in PAYOFF_FIELDS), None)
+    payoffs = next((key for key in given if key not in known and key.casefold() in PAYOFF_FIELDS), None)
     if payoffs is not None:
         raise ProblemError(payoffs, f"is not a key of {whole}", "give the payoffs of a game as A and B")
     both = next((key for key in given if key not in known and key.casefold() in PAIRS_OF_BOUNDS), None)

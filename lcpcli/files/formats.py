@@ -120,7 +120,7 @@ def kind_in(form: str) -> Kind:
 
 ZIP, GZIP = b"PK\x03\x04", b"\x1f\x8b"
 COMPRESSIBLE = {ending.removesuffix(".gz") for ending in COMPRESSED}
-MPS = rb"(?m)(?:\*[^\n]*\n|\s*\n)*(?:NAME|ROWS|OBJSENSE)\b[^;,{\n]*\r?\n(?s:.){0,1000}?^\s*N\s+\S"
+MPS = rb"(?mi)(?:\*[^\n]*\n|\s*\n)*(?:NAME|ROWS|OBJSENSE)\b[^;,{\n]*\r?\n(?s:.){0,1000}?^\s*N\s+\S"
 AS_ARRAYS = "save M and q with numpy.savez"
 SPREADSHEET = ("is a spreadsheet", "save it as CSV")
 HDF5 = ("is HDF5", f"{AS_ARRAYS}, or in MATLAB with -v7")

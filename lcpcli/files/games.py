@@ -51,9 +51,11 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
     if len(pairs) > m * k:
         raise ProblemError("", f"has more than the payoffs of {m} x {k} strategies", "remove the others")
     A, B = ([[payoff_of(pairs[j * m + i][player]) for j in range(k)] for i in range(m)] for player in (0, 1))
-    named = (list(map(_text, own)) if isinstance(own, list) else [] for own in sides)
-    rows, columns = ([] if own == [str(i) for i in range(1, len(own) + 1)] else own for own in named)
-    return {"A": A, "B": B, "rows": rows, "columns": columns, "name": _text(title)}
+    labels = (list(map(_text, own)) if isinstance(own, list) else [] for own in sides)
+    rows, columns = ([] if own == [str(i) for i in range(1, len(own) + 1)] else own for own in labels)
+    own = list(map(_text, players))
+    named = {} if own == ["Player 1", "Player 2"] or len({*own, ""}) < 3 else {"players": own}
+    return {"A": A, "B": B, "rows": rows, "columns": columns, "name": _text(title)} | named
 
 
 def _nested(text: str) -> list[Any]:

@@ -37,7 +37,8 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
         raise ProblemError("M", "is missing", f"call the matrix M and the vector q; the file holds {shown}")
     n = math.prod(variables["q"].shape) if "q" in variables else variables["M"].shape[0]
     for name, values in variables.items():  # variables of the size of bounds with a name that others give bounds
-        if name not in KEYS and is_for_bounds(name) and math.prod(values.shape) in (1, n, 2 * n):
+        is_end = name in ("a", "b") and {"a", "b", "q"} <= variables.keys()
+        if name not in KEYS and (is_end or is_for_bounds(name)) and math.prod(values.shape) in (1, n, 2 * n):
             fault = "may hold bounds of z, which are called lower and upper"
             raise ProblemError(name, fault, "rename it, or leave it out")
     if "names" in variables and len(texts(variables["names"]) or ()) != n:

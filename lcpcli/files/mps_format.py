@@ -1,4 +1,4 @@
-"""Linear and quadratic programs in MPS, fixed and free, with QUADOBJ or QMATRIX. Other texts are read as LP files.
+"""Linear and quadratic programs in MPS, fixed and free, with QUADOBJ, QSECTION or QMATRIX. Others are read as LP files.
 
 What programs interpret differently is refused: an entry or a bound given twice, and a negative upper bound without a
 lower bound, which some take to mean no lower bound. Bounds, right-hand sides and ranges of 1e20 or more are infinite.
@@ -24,12 +24,13 @@ from lcpcli.model.box import NO_BOUND
 from lcpcli.rational.numbers import Doubles, fraction, rounded
 from lcpcli.typing import Matrix
 
-MPS = re.compile(rb"^ROWS\b", re.MULTILINE)  # tells it from the LP format
-END = re.compile(rb"^ENDATA\b", re.MULTILINE)
+MPS = re.compile(rb"^ROWS\b", re.MULTILINE | re.IGNORECASE)  # tells it from the LP format
+END = re.compile(rb"^ENDATA\b", re.MULTILINE | re.IGNORECASE)
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
 INFINITE = re.compile(r"[-+]?inf(?:inity)?", re.IGNORECASE)
 SENSES = {"MIN": "min", "MINIMIZE": "min", "MAX": "max", "MAXIMIZE": "max"}
-SECTIONS = ("ROWS", "COLUMNS", "RHS", "RANGES", "BOUNDS", "QUADOBJ", "QMATRIX")
+SECTIONS = ("ROWS", "COLUMNS", "RHS", "RANGES", "BOUNDS", "QUADOBJ", "QSECTION", "QMATRIX")
+QUADRATIC = SECTIONS[-3:]
 WITH_WORDS = ("NAME", "OBJSENSE", "QCMATRIX", "QSECTION", "CSECTION")  # headings that words may follow
 HEADING = f"the sections are {', '.join(SECTIONS)}, ENDATA; quadratic constraints and ordered sets are not read"
 LINE = "is the heading of the next section misspelt, or the first word of the line?"
@@ -76,7 +77,7 @@ class _Reader:
         """Return the fields of the program."""
         readers = {"OBJSENSE": self._read_sense, "ROWS": self._read_row, "COLUMNS": self._read_column}
         readers |= {"RHS": self._read_sides, "RANGES": self._read_sides, "BOUNDS": self._read_bound}
-        readers |= {"QUADOBJ": self._read_curvature, "QMATRIX": self._read_curvature}
+        readers |= dict.fromkeys(QUADRATIC, self._read_curvature)
         lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
         self._squared = _squared(lines)
         for self._line, line in enumerate(lines, 1):
@@ -84,14 +85,20 @@ class _Reader:
             if not words or line.startswith("*"):
                 continue
             is_sense = self._section == "OBJSENSE" and words[0].upper() in SENSES
-            if not line[0].isspace() and not is_sense and (len(words) == 1 or words[0] in WITH_WORDS):
-                self._section, *words = words
+            if not line[0].isspace() and not is_sense and (len(words) == 1 or words[0].upper() in WITH_WORDS):
+                self._section, words = words[0].upper(), words[1:]
                 if self._section == "ENDATA":
                     break
                 if self._section == "NAME":
                     self._name = "".join(words[:1])
                 elif self._section not in readers:
                     raise self._error(f"has the heading {quoted(self._section)}", HEADING)
+                elif self._section == "QSECTION":
+                    if words and words[0] != next((row for row, kind in self._kinds.items() if kind == "N"), None):
+                        raise self._error(
+                            f"has a quadratic part of row {quoted(words[0])}", "only an objective may have one"
+                        )
+                    words = []
             if words and self._section != "NAME":
                 read = readers.get(self._section, self._refuse)
                 try:
@@ -272,7 +279,7 @@ def _squared(lines: Sequence[str]) -> set[str]:
     for line in lines:
         words = line.split()
         if words and not line[0].isspace() and not line.startswith("*"):
-            is_quadratic = words[0] in ("QUADOBJ", "QMATRIX")
+            is_quadratic = words[0].upper() in QUADRATIC
         elif is_quadratic and len(words) > 2 and words[0] in words[1::2]:
             found.add(words[0])
     return found

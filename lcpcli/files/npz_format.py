@@ -2,7 +2,7 @@
 the text fields.
 
 A sparse M is stored in parts, as scipy.sparse.save_npz writes them: data, indices, indptr and shape (compressed sparse
-rows), or the parts of another form, with its name as format; those of the matrices of programs are called A.data etc.
+rows), or the parts of another form, with its name as format; or called M.data etc., as for programs A.data etc.
 solution is one z or has one z per row. origin is a JSON string. Nothing is ever unpickled.
 """
 
@@ -32,16 +32,19 @@ SPARSE_FIELDS = ("data", "indices", "indptr", "row", "col", "offsets", "shape", 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
     """Return the fields in an archive."""
-    data = arrays = _arrays(content)
-    for key in MATRICES:  # of programs, such as A.data
+    data = _arrays(content)
+    for key in ("M", *MATRICES):  # such as A.data
         names = [f"{key}.{part}" for part in (*COMPRESSED, "shape") if f"{key}.{part}" in data]
         if names:
             parts = {name.removeprefix(f"{key}."): data[name] for name in names}
             others = {name: array for name, array in data.items() if name not in names}
             data = others | {key: within(key, _matrix, parts)}
     if not kind_of(data):
-        refuse_unknown("", arrays, (*KEYS, *SPARSE_FIELDS))
-        data = {**arrays, "M": _matrix(arrays)}
+        refuse_unknown("", data, (*KEYS, *SPARSE_FIELDS))
+        data = {**data, "M": _matrix(data)}
+    elif "data" in data:
+        fault = "is part of a sparse matrix that has no name"
+        raise ProblemError("data", fault, "call the parts of A A.data, A.indices, A.indptr and A.shape")
     return of_arrays(data)
 
 

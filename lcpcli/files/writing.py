@@ -126,7 +126,8 @@ def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
         fields |= {"lower": data.lower} if data.lower.any() else {}
         fields |= {"upper": data.upper} if np.isfinite(data.upper).any() else {}
         fields |= {"constant": origin.constant} if origin.constant else {}
-    return fields | {key: list(getattr(origin, key)) for key in ("rows", "columns") if getattr(origin, key)}
+    lists = ("rows", "columns", "players")
+    return fields | {key: list(own) for key in lists if (own := getattr(origin, key, ()))}
 
 
 def with_costs(found: Written[Problem], path: str) -> Written[Problem]:

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager
 
 from numba.core import event
 
-ANNOUNCEMENT = "lcpcli: compiling the kernels of the extra fast; later processes load them from a cache"
+ANNOUNCEMENT = "lcpcli: compiling the kernels of the extra fast, once on a machine, which takes about a minute"
 
 
 class Announcement(event.Listener):
@@ -24,7 +24,10 @@ class Announcement(event.Listener):
         pass
 
 
+ONCE = Announcement()  # in a process, for all modules of kernels
+
+
 def announced() -> AbstractContextManager[None]:
     """Open a context in which the first kernel that is compiled is announced."""
-    manager: AbstractContextManager[None] = event.install_listener("numba:compile", Announcement())
+    manager: AbstractContextManager[None] = event.install_listener("numba:compile", ONCE)
     return manager

@@ -7,6 +7,7 @@ Economic Behavior 14 (1996) 247-259; B. von Stengel, Efficient computation of be
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -152,6 +153,25 @@ class ExtensiveGame:
             plans += [who, *(f"{who}: {label}: {move}" for label, own in sets for move in moves_of(own.actions))]
             values += [f"cost of {who}", *(f"cost of {who}: {label}" for label in labels)]
         return [*plans, *values]
+
+    @property
+    def headings(self) -> list[str]:
+        """Return the shortest names of the components that differ, for tables: a sequence's is its last move."""
+        full = [*self.names(0)]
+        short, longer = full.copy(), full.copy()
+        i = 0
+        for player in self.tree.players:
+            for label, own in zip(player.labels(), player.sets, strict=True):
+                for move in moves_of(own.actions):
+                    i += 1
+                    short[i], longer[i] = move, f"{label}: {move}"
+            i += 1
+        times = Counter([*short, *full])
+        times_longer = Counter(longer)
+        return [
+            one if times[one] == 1 or one == name else two if times_longer[two] == 1 else name
+            for one, two, name in zip(short, longer, full, strict=True)
+        ]
 
 
 def moves_of(actions: Sequence[str]) -> list[str]:

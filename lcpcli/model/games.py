@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from lcpcli.errors import ProblemError
+from lcpcli.errors import ProblemError, quoted
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.labels import payoffs_by_label, texts
 from lcpcli.model.origins import Game
@@ -18,14 +18,18 @@ def from_game(
     *,
     rows: Sequence[str] = (),
     columns: Sequence[str] = (),
+    players: Sequence[str] = (),
+    sense: str = "max",
     name: str = "",
     source: str = "",
     note: str = "",
 ) -> Problem:
-    """Return the LCP whose solutions are the equilibria of a game in which both players maximize.
+    """Return the LCP whose solutions are the equilibria of a game in which both players maximize, or minimize.
 
     A, B : payoffs of the row and column player, both of shape (m, k); lists may also contain fractions like "1/3".
     rows, columns : optional names of the strategies; by default the labels of A, if these are texts.
+    players : optional names of the row and the column player.
+    sense : "min" if A and B are costs, whose negatives are then the payoffs.
 
     The unknowns are z = (x, y); x and y, each divided by its sum, are the strategies, to which `Result.answer` maps z
     back. A cost is the largest payoff plus the range of the payoffs, minus the payoff, so that all costs lie within a
@@ -42,7 +46,11 @@ def from_game(
     if hasattr(A, "columns"):
         B = payoffs_by_label(A, B)
         rows, columns = rows or texts(A.index), columns or texts(A.columns)
-    game = Game.of(A, B, rows, columns)
+    game = Game.of(A, B, rows, columns, players)
+    if sense == "min":
+        game = game.negated()
+    elif sense != "max":
+        raise ProblemError("sense", f"is {quoted(str(sense))}", 'give "max" for payoffs or "min" for costs')
     return Problem(*game.conditions(), name=name, source=source, note=note, origin=game)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Context, Decimal, localcontext
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -25,7 +25,7 @@ from lcpcli.typing import Vector
 if TYPE_CHECKING:
     from lcpcli.model.extensive import ExtensiveGame
 
-GAME_KEYS = ("kind", "A", "B", "rows", "columns")
+GAME_KEYS = ("kind", "A", "B", "rows", "columns", "players")
 PAYOFF_RATIO = re.compile(r"\s*[-+]?[0-9]{1,1000}(/0*[1-9][0-9]{0,999})?\s*")
 
 EXACT_CONTEXT = Context(prec=1000)  # digits: enough for sums and differences of any doubles, which have 650 at most
@@ -39,6 +39,7 @@ class Game:
 
     A, B : the payoffs of the row and the column player, both of shape (m, k).
     rows, columns : the names of the strategies; empty if they have none.
+    players : the names of the players; empty if they have none.
     written : A and B before rounding, if some payoffs are fractions or have more digits than doubles; else the shortest
         decimals count.
     """
@@ -48,6 +49,7 @@ class Game:
     rows: tuple[str, ...] = ()
     columns: tuple[str, ...] = ()
     written: tuple[Payoffs, Payoffs] | None = None
+    players: tuple[str, ...] = ()
 
     @classmethod
     def parse(cls, data: Mapping[str, Any]) -> Game:
@@ -56,10 +58,10 @@ class Game:
         for key in ("A", "B"):
             if key not in data:
                 raise ProblemError(key, "is missing", f"add the key {key}")
-        return cls.of(data["A"], data["B"], data.get("rows", ()), data.get("columns", ()))
+        return cls.of(data["A"], data["B"], data.get("rows", ()), data.get("columns", ()), data.get("players", ()))
 
     @classmethod
-    def of(cls, A: Any, B: Any, rows: Any, columns: Any) -> Game:
+    def of(cls, A: Any, B: Any, rows: Any, columns: Any, players: Any = ()) -> Game:
         """Return the game with these names and payoffs, which may be fractions like "1/3", or raise ProblemError."""
         (one, exact_one), (other, exact_other) = _payoffs("A", A), _payoffs("B", B)
         if one.shape != other.shape:
@@ -67,14 +69,23 @@ class Game:
             raise ProblemError("B", f"is {shapes[0]} but A is {shapes[1]}", "make them agree")
         m, k = one.shape
         names = names_of("rows", rows, m, "strategy"), names_of("columns", columns, k, "strategy")
-        if exact_one is None and exact_other is None:
-            return cls(one, other, *names)
-        return cls(one, other, *names, (exact_one or _decimals(one), exact_other or _decimals(other)))
+        exact = None
+        if exact_one is not None or exact_other is not None:
+            exact = exact_one or _decimals(one), exact_other or _decimals(other)
+        return cls(one, other, *names, exact, names_of("players", players, 2, "player"))
+
+    def negated(self) -> Game:
+        """Return the game whose payoffs are the negatives of these."""
+        written = None
+        if self.written is not None:
+            A, B = ([[-value for value in row] for row in own] for own in self.written)
+            written = A, B
+        return replace(self, A=0.0 - self.A, B=0.0 - self.B, written=written)
 
     def data(self) -> dict[str, Any]:
         exact = self.written or (None, None)
         fields = {"kind": "game", "A": _listed(self.A, exact[0]), "B": _listed(self.B, exact[1])}
-        fields |= {"rows": list(self.rows), "columns": list(self.columns)}
+        fields |= {"rows": list(self.rows), "columns": list(self.columns), "players": list(self.players)}
         return {key: value for key, value in fields.items() if value}
 
     def fits(self, given: Conditions) -> bool:

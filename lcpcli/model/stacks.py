@@ -29,7 +29,7 @@ class Stack:
     def __init__(self, M: Any, q: Any, lower: Any, upper: Any, infinity: float = math.inf) -> None:
         self.M = own(np.ascontiguousarray(as_stack("M", M, (None, None, None))), M)
         m, n, columns = self.M.shape
-        if n != columns or not n:
+        if n != columns:
             raise ProblemError("M", f"has shape {self.M.shape}", "give one square matrix for each problem")
         self.q = own(as_stack("q", q, (m, n)), q)
         if dimensions(q) < 2:
@@ -53,7 +53,7 @@ class Stack:
     @cached_property
     def largest(self) -> Vector:
         """Return the largest |M_ij| of each problem, shape (m,)."""
-        return np.asarray(np.abs(self.M).reshape(-1, self.n**2).max(axis=1))
+        return np.asarray(np.abs(self.M).max(axis=(1, 2), initial=0.0))
 
     @cached_property
     def are_moderate(self) -> Mask:
@@ -61,7 +61,7 @@ class Stack:
         ones; shape (m,)."""
         moderate = np.ones(len(self), dtype=bool)
         if not (are_moderate(self.M) and are_moderate(self.q)):
-            for values in (np.abs(self.M).max(axis=2), self.q):
+            for values in (np.abs(self.M).max(axis=2, initial=0.0), self.q):
                 least, largest = row_sizes(values)
                 moderate &= (least >= 1 / FAR_FROM_ONE) & (largest <= FAR_FROM_ONE)
         if self.box.is_far:

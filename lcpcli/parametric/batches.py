@@ -44,7 +44,7 @@ class Linearizations:
         self.z = z - change
         rows = room(box, self.z, w, self.basic), self.z, self.basic, np.abs(change), moves, np.abs(stack.q)
         spare, z, basic, change, moves, q = (np.ascontiguousarray(values.T) for values in rows)  # for fast maxima
-        clear = are_clear(spare, z, basic, change, moves, stack.largest, q.max(axis=0))
+        clear = are_clear(spare, z, basic, change, moves, stack.largest, q.max(axis=0, initial=0.0))
         self.clear = clear & solved & stack.are_moderate
         self.upper = ~self.basic & np.where(box.fixed, w < 0, self.z == box.upper)
 
@@ -75,21 +75,10 @@ def gradients(
     )
 
     def one(i: int) -> Gradient:
-        try:
-            return results[i].gradient(given[i], J=None if rows is None else rows[i])
-        except DerivativeError:
-            if given[i].any():
-                raise
-            return _zero_gradient(stack.M[i])  # whatever the solution is, the function does not depend on it
+        return results[i].gradient(given[i], J=None if rows is None else rows[i])
 
     clear = at.clear & np.isfinite(found.q).all(axis=1)
     return _completed(found, ("q", "_z", "_g", "_basic", "_upper"), clear, one, unsolved)
-
-
-def _zero_gradient(M: Vector) -> Gradient:
-    """Return the gradient of a function that does not depend on z."""
-    zeros, none = np.zeros(len(M)), np.zeros(len(M), dtype=bool)
-    return Gradient(zeros, M, zeros, zeros, none, none, [])
 
 
 @np.errstate(all="ignore")

@@ -51,10 +51,14 @@ MOST_MINORS = 20_000  # and other steps of an inspection of S
 def gradient(problem: Problem, result: Result, g: VectorLike, J: Any = None) -> Gradient:
     """Return the derivatives of a function of z with the gradient g, shape (n,), at a result of the problem; with J, of
     a function of J z with the gradient g, shape (k,)."""
-    at, rows = linearization(result, J is not None), None if J is None else _rows(J, problem.n)
+    rows = None if J is None else _rows(J, problem.n)
     if rows is None:
         (g,) = by_names(lambda: problem.names, g=g)
     own = as_vector("g", g, problem.n if rows is None else rows.shape[0], "unknown" if rows is None else "row of J")
+    if not own.any():  # whatever the solution is, the function does not depend on it
+        zeros, none = np.zeros(problem.n), np.zeros(problem.n, dtype=bool)
+        return Gradient(zeros, problem.M, zeros, zeros, none, none, [])
+    at = linearization(result, J is not None)
     if rows is not None:
         _refuse_undetermined(at, rows)
         own = product(rows.T, own)

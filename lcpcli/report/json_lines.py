@@ -29,7 +29,9 @@ KEYS = (
     "certificate exact "
     f"answer others exactly_solvable {' '.join(vars(DEFAULTS))} options trace"
 )
-MINIMUM = "x y bound_multipliers objective statement proved exact ray certificate"  # of a program's answer
+MINIMUM = (
+    "x y bound_multipliers activities slacks objective statement proved exact ray certificate"  # of a program's answer
+)
 
 
 def line(record: Mapping[str, Any]) -> str:

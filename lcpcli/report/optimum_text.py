@@ -35,7 +35,9 @@ def build(found: Optimum, exact: bool, form: str, names: Sequence[str] = ()) -> 
     ]
     if each := found.equilibrium:
         facts += programs_and_games.strategies(problem.origin, [*each.row], [*each.column], each.payoffs, cell)
-    own = wording.short_names(problem.names, longest(form))
+    tree = programs_and_games.behavior_of(problem.origin, found.z) if found.z else None
+    facts += [programs_and_games.payoffs_of(tree)] if tree else []
+    own = wording.headings(problem, longest(form))
     kept = selection.places(problem.names, names)[:MOST_LINES]
     z, w = (in_own_sense(problem, values or []) for values in (found.z, found.w))
     rows = [[own[i], cell(z[i]), cell(w[i])] for i in kept] if z else []
@@ -44,7 +46,7 @@ def build(found: Optimum, exact: bool, form: str, names: Sequence[str] = ()) -> 
         found.message(cell),
         found.status == OPTIMAL,
         [*facts, f"{count(found.nodes, 'node')} of the tree over the states"],
-        [Table(["", "z", "w"], [rows])],
+        [*([programs_and_games.behavior(tree.information_sets)] if tree else []), Table(["", "z", "w"], [rows])],
         provenance=f"{wording.PROGRAM}, in exact arithmetic{wording.took(found.seconds, form)}",
     )
     return Document(section.title, [section])
@@ -60,6 +62,8 @@ def in_json(found: Optimum, source: Source, exact: bool) -> str:
     own = {**values, "message": found.message(brief if exact else approximate), "equilibrium": None}
     if each := found.equilibrium:
         own["equilibrium"] = solutions.equilibrium(each, exact)
+    elif found.z:
+        own["equilibrium"] = solutions.of_tree(problem.origin, found.z, exact)
     if isinstance(problem.origin, Program) and found.z:
         parts = zip("xy", problem.origin.own_parts(found.z), strict=False)
         own |= {key: _plain(part, exact) for key, part in parts}

@@ -77,7 +77,7 @@ class Ends:
     def names(self, most: float = math.inf) -> list[str]:
         """Return the names of the components of z by `short_names`; those of a program's multipliers begin with y."""
         if self.program is None:
-            return wording.short_names(self.problem.names, most)
+            return wording.headings(self.problem, most)
         (data, _), rows = self._data, self.program.rows or [""] * (self.problem.n - self.program.variables)
         rows = rows[: data.row_lower.size]
         sides = [rows[i] for i in np.flatnonzero(data.ranges)]

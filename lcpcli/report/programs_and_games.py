@@ -5,21 +5,23 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from fractions import Fraction
+from itertools import islice
 from typing import Any
 
 import numpy as np
 
+from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 from lcpcli.report import wording
 from lcpcli.report.document import Table
 from lcpcli.solving.answer import BehaviorEquilibrium, Conclusion, Minimum
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
-from lcpcli.verify.behavior import InformationSetStrategy
+from lcpcli.verify.behavior import Behavior, InformationSetStrategy
 from lcpcli.verify.equilibrium import Strategies
 
-PAYOFFS = ("row gets", "column gets")
 MOST_SETS = 100  # information sets in a table, a few screens
 
 
@@ -29,7 +31,7 @@ def lines(result: Result, compared: bool) -> list[str]:
 
     compared : whether other results are shown too, so that the lines have to name this result.
     """
-    answer = result.answer
+    answer: Any = result.answer
     if answer is None:
         return []
     origin: Any = result.problem.origin
@@ -40,10 +42,10 @@ def lines(result: Result, compared: bool) -> list[str]:
     elif not isinstance(answer, Minimum):
         if answer.row is not None:
             parts = strategies(origin, answer.row.tolist(), answer.column.tolist(), answer.payoffs)
-    elif answer.x is not None and answer.y is not None:
+    elif answer.x is not None and answer.y is not None and answer.objective is not None:
         multipliers = [f"y = {named(answer.y.tolist(), origin.rows)}"] if answer.y.size else []
         point = f"{'' if result.solved else 'best '}x = {named(answer.x.tolist(), origin.columns)}"
-        parts = [point, *multipliers, f"objective {answer.objective:.7g}"]
+        parts = [point, *multipliers, f"objective {wording.plain_number(answer.objective)}"]
     texts = [", ".join(parts), answer.statement, *no_optimum(answer, origin)]
     if answer.exact and not isinstance(answer, BehaviorEquilibrium):
         from lcpcli.rational.numbers import brief
@@ -53,13 +55,18 @@ def lines(result: Result, compared: bool) -> list[str]:
 
 
 def strategies(
-    game: Any, row: list[Any], column: list[Any], payoffs: Sequence[Any], cell: Callable[[Any], str] = "{:.7g}".format
+    game: Any,
+    row: list[Any],
+    column: list[Any],
+    payoffs: Sequence[Any],
+    cell: Callable[[Any], str] = wording.plain_number,
 ) -> list[str]:
     """Return lines with a mixed strategy of each player, as a vector or by the names of the strategies played, and with
     the payoffs."""
+    one, other = game.players or ("row", "column")
     return [
-        f"row = {named(row, game.rows, cell, sparing=True)}",
-        f"column = {named(column, game.columns, cell, sparing=True)}",
+        f"{one} = {named(row, game.rows, cell, sparing=True)}",
+        f"{other} = {named(column, game.columns, cell, sparing=True)}",
         f"payoffs {cell(payoffs[0])} and {cell(payoffs[1])}",
     ]
 
@@ -72,10 +79,30 @@ def payoffs_of(own: Any) -> str:
 
 def _number(value: Any) -> str:
     if isinstance(value, float):
-        return f"{value + 0.0:.7g}"
+        return wording.plain_number(value)
     from lcpcli.rational.numbers import brief
 
     return brief(Fraction(value))
+
+
+def behavior_of(game: Any, z: Sequence[Any]) -> Behavior | None:
+    """Return the strategies that the plans in z stand for; None for another game than a tree."""
+    if not isinstance(game, ExtensiveGame):
+        return None
+    x, y, *_ = game.parts(z)
+    return Behavior.of_plans(game, list(x), list(y))
+
+
+def doubles(own: Behavior) -> Behavior:
+    """Return strategies whose numbers are fractions in doubles."""
+    from lcpcli.rational.numbers import rounded
+
+    sets = [
+        replace(each, probabilities=rounded(each.probabilities).tolist(), reached=float(each.reached))
+        for each in own.information_sets
+    ]
+    one, two, payoffs, gains = (rounded(values).tolist() for values in (*own.plans, own.payoffs, own.gains))
+    return replace(own, information_sets=sets, plans=(one, two), payoffs=tuple(payoffs), gains=tuple(gains))
 
 
 def behavior(sets: Sequence[InformationSetStrategy]) -> Table:
@@ -89,11 +116,42 @@ def behavior(sets: Sequence[InformationSetStrategy]) -> Table:
     return Table(["player", "information set", "reached", "probabilities"], [rows], (0, 1, 3), (3,), notes=notes)
 
 
-def tables(answer: Any) -> list[Table]:
-    """Return a table of the strategies if an answer has those of a game tree, in fractions if they are proved."""
+def tables(answer: Any, origin: Any) -> list[Table]:
+    """Return a table of the rows and variables of a program, or of the strategies of a game tree, in fractions if they
+    are proved."""
+    if isinstance(answer, Minimum):
+        return rows_of(answer, origin)
     if not isinstance(answer, BehaviorEquilibrium) or answer.payoffs is None:
         return []
     return [behavior((answer.exact or answer).information_sets or [])]
+
+
+def rows_of(answer: Any, origin: Any) -> list[Table]:
+    """Return a table of the rows of a program, with activities, slacks and multipliers, and of its variables, with the
+    multipliers of their bounds, which are their reduced costs."""
+    if answer.x is None or not answer.activities.size:
+        return []
+    cell, x, y = wording.plain_number, answer.x.tolist(), answer.y.tolist()
+    rows = zip(
+        wording.short_names(origin.rows or [""] * len(y), math.inf, "r"),
+        answer.activities.tolist(),
+        answer.slacks.tolist(),
+        y,
+        strict=True,
+    )
+    columns = zip(
+        wording.short_names(origin.columns or [""] * len(x), math.inf, "x"),
+        x,
+        answer.bound_multipliers.tolist(),
+        strict=True,
+    )
+    groups = [
+        [[name, *map(cell, numbers)] for name, *numbers in islice(rows, MOST_SETS)],
+        [[name, cell(value), "", cell(cost)] for name, value, cost in islice(columns, MOST_SETS)],
+    ]
+    left_out = max(len(x), len(y)) > MOST_SETS
+    notes = [f"the first {MOST_SETS} rows and variables; JSON and CSV have all"] * left_out
+    return [Table(["", "value", "slack", "multiplier"], groups, (0,), notes=notes)]
 
 
 def no_optimum(answer: Any, origin: Any) -> list[str]:
@@ -112,7 +170,7 @@ def no_optimum(answer: Any, origin: Any) -> list[str]:
 
 
 def named(
-    values: list[Any], names: Sequence[str], cell: Callable[[Any], str] = "{:.7g}".format, sparing: bool = False
+    values: list[Any], names: Sequence[str], cell: Callable[[Any], str] = wording.plain_number, sparing: bool = False
 ) -> str:
     """Return a vector, or its entries with their names if there are any. sparing : whether zeros are left out."""
     if not names:
@@ -125,21 +183,28 @@ def strategy_names(game: Game, most: float) -> tuple[list[str], list[str]]:
     """Return the names of the rows and of the columns, by `short_names` with the letters x and y; a name that both
     players have says whose it is."""
     m, k = game.A.shape
-    both, second = set(game.rows) & set(game.columns), "column" if most == math.inf else "col"
+    both = set(game.rows) & set(game.columns)
+    first, second = game.players or ("row", "column" if most == math.inf else "col")
     rows, columns = (
         [f"{player} {name}" if name in both else name for name in own]
-        for player, own in (("row", game.rows or [""] * m), (second, game.columns or [""] * k))
+        for player, own in ((first, game.rows or [""] * m), (second, game.columns or [""] * k))
     )
-    most += len("row ") * bool(both)
+    most += (len(first) + 1) * bool(both)
     return wording.short_names(rows, most, "x"), wording.short_names(columns, most, "y")
+
+
+def payoff_headings(game: Game) -> list[str]:
+    """Return the headings of the payoffs of both players."""
+    return [f"{player} gets" for player in game.players or ("row", "column")]
 
 
 def headings(game: Game) -> list[str]:
     """Return a different heading for each strategy and each payoff."""
     rows, columns = strategy_names(game, np.inf)
-    times = Counter([*rows, *columns, *PAYOFFS])
-    parts = (("row", rows), ("column", columns))
-    return [*(name if times[name] == 1 else f"{player} {name}" for player, own in parts for name in own), *PAYOFFS]
+    gets = payoff_headings(game)
+    times = Counter([*rows, *columns, *gets])
+    parts = zip(game.players or ("row", "column"), (rows, columns), strict=True)
+    return [*(name if times[name] == 1 else f"{player} {name}" for player, own in parts for name in own), *gets]
 
 
 @np.errstate(all="ignore")  # an iterate may be anything

@@ -21,7 +21,7 @@ from lcpcli.solving.result import Result
 
 COLUMNS = ("component", "z", "w")  # components from 1
 STATE = "state"
-PROGRAM_COLUMNS = ("part", "value", "bound_multiplier")
+PROGRAM_COLUMNS = ("part", "value", "bound_multiplier", "activity", "slack")
 GAME_COLUMNS = ("player", "probability", "payoff")
 ITERATES = "iterates, "
 OPENING = f"# {ITERATES}"  # by which a file is recognised as a trace
@@ -57,7 +57,8 @@ def answers_text(results: Sequence[Result], compared: bool, shown: Sequence[str]
 def part(result: Result, source: str) -> str:
     """Return the lines of one of many problems, with state and name, below comments on the result."""
     names = [[name] for name in result.problem.names]
-    return written(_rows(result, [source], [_STATES, (("name",), lambda _: names)]), wording.provenance([result])[1:])
+    comments = [*wording.provenance([result])[1:], *wording.objective(result)]
+    return written(_rows(result, [source], [_STATES, (("name",), lambda _: names)]), comments)
 
 
 def iterates_text(results: Sequence[Result], chosen: Sequence[str] = (), names: Sequence[str] = ()) -> str:
@@ -175,19 +176,22 @@ def _names(result: Result) -> list[Cells]:
 
 
 def _of_program(result: Result) -> list[Cells]:
-    """Return for each component whether it is x, y or s, its value in the program's own sense, and the multiplier of
-    its bounds."""
+    """Return for each component whether it is x, y or s, its value in the program's own sense, of a variable the
+    multiplier of its bounds, and of a row its activity and its slack."""
     answer = result.answer
     if not isinstance(answer, Minimum) or answer.x is None:
-        return [("", "", "")] * result.problem.n
+        return [("",) * len(PROGRAM_COLUMNS)] * result.problem.n
     assert answer.y is not None
     assert answer.bound_multipliers is not None
+    assert answer.activities is not None
+    assert answer.slacks is not None
     x, y = answer.x.tolist(), answer.y.tolist()
     if answer.exact:
         x, y = _fractions(answer.exact["x"]), _fractions(answer.exact["y"])
-    cells = [("x", *pair) for pair in zip(x, answer.bound_multipliers.tolist(), strict=True)]
-    cells += [("y", value, "") for value in y]
-    return [*cells, *(("s", value, "") for value in _vectors(result)[0][len(cells) :])]
+    cells = [("x", *pair, "", "") for pair in zip(x, answer.bound_multipliers.tolist(), strict=True)]
+    rows = zip(y, answer.activities.tolist(), answer.slacks.tolist(), strict=True)
+    cells += [("y", value, "", *own) for value, *own in rows]
+    return [*cells, *(("s", value, "", "", "") for value in _vectors(result)[0][len(cells) :])]
 
 
 def _of_game(result: Result) -> list[Cells]:

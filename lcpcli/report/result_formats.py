@@ -95,7 +95,7 @@ def of_result(result: Result, source: Source, form: str, width: int = 0) -> str:
     from lcpcli.report import wording
 
     n, k, seconds = str(result.problem.n), str(result.iterations), wording.duration(result.seconds)
-    by = ", ".join(result.route)
+    by = ", ".join([*result.route, *wording.objective(result)])
     status = result.word.replace("_", " ")
     return _row(width, str(source), n, status, k, wording.residual(result), seconds, by)
 

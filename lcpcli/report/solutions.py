@@ -13,6 +13,7 @@ from lcpcli.enumeration.pieces import Piece
 from lcpcli.enumeration.search import SolutionSet, objective
 from lcpcli.errors import count
 from lcpcli.files.contents import Source
+from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.names import in_own_sense
 from lcpcli.model.program import Program
 from lcpcli.rational.exact_problem import ExactProblem
@@ -77,9 +78,15 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float, sh
     if not found.pieces:  # with many unknowns, a header alone would take a while
         return Table([], []), []
     program = origin if isinstance(origin, Program) else None
-    names = wording.short_names(data.problem.names, most)
+    tree = origin if isinstance(origin, ExtensiveGame) else None
+    names = wording.headings(data.problem, most)
     kept = selection.places(selection.labels_of(data.problem), shown_names)
-    header = ["piece", "", *(names[i] for i in kept), *(f"w{i + 1}" for i in kept), *["objective"] * bool(program)]
+    if tree is not None:
+        plans = sum(tree.sizes[:2])
+        kept = [i for i in kept if i < plans and i not in (0, tree.sizes[0])]
+    header = ["piece", "", *(names[i] for i in kept)]
+    header += [f"{name} gets" for name in tree.tree.names()] if tree else [f"w{i + 1}" for i in kept]
+    header += ["objective"] * bool(program)
     shown, points, most_lines = 0, list[list[str]](), _most_lines(header)
     groups = [points]
     for number, piece in enumerate(found.pieces, 1):
@@ -87,7 +94,10 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float, sh
         for kind, z, w in islice(_parts(data, piece), most_lines - shown):
             own = [cell(objective(data, program, z)) if kind == "vertex" else ""] if program else []
             word = "point" if piece.is_point else kind
-            numbers = [cell(vector[i]) for vector in (in_own_sense(data.problem, z), w) for i in kept]
+            if tree is not None:
+                numbers = _of_tree(tree, kind, z, kept, cell)
+            else:
+                numbers = [cell(vector[i]) for vector in (in_own_sense(data.problem, z), w) for i in kept]
             rows.append([str(number) if not rows else "", word, *numbers, *own])
         shown += len(rows)
         if piece.is_point:
@@ -95,11 +105,26 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float, sh
         else:
             groups.append(rows)
     total = sum(len(piece.vertices) + len(piece.rays) + len(piece.lines) for piece in found.pieces)
-    remark = "the solutions of a face are the averages of its vertices"
+    remark = f"the solutions of a face are the averages of {'the plans at ' if tree else ''}its vertices"
     if any(piece.rays or piece.lines for piece in found.pieces):
         remark += ", plus any nonnegative multiples of its rays and any multiples of its lines"
     faces = any(not piece.is_point for piece in found.pieces)
     return _table(header, groups), [*[remark] * faces, *_left_out(total, most_lines)]
+
+
+def _of_tree(
+    game: ExtensiveGame, kind: str, z: Values, kept: Sequence[int], cell: Callable[[Fraction], str]
+) -> list[str]:
+    """Return the probabilities of these moves and the payoffs, or the changes of the plans along a direction."""
+    own = programs_and_games.behavior_of(game, z) if kind == "vertex" else None
+    if own is None:
+        return [*(cell(z[i]) for i in kept), "", ""]
+    one, two = (
+        [1, *(p for each in own.information_sets if each.player == name for p in each.probabilities)]
+        for name in own.players
+    )
+    values = [*one, *two]
+    return [*(cell(values[i]) for i in kept), *map(cell, own.payoffs)]
 
 
 def _table(header: list[str], groups: list[list[list[str]]]) -> Table:
@@ -127,7 +152,7 @@ def _equilibria(
     names, labels = [*of_rows, *of_columns], selection.labels_of(found.data.problem)[: found.data.n]
     kept = selection.places(labels, shown_names)
     shown = [names[i] for i in kept]
-    header = ["", *shown, *programs_and_games.PAYOFFS, *["index"] * indexed, "pure"]
+    header = ["", *shown, *programs_and_games.payoff_headings(game), *["index"] * indexed, "pure"]
     most_lines = _most_lines(header)
     lines = [
         [
@@ -189,12 +214,11 @@ def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
 
 
 def _solution(found: SolutionSet, k: int, z: Values, exact: bool) -> dict[str, Any]:
-    origin, value, own, parts = found.data.problem.origin, None, None, {}
+    origin, value, parts = found.data.problem.origin, None, {}
     if isinstance(origin, Program):
         (value,) = _numbers([objective(found.data, origin, z)], exact)
         parts = {key: _numbers(each, exact) for key, each in zip("xy", origin.own_parts(z), strict=False)}
-    if found.equilibria is not None:
-        own = equilibrium(found.equilibria.extreme[k], exact)
+    own = of_tree(origin, z, exact) if found.equilibria is None else equilibrium(found.equilibria.extreme[k], exact)
     w = found.data.w(z)
     return {"z": _numbers(z, exact), "w": _numbers(w, exact), "objective": value, **parts, "equilibrium": own}
 
@@ -203,6 +227,15 @@ def equilibrium(each: ExactEquilibrium, exact: bool) -> dict[str, Any]:
     """Return an equilibrium for JSON. exact : whether numbers are texts of fractions."""
     vectors = {key: _numbers(getattr(each, key), exact) for key in ("row", "column", "payoffs")}
     return {**vectors, "pure": each.is_pure, "index": each.index}
+
+
+def of_tree(origin: Any, z: Values, exact: bool) -> dict[str, Any] | None:
+    """Return the strategies and payoffs of a game tree for JSON, as in `answer`; None for another origin."""
+    own = programs_and_games.behavior_of(origin, z)
+    if own is None:
+        return None
+    made: dict[str, Any] = json_lines.plain(own if exact else programs_and_games.doubles(own))
+    return made
 
 
 def in_csv(found: SolutionSet, exact: bool, shown: Sequence[str] = ()) -> str:

@@ -139,12 +139,12 @@ def build(
 
 
 def _strategies(result: Result) -> list[Table]:
-    """Return a table of the strategies of a game tree; none for any other problem."""
+    """Return a table of the rows and variables of a program, or of the strategies of a game tree."""
     if result.answer is None:
         return []
     from lcpcli.report import programs_and_games
 
-    return programs_and_games.tables(result.answer)
+    return programs_and_games.tables(result.answer, result.problem.origin)
 
 
 def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> Document:
@@ -182,8 +182,8 @@ def _columns(problem: Problem, components: Indices | None, most: float) -> list[
         from lcpcli.report import programs_and_games
 
         rows, columns = programs_and_games.strategy_names(game, most)
-        return [*with_ellipsis([*rows, *columns], components), *programs_and_games.PAYOFFS]
-    return with_ellipsis(wording.short_names(problem.names, most), components)
+        return [*with_ellipsis([*rows, *columns], components), *programs_and_games.payoff_headings(game)]
+    return with_ellipsis(wording.headings(problem, most), components)
 
 
 def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[int]:

@@ -41,7 +41,18 @@ def components(values: Iterable[float], largest: float) -> list[str]:
     return [f"{v:.6e}" if scientific or abs(v) >= LARGEST_FIXED else f"{round(v, 7) + 0.0:.7f}" for v in values]
 
 
-def vector(entries: Sequence[Any], cell: Callable[[Any], str] = "{:.7g}".format) -> str:
+def plain_number(value: float) -> str:
+    """Return a number with up to 7 significant digits, and 0 without a sign."""
+    return f"{value + 0.0:.7g}"
+
+
+def objective(result: Result) -> list[str]:
+    """Return the objective of a solved program in words; nothing for other problems."""
+    value = getattr(result.answer, "objective", None) if result.solved else None
+    return [] if value is None else [f"objective {plain_number(value)}"]
+
+
+def vector(entries: Sequence[Any], cell: Callable[[Any], str] = plain_number) -> str:
     """Return a vector in a line of text, as far as it fits."""
     more = [ELLIPSIS] if len(entries) > LINE_ENTRIES else []
     return f"({', '.join([*map(cell, entries[:LINE_ENTRIES]), *more])})"
@@ -55,6 +66,12 @@ def folded(line: str, width: int | None) -> list[str]:
 def short_names(names: Sequence[str], most: float, letter: str = "z") -> list[str]:
     """Return the names, with a name that is too long replaced by its place, as in z1."""
     return [name if 0 < len(visible(name)) < most else f"{letter}{i}" for i, name in enumerate(names, 1)]
+
+
+def headings(problem: Problem, most: float) -> list[str]:
+    """Return the names of the components for a table, by `short_names`: of a game tree, the players' moves."""
+    moves = getattr(problem.origin, "headings", None)
+    return short_names(problem.names, most) if moves is None else short_names(moves, 2 * most)
 
 
 def multiplier(value: float) -> str:

@@ -42,10 +42,12 @@ class Minimum:
     """What a result on the conditions says about a program, min or max x'Qx / 2 + c'x + constant under its rows and
     bounds.
 
-    x : the point, shape (k,), or the best iterate if the conditions are not solved; None, like the next three, if the
-        conditions are proved to have no solution.
+    x : the point, shape (k,), or the best iterate if the conditions are not solved; None, like all up to the objective,
+        if the conditions are proved to have no solution.
     y, bound_multipliers : the multipliers of the m rows and of the bounds of the k variables: the derivative of the
         optimal objective with respect to the active bound, 0 where none is active.
+    activities, slacks : the values Ax of the rows, and their distances from the nearer of their bounds, negative where
+        a row is violated.
     objective : the value at x, in the program's own sense and with its constant.
     exact : x and y as fractions if they are proved, else None.
 
@@ -62,6 +64,8 @@ class Minimum:
     x: Vector | None
     y: Vector | None
     bound_multipliers: Vector | None
+    activities: Vector | None
+    slacks: Vector | None
     objective: float | None
     exact: dict[str, list[Fraction]] | None
     _conclude: Callable[[], Conclusion] = field(repr=False)

@@ -60,7 +60,10 @@ class Batch(Sequence[Result]):
             self._rows = _answers(stack.like, stack, limits, fast, threads=given.get("threads"))
             self.solved |= self._rows.certain
             self.z[self.solved] = self._rows.Z[self.solved]
-        for i in (~self.solved).nonzero()[0].tolist():
+        rest = (~self.solved).nonzero()[0].tolist()
+        if method == "auto":
+            given = {**given, "compiled": direct_run.uses_kernels(given.get("compiled"), len(rest))}
+        for i in rest:
             result = self._result(i)
             if result is None:
                 result = run(stack.problem(i), method, **given)

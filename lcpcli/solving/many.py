@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Set
+from collections.abc import Callable, Iterable, Iterator, Set, Sized
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, overload
 
@@ -102,7 +102,8 @@ def solve_many(
         batch, of shape (b, n).
     infinity : bounds of at least this size, often 1e20, count as infinite; by default only infinite bounds do.
     compiled : whether to use the kernels of the extra `fast`, which take half a second to load; by default they are
-        used for at least 1000 columns or problems of a batch, and from the thousandth of the Problems on.
+        used for at least 1000 columns, problems of a batch or Problems in a list; an iterator has no length, so that it
+        must ask for them.
     sequence : whether each of the Problems is solved from the states of the previous one, where these are near, as by a
         `Solver`; M and n may change.
     method, options : as in `solve`, for every problem; a time limit applies to each of them. With options other than
@@ -161,9 +162,9 @@ def solve_many(
 
 
 def _one_by_one(problems: Iterable[Problem], method: str, given: dict[str, Any]) -> Iterator[Result]:
-    for number, problem in enumerate(problems, 1):
-        wanted = given.get("compiled")
-        compiled = direct_run.uses_kernels(wanted, number) if method == AUTO else bool(wanted)
+    wanted, number = given.get("compiled"), len(problems) if isinstance(problems, Sized) else 0
+    compiled = direct_run.uses_kernels(wanted, number) if method == AUTO else bool(wanted)
+    for problem in problems:
         yield run(problem, method, **{**given, "compiled": compiled})
 
 

@@ -20,7 +20,7 @@ from lcpcli.inspection.verdict import NO, YES
 from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.linear_program import minimized
-from lcpcli.linalg.matrices import dense, stack
+from lcpcli.linalg.matrices import dense, product, stack
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
@@ -100,7 +100,7 @@ def minimum(result: Result, program: Program) -> Minimum:
     no solution."""
     conclude = partial(conclusion, result.problem, copy(result))  # a copy, as a cycle would keep large arrays in memory
     if result.status.has_no_solution:
-        return Minimum(None, None, None, None, None, conclude)
+        return Minimum(None, None, None, None, None, None, None, conclude)
     sign, data = SENSES[program.sense], _data(result.problem, program)
     x, y = program.parts(result.z)
     w = program.parts(result.w)[0]
@@ -111,7 +111,9 @@ def minimum(result: Result, program: Program) -> Minimum:
     if result.exact is not None and result.exact.z is not None:
         parts = program.parts(result.exact.z)
         exact = {"x": list(parts[0]), "y": [int(sign) * value for value in parts[1]]}
-    return Minimum(x, sign * y + 0.0, bounded, value, exact, conclude)
+    activities = product(data.A, x) + 0.0
+    slacks = np.minimum(activities - data.row_lower, data.row_upper - activities)
+    return Minimum(x + 0.0, sign * y + 0.0, bounded, activities, slacks, value + 0.0, exact, conclude)
 
 
 def _data(problem: Problem, program: Program) -> ProgramData:

@@ -177,7 +177,8 @@ class Result:
         """Return the derivatives of a function of z with respect to M, q and the bounds, by solving one linear system.
 
         g : the gradient of the function at z, shape (n,); with J, of shape (k, n), of a function of J z, shape (k,).
-        Raises DerivativeError as `derivative` does.
+        Where g is 0 all derivatives are 0, also of a problem that is not solved; for other g it raises DerivativeError
+        as `derivative` does.
 
         >>> import lcpcli
         >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])

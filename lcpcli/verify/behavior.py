@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
@@ -58,6 +59,7 @@ class Behavior:
         """Return what these strategies are, in the numbers that they have."""
         one, two = (plan_of(player, own) for player, own in zip(game.tree.players, strategies, strict=True))
         exact = not any(isinstance(value, float) for value in (*one, *two))
+        one, two = (list(map(Fraction if exact else float, plan)) for plan in (one, two))
         tree, payoffs, gains = _Ends.of(game.tree, exact), list[Any](), list[Any]()
         for player, (own, other) in enumerate(((one, two), (two, one))):
             best = plan_of(game.tree.players[player], tree.best_response(player, other))

@@ -23,6 +23,7 @@ class Strategies:
     column: Vector
     payoffs: tuple[Any, ...]
     gains: tuple[Any, ...]
+    players: Sequence[str] = ("the row player", "the column player")
 
     @classmethod
     def of(cls, game: Game, x: Vector, y: Vector) -> Strategies:
@@ -36,7 +37,7 @@ class Strategies:
         gains = number(by_row.max()) - row, number(by_column.max()) - column
         rounding = (0.0, 0.0) if exact else tuple(ROW_ROUNDING * terms for terms in _terms(game, x, y, (0.0, 0.0)))
         by_best = (gain if gain > least else number(0) for gain, least in zip(gains, rounding, strict=True))
-        return cls(x, y, (row, column), tuple(by_best))
+        return cls(x, y, (row, column), tuple(by_best), game.players or cls.players)
 
     def are_best(self, game: Game, allowed: float) -> bool:
         """Return whether neither player gains more than the fraction `allowed` of the terms of its gain, among which
@@ -46,7 +47,7 @@ class Strategies:
 
     def statement(self, are_equilibrium: bool) -> str:
         """Return a sentence on whether the strategies are an equilibrium, and on what a player would gain."""
-        return statement(are_equilibrium, self.gains, ("the row player", "the column player"))
+        return statement(are_equilibrium, self.gains, self.players)
 
 
 def statement(are_equilibrium: bool, gains: Sequence[Any], names: Sequence[str]) -> str:

@@ -59,7 +59,7 @@ def test_json_has_the_answer(lcp: Lcp) -> None:
     (line,) = remade(lcp, "--from-qp", "program.json", "--exact", "--format", "json")
     answer = json.loads(line)["answer"]
     told = ["statement", "proved", "exact", "ray", "certificate", "rows", "columns"]
-    assert list(answer) == ["kind", "x", "y", "bound_multipliers", "objective", *told]
+    assert list(answer) == ["kind", "x", "y", "bound_multipliers", "activities", "slacks", "objective", *told]
     assert (answer["kind"], answer["x"], answer["y"], answer["objective"]) == ("qp", [1.5, 0], [0], -2.25)
     assert answer["exact"] == {"x": ["3/2", "0"], "y": ["0"]}
     (line,) = remade(lcp, "--from-game", "game.json", "--format", "json")
@@ -167,3 +167,18 @@ def test_names_come_from_the_file_or_its_content(lcp: Lcp, files: Path) -> None:
     assert lcp("make", "--from-qp", "program.json", "-o", "made.json").code == 0
     problem = read("made.json")
     assert (problem.name, problem.source, problem.note) == ("own", "me", "short")
+
+
+def test_people_see_activities_slacks_reduced_costs_and_objectives(lcp: Lcp, tmp_path: Path) -> None:
+    program = {"c": [3, 2], "A": [[1, 1], [1, 3]], "row_upper": [4, 6], "row_lower": [None, None], "sense": "max"}
+    program |= {"rows": ["land", "work"], "columns": ["wheat", "rye"]}
+    for name in "ab":
+        (tmp_path / f"{name}.json").write_text(json.dumps(program))
+    lines = [line.split() for line in lcp("solve", str(tmp_path / "a.json")).out.splitlines()]
+    for line in (["land", "4", "0", "3"], ["work", "4", "2", "0"], ["wheat", "4", "0"], ["rye", "0", "-1"]):
+        assert line in lines
+    answer = json.loads(lcp("solve", str(tmp_path / "a.json"), "--format", "json").out)["answer"]
+    assert (answer["activities"], answer["slacks"]) == ([4, 4], [0, 2])
+    assert lcp("solve", str(tmp_path)).out.count("objective 12\n") == 2
+    assert lcp("solve", str(tmp_path), "--format", "csv").out.count("# objective 12\n") == 2
+    assert "-0" not in lcp("solve", str(tmp_path / "a.json")).out.replace("-" * 4, "")

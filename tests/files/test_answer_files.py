@@ -16,6 +16,7 @@ from lcpcli import Trace, read, run
 from lcpcli.files import contents, proposed_solutions
 from lcpcli.report import plotting
 from lcpcli.report.figures.data import Panel
+from lcpcli.report.result_csv import PROGRAM_COLUMNS
 
 EXAMPLE = contents.shipped_path("paper-example-2.json")
 
@@ -162,11 +163,12 @@ def test_csv_of_a_program_names_variables_and_rows_with_their_multipliers_if_it_
     (folder / "farm.json").write_text(json.dumps(program | names))
     assert lcp("solve", "farm.json", "-o", "farm.csv").code == 0
     rows = table(folder / "farm.csv")
-    assert list(rows[0]) == ["component", "z", "w", "state", "name", "part", "value", "bound_multiplier"]
+    assert list(rows[0]) == ["component", "z", "w", "state", "name", *PROGRAM_COLUMNS]
     assert [row["name"] for row in rows] == ["wheat; winter", "rye, summer", "New York", "land", ""]
     assert [row["part"] for row in rows] == ["x", "x", "y", "y", "s"]
     assert [float(row["value"]) for row in rows] == [4, 0, 3, 0, 4]
     assert [float(row["bound_multiplier"]) for row in rows[:2]] == [0, -1]
+    assert [(row["activity"], row["slack"]) for row in rows[1:4]] == [("", ""), ("4.0", "0.0"), ("4.0", "2.0")]
     assert lcp("check", "farm.json", "farm.csv").code == 0
     assert lcp("compare", "farm.json", "--method", "lemke", "-o", "all.csv").code == 0
     assert lcp("check", "farm.json", "all.csv").code == 0

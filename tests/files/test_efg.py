@@ -186,3 +186,33 @@ def test_folders_and_other_commands_take_efg_files(lcp: Lcp, tmp_path: Path) -> 
     (tmp_path / "g.efg").write_text(GAME)
     assert contents.files_in([str(tmp_path)], print) == [str(tmp_path / "g.efg")]
     assert lcp("inspect", str(tmp_path / "g.efg"), "--format", "json").code == 0
+
+
+def test_all_equilibria_and_the_best_one_are_strategies_and_payoffs(tmp_path: Path, lcp: Any) -> None:
+    (tmp_path / "threat.efg").write_text(THREAT)
+    source = str(tmp_path / "threat.efg")
+    lines = [line.split() for line in lcp("solve", source, "--all").out.splitlines() if "-" * 9 not in line]
+    assert lines[4] == ["piece", "L", "R", "l", "r", "Ann", "gets", "Bob", "gets"]
+    assert [line[-2:] for line in lines[5:8]] == [["2", "1"], ["1", "2"], ["1", "2"]]
+    for options in ((), ("--exact",)):
+        every = json.loads(lcp("solve", source, "--all", "--format", "json", *options).out)
+        best = json.loads(lcp("solve", source, "--maximize", "z2", "--format", "json", *options).out)
+        kind = str if options else float
+        assert best["equilibrium"]["payoffs"] == [kind(2), kind(1)]
+        for own in (*(each["equilibrium"] for each in every["solutions"]), best["equilibrium"]):
+            assert own["players"] == ["Ann", "Bob"]
+            assert {type(value) for plan in own["plans"] for value in plan} == {kind}
+    answer = json.loads(lcp("solve", source, "--exact", "--format", "json").out)["answer"]
+    assert {type(value) for plan in answer["exact"]["plans"] for value in plan} == {str}
+    assert "payoffs Ann 2, Bob 1" in lcp("solve", source, "--maximize", "z2").out
+    table = lcp("solve", source).out
+    assert "method k       Ann         L         R       Bob         l         r cost of Ann" in table
+
+
+THREAT = """EFG 2 R "threat" { "Ann" "Bob" }
+p "" 1 1 "a" { "L" "R" } 0
+p "" 2 1 "b" { "l" "r" } 0
+t "" 1 "" { 2 1 }
+t "" 2 "" { 0 0 }
+t "" 3 "" { 1 2 }
+"""

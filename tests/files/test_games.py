@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import re
 from collections.abc import Callable
 from fractions import Fraction
@@ -229,3 +230,26 @@ def test_check_says_what_tolerance_accepts_rounded_strategies_and_how_many_there
     assert lcp("check", *TABLES, rounded, "--tol", told).code == 0
     assert "accepts it" not in lcp("check", *TABLES, "0.7,0.3,0.4,0.6,0").out
     assert "z: has 4 entries for 2 and 3 strategies; make them agree" in lcp("check", *TABLES, "1,0,0,1").err
+
+
+def test_players_of_a_file_are_named_and_costs_are_minimized(tmp_path: Path, lcp: Any) -> None:
+    text = 'NFG 1 R "g" { "Ann" "Bob" } { { "up" "down" } { "left" "right" } } 3 2 0 0 0 0 2 3'
+    (tmp_path / "g.nfg").write_text(text)
+    out = lcp("solve", str(tmp_path / "g.nfg"), "--method", "newton").out
+    assert "Ann = (up 0.6, down 0.4), Bob = (left 0.4, right 0.6), payoffs 1.2 and 1.2" in out
+    assert "Ann gets Bob gets" in out
+    assert "by a best response Ann would gain 0, Bob 0" in out
+    assert lcp("convert", str(tmp_path / "g.nfg"), "-o", str(tmp_path / "g.json")).code == 0
+    assert json.loads((tmp_path / "g.json").read_text())["players"] == ["Ann", "Bob"]
+    assert "Ann gets  Bob gets" in lcp("solve", str(tmp_path / "g.nfg"), "--all").out
+    costs = {"A": [["1/3", 0], [0, 2]], "B": [[2, 0], [0, 3]]}
+    negated = {"A": [["-1/3", 0], [0, -2]], "B": [[-2, 0], [0, -3]]}
+    (tmp_path / "costs.json").write_text(json.dumps(costs | {"sense": "min", "players": ["Ann", "Bob"]}))
+    (tmp_path / "payoffs.json").write_text(json.dumps(negated))
+    cost, payoff = (read(tmp_path / f"{name}.json") for name in ("costs", "payoffs"))
+    assert cost.M.tolist() == payoff.M.tolist()
+    assert isinstance(cost.origin, Game)
+    assert isinstance(payoff.origin, Game)
+    assert cost.origin.payoffs() == payoff.origin.payoffs()
+    (tmp_path / "costs.json").write_text(json.dumps(costs | {"sense": "least"}))
+    assert 'give "max" for payoffs or "min" for costs' in lcp("solve", str(tmp_path / "costs.json")).err

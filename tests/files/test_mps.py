@@ -287,3 +287,26 @@ def test_the_side_of_another_free_row_is_not_the_constant(tmp_path: Path) -> Non
 def test_a_bound_that_means_none_in_MPS_is_not_written(tmp_path: Path) -> None:
     with pytest.raises(ProblemError, match=r"has a bound of 1e\+20 or more"):
         write(from_qp(None, [1.0], lower=[0.0], upper=[1e20]), tmp_path / "p.mps")
+
+
+def test_a_quadratic_section_has_two_names(tmp_path: Path) -> None:
+    text = (
+        "NAME\nROWS\n N obj\n G r\nCOLUMNS\n x obj 1 r 1\n y r 1\nRHS\n RHS r 1\n{} \n x x 2\n x y 1\n y y 4\nENDATA\n"
+    )
+    made = []
+    for heading in ("QUADOBJ", "QSECTION obj"):
+        (tmp_path / "p.mps").write_text(text.format(heading))
+        made.append(read(tmp_path / "p.mps").M.tolist())
+    assert made[0] == made[1]
+    (tmp_path / "p.mps").write_text(text.format("QSECTION r"))
+    with pytest.raises(ProblemError, match="line 10: has a quadratic part of row 'r'; only an objective may have one"):
+        read(tmp_path / "p.mps")
+
+
+def test_headings_may_be_in_small_letters(tmp_path: Path) -> None:
+    text = "NAME\nOBJSENSE\n MAX\nROWS\n N obj\n L r\nCOLUMNS\n x obj 1 r 1\nRHS\n RHS r 4\nBOUNDS\n UP b x 3\nENDATA\n"
+    for number, each in enumerate((text, text.lower().replace(" up ", " UP "))):
+        (tmp_path / f"{number}.mps").write_text(each)
+        answer = run(read(tmp_path / f"{number}.mps")).answer
+        assert isinstance(answer, Minimum)
+        assert answer.objective == 3

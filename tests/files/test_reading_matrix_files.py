@@ -22,7 +22,7 @@ from lcpcli.errors import ProblemError
 from lcpcli.files import mat_format
 from lcpcli.files.beside import read_start
 from lcpcli.files.mat_elements import checked
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import dense, is_sparse
 
 from ..small_problem import M, Q, numbers
 
@@ -219,3 +219,20 @@ def test_what_cannot_be_read_is_left_out() -> None:
     assert {name for name in loadmat(io.BytesIO(checked(mat()))) if name[0] != "_"} == {
         "M", "q", "name", "names", "cell",
     }  # fmt: skip
+
+
+def test_parts_of_a_sparse_matrix_may_have_its_name_in_front(tmp_path: Path) -> None:
+    M = sparse.csr_array([[2.0, 1.0], [1.0, 2.0]])
+    parts = {part: getattr(M, part) for part in ("data", "indices", "indptr", "shape")}
+    np.savez(tmp_path / "p.npz", q=[-5, -6], **{f"M.{part}": array for part, array in parts.items()})
+    assert np.array_equal(dense(read(tmp_path / "p.npz").M), M.toarray())
+    np.savez(tmp_path / "program.npz", c=[-5, -6], row_upper=[1, 1], **parts)
+    with pytest.raises(ProblemError, match="data: is part of a sparse matrix that has no name"):
+        read(tmp_path / "program.npz")
+
+
+def test_bounds_called_a_and_b_in_a_mat_file_are_not_ignored(tmp_path: Path) -> None:
+    own = {"M": np.eye(2), "q": [1.0, 2.0], "a": [0.0, 0.0], "b": [1.0, 1.0]}
+    savemat(tmp_path / "p.mat", own)
+    with pytest.raises(ProblemError, match="a: may hold bounds of z, which are called lower and upper"):
+        read(tmp_path / "p.mat")

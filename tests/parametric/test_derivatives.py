@@ -270,3 +270,15 @@ def test_what_is_kept_for_J_does_not_answer_where_z_is_not_determined() -> None:
     for derive in (lambda: result.gradient([1, 0]), lambda: result.derivative(dq=[1, 1])):
         with pytest.raises(DerivativeError):
             derive()
+
+
+@pytest.mark.parametrize("M", [[[0, 1], [1, 0]], [[1, 1], [1, 1]]])  # without a solution, and with several
+def test_a_function_that_does_not_depend_on_z_has_the_gradient_0(M: Any) -> None:
+    result = lcpcli.solve(M, [-1, 1] if M[0][0] == 0 else [-1, -1])
+    for J in (None, np.eye(2)):
+        gradient = result.gradient([0, 0], J=J)
+        for values in (gradient.M, gradient.q, gradient.lower, gradient.upper):
+            assert not np.any(values)
+    if not result.solved:
+        with pytest.raises(DerivativeError):
+            result.gradient([1, 0])

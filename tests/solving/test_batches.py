@@ -14,6 +14,7 @@ from hypothesis.extra.numpy import arrays
 import lcpcli
 from lcpcli import Batch, Problem
 from lcpcli.errors import OptionError, ProblemError
+from lcpcli.solving import direct_run
 from lcpcli.typing import Vector
 
 from .. import mixed_problems
@@ -22,6 +23,7 @@ from .test_many_columns import assert_same
 B = 12
 M, Q = [[[2.0, 1], [1, 2]], [[2, 0], [0, 4]]], [[-5.0, -6], [-4, 2]]
 NONE = [[0.0, 1.0], [1.0, 0.0]], [-1.0, 1.0]  # a problem without a solution
+NOT_SOLVED = lcpcli.solve(*NONE)
 
 
 def batch_of(*given: Any, **options: Any) -> Batch:
@@ -137,6 +139,50 @@ def test_no_problems_are_an_empty_batch() -> None:
     batch = batch_of(np.zeros((0, 3, 3)), np.zeros((0, 3)))
     assert (len(batch), list(batch), batch.z.shape, batch.w.shape) == (0, [], (0, 3), (0, 3))
     assert batch.gradient(np.zeros((0, 3))).M.shape == (0, 3, 3)
+
+
+@pytest.mark.parametrize("bounds", [{}, {"lower": np.zeros((3, 0)), "upper": np.ones((3, 0))}, {"lower": -1.0}])
+def test_problems_without_unknowns_are_solved(bounds: dict[str, Any]) -> None:
+    batch = batch_of(np.zeros((3, 0, 0)), np.zeros((3, 0)), **bounds)
+    assert batch.solved.all()
+    assert batch.z.shape == batch.w.shape == batch.gradient(np.zeros((3, 0))).lower.shape == (3, 0)
+    assert batch.derivative(dq=np.zeros((3, 0))).z.shape == (3, 0)
+
+
+class Loaded(Exception):
+    """The kernels were asked for."""
+
+
+@pytest.mark.parametrize("bounds", [{}, {"lower": -1.0, "upper": 1.0}])
+def test_a_list_asks_for_the_kernels_before_its_first_problem_if_it_is_long(
+    bounds: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def load() -> None:
+        raise Loaded
+
+    monkeypatch.setattr(direct_run, "uses_kernels", lambda wanted, number: number >= 5 if wanted is None else wanted)
+    monkeypatch.setattr(direct_run, "compiled", load)
+    problems = [Problem(M[0], Q[0], **bounds)] * 5
+    with pytest.raises(Loaded):
+        next(lcpcli.solve_many(problems))
+    for few in (problems[:4], iter(problems)):
+        assert all(result.solved for result in lcpcli.solve_many(few))
+
+
+def test_problems_that_a_batch_leaves_to_run_are_given_the_kernels_if_they_are_many(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[Any] = []
+
+    def run(*_: Any, **given: Any) -> lcpcli.Result:
+        asked.append(given)
+        return NOT_SOLVED
+
+    monkeypatch.setattr("lcpcli.solving.batch.run", run)
+    monkeypatch.setattr(direct_run, "uses_kernels", lambda wanted, number: number == 2 if wanted is None else wanted)
+    batch_of([NONE[0]] * 2, [NONE[1]] * 2, lower=[0.0, 0.0], upper=1e30)
+    batch_of([NONE[0], M[0]], [NONE[1], Q[0]])
+    assert [given["compiled"] for given in asked] == [True, True, False]
 
 
 BAD: dict[str, tuple[Any, Any, dict[str, Any]]] = {
