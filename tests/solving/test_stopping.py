@@ -60,8 +60,8 @@ def test_an_error_in_it_is_a_breakdown_that_names_the_package(lcp: Lcp) -> None:
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
-        (["--stop", "thrid"], "lcp solve: invalid value for '--stop': 'thrid' is unknown; did you mean third?"),
-        (["--stop", "number"], "lcp solve: invalid value for '--stop': number of toys 1.0 is not a function"),
+        (["--stop", "thrid"], "lcp: --stop: 'thrid' is unknown; did you mean third?"),
+        (["--stop", "number"], "lcp: --stop: number of toys 1.0 is not a function"),
         (["--stop", "third", "-o", "log.jsonl"], "lcp: --stop: cannot be used with a log, as --resume would"),
     ],
 )
