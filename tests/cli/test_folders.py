@@ -132,8 +132,7 @@ def test_a_vector_after_a_problem_does_not_take_it_away_and_named_files_go_toget
     assert lcp("solve", "inside/a.csv", "inside/b.csv").err.endswith("lcp: 2 problems: 2 solved\n")
 
 
-def test_hidden_files_of_a_folder_are_skipped(folder: Path, lcp: Lcp) -> None:
-    (folder / "some").mkdir()
+def test_hidden_files_of_a_folder_are_skipped(tmp_path: Path, lcp: Lcp) -> None:
     for name in (".hidden.json", "p1.json"):
-        (folder / "some" / name).write_text('{"M": [[2]], "q": [-1]}')
-    assert lcp("solve", "some").err == ""
+        (tmp_path / name).write_text('{"M": [[2]], "q": [-1]}')
+    assert lcp("solve", str(tmp_path)).err == ""
