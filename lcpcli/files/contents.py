@@ -92,9 +92,8 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
     ]
     others = [entry for entry in inside if entry not in files and entry.suffix not in BESIDE]
     if files and others:
-        tell(
-            f"{folder}: {count(len(others), 'entry')} left out (folders, or without the suffix of a problem): {_some(others)}"
-        )
+        kind = "folders, or without the suffix of a problem"
+        tell(f"{folder}: {count(len(others), 'entry')} left out ({kind}): {_some(others)}")
     results = []
     for file in files:
         with suppress(OSError), file.open("rb") as content:  # an error is reported when the file is read

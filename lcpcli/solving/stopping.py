@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from lcpcli.additions import addition, names, package
-from lcpcli.errors import OptionError, likely
+from lcpcli.errors import OptionError, likely, raised
 from lcpcli.methods.stages import PackageFault
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ class Rule(NamedTuple):
         except StopIteration:
             return True
         except Exception as error:
-            fault = f"the stopping rule {self.name} of {self.package} raises {type(error).__name__}: {error}"
+            fault = f"the stopping rule {self.name} of {self.package} raises {raised(error)}"
             raise PackageFault(fault) from error
 
     @property

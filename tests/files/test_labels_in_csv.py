@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from lcpcli import ProblemError, read
+from lcpcli import read
+from lcpcli.errors import ProblemError
 
 NAMES = ["a", "b", "c"]
 M = {"M": [[4, -1, 0], [-1, 4, -1], [0, -1, 4]], "names": NAMES}
