@@ -105,7 +105,7 @@ def _heading(name: str) -> str:
         return f"${name[0]}_{{{name[1:]}}}$"
     if name == "k":
         return f"${name}$"
-    return _cell(name) if name.startswith("time/") or name == ELLIPSIS else escape_latex(name)
+    return _cell(name) if name.startswith(("time/", "to ")) or name == ELLIPSIS else escape_latex(name)
 
 
 def _cell(text: str, is_bold: bool = False) -> str:

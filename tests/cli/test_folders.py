@@ -135,4 +135,4 @@ def test_a_vector_after_a_problem_does_not_take_it_away_and_named_files_go_toget
 def test_hidden_files_of_a_folder_are_skipped(tmp_path: Path, lcp: Lcp) -> None:
     for name in (".hidden.json", "p1.json"):
         (tmp_path / name).write_text('{"M": [[2]], "q": [-1]}')
-    assert lcp("solve", str(tmp_path)).err == ""
+    assert ".hidden" not in lcp("solve", str(tmp_path)).err
