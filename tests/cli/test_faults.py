@@ -243,4 +243,5 @@ def test_standard_output_may_be_named_as_a_file(name: str) -> None:
 )
 def test_an_error_names_the_option_at_fault(line: str, message: str, lcp: Lcp) -> None:
     outcome = lcp(*line.split())
-    assert outcome.code == 2 and outcome.err.startswith(message)
+    assert outcome.code == 2
+    assert outcome.err.startswith(message)
