@@ -4,8 +4,9 @@ Bounds of z are two more columns, headed lower and upper, beside one headed q; a
 
 Columns are separated by semicolons, tabs, commas or blanks: the first of these that the first row contains. A header
 has the names of the unknowns, if q is in the table too. Blank lines, lines that begin with # and a byte order mark are
-skipped, and so are a title above the table and empty cells at its end; any line endings are accepted.
-A header whose first name is empty, as pandas writes it, or that is a column short, as R writes it, marks the first column as an index, which is skipped too; so does one whose first name has only
+skipped, and so are a title above the table and empty cells at its end. Any line endings are accepted.
+A header whose first name is empty, as pandas writes it, or that is a column short, as R writes it, marks the first
+column as an index, which is skipped too; so does one whose first name has only
 names below it or, in a problem with one column too many, 0, 1, 2, ... or 1, 2, 3, ... If the index has the names of the
 header in another order, the rows are put in the order of the header. The decimal mark is a point or, if commas do not
 separate the columns, a comma.
