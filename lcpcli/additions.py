@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from lcpcli.clock import imports
-from lcpcli.errors import LCPError
+from lcpcli.errors import LCPError, raised
 
 
 def addition(group: str, name: str) -> Any:
@@ -18,7 +18,7 @@ def addition(group: str, name: str) -> Any:
             try:
                 return point.load()
             except Exception as error:
-                fault = f"is {point.value} of another package, which cannot be loaded: {type(error).__name__}: {error}"
+                fault = f"is {point.value} of another package, which cannot be loaded: {raised(error)}"
                 raise LCPError(name, fault, "correct its entry point, or install that package again") from None
     return None
 

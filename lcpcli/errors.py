@@ -151,3 +151,12 @@ def kind(value: Any) -> str:
         return "a number"
     names = {type(None): "null", dict: "an object", list: "a list", tuple: "a list", float: "a number"}
     return names.get(type(value), f"of type {type(value).__name__}")
+
+
+def raised(error: BaseException) -> str:
+    """Return an exception of another package's code in words, with the file and the line that have raised it."""
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    place = f" ({trace.tb_frame.f_code.co_filename}, line {trace.tb_lineno})" if trace is not None else ""
+    return f"{type(error).__name__}: {error}{place}"

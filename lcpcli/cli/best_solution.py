@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING
 
 from lcpcli import clock
@@ -13,6 +12,7 @@ from lcpcli.cli.output import Output
 from lcpcli.cli.request import Request
 from lcpcli.enumeration import optimum as search
 from lcpcli.enumeration.search import refuse_large
+from lcpcli.errors import ProblemError
 from lcpcli.files.contents import content_of, within
 from lcpcli.interrupts import stopping
 from lcpcli.report import formats, optimum_text, selection
@@ -56,7 +56,15 @@ def outcome(
     left = max(limit - (clock.seconds() - began), 1e-6)
     with stopping() as signals:
         if isinstance(objective, str):
-            found = within(where, partial(search.optimum, data, objective, sense=sense, time_limit=left))
+            try:
+                found = search.optimum(data, objective, sense=sense, time_limit=left)
+            except ProblemError as error:
+                is_typed = error.where == "objective"
+                raise type(error)(
+                    f"--{sense}imize" if is_typed else f"{where}: {error.where}".removesuffix(": "),
+                    error.fault,
+                    error.hint,
+                ) from None
         else:
             found = within(where, search.best, data, *objective, left)
         if signals and found.status == search.TIME_LIMIT:

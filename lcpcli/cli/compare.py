@@ -35,7 +35,8 @@ AS_PUBLISHED = ("fixed-point", "shi")
     "files",
     "[FILE [Q_FILE]|FOLDER]...",
     {
-        "FILE [Q_FILE]": "As for lcp solve; a file that contains M alone is followed by the file of q.  "
+        "FILE [Q_FILE]": f"As for lcp solve. {declarations.OTHERS} "
+        "A file that contains M alone is followed by the file of q.  "
         "[default: the paper's two examples]"
     },
 )

@@ -165,6 +165,7 @@ def _columns(_: click.Context, __: click.Parameter, text: str | None) -> tuple[s
 
 
 BOUND_MEANING = "a number for all, none, or one each, typed or a file.  [default: the problem's]"
+OTHERS = "A program as .mps, .qps or .lp; a model as .nl; a game as .nfg or .efg."  # that a file may hold
 bounds_options = declared(
     *(vector_option("Problem", name, "NUMBER", f"{name.capitalize()} bound of z: {BOUND_MEANING}") for name in BOUNDS),
     numeric("Problem", INFINITY),
@@ -179,6 +180,7 @@ problem_file = declared(  # the problem of a command that takes one: its file, a
         "file",
         {
             "FILE": "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; or M alone, also as .mtx or .npy. "
+            f"{OTHERS} "
             "- is standard input, and the name of a shipped problem stands for it."
         },
         shell_complete=FILES,
@@ -199,8 +201,8 @@ problem_files = declared(  # the problems of a command that takes one or several
         "FILE [Q_FILE]|FOLDER...",
         {
             "FILE [Q_FILE]": "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; M alone, also as .mtx or "
-            ".npy, followed by q, or by several q in columns; .jsonl with a problem in each line. - is standard input, "
-            "and the name of a shipped problem stands for it."
+            ".npy, followed by q, or by several q in columns; .jsonl with a problem in each line. "
+            f"{OTHERS} - is standard input, and the name of a shipped problem stands for it."
         },
         required=True,
     ),

@@ -75,7 +75,9 @@ def help(context: click.Context, topic: str | None) -> None:
         write_tables(formatter, {f"Pages with {quoted(topic)}, and their sections": found})
         click.echo(formatter.getvalue().lstrip("\n"), nl=False)
     else:
-        raise click.UsageError(f"no topic {quoted(topic)}; {likely(topic, [*TOPICS, *commands])}", context)
+        raise click.UsageError(
+            f"no topic {quoted(topic)}; {likely(topic, [*TOPICS, *commands], 'lcp help lists the topics')}", context
+        )
 
 
 def _places(word: str) -> list[tuple[str, str]]:

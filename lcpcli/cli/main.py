@@ -177,6 +177,10 @@ def _run() -> int:
     except click.exceptions.Exit as ending:
         return ending.exit_code
     except click.UsageError as error:
+        param = getattr(error, "param", None)
+        if param is not None and not isinstance(error, click.MissingParameter):  # in the style of LCPError
+            name = param.opts[-1] if isinstance(param, click.Option) else param.human_readable_name
+            return _complain(f"lcp: {name}: {_one_line(error.message)}")
         where = error.ctx.command_path if error.ctx else "lcp"
         return _complain(f"{where}: {_one_line(error.format_message())} (see {where} --help)")
     except click.ClickException as error:

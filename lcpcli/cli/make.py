@@ -158,10 +158,10 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
     if output is None:
         return 0
     if left_out := losses(written.rounded, output):
-        kept = FORMATS[Path(output).suffix].keeps
+        kept = FORMATS[Path(output).suffix.casefold()].keeps
         form = CONDITIONS.get(kind_of(written.rounded), "the format keeps only")
         tell(f"{output}: {form} {kept}; left out: {', '.join(left_out)}")
-    if output.endswith(PROGRAM_SUFFIXES):
+    if output.casefold().endswith(PROGRAM_SUFFIXES):
         from lcpcli.files.mps_writing import new_names
 
         if names := new_names(written.rounded):
@@ -226,13 +226,13 @@ def losses(problem: Problem, output: str) -> list[str]:
     from lcpcli.files import csv_format
     from lcpcli.files.writing import kind_of
 
-    if FORMATS[Path(output).suffix].keeps == ALL:
+    if FORMATS[Path(output).suffix.casefold()].keeps == ALL:
         return []
     parts = {name: getattr(problem, name) for name in ("name", "source", "note", "x0", "x1", "verdict", "origin")}
-    if output.endswith(PROGRAM_SUFFIXES):
+    if output.casefold().endswith(PROGRAM_SUFFIXES):
         del parts["name"], parts["origin"]
     known = [name for name, value in parts.items() if (value is not None and not isinstance(value, str)) or value]
     if known[-1:] == ["origin"]:
-        is_headed = output.endswith(".csv") and csv_format.can_head(problem.names)
+        is_headed = output.casefold().endswith(".csv") and csv_format.can_head(problem.names)
         known[-1:] = [*PARTS.get(kind_of(problem), []), *["names"] * (any(problem.names) and not is_headed)]
     return [*known, *(["solution"] if problem.solutions else [])]

@@ -72,8 +72,8 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
     "Problem",
     "files",
     {
-        "FROM TO": "Two problems as for lcp solve, with the same M and other q or bounds, or two programs that differ "
-        "in costs, in bounds or in sides of rows.",
+        "FROM TO": "Two problems as for lcp solve, with the same M and other q or bounds, or two programs (.mps, .qps, "
+        ".lp, .nl) that differ in costs, in bounds or in sides of rows.",
         "FILE FROM TO": "M, and the q of each problem.",
         "FROM [Q_FILE]": "With --direction, one problem.",
     },
@@ -171,7 +171,7 @@ def _values(text: str | None, start: Number, stop: Number, exact: bool) -> list[
         return []
     from lcpcli.files.beside import typed_numbers
 
-    typed = typed_numbers(text)
+    typed = typed_numbers(text, may_be_file=False)
     if typed is None:
         raise OptionError("--at", f"{text!r} is not a list of numbers", "write 0,0.5,1")
     values = [_number("--at", number, exact) for number in typed]

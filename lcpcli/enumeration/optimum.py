@@ -144,7 +144,8 @@ def optimum(
         data = ExactProblem.of_floats(problem)
     sign, constant, searched = int(SENSES[sense_of(sense)]), Fraction(0), data
     if isinstance(objective, str):
-        objective = coefficients(objective)
+        is_name = objective.strip() in data.problem.names  # which may have blanks, or be like a number
+        objective = {objective.strip(): 1} if is_name else coefficients(objective)
     if isinstance(objective, Mapping):
         own = dict(zip(objective, _fractions(list(objective.values()), len(objective)), strict=True))
         searched, objective, constant = payoffs.in_costs(data, own)

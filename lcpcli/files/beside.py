@@ -152,9 +152,10 @@ def _end(name: str, text: str, number: Callable[[Fraction], Any]) -> Any:
         raise ProblemError(f"--{name}", f"has {text}", "give a finite number in double precision, or none") from None
 
 
-def typed_numbers(text: str) -> list[str] | None:
-    """Return the numbers in a text, each as typed; None if the text is not a list of numbers or names a file."""
-    return None if not LIST.fullmatch(text) or os.path.lexists(text) else re.findall(NUMBER, text)
+def typed_numbers(text: str, may_be_file: bool = True) -> list[str] | None:
+    """Return the numbers in a text, each as typed; None if the text is not a list of numbers or may name a file."""
+    is_file = may_be_file and os.path.lexists(text)
+    return None if not LIST.fullmatch(text) or is_file else re.findall(NUMBER, text)
 
 
 def typed_vector(field: str, typed: list[str], n: int) -> Vector:

@@ -6,12 +6,12 @@ import codecs
 import math
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from typing import IO, TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from lcpcli.errors import ProblemError, count
-from lcpcli.files.formats import GZIP, HEAD, PROBLEMS, is_result
+from lcpcli.files.formats import COMPRESSED, GZIP, HEAD, PROBLEMS, is_result
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -23,7 +23,8 @@ WITH_GZIP_HEADER = 31  # the form that zlib then expects
 LARGEST_SHARE = 0.25  # of the memory of this machine, for what a file holds when it is uncompressed
 FEW_ABSENT, MOST_ABSENT = 2**22, 1000  # numbers that are not given: always allowed, and for each one that is given
 WRITE_AGAIN = "write the model again"  # hint for an empty .nl file
-MOST_NAMED = 3  # results in a folder that a line names: enough to recognize them
+BESIDE = (".row", ".col", ".sol")  # the suffixes of files that stand beside a model
+MOST_NAMED = 3  # files in a folder that a line names: enough to recognize them
 
 T = TypeVar("T")
 Fetch = Callable[[str, str], bytes]  # returns the content of a file; the second argument is the hint for an empty one
@@ -72,9 +73,9 @@ def shipped_file(name: str) -> Path | None:
 
 
 def files_in(paths: Iterable[str], tell: Callable[[str], object]) -> list[str]:
-    """Return the paths, with each folder replaced by its problem files, in the order of their names. Results in a
-    folder are left out, and `tell` is called with a line about them. A folder without problems, or an unreadable one,
-    stays: it costs the other files nothing, as its error comes when it is read.
+    """Return the paths, with each folder replaced by its problem files, in the order of their names. Hidden files,
+    results and other entries of a folder are left out, and `tell` is called with a line about the last two. A folder
+    without problems, or an unreadable one, stays: its error comes when it is read, so the other files are not affected.
     """
     return [file for path in paths for file in (path and os.path.isdir(path) and _inside(path, tell)) or [path]]
 
@@ -85,17 +86,26 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
     inside: list[Path] = []
     with suppress(OSError):
         inside = sorted(Path(folder).iterdir())
+    inside = [entry for entry in inside if not entry.name.startswith(".")]
     files = [
         file for file in inside if file.name.casefold().endswith(PROBLEMS) and (file.is_file() or file.is_symlink())
     ]
+    others = [entry for entry in inside if entry not in files and entry.suffix not in BESIDE]
+    if files and others:
+        kind = "folders, or without the suffix of a problem"
+        tell(f"{folder}: {count(len(others), 'entry')} left out ({kind}): {_some(others)}")
     results = []
     for file in files:
         with suppress(OSError), file.open("rb") as content:  # an error is reported when the file is read
             results += [file] * is_result(content.read(HEAD))
     if results:
-        names = ", ".join(file.name for file in results[:MOST_NAMED]) + ", ..." * (len(results) > MOST_NAMED)
-        tell(f"{folder}: {count(len(results), 'file')} left out (results of lcp, not problems): {names}")
+        tell(f"{folder}: {count(len(results), 'file')} left out (results of lcp, not problems): {_some(results)}")
     return [str(file) for file in files if file not in results]
+
+
+def _some(files: Sequence[Path]) -> str:
+    """Return the names of the first few files."""
+    return ", ".join(file.name for file in files[:MOST_NAMED]) + ", ..." * (len(files) > MOST_NAMED)
 
 
 def refuse_folder(path: str) -> None:
@@ -138,7 +148,7 @@ def content_of(path: str, expected: str) -> bytes:
 
 def checked(path: str, content: bytes, expected: str) -> bytes:
     """Return the content of a file without a byte order mark; raise ProblemError if it is empty."""
-    content = without_mark(content)
+    content = without_mark(within(place(path), unpacked, content) if path.casefold().endswith(COMPRESSED) else content)
     if not content or content.isspace():
         raise ProblemError(place(path), "is empty", WRITE_AGAIN if path.endswith(".nl") else expected)
     return content

@@ -4,8 +4,9 @@ Bounds of z are two more columns, headed lower and upper, beside one headed q; a
 
 Columns are separated by semicolons, tabs, commas or blanks: the first of these that the first row contains. A header
 has the names of the unknowns, if q is in the table too. Blank lines, lines that begin with # and a byte order mark are
-skipped; any line endings are accepted. A header whose first name is empty, as pandas writes it, or that is a column
-short, as R writes it, marks the first column as an index, which is skipped too; so does one whose first name has only
+skipped, and so are a title above the table and empty cells at its end. Any line endings are accepted.
+A header whose first name is empty, as pandas writes it, or that is a column short, as R writes it, marks the first
+column as an index, which is skipped too; so does one whose first name has only
 names below it or, in a problem with one column too many, 0, 1, 2, ... or 1, 2, 3, ... If the index has the names of the
 header in another order, the rows are put in the order of the header. The decimal mark is a point or, if commas do not
 separate the columns, a comma.
@@ -33,7 +34,7 @@ from lcpcli.rational.numbers import decimal
 DELIMITERS = (";", "\t", ",")
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, so it is not a name in a header
 DECIMALS = re.compile(r"\s*[-+]?\d+,\d+(e[-+]?\d+)?\s*", re.IGNORECASE)  # two numbers, or one with a decimal comma
-HEADING = re.compile(r"[^\W\d][\w .()-]*")  # a name of an unknown that a header may have as it is
+HEADING = re.compile(r"[^\W\d][\w .()-]*|\d+")  # a name of an unknown that a header may have as it is
 RESERVED = {"q", *BOUNDS, *OTHER_NAMES, "none", "null", "nan", "inf", "infinity"}  # headings of another meaning
 NUMBERED = re.compile(r"[MmZzXx]?_?\d+")  # a heading that only numbers a column
 COMMENT = re.compile(r"\s*#(?![A-Z][A-Z0-9/]*[!?]?\s*([;,\t]|$))")  # not an error such as #N/A or #REF!
@@ -84,6 +85,8 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
 def _names(header: list[str]) -> dict[str, list[str]]:
     """Return the names of the unknowns in a header; none if two are alike, or if they only number the columns."""
     are_numbers = all(NUMBERED.fullmatch(name) for name in header)
+    if all(name.isdecimal() for name in header):  # such as years
+        are_numbers = list(map(int, header)) in ([*range(len(header))], [*range(1, len(header) + 1)])
     return {} if are_numbers or len(set(header)) < len(header) or not all(header) else {"names": header}
 
 
@@ -155,7 +158,9 @@ def delimiter_of(line: str) -> str:
 
 
 def is_header(cells: list[str]) -> bool:
-    """Return whether a first line is a header: no cell is a number or begins like one."""
+    """Return whether a first line is a header: no cell is a number or begins like one, or the last one says so."""
+    if len(cells) > 1 and cells[-1].strip() in ("q", *BOUNDS):
+        return True
     return not any(is_number(cell) or NUMERIC.match(cell) for cell in cells)
 
 
@@ -164,8 +169,11 @@ def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds
     lines = lines_of(content)
     if not lines:
         raise ProblemError("", "contains no numbers", "give one row per line")
+    lines = lines[_has_title(lines) :]
     delimiter = delimiter_of(lines[0][1])
     below = [(number, cells_of(number, line, delimiter)) for number, line in in_time(lines)]
+    if delimiter.strip() and not all_bounds:
+        below = _without_empty_ends(below)
     top, first = below[0]
     if is_header(first) and {len(row) for _, row in below[1:]} == {len(first) + 1}:
         below[0] = top, (first := ["", *first])  # of a header that leaves out the index, as R writes it
@@ -199,9 +207,32 @@ def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds
             if own != columns:
                 fault = f"has {count(own, 'column')} where line {line} has {columns}"
                 raise ProblemError(f"line {number}", fault, "give every line the same number of columns")
+    if rows and len(header) == len(rows[0]) + 1:  # one of more names is a title
+        fault = f"has {count(len(header), 'name')} above {count(len(rows[0]), 'column')}"
+        raise ProblemError(f"line {top}", fault, "give each column one name")
     if not rows:
         raise ProblemError("", "contains a header and no numbers", "give one row per line below it")
     return Table(rows, places, header, [row[0].strip() for _, row in below] if indexed else [])
+
+
+def _has_title(lines: list[tuple[int, str]]) -> bool:
+    """Return whether the first line is a title above a table: text in one cell, and several cells below."""
+    if len(lines) < 2 or DECIMALS.fullmatch(lines[1][1]):
+        return False
+    delimiter = delimiter_of(lines[1][1])
+    first, *others = map(str.strip, lines[0][1].split(delimiter) if delimiter else [""])
+    is_text = bool(first) and first[0] != '"' and not NUMERIC.match(first) and not delimiter_of(first)
+    return is_text and len(others) != 1 and not any(others)
+
+
+def _without_empty_ends(rows: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:
+    """Return rows without those of empty cells alone at the end, and without a last column of empty cells, as
+    spreadsheets leave them."""
+    while len(rows) > 1 and not any(map(str.strip, rows[-1][1])):
+        rows = rows[:-1]
+    if all(len(cells) > 2 and not cells[-1].strip() for _, cells in rows):
+        rows = [(number, cells[:-1]) for number, cells in rows]
+    return rows
 
 
 def _places(line: int, names: list[str]) -> dict[str, int]:

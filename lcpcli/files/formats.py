@@ -46,8 +46,8 @@ class Kind(NamedTuple):
 
 MPS_FILE = Kind("mps_format", PROGRAM, in_decimals=True, is_packed=True, has_no_vector="is a program")
 FORMATS = {
-    ".json": Kind("json_format", ALL, in_decimals=True),
-    ".csv": Kind("csv_format", BOUNDS, in_decimals=True),
+    ".json": Kind("json_format", ALL, in_decimals=True, is_packed=True),
+    ".csv": Kind("csv_format", BOUNDS, in_decimals=True, is_packed=True),
     ".mtx": Kind("matrix_market_format", M_AND_Q, in_decimals=True, is_packed=True),
     ".npz": Kind("npz_format", ALL, has_arrays=True),
     ".npy": Kind("npy_format", M_AND_Q, has_arrays=True, beginning=b"\x93NUMPY"),
@@ -55,7 +55,7 @@ FORMATS = {
     ".mps": MPS_FILE,
     ".qps": MPS_FILE,
     ".lp": MPS_FILE._replace(keeps=""),
-    ".nl": Kind("nl_format", "", in_decimals=True, has_no_vector="is a model"),
+    ".nl": Kind("nl_format", "", in_decimals=True, is_packed=True, has_no_vector="is a model"),
     ".nfg": Kind("games", "", is_packed=True, beginning=b"NFG ", has_no_vector="is a game"),
     ".efg": Kind("efg_format", "", is_packed=True, beginning=b"EFG ", has_no_vector="is a game"),
 }

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from lcpcli.errors import LCPError, ProblemError
+from lcpcli.errors import LCPError, ProblemError, raised
 from lcpcli.files.contents import STANDARD_INPUT, content_of, place, within
 from lcpcli.files.fields import BOUNDS, is_whole, kind_of, made
 from lcpcli.files.formats import Number, form_of, is_result, kind_in, load, uncompressed
@@ -114,7 +114,7 @@ def _called(form: str, function: str, *given: Any) -> Any:
     except Exception as error:
         if isinstance(error, LCPError) or "." not in form:
             raise
-        fault = f"cannot be read by the package {form.partition('.')[0]}: {type(error).__name__}: {error}"
+        fault = f"cannot be read by the package {form.partition('.')[0]}: {raised(error)}"
         raise ProblemError("", fault, "correct the file, or that package") from None
 
 

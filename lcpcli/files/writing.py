@@ -44,7 +44,7 @@ def write(problem: Problem, path: str | os.PathLike[str], *, as_program: bool = 
 def write_as(found: Written[Problem], path: str, as_program: bool) -> None:
     """Write a problem as `write` does; formats of text keep the numbers as written."""
     ending = ending_of(path)
-    if found.rounded.bounds and formats.FORMATS[ending].keeps == formats.M_AND_Q:
+    if found.rounded.bounds and formats.FORMATS[ending.casefold()].keeps == formats.M_AND_Q:
         raise ProblemError(path, "cannot hold the bounds of z", f"use {', '.join(formats.COMPLETE)} or .csv")
     contents = contents_of(found, path, ending, as_program)
     write_together({path.removesuffix(ending) + part + ending: content for part, content in contents.items()})
@@ -52,7 +52,7 @@ def write_as(found: Written[Problem], path: str, as_program: bool) -> None:
 
 def contents_of(found: Written[Problem], path: str, ending: str, as_program: bool) -> dict[str, bytes]:
     """Return the contents of the files to be written, as `Format.render` returns them."""
-    kind = formats.FORMATS[ending]
+    kind = formats.FORMATS[ending.casefold()]
     in_text = kind.in_decimals
     problem, exact = (found.own, found.exact) if in_text else (found.rounded, {})
     if kind.keeps == formats.PROGRAM and kind_of(problem) != "qp":
@@ -160,15 +160,15 @@ def is_rounded(found: Written[Problem], path: str) -> bool:
     numbers."""
     game = found.own.origin if isinstance(found.own.origin, Game) else None
     if isinstance(found.own.origin, ExtensiveGame):
-        return found.own.origin.is_rounded and formats.FORMATS[Path(path).suffix].keeps != formats.ALL
-    if formats.FORMATS[Path(path).suffix].in_decimals:
+        return found.own.origin.is_rounded and formats.FORMATS[Path(path).suffix.casefold()].keeps != formats.ALL
+    if formats.FORMATS[Path(path).suffix.casefold()].in_decimals:
         return game is not None and _is_brief_text(path)
     return bool(found.exact) or (game is not None and game.written is not None)
 
 
 def _is_brief_text(path: str) -> bool:
     """Return whether the format of a file is written in decimals and does not keep all of a problem."""
-    kind = formats.FORMATS.get(Path(path).suffix)
+    kind = formats.FORMATS.get(Path(path).suffix.casefold())
     return kind is not None and kind.in_decimals and kind.keeps != formats.ALL
 
 
@@ -188,7 +188,7 @@ def ending_of(path: str) -> str:
     """Return the suffix of a file to be written, one of FORMATS or of another package; raise ProblemError for any
     other."""
     ending = Path(path).suffix
-    kind = formats.kind_with(ending)
+    kind = formats.kind_with(ending.casefold())
     if kind is not None and kind.keeps:
         return ending
     if kind is not None:
@@ -204,7 +204,7 @@ def file_of_q(path: str) -> str | None:
     an unknown suffix."""
     ending = ending_of(path)
     own = path.removesuffix(ending) + ".q" + ending
-    kind = formats.FORMATS.get(ending)
+    kind = formats.FORMATS.get(ending.casefold())
     return own if kind is not None and kind.keeps == formats.M_AND_Q else None
 
 

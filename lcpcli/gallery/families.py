@@ -98,7 +98,9 @@ def class_of(name: str) -> str:
 
 def _entry(name: str) -> Entry:
     if name not in REGISTRY:
-        raise OptionError("family", f"{quoted(name)} is unknown", likely(name, FAMILIES))
+        raise OptionError(
+            "family", f"{quoted(name)} is unknown", likely(name, FAMILIES, "lcp make --list shows the families")
+        )
     return REGISTRY[name]
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli import options
 from lcpcli.clock import imports
-from lcpcli.errors import OptionError, ParameterError, likely, meant
+from lcpcli.errors import OptionError, ParameterError, likely, meant, raised
 from lcpcli.options import AUTO, Option
 
 if TYPE_CHECKING:
@@ -258,7 +258,7 @@ def load(name: str) -> Any:
         except Exception as error:
             if place.startswith("lcpcli."):
                 raise
-            fault = f"{name} of another package cannot be loaded from {place}: {type(error).__name__}: {error}"
+            fault = f"{name} of another package cannot be loaded from {place}: {raised(error)}"
             raise OptionError("method", fault, "correct its location, or install that package again") from None
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.errors import LCPError, ProblemError
+from lcpcli.errors import LCPError, ProblemError, raised
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.factors import SingularMatrix
@@ -188,7 +188,7 @@ def _blaming(package: str) -> Iterator[None]:
     except (*FAULTS, TimeIsUp, LCPError):
         raise
     except Exception as error:
-        raise PackageFault(f"the package {package} raises {type(error).__name__}: {error}") from error
+        raise PackageFault(f"the package {package} raises {raised(error)}") from error
 
 
 def _guarded(stage: Stage, n: int, package: str) -> Stage:

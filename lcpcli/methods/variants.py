@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from lcpcli import options
-from lcpcli.errors import OptionError, ParameterError, likely, quoted
+from lcpcli.errors import OptionError, ParameterError, likely, listed, quoted
 from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OPTIONS, SWITCHES, declared
 
 TRUTHS = {"true": True, "false": False}
@@ -40,7 +40,7 @@ def parse(text: str) -> Variant:
     Raises OptionError for an unknown method, for an option that it does not have, and for a value out of range.
     """
     method, _, rest = text.partition(":")
-    return _checked(Variant(method, tuple(_setting(part) for part in rest.split(",") if rest)))
+    return _checked(Variant(method, tuple(_setting(part) for part in rest.split(",") if rest)), "method")
 
 
 def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
@@ -64,7 +64,7 @@ def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
                 swept += [Variant(variant.method, (*variant.settings, (name, value))) for value in values]
             else:
                 swept.append(variant)
-        variants = [_checked(variant) for variant in swept]
+        variants = [_checked(variant, "sweep") for variant in swept]
     return list(dict.fromkeys(variants))
 
 
@@ -104,17 +104,25 @@ def _known(method: str) -> list[str]:
     return [*(option.name for option in found.options), *found.switches, *(ADDITIONS if found.iterates else ())]
 
 
-def _checked(variant: Variant) -> Variant:
-    """Return the variant if its options are known, set once and in their ranges; else raise OptionError."""
+def _checked(variant: Variant, where: str) -> Variant:
+    """Return the variant if its options are known, set once and in their ranges; else raise OptionError.
+
+    where : the option of the command that has set them.
+    """
     known = _known(variant.method)
     for i, (name, _) in enumerate(variant.settings):
         if name not in known:
             words = [_dashed(one) for one in known]
             hint = likely(_dashed(name), words, f"it has {', '.join(words)}") if words else "it has none"
+            if owners := _owners(name):
+                hint = f"it belongs to {listed(owners)}"
             raise ParameterError("method", f"{variant.method} has no option {_dashed(name)}", hint)
         if name in dict(variant.settings[:i]):
             raise ParameterError("method", f"{_dashed(name)} is set twice in {variant}", "leave one out")
-    options.check(declared(variant.method).options, variant.options)
+    try:
+        options.check(declared(variant.method).options, variant.options)
+    except ParameterError as error:
+        raise ParameterError(where, f"{_dashed(error.where)}: {error.fault}", error.hint) from None
     return variant
 
 
@@ -122,7 +130,7 @@ def _value(name: str, text: str) -> Any:
     """Return the value of an option from its text: a number, one of its words, or true or false for one of FLAGS."""
     if name in FLAGS:
         if text not in TRUTHS:
-            raise ParameterError(name, f"{quoted(text)} is not a value of it", "write true or false")
+            raise ParameterError(name, f"{quoted(text)} is neither true nor false", "write true or false")
         return TRUTHS[text]
     option = OPTIONS[name]
     if text in option.words:
@@ -137,8 +145,13 @@ def _value(name: str, text: str) -> Any:
     return int(number) if option.kind is int and number.is_integer() else number
 
 
+def _owners(name: str) -> list[str]:
+    """Return the methods that have an option."""
+    return [method for method in (*METHODS, *NONLINEAR) if name in _known(method)]
+
+
 def _without_effect(name: str, variants: Sequence[Variant]) -> OptionError:
-    owners = [method for method in (*METHODS, *NONLINEAR) if name in _known(method)]
+    owners = _owners(name)
     if owners:
         fault = f"{_dashed(name)} has no effect with {' and '.join(dict.fromkeys(v.method for v in variants))}"
         return ParameterError("sweep", fault, f"add --method {owners[0]}")

@@ -103,7 +103,9 @@ def _row(cells: list[str]) -> str:
 def _heading(name: str) -> str:
     if name[:1] in VARIABLES and name[1:].isdigit():
         return f"${name[0]}_{{{name[1:]}}}$"
-    return f"${name}$" if name == "k" else _cell(name)
+    if name == "k":
+        return f"${name}$"
+    return _cell(name) if name.startswith(("time/", "to ")) or name == ELLIPSIS else escape_latex(name)
 
 
 def _cell(text: str, is_bold: bool = False) -> str:
@@ -118,7 +120,7 @@ def _text(text: str) -> str:
         _power(digits, int(exponent)) + escape_latex(after)
         for digits, exponent, after in zip(parts[1::3], parts[2::3], parts[3::3], strict=True)
     )
-    return re.sub(r"\bus\b", r"$\\mu$s", words)
+    return re.sub(r"(?<=\d )us\b|(?<=/)us\b", r"$\\mu$s", words)
 
 
 def _power(digits: str, exponent: int) -> str:

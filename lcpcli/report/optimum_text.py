@@ -38,7 +38,12 @@ def build(found: Optimum, exact: bool, form: str, names: Sequence[str] = ()) -> 
     tree = programs_and_games.behavior_of(problem.origin, found.z) if found.z else None
     facts += [programs_and_games.payoffs_of(tree)] if tree else []
     own = wording.headings(problem, longest(form))
-    kept = selection.places(problem.names, names)[:MOST_LINES]
+    chosen = selection.places(problem.names, names)
+    kept = chosen[:MOST_LINES]
+    if len(kept) < len(chosen):
+        facts.append(
+            f"the first {MOST_LINES} of {count(len(chosen), 'unknown')}; --format json and csv have all of them"
+        )
     z, w = (in_own_sense(problem, values or []) for values in (found.z, found.w))
     rows = [[own[i], cell(z[i]), cell(w[i])] for i in kept] if z else []
     section = Section(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
-from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
 from lcpcli.errors import ParameterError, likely, quoted
@@ -24,7 +24,7 @@ def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
     found: dict[int, None] = {}
     for pattern in patterns:
         own = [i for i, name in enumerate(names) if name and _has_name(name, pattern)]
-        own = own or [i for i in range(len(names)) if pattern == f"z{i + 1}"]
+        own = own or [i for i in range(len(names)) if _fits(f"z{i + 1}", pattern)]
         if not own:
             last = f"z{len(names)}"
             numbers = f"write z1 to {last}" if len(names) > 1 else f"write {last}"
@@ -38,7 +38,12 @@ def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
 def _has_name(name: str, pattern: str) -> bool:
     """Return whether a pattern fits a name; a column strategy is also called as in the heading of a narrow table."""
     short = name.replace("column ", "col ", 1)
-    return pattern in (name, short) or fnmatchcase(name, pattern) or fnmatchcase(short, pattern)
+    return pattern == name or _fits(name, pattern) or _fits(short, pattern)
+
+
+def _fits(name: str, pattern: str) -> bool:
+    """Return whether a pattern fits a name; brackets stand for themselves, as in x[1]."""
+    return re.fullmatch(re.escape(pattern).replace(r"\*", ".*").replace(r"\?", "."), name, re.DOTALL) is not None
 
 
 def require(problem: Problem | NonlinearProblem, patterns: Sequence[str]) -> None:

@@ -228,3 +228,20 @@ def test_program_that_calls_the_command_has_its_output_back(lcp: Lcp, capfd: pyt
 @pytest.mark.parametrize("name", ["-", "/dev/stdout"])
 def test_standard_output_may_be_named_as_a_file(name: str) -> None:
     assert json.loads(python(MAIN, "solve", EXAMPLE, "--format", "json", "-o", name).stdout)["solved"]
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("solve paper-example-1 --minimize foo", "lcp: --minimize: names 'foo'"),
+        ("solve paper-example-1 --maximize foo", "lcp: --maximize: names 'foo'"),
+        ("compare paper-example-1 --sweep p=1e2,abc", "lcp: --sweep: p: 'abc' is not a number"),
+        ("compare paper-example-1 --method shi:p=abc", "lcp: --method: p: 'abc' is not a number"),
+        ("solve paper-example-1 --method auto:p=3", "lcp: --method: auto has no option p; it belongs to shi"),
+        ("solve paper-example-1 --tol abc", "lcp: --tol: 'abc'"),
+    ],
+)
+def test_an_error_names_the_option_at_fault(line: str, message: str, lcp: Lcp) -> None:
+    outcome = lcp(*line.split())
+    assert outcome.code == 2
+    assert outcome.err.startswith(message)

@@ -13,6 +13,8 @@ ONE = '{"M": [[2]], "q": [-1]}'
 FILES = {"b.json": ONE, "a.csv": "2,-1\n", "c.JSON": ONE.replace("2", "4"), "notes.txt": "none"}
 INSIDE = ["inside/a.csv", "inside/b.json", "inside/c.JSON"]
 
+OTHERS = "lcp: inside: 2 entries left out (folders, or without the suffix of a problem): deeper.json, notes.txt\n"
+
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -27,7 +29,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_solve_takes_its_files_in_the_order_of_their_names(folder: Path, lcp: Lcp) -> None:
     outcome = lcp("solve", "inside", str(folder / "b.json"), "--format", "json")
-    assert (outcome.code, outcome.err) == (0, "lcp: 4 problems: 4 solved\n")
+    assert (outcome.code, outcome.err) == (0, f"{OTHERS}lcp: 4 problems: 4 solved\n")
     assert [record["file"] for record in records(outcome)] == [*INSIDE, str(folder / "b.json")]
 
 
@@ -85,7 +87,7 @@ def test_results_in_a_folder_are_left_out_with_a_remark(folder: Path, lcp: Lcp) 
         Path(name).rename(folder / name)
     outcome = lcp("solve", "inside")
     remark = f"lcp: inside: 10 files left out (results of lcp, not problems): {', '.join(results[:3])}, ...\n"
-    assert (outcome.code, outcome.err) == (0, f"{remark}lcp: 3 problems: 3 solved\n")
+    assert (outcome.code, outcome.err) == (0, f"{OTHERS}{remark}lcp: 3 problems: 3 solved\n")
     assert lcp("solve", "inside", "-q").err == ""
     for file in folder.iterdir():
         if file.name[0] != "y" and file.is_file():
@@ -123,8 +125,14 @@ def test_a_vector_after_a_problem_does_not_take_it_away_and_named_files_go_toget
     (folder / "b1.csv").write_text("1\n2\n3\n")
     outcome = lcp("solve", "inside")
     assert outcome.code == 2
-    assert outcome.err.startswith("lcp: inside/b1.csv: has 3 rows of 1 column;")
+    assert outcome.err.removeprefix(OTHERS).startswith("lcp: inside/b1.csv: has 3 rows of 1 column;")
     assert outcome.err.endswith("lcp: 4 problems: 3 solved, 1 bad input\n")
     for name, text in {"a": "2,1\n1,2\n", "b": "-5,-6\n-1,1\n"}.items():
         (folder / f"{name}.csv").write_text(text)
     assert lcp("solve", "inside/a.csv", "inside/b.csv").err.endswith("lcp: 2 problems: 2 solved\n")
+
+
+def test_hidden_files_of_a_folder_are_skipped(tmp_path: Path, lcp: Lcp) -> None:
+    for name in (".hidden.json", "p1.json"):
+        (tmp_path / name).write_text('{"M": [[2]], "q": [-1]}')
+    assert ".hidden" not in lcp("solve", str(tmp_path)).err

@@ -100,7 +100,7 @@ def test_the_list_shows_every_family_in_eighty_columns_and_on_a_wide_screen_in_o
     [
         ("", "FAMILY: is missing; name a family"),
         ("murtty", "family: 'murtty' is unknown; did you mean murty?"),
-        ("x" * 100_000, "is unknown; choose one of harker-pang"),
+        ("x" * 100_000, "is unknown; lcp make --list shows the families"),
         ("murty -n 0", "-n: is out of range; give a whole number from 1"),
         (f"murty -n {10**100}", "-n: is out of range; give a whole number from 1"),
         ("curtis-han-robinson -n 10", "-n: is 10, and curtis-han-robinson has 3 unknowns; leave it out"),

@@ -159,7 +159,7 @@ FOREIGN = [
     ("p.h5", b"\x89HDF\r\n\x1a\n", "is HDF5; save M and q with numpy.savez"),
     ("p.pkl", pickle.dumps([1]), "is a pickle, which may run any code when it is read"),
     ("p.txt", pickle.dumps([1]), "is a pickle, which may run any code when it is read"),
-    ("p.json.gz", b"\x1f\x8b\x08", "is compressed; uncompress it first"),
+    ("p.json.gz", b"\x1f\x8b\x08", "cannot be uncompressed, as it is cut off; compress it again"),
     ("p.zip", archive("p.json"), "is compressed; uncompress it first"),
     ("p.parquet", b"PAR1", "is a binary table; save it as CSV"),
     ("p.pdf", b"%PDF-1.7", "is a document; copy M and q into a CSV file"),

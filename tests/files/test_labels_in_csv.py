@@ -12,6 +12,7 @@ import pytest
 from scipy.io import savemat
 
 from lcpcli import read
+from lcpcli.errors import ProblemError
 
 NAMES = ["a", "b", "c"]
 M = {"M": [[4, -1, 0], [-1, 4, -1], [0, -1, 4]], "names": NAMES}
@@ -154,3 +155,26 @@ def test_q_and_bounds_may_stand_anywhere_beside_labelled_rows(folder: Path) -> N
 def test_a_title_above_a_table_names_nothing(folder: Path) -> None:
     (folder / "p.csv").write_text("prices,of,a market,in,May\n2,1,-5\n1,2,-6\n")
     assert list(read("p.csv").names) == ["", ""]
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("A title\n2,1,-5\n1,2,-6\n", ["", ""]),
+        ("A title;;\na;b;q\n2;1;-5\n1;2;-6\n", ["a", "b"]),
+        ("a;b;q\n2;1;-5\n1;2;-6\n;;\n", ["a", "b"]),
+        ("2;1;-5;\n1;2;-6;\n", ["", ""]),
+        ("2020,2021,q\n2,1,-5\n1,2,-6\n", ["2020", "2021"]),
+        ("1,2,q\n2,1,-5\n1,2,-6\n", ["", ""]),
+    ],
+)
+def test_titles_empty_ends_and_years_as_names(text: str, names: list[str], folder: Path) -> None:
+    (folder / "p.csv").write_text(text)
+    problem = read("p.csv")
+    assert (list(problem.names), problem.M.tolist(), problem.q.tolist()) == (names, [[2, 1], [1, 2]], [-5, -6])
+
+
+def test_a_header_with_a_name_too_many_is_refused(folder: Path) -> None:
+    (folder / "p.csv").write_text("a,b,c,q\n2,1,-5\n1,2,-6\n")
+    with pytest.raises(ProblemError, match="line 1: has 4 names above 3 columns"):
+        read("p.csv")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import gzip
 import json
 import os
 import resource
@@ -163,3 +164,11 @@ def test_a_name_that_is_no_unicode_does_not_lose_the_result(
 ) -> None:
     assert lcp("solve", file, "-o", str(tmp_path / f"result.{ending}")) == Outcome(0, "", "")
     assert "half" in (tmp_path / f"result.{ending}").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("suffix", [".json", ".csv"])
+def test_a_file_with_a_compressed_problem_is_read(suffix: str, tmp_path: Path) -> None:
+    write(Problem([[2, 1], [1, 2]], [-5, -6]), tmp_path / f"p{suffix.upper()}")
+    packed = tmp_path / f"p{suffix}.gz"
+    packed.write_bytes(gzip.compress((tmp_path / f"p{suffix.upper()}").read_bytes()))
+    assert read(packed).q.tolist() == [-5, -6]

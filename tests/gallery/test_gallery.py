@@ -193,7 +193,7 @@ def test_families_say_what_they_are_and_auto_comes_to_what_is_known(name: str) -
     ("name", "arguments", "words"),
     [
         ("harker_pang", {}, "did you mean harker-pang"),
-        ("nothing", {}, "choose one of harker-pang"),
+        ("nothing", {}, "lcp make --list shows the families"),
         ("murty", {"n": 0}, "whole number from 1"),
         ("murty", {"n": 10**30}, "whole number from 1"),
         ("murty", {"seed": -1}, "is negative"),
