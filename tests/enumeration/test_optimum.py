@@ -145,7 +145,7 @@ def test_the_command_shows_the_best_equilibrium(lcp: Lcp, tmp_path: Path) -> Non
     record = json.loads(lcp("solve", str(file), "--maximize", '"payoff of column"', "--format", "json").out)
     assert (record["value"], record["equilibrium"]["payoffs"], record["equilibrium"]["pure"]) == (3, [2, 3], True)
     for wrong, words in {
-        '"payoff of row" + opera': "objective: has 'opera' beside payoffs",
+        '"payoff of row" + opera': "--maximize: has 'opera' beside payoffs",
         '"payoff of Ann"': "use names of unknowns, or z1 to z4, or 'payoff of row', or 'payoff of column'",
     }.items():
         refused = lcp("solve", str(file), "--maximize", wrong)
@@ -196,8 +196,8 @@ def test_at_a_limit_the_best_so_far_and_the_bound_are_rounded_apart() -> None:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("--minimize", "z9"), "objective: names 'z9'; use names of unknowns, or z1 to z2"),
-        (("--minimize", "z1 +"), "objective: has '+' in place of a term; write numbers and names"),
+        (("--minimize", "z9"), "--minimize: names 'z9'; use names of unknowns, or z1 to z2"),
+        (("--minimize", "z1 +"), "--minimize: has '+' in place of a term; write numbers and names"),
         (("--minimize", "z1", "--all"), "--minimize: has no effect with --all"),
         (("--minimize", "z1", "--maximize", "z2"), "--minimize: is given beside --maximize"),
         (("--maximize", "z1", "--method", "lemke"), "--maximize: has a method of its own, and lemke finds one"),
