@@ -66,7 +66,8 @@ def lemke(problem: Problem, x0: Vector, *, cover: int | str = 0, ties: str = LAR
         of "ones", and integers up to 2^20 for M and q of at most MAX_INTEGER_UNKNOWNS, all pivoting is in integers, so
         that the path is the same on every machine.
 
-    Yields (z - w) / 2 after every pivot, with F = M z - w + q, and at the end recomputed from M and q, without F.
+    Yields (z - w) / 2 after every pivot, with F = M z - w + q, and at the end recomputed from M and q, without F; the
+    step is named by the variables that enter and leave the basis, but with free variables.
     `evaluations` counts the pivots. Finished : at a solution. NoSolution : the path ended on a ray; the certificate is
     "farkas" if the ray proves that there is no solution, otherwise "ray". Breakdown : there are too many unknowns, a
     basis is singular, or numbers overflow.
@@ -129,7 +130,7 @@ def path_to_end(
     return path
 
 
-def _last(problem: Problem, path: LemkePath) -> Stage:
+def _last(problem: Problem, path: LemkePath, step: str = "", z0: float | None = None) -> Stage:
     """Yield the solution at which the path ends."""
 
     def solve(left: Problem) -> Vector | None:
@@ -138,7 +139,7 @@ def _last(problem: Problem, path: LemkePath) -> Stage:
 
     z = settled(problem, solution_at(problem, path), solve)
     x = problem.box.x_within(z, problem.w(z), problem.box.basis_at(z))
-    yield Iterate(x, None, "", path.pivots, basis=path.point()[2])
+    yield Iterate(x, None, step, path.pivots, basis=path.point()[2], z0=z0)
     return Finished()
 
 
@@ -149,9 +150,10 @@ def _is_integer(problem: Problem) -> bool:
 def _integer_path(problem: Problem) -> Stage:
     M = [{j: int(a) for j, a in enumerate(row) if a} for row in matrices.dense(problem.M).tolist()]
     integers = IntegerTableau(M, list(map(int, problem.q.tolist())))
-    for pivots, _ in enumerate(integers.path(), 1):
+    for pivots, pivot in enumerate(integers.path(), 1):
         cover = float(integers.value_of(2 * problem.n))
-        yield Iterate(integers.x(), np.full(problem.n, -cover), "", pivots)
+        step = _pivot_of(problem.n, *pivot)
+        yield Iterate(integers.x(), np.full(problem.n, -cover), step, pivots, z0=cover)
     if integers.ray is not None:
         return NoSolution(_certificate(problem, integers.direction(), integers.multipliers(), True))
     return Finished()
@@ -159,18 +161,30 @@ def _integer_path(problem: Problem) -> Stage:
 
 def _along(problem: Problem, path: LemkePath, is_published: bool) -> Stage:
     """Follow the path by one pivot after another."""
+    n, basic = problem.n, path.tableau.basic
+    is_named = n == path.k.size  # the bounded variables are those of the problem
+    step = _pivot_of(n, 2 * n, path.row) if is_named else ""
     while path.end == PAUSED:
         z, w, _ = path.point()
-        yield Iterate(problem.box.x_of(z, w), problem.w(z) - w, "", path.pivots)
+        yield Iterate(problem.box.x_of(z, w), problem.w(z) - w, step, path.pivots, z0=path.cover_value)
+        before = basic.copy()
         try:
             path.advance(1)
         except np.linalg.LinAlgError:
             return Breakdown(SINGULAR_BASIS)
         if not np.isfinite(path.tableau.values).all():
             return Breakdown("the basic solution has overflowed")
+        rows = (before != basic).nonzero()[0] if is_named else ()
+        step = _pivot_of(n, int(basic[rows[0]]), int(before[rows[0]])) if len(rows) else ""
     if path.end == RAY:
         return NoSolution(_certificate(problem, *path.ray(), is_published))
-    return (yield from _last(problem, path))
+    return (yield from _last(problem, path, step, 0.0))
+
+
+def _pivot_of(n: int, entering: int, leaving: int) -> str:
+    """Return which variable enters the basis for which one, by their numbers in `tableau`."""
+    enters, leaves = (f"w{k + 1}" if k < n else f"z{(k - n + 1) % (n + 1)}" for k in (entering, leaving))
+    return f"{enters} for {leaves}"
 
 
 def _certificate(problem: Problem, z: Vector, multipliers: Vector, is_published: bool) -> Certificate:

@@ -38,6 +38,7 @@ class Iterate(NamedTuple):
     signs_final : False if the method knows that a next step would correct signs that are violated beyond rounding: an
         iterate within the tolerance may then not be accurate to the last digits.
     basis : of a solution, the basis at which pivoting has ended, in which basic variables may be at bounds; or None.
+    z0 : on the path of Lemke's method, the value of the artificial variable z_0; or None.
     """
 
     x: Vector
@@ -47,6 +48,7 @@ class Iterate(NamedTuple):
     method: str = ""
     signs_final: bool = True
     basis: States | None = None
+    z0: float | None = None
 
 
 @dataclass(eq=False, repr=False)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from typing import TypeAlias
 
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.rational.dictionary import Dictionary
@@ -15,6 +16,8 @@ from lcpcli.rational.effort import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import primitive, rounded, rounded_direction
 from lcpcli.typing import Vector
+
+Pivot: TypeAlias = tuple[int, int]  # the forms that enter and leave the basis
 
 MOST_LEMKE_UNKNOWNS = 60  # up to which `solve` tries: seconds at worst
 
@@ -31,22 +34,22 @@ class IntegerTableau:
         self._here = Dictionary(rows, list(range(n, 2 * n + 1)), range(2 * n + 1), lambda: None)
         self.ray: int | None = None
 
-    def path(self) -> Iterator[None]:
+    def path(self) -> Iterator[Pivot]:
         """Pivot down the path from the z_0 for which all w are nonnegative to z_0 = 0 or a ray, one pivot at a time."""
         return self._followed(2 * self.n, min(range(self.n), key=lambda i: (self._here.value(i), -i)), {2 * self.n})
 
-    def path_from(self, label: int) -> Iterator[None]:
+    def path_from(self, label: int) -> Iterator[Pivot]:
         """Pivot from z = 0, where all w are positive, down the path on which this label alone may be missing, until it
         is there again, one pivot at a time."""
         last = {label, self.n + label}
         return self._followed(self.n + label, self._leaving(self.n + label, last), last)
 
-    def _followed(self, entering: int, leaving: int | None, last: set[int]) -> Iterator[None]:
+    def _followed(self, entering: int, leaving: int | None, last: set[int]) -> Iterator[Pivot]:
         """Pivot until one of the last forms leaves, or no form does."""
         n = self.n
         while leaving is not None:
             self._here.pivot(leaving, self._column(entering))
-            yield
+            yield entering, leaving
             if leaving in last:
                 return
             entering = leaving - n if leaving >= n else leaving + n

@@ -65,9 +65,13 @@ CHOICES = ("k", "z", *map(called, COLUMNS))  # the columns that a user may choos
 def of_table(problem: Problem, rows: Sequence[TraceRow]) -> Shown:
     """Return the columns of a table of these rows."""
     names = sorted(COLUMNS, key=lambda name: name != FIRST)
-    return {heading: cell for name in names for heading, cell in COLUMNS[name].shown(problem, rows).items()}
+    found = {heading: cell for name in names for heading, cell in COLUMNS[name].shown(problem, rows).items()}
+    if any(row.z0 is not None for row in rows):
+        found = {"z0": lambda row: "" if row.z0 is None else f"{row.z0:.7g}", **found}
+    return found
 
 
 def values(row: TraceRow) -> dict[str, Any]:
     """Return the values of a row that CSV and JSON show after z."""
-    return {name: column.value(row) for name, column in COLUMNS.items()}
+    own = {name: column.value(row) for name, column in COLUMNS.items()}
+    return own if row.z0 is None else {**own, "z0": row.z0}

@@ -222,7 +222,9 @@ class Loop:
             from lcpcli.solving.trace import TraceRow
         self.stopwatch.count("verify")
         z, method = self.problem.box.z_of(iterate.x), iterate.method or self.method
-        return TraceRow(max(self.k, 0), z, None, None, self.stopwatch.total, iterate.step, method, x=iterate.x)
+        return TraceRow(
+            max(self.k, 0), z, None, None, self.stopwatch.total, iterate.step, method, x=iterate.x, z0=iterate.z0
+        )
 
     def _calls_for_the_end(self, iterate: Iterate, callback: Callback) -> bool:
         """Return whether the callback asks for the end of the run after this iterate; its own time does not count."""

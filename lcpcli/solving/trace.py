@@ -29,6 +29,7 @@ class TraceRow:
     seconds : the time from the start of the run to this iterate, without recording and measuring for the trace.
     step : the step of the published algorithm that produced it; "" if the method has only one kind of step.
     method : the method that produced it.
+    z0 : the value of the artificial variable of Lemke's method; None for other methods.
     x : its x = (z - w) / 2, shape (n,), which z does not determine where z_i = 0; None if the trace does not keep it.
 
     >>> import lcpcli
@@ -47,6 +48,7 @@ class TraceRow:
     method: str
     rounding: bool = False
     x: Vector | None = None
+    z0: float | None = None
 
 
 Callback: TypeAlias = Callable[[TraceRow], object]
