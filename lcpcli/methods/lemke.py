@@ -174,8 +174,8 @@ def _along(problem: Problem, path: LemkePath, is_published: bool) -> Stage:
             return Breakdown(SINGULAR_BASIS)
         if not np.isfinite(path.tableau.values).all():
             return Breakdown("the basic solution has overflowed")
-        rows = (before != basic).nonzero()[0] if is_named else ()
-        step = _pivot_of(n, int(basic[rows[0]]), int(before[rows[0]])) if len(rows) else ""
+        rows = (before != basic).nonzero()[0]
+        step = _pivot_of(n, int(basic[rows[0]]), int(before[rows[0]])) if is_named and rows.size else ""
     if path.end == RAY:
         return NoSolution(_certificate(problem, *path.ray(), is_published))
     return (yield from _last(problem, path, step, 0.0))
