@@ -28,7 +28,8 @@ AS_PUBLISHED = ("fixed-point", "shi")
     ),
     lists={"Methods": declarations.METHOD.meanings},
     exits={**EXITS, 0: "every method solved every problem"},
-    epilog="An option applies to the methods that have it. Errors refer to a known solution, else to a computed one.",
+    epilog="An option applies to the methods that have it. Errors refer to a known solution, else to a computed one. "
+    "By default auto runs too where neither of the paper's methods solves a problem; the exit code is theirs.",
 )
 @declarations.files_argument(
     "Problem",
@@ -50,7 +51,8 @@ def compare(files: Sequence[str], methods: Sequence[Variant], sweep: Sequence[st
     from lcpcli.cli.session import run
 
     default = AS_PUBLISHED if methods else _that_apply(request.inputs.files)
-    return run(request._replace(variants=declarations.chosen_variants(methods, sweep, default, request.own)))
+    chosen = declarations.chosen_variants(methods, sweep, default, request.own)
+    return run(request._replace(variants=chosen, adds_auto=not (methods or sweep or request.own)))
 
 
 def _that_apply(files: Sequence[str]) -> Sequence[str]:

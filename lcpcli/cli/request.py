@@ -56,13 +56,15 @@ class Request(NamedTuple):
     """The request of a command: its options. One that is not given is None, False for a flag, or empty.
 
     inputs : the problems. own : the options of methods, the additions and the starts that are given, by name. levels :
-    for a comparison, the relative errors whose first attainment is recorded.
+    for a comparison, the relative errors whose first attainment is recorded. adds_auto : whether `auto` runs too where
+    none of the methods solves a problem.
     """
 
     inputs: Inputs
     own: Mapping[str, Any] = {}
     variants: Sequence[Variant] = ()
     sweep: Sequence[str] = ()
+    adds_auto: bool = False
     peers: Sequence[str] = ()
     levels: tuple[float, ...] = ()
     tol: float | None = None
@@ -156,15 +158,18 @@ class Request(NamedTuple):
                 own |= {"limits": limits, "observe": line.tell if watched else None, "began": seconds()}
                 return driver.run(problem.anew() if again else problem, method, **own)
 
+        is_open = self.adds_auto
         for variant, label, values in zip(self.variants, labels(self.variants), chosen, strict=True):
             is_first = variant.method not in _methods
             _methods.add(variant.method)
             for result in driver.repeated(partial(once, variant.method, values), compared, is_first):
-                yield (
-                    result
-                    if of_many
-                    else replace(result, label=label if result.method == variant.method else result.method)
-                )
+                is_open &= not (result.solved or result.interrupted)
+                named = label if result.method == variant.method else result.method
+                yield result if of_many else replace(result, label=named)
+        if is_open and isinstance(problem, Problem):
+            yield from (
+                replace(result, label=AUTO) for result in driver.repeated(partial(once, AUTO, {}), compared, True)
+            )
 
     def prove(self, result: Result, exactly: Callable[[], ExactProblem] | None) -> Result:
         """Return the result with the requested proofs, as far as the time that its run has left allows.

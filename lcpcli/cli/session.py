@@ -17,7 +17,7 @@ from lcpcli.cli.terminal import STANDARD
 from lcpcli.enumeration import others
 from lcpcli.errors import LCPError, OptionError, ProblemError
 from lcpcli.files.formats import LINES
-from lcpcli.options import LIMITS
+from lcpcli.options import AUTO, LIMITS
 from lcpcli.report import result_formats
 from lcpcli.solving import driver
 
@@ -90,7 +90,8 @@ def _outcome(request: Request, works: Iterator[Work], output: Output) -> Outcome
     made = list(chain.from_iterable(results))
     if interrupted or any(result.interrupted for result in made):
         return text, INTERRUPTED, partial(output.draw, results)
-    codes = list(map(of_result, made)) + [BAD_INPUT] * bool(faults)
+    added = {AUTO} if request.adds_auto else set()
+    codes = [of_result(result) for result in made if result.label not in added] + [BAD_INPUT] * bool(faults)
     return text, of_several(codes), partial(output.draw, results)
 
 

@@ -86,23 +86,32 @@ def render(document: Document, _: int | None, __: bool) -> str:
 
 
 def _section(section: Section) -> list[str]:
-    """Return the parts of a section: the verdict and the facts, the figure, the tables, those with a name last, and
-    notes."""
-    notes = [*section.remarks, *filter(None, [section.provenance])]
+    """Return the parts of a section: the answer, which is the verdict with what it means, the facts and the tables
+    without a name; the figure, the tables with a name, and notes."""
+    notes = [section.provenance] if section.provenance else []
     parts = [_line(section.verdict, "verdict settled" if section.settled else "verdict")] * bool(section.verdict)
+    if section.verdict:
+        parts += [_line(text, "") for text in section.remarks]
+    else:
+        notes = [*section.remarks, *notes]
     parts += [_line(text, "") for text in section.facts]
+    parts += [part for table in section.tables if not table.name for part in _table(table)]
     if section.figure is not None and find_spec("matplotlib") is None:
         notes.insert(0, NO_FIGURE)
     elif section.figure is not None:
         data = f"data:image/svg+xml;base64,{b64encode(section.figure()).decode()}"
         parts.append(f'<figure><img alt="{escape(section.title)}" src="{data}"></figure>')
-    for table in sorted(section.tables, key=lambda table: bool(table.name)):
-        grid = _grid(table)
-        if table.name:
-            opened = " open" * (not table.digits or len(table.rows) <= MOST_OPEN)
-            grid = f"<details{opened}><summary>{escape(table.name)}</summary>{grid}</details>"
-        parts += [grid, *(_line(text, "notes") for text in table.notes)]
+    parts += [part for table in section.tables if table.name for part in _table(table)]
     return [*parts, *(_line(text, "notes") for text in notes)]
+
+
+def _table(table: Table) -> list[str]:
+    """Return a table with its notes; one with a name can be folded."""
+    grid = _grid(table)
+    if table.name:
+        opened = " open" * (not table.digits or len(table.rows) <= MOST_OPEN)
+        grid = f"<details{opened}><summary>{escape(table.name)}</summary>{grid}</details>"
+    return [grid, *(_line(text, "notes") for text in table.notes)]
 
 
 def _line(text: str, look: str) -> str:

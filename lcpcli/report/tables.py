@@ -11,6 +11,7 @@ import numpy as np
 
 from lcpcli.model.names import in_own_sense
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
+from lcpcli.options import AUTO
 from lcpcli.report import columns, costs, outcome, proofs, selection, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.wording import ELLIPSIS
@@ -230,6 +231,7 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
     of one method no reasons why some failed."""
     failed, hints = [result for result in results if compared and not result.solved], form not in PRINTED
     are_many = len(results) > MOST_EXPLAINED
+    hints_at_auto = not any(result.label == AUTO for result in results)  # it stands there
     remarks = [] if are_many else [outcome.remark(result) for result in failed]
     if are_many and failed:
         remarks.append(
@@ -237,7 +239,7 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
         )
     for result in results:
         by = f"by {', '.join(result.route)}" if compared and result.route != (result.method,) else ""
-        advice = [wording.advice(result)] if hints and not are_many else []
+        advice = [wording.advice(result)] if hints and hints_at_auto and not are_many else []
         texts = (*advice, by, outcome.doubt(result), outcome.bound(result))
         remarks += [f"{wording.name(result)}: " * compared + text for text in texts if text]
     if shows_times:

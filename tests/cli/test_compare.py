@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -88,3 +89,20 @@ def test_files_none_of_which_can_be_read_are_told_in_lines(form: str, lcp: Lcp, 
     outcome = lcp("compare", "bad.json", "bad.json", "--format", form)
     assert [line.split(":")[0] for line in outcome.err.splitlines()] == ["lcp", "lcp"]
     assert (outcome.code, len(outcome.out.splitlines())) == (2, 2 * (form == "json"))
+
+
+def test_auto_runs_too_where_neither_published_method_solves_and_the_exit_code_is_theirs(
+    lcp: Lcp, tmp_path: Path
+) -> None:
+    file = tmp_path / "infeasible.json"
+    file.write_text('{"M": [[-1]], "q": [-1]}')
+    outcome = lcp("compare", str(file), "--format", "json")
+    found = [json.loads(line) for line in outcome.out.splitlines()]
+    assert [(record["label"], record["status"]) for record in found][2:] == [("auto", "infeasible")]
+    assert outcome.code == 1
+    shown = lcp("compare", str(file)).out
+    assert "try --method auto" not in shown
+    named = lcp("compare", str(file), "--method", "shi", "--method", "fixed-point", "--format", "json").out
+    assert len(named.splitlines()) == 2
+    solved = lcp("compare", EXAMPLE, "--format", "json").out
+    assert len(solved.splitlines()) == 2

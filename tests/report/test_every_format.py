@@ -182,3 +182,13 @@ def test_names_cannot_break_out_of_the_page(lcp: Lcp, tmp_path: Path) -> None:
     text = lcp("solve", str(tmp_path / "p.json"), "--format", "html").out
     assert len([tag for tag, _ in Page(text).tags if tag == "script"]) == 1
     assert "alert(" in text
+
+
+def test_a_page_leads_with_the_answer(lcp: Callable[..., Any], tmp_path: Path) -> None:
+    file = tmp_path / "p.lp"
+    file.write_text("Maximize\n obj: 3 x + 2 y\nSubject To\n wood: x + y <= 4\nBounds\n x <= 3\nEnd\n")
+    page = lcp("solve", str(file), "--format", "html").out
+    page = page[page.index("<h1>") :]
+    places = [page.index(word) for word in ("solved by", "x = (x 3, y 1)", "maximizer", "z = (3", "slack", "Iterates")]
+    assert places == sorted(places)
+    assert "<figure>" not in page[: page.index("slack")]

@@ -215,6 +215,11 @@ def test_no_measured_value_is_lost(series: list[list[float | None]]) -> None:
             assert point.y == y or (point.is_beyond and point.y in up)
 
 
+def test_a_run_without_any_error_stands_far_down() -> None:
+    up = data.errors([odd("newton", [0.0])])
+    assert up.high <= 1e-15
+
+
 def test_zero_lies_below_all_other_values_and_infinity_above_them() -> None:
     values = [1.0, 1e-30, 1e-5, 0.0, math.inf, 1e30, math.nan]
     up = data.errors([odd("shi", values)])

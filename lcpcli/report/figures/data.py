@@ -225,6 +225,9 @@ class Range(NamedTuple):
         return max(self.low, value) if value <= self.high else self.high
 
 
+ALL_ZERO = Range(1e-17, 1e-15)  # at whose lower edge a point without any error stands
+
+
 class DrawnPoint(NamedTuple):
     """The place of an iterate. is_beyond : whether its own value lies off the scale."""
 
@@ -237,6 +240,8 @@ def errors(curves: Iterable[Curve]) -> Range:
     """Return a range around the errors that are neither practically 0 nor those of a divergent run."""
     series = [[v for v in curve.errors if v is not None] for curve in curves]
     proper = [[v for v in values if 0 < v < math.inf] for values in series]
+    if any(series) and not any(v for values in series for v in values):
+        return ALL_ZERO
     starts = [values[0] for values in proper if len(values) > 1] or [v for values in proper for v in values]
     scale = max(starts, default=1.0)
     floor, ceiling = max(SMALLEST_ERROR * scale, SMALLEST_END), min(LARGEST_ERROR * scale, LARGEST_END)
