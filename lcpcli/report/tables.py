@@ -231,7 +231,7 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
     of one method no reasons why some failed."""
     failed, hints = [result for result in results if compared and not result.solved], form not in PRINTED
     are_many = len(results) > MOST_EXPLAINED
-    hints_at_auto = not any(result.label == AUTO for result in results)  # it stands there
+    hints_at_auto = not (compared and any(result.label == AUTO for result in results))  # it stands there
     remarks = [] if are_many else [outcome.remark(result) for result in failed]
     if are_many and failed:
         remarks.append(
