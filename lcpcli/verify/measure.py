@@ -22,8 +22,8 @@ Rounding z, or the data, may leave ROUNDING of the given terms; a violation of u
 ROUNDING, unless these terms are more than DROWNED c_i.
 
 A basic z_j below SMALLEST_NORMAL lies on the grid of doubles near 0, so that each row may besides be violated by
-NEAR_ZERO |M_ij|, if that is rounding beside c_i, else by 2^-1074 |M_ij|. That holds for z_j itself, not for products of
-larger numbers that underflow.
+NEAR_ZERO |M_ij|, if that is rounding beside the largest |q_ref|_i, else by 2^-1074 |M_ij|. That holds for z_j itself,
+not for products of larger numbers that underflow.
 
 Every array has the shape (n,) for one point, or (m, n) for one point of each of m problems.
 """
@@ -181,7 +181,8 @@ class Measure:
         allowed = np.maximum(tol * sizes, ROUNDING * rounding)
         if rows.grid is None:
             return allowed
-        return allowed + np.where(rows.grid <= ROUNDING * caps, rows.grid, (SMALLEST / NEAR_ZERO) * rows.grid)
+        largest = np.abs(self.data.q_ref).max(axis=-1, keepdims=True)
+        return allowed + np.where(rows.grid <= ROUNDING * largest, rows.grid, (SMALLEST / NEAR_ZERO) * rows.grid)
 
     @property
     def reference(self) -> Vector:
