@@ -100,6 +100,19 @@ def test_noise_that_no_difference_shows_is_told_where_the_tolerance_is_loose() -
     assert "F is noisy at about " in result.message
 
 
+@pytest.mark.parametrize(("shift", "scale"), [(1e7, 1.0), (3e6, 1.0), (1e7, 100.0), (2e7, 0.01)])
+def test_oscillation_that_finer_differences_resolve_is_no_noise(shift: float, scale: float) -> None:
+    A = np.array([[0.8, 0.6], [-0.5, 0.4]])
+
+    def F(z: Vector) -> Vector:
+        return scale * (A @ (z - shift) + 2 * np.sin(z - shift) - 1)
+
+    result = lcpcli.solve_mcp(F, x0=shift + np.array([1.4, 2.6]))
+    assert result.solved
+    assert "noisy" not in result.message
+    assert np.abs(F(result.z)).max() <= 1e-6 * scale
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_noise_above_rounding_ends_a_run_within_300_evaluations(seed: int) -> None:
     calls, random = [0], np.random.default_rng(seed)
