@@ -202,7 +202,8 @@ class _Search:
 
     def _is_noise(self, best: Place) -> bool:
         """Return whether the noise of F may be all that the residual is."""
-        if self._tried is not best and self._left and size(best.gaps) <= MOST_NOISY * self._steps.reference:
+        is_small = size(best.gaps) <= MOST_NOISY * self._steps.reference or self._is_within_noise(best)
+        if self._tried is not best and self._left and is_small:
             self._tried, self._left = best, self._left - 1
             self.evaluations.noise_at(best.z)
             self.is_rounding = self._is_within_noise(best)
