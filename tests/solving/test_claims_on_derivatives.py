@@ -129,6 +129,30 @@ def test_noise_above_rounding_ends_a_run_within_300_evaluations(seed: int) -> No
     assert calls[0] <= 300
 
 
+def test_steps_within_noise_that_is_known_are_few() -> None:
+    """By bisection to 1e-6, of which the noise has slopes of its own."""
+    calls, random = [0], np.random.default_rng(3)
+    A = random.standard_normal((2, 2))
+    M, z = A @ A.T + A - A.T + 0.5 * np.eye(2), random.uniform(0.3, 2, 2)
+
+    def smooth(y: Vector) -> Vector:
+        return np.asarray(1e3 * (M @ y + np.exp(y / 2)))
+
+    def F(at: Vector) -> Vector:
+        calls[0] += 1
+        low, high = -1 - np.abs(at), 2 + 1.3 * np.abs(at)
+        while (high - low).max() > 2e-6:
+            middle = (low + high) / 2
+            above = middle + 0.6 * np.sin(middle) > at + 0.6 * np.sin(at)
+            low, high = np.where(above, low, middle), np.where(above, middle, high)
+        return smooth((low + high) / 2) - smooth(z)
+
+    result = lcpcli.solve_mcp(F, x0=z + 0.5)
+    assert np.abs(result.z - z).max() < 1e-5
+    assert "F is noisy at about " in result.message
+    assert calls[0] <= 300
+
+
 def test_a_given_step_is_taken() -> None:
     seen = list[float]()
 
