@@ -53,7 +53,8 @@ def _candidates(context: click.Context, parameter: click.Parameter, incomplete: 
 )
 @click.pass_context
 def help(context: click.Context, topic: str | None) -> None:
-    """Show the page on TOPIC, formatted on a terminal and as Markdown in a pipe, or list the pages that have a word."""
+    """Show the page on TOPIC, or the sections on a word that has some, formatted on a terminal and as Markdown in a
+    pipe; or list the pages that have a word."""
     commands = lcp.commands
     if topic is None:
         meanings = [row for row in lcp.meanings().items() if row[0] != context.info_name]
@@ -64,6 +65,7 @@ def help(context: click.Context, topic: str | None) -> None:
         named = commands[topic]
         click.echo(named.get_help(click.Context(named, context.find_root(), topic)))
     elif (page := PAGES.get(topic, PAGES.get(OTHER_WORDS.get(topic, "")))) is not None:
+        page = page if topic in PAGES else _sections(page, topic)
         width, color = terminal()
         if width is not None:
             from lcpcli.report.terminal import page as formatted
@@ -78,6 +80,14 @@ def help(context: click.Context, topic: str | None) -> None:
         raise click.UsageError(
             f"no topic {quoted(topic)}; {likely(topic, [*TOPICS, *commands], 'lcp help lists the topics')}", context
         )
+
+
+def _sections(page: str, word: str) -> str:
+    """Return the sections of a page, without its title, whose headings have a word, or the page if none has."""
+    has_word = re.compile(rf"(?<!\w){re.escape(folded(word))}(?!\w)")
+    _, _, *parts = SECTIONS.split(page)
+    own = [part for part in parts if has_word.search(folded(part.partition("\n")[0]))]
+    return "\n".join(part.strip("\n") + "\n" for part in own) or page
 
 
 def _places(word: str) -> list[tuple[str, str]]:

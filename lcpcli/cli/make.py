@@ -122,7 +122,10 @@ def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:
         name, equals, text = setting.partition("=")
         refuse(not equals, "--set", f"{quoted(setting)} has no value", "write NAME=VALUE")
         refuse(name in values, "--set", f"{name} is set twice", "leave one out")
-        gallery.refuse_unknown(family, name)
+        try:
+            gallery.refuse_unknown(family, name)
+        except OptionError as error:
+            raise OptionError("--set", error.fault, error.hint) from None
         kind = type(defaults[name])
         try:
             values[name] = BOOLEANS[text.casefold()] if kind is bool else kind(text.replace("_", "?"))  # 1_0 is none

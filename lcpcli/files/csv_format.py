@@ -226,11 +226,11 @@ def _has_title(lines: list[tuple[int, str]]) -> bool:
 
 
 def _without_empty_ends(rows: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:
-    """Return rows without those of empty cells alone at the end, and without a last column of empty cells, as
+    """Return rows without those of empty cells alone at the end, and without last columns of empty cells, as
     spreadsheets leave them."""
     while len(rows) > 1 and not any(map(str.strip, rows[-1][1])):
         rows = rows[:-1]
-    if all(len(cells) > 2 and not cells[-1].strip() for _, cells in rows):
+    while all(len(cells) > 2 and not cells[-1].strip() for _, cells in rows):
         rows = [(number, cells[:-1]) for number, cells in rows]
     return rows
 

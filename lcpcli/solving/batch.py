@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
     from lcpcli.solving.derivatives import BatchDerivative, BatchGradient
 
+MOST_TOGETHER, FEW_TOGETHER = 30, 12  # unknowns up to which kernels take less time for all problems together
+
 Unsolved: TypeAlias = Literal["raise", "nan"]
 
 
@@ -49,20 +51,20 @@ class Batch(Sequence[Result]):
         self._rows: block_results.BlockAnswers | None = None
         self.solved: Mask = np.zeros(len(stack), dtype=bool)
         self.z: Vector = np.full(stack.q.shape, np.nan)
+        if method == "auto":
+            given = {**given, "compiled": direct_run.uses_kernels(given.get("compiled"), len(stack))}
         if (
             len(stack)
             and stack.n <= MOST_UNKNOWNS
             and method == "auto"
+            and not (given["compiled"] and _is_sooner_by_itself(stack))
             and given.keys() <= {*LIMITS, "threads", "interrupts", "compiled"}
         ):
-            is_compiled = direct_run.uses_kernels(given.get("compiled"), len(stack)) and stack.box.is_orthant
-            fast = direct_run.compiled() if is_compiled else None
+            fast = direct_run.compiled() if given["compiled"] and stack.box.is_orthant else None
             self._rows = _answers(stack.like, stack, limits, fast, threads=given.get("threads"))
             self.solved |= self._rows.certain
             self.z[self.solved] = self._rows.Z[self.solved]
         rest = (~self.solved).nonzero()[0].tolist()
-        if method == "auto":
-            given = {**given, "compiled": direct_run.uses_kernels(given.get("compiled"), len(rest))}
         for i in rest:
             result = self._result(i)
             if result is None:
@@ -145,6 +147,13 @@ class Batch(Sequence[Result]):
         given = changes, one_sided, J, unsolved
         found: BatchDerivative = views.batches.derivatives(self, self._stack, self._linearizations, *given)
         return found
+
+
+def _is_sooner_by_itself(stack: Stack) -> bool:
+    """Return whether kernels for single problems take less time than pivoting in all of them together, which needs
+    more steps where M is not symmetric, and cannot leave out the problems that are solved."""
+    is_symmetric = np.array_equal(stack.M, stack.M.transpose(0, 2, 1))
+    return stack.n > (MOST_TOGETHER if stack.box.is_orthant or is_symmetric else FEW_TOGETHER)
 
 
 @with_limited_threads

@@ -77,13 +77,18 @@ def uses_kernels(wanted: bool | None, number: int) -> bool:
         return False
     if sys.modules.get(NUMBA) is not None:
         return True
+    if wanted and not _is_installed():
+        raise ParameterError("compiled", "needs numba", "pip install 'linear-complementarity[fast]'")
+    return _is_installed()
+
+
+@cache
+def _is_installed() -> bool:
+    """Return whether numba is installed, without loading it; the search on disk takes longer than a small problem."""
     with imports:
         from importlib.util import find_spec
 
-        is_installed = find_spec(NUMBA) is not None
-    if wanted and not is_installed:
-        raise ParameterError("compiled", "needs numba", "pip install 'linear-complementarity[fast]'")
-    return is_installed
+        return find_spec(NUMBA) is not None
 
 
 def applies(problem: Problem, is_compiled: bool = False) -> bool:

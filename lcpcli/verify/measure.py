@@ -22,7 +22,8 @@ Rounding z, or the data, may leave ROUNDING of the given terms; a violation of u
 ROUNDING, unless these terms are more than DROWNED c_i.
 
 A basic z_j below SMALLEST_NORMAL lies on the grid of doubles near 0, so that each row may besides be violated by
-NEAR_ZERO |M_ij|. That holds for z_j itself, not for products of larger numbers that underflow.
+NEAR_ZERO |M_ij|, if that is rounding beside c_i, else by 2^-1074 |M_ij|. That holds for z_j itself, not for products of
+larger numbers that underflow.
 
 Every array has the shape (n,) for one point, or (m, n) for one point of each of m problems.
 """
@@ -51,7 +52,8 @@ DROWNED = 1e8  # times the cap: terms of which ROUNDING is in the eighth digit o
 FEW_UNKNOWNS = 20  # up to which entries that may be rounding are taken literally, as exact arithmetic decides in time
 NEGLIGIBLE_ROUNDING = 0.1  # of what is allowed, or of a violation: rounding errors that are ignored
 NEAR_VIOLATION = 1e-8  # relative to the terms of a row and to q_ref: a violation that noise may have made
-NEAR_ZERO = SMALLEST_NORMAL * 2.0**-20  # what systems with entries of different sizes make of the distance 2^-1074
+SMALLEST = 2.0**-1074
+NEAR_ZERO = SMALLEST_NORMAL * 2.0**-20  # what systems with entries of different sizes make of the distance SMALLEST
 YES = np.array(True)
 
 
@@ -176,7 +178,10 @@ class Measure:
         """Return the violations up to which a row counts as satisfied to tol."""
         rounding = np.minimum(np.minimum(rows.full_terms, DROWNED * caps), LARGEST_DOUBLE)
         sizes = np.minimum(np.minimum(rows.terms, caps), LARGEST_DOUBLE)
-        return _with_grid(np.maximum(tol * sizes, ROUNDING * rounding), rows)
+        allowed = np.maximum(tol * sizes, ROUNDING * rounding)
+        if rows.grid is None:
+            return allowed
+        return allowed + np.where(rows.grid <= ROUNDING * caps, rows.grid, (SMALLEST / NEAR_ZERO) * rows.grid)
 
     @property
     def reference(self) -> Vector:
@@ -274,11 +279,8 @@ class Measure:
 
 def _most(rows: Rows, tol: float) -> Vector:
     """Return the largest violations that are allowed, whatever the caps are."""
-    return _with_grid(np.maximum(tol * rows.terms, ROUNDING * rows.full_terms), rows)
-
-
-def _with_grid(allowed: Vector, rows: Rows) -> Vector:
-    return allowed if rows.grid is None else allowed + rows.grid
+    most: Vector = np.maximum(tol * rows.terms, ROUNDING * rows.full_terms)
+    return most if rows.grid is None else most + rows.grid
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")

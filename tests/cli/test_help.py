@@ -192,10 +192,17 @@ def test_topics_and_commands_are_listed_with_their_meanings(lcp: Lcp) -> None:
 def test_help_on_a_command_is_its_own_help_and_on_a_topic_in_a_pipe_its_markdown(lcp: Lcp) -> None:
     for name in group.lcp.commands:
         assert lcp("help", name).out == lcp(name, "--help").out
-    meant = {"exit": "statuses", "exit-codes": "statuses", "shi": "methods", "resume": "many", "residual": "statuses"}
+    meant = {"exit": "statuses", "exit-codes": "statuses", "resume": "many", "residual": "statuses"}
     meant |= {"bounds": "mixed", "qp": "programs", "citing": "cite"}
     for word, topic in (meant | {topic: topic for topic in TOPICS}).items():
         assert lcp("help", word).out == source(topic)
+
+
+def test_help_on_a_word_with_sections_of_its_own_is_these_sections(lcp: Lcp) -> None:
+    for word, heading in {"mps": "### Files: MPS, LP and arrays", "shi": "## shi", "games": "## Games"}.items():
+        out = lcp("help", word).out
+        assert out.startswith(heading)
+        assert out.count("\n#") == 0
 
 
 def test_unknown_topic_suggests_the_likely_one(lcp: Lcp) -> None:

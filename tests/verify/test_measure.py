@@ -364,3 +364,11 @@ def test_large_solution_has_the_digits_of_the_tolerance_or_those_that_rounding_l
         moved = check(problem, z * (1 + error))
         assert not moved.accepted, "although each row is satisfied by its own terms"
         assert f"it differs by {abs(error):.1e}" in moved.message
+
+
+def test_where_all_numbers_are_near_zero_no_more_than_their_own_distance_is_allowed() -> None:
+    infeasible = Problem([[-2.0]], [-1.5e-323], lower=[4.4437906e-316])
+    assert Point(Criterion(infeasible), np.array([4.44379065e-316])).relative_residual == pytest.approx(1.0)
+    rounded = Problem([[1.11e304]], [-1.3e-14], lower=[-1.66e297])
+    assert Point(Criterion(rounded), np.array([1.3e-14 / 1.11e304])).solves()
+    assert not Point(Criterion(rounded), np.array([2 * 1.3e-14 / 1.11e304])).solves()
