@@ -28,7 +28,7 @@ NEARLY_SOLVED = 1e-8  # of the natural residual at the start: what may be all th
 FEW_ROUNDINGS, FEW_NOISES = 16, 8  # of the terms of a row, and times the noise of F, by which its F may be off
 MOST_TRIED = 3  # times that the noise is asked for in a run
 FAR = 1e8  # times the size of the start: z that run off, for which other steps of differences do not help
-FRUITLESS = 4  # steps that do not decrease the merit, after which noise may be all that is left
+FRUITLESS = 4  # steps that do not decrease the merit, or only within noise, after which noise may be all that is left
 MOST_NOISY = 1e-2  # of that residual: what may be all that the noise of F leaves
 MOST_BRIEF = 200  # unknowns of a problem that by default is given up after about a second
 MOST_LINEARIZATIONS = 1000  # of a small problem in that time
@@ -156,7 +156,7 @@ class _Search:
     def descent(self, place: Place, memory: int) -> Stage:
         """Take steps until none decreases the merit function, or too slowly; then, and once more, begin anew where it
         was least with steps that all do."""
-        best, waiting = place, 0
+        best, waiting, noisy = place, 0, 0
         while True:
             recent, progress = deque([place.merit], memory), Progress(place.merit)
             first = SLACK * place.merit if memory > 1 else 0.0
@@ -167,11 +167,12 @@ class _Search:
                     break
                 step, place = found
                 waiting = 0 if place.merit < best.merit else waiting + 1
+                noisy += self._is_within_noise(place)
                 best = place if place.merit < best.merit else best
                 recent.append(place.merit)
                 progress.add(place.merit)
                 yield self.iterate(place, step)
-                if waiting == FRUITLESS:
+                if FRUITLESS in (waiting, noisy):
                     if self._is_noise(best):
                         break
                     self.evaluations.adapt(place.z)
@@ -201,10 +202,16 @@ class _Search:
 
     def _is_noise(self, best: Place) -> bool:
         """Return whether the noise of F may be all that the residual is."""
-        if self._tried is not best and self._left and size(best.gaps) <= MOST_NOISY * self._steps.reference:
+        is_small = size(best.gaps) <= MOST_NOISY * self._steps.reference or self._is_within_noise(best)
+        if self._tried is not best and self._left and is_small:
             self._tried, self._left = best, self._left - 1
-            self.is_rounding = bool((np.abs(best.gaps) <= FEW_NOISES * self.evaluations.noise_at(best.z)).all())
+            self.evaluations.noise_at(best.z)
+            self.is_rounding = self._is_within_noise(best)
         return self.is_rounding
+
+    def _is_within_noise(self, place: Place) -> bool:
+        """Return whether the residual is no more than a few times the noise of F, as far as this is known."""
+        return bool((np.abs(place.gaps) <= FEW_NOISES * self.evaluations.noise).all())
 
     def _where(self, reason: str) -> str:
         """Return the reason, with the row in which steps have left the domain of F."""

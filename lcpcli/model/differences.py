@@ -30,6 +30,8 @@ REFUTED = 2  # pairs of quotients that agree with each other but not with J, fro
 UNEVEN = 2e-5  # relative to these terms: a difference that noise of F may have made
 COVERED = 0.1  # of the terms |J| |z|: the part of them that a direction must have for J to be confirmed
 SPACINGS = tuple(2.0**-power for power in range(9, 37, 3))  # relative to z, or to 1 where it is smaller
+RESOLVED = 2.0**-30  # the finest of them that tell oscillations from noise
+LEAST_FALL, CUBIC = 4.0, (128.0, 4096.0)  # of differences of third order with the spacing, where this resolves F
 QUIET = 16 * EPS  # relative to the largest |F_i|: differences of third order that are no more than rounding
 ORDERS = 6  # of differences, from ORDERS + 1 points
 MOST_EQUAL = 0.5  # of first differences that may be 0: of more, the points are too close
@@ -140,12 +142,15 @@ class Slopes:
 
 
 @np.errstate(all="ignore")
-def noise(values: Values, box: Box, z: Vector) -> tuple[Vector, Vector]:
+def noise(values: Values, box: Box, z: Vector, is_noisy: Mask) -> tuple[Vector, Vector]:
     """Return the noise of each row of F at z, be it of rounding or of inner iterations: the first level on which points
-    of two spacings agree, from the coarsest one on; 0 where there is none above rounding. Also return the largest |F_i|
-    at these points."""
+    of two spacings agree, from the coarsest one on; 0 where there is none above rounding, and where finer spacings
+    resolve what looks like noise as oscillations of F. Also return the largest |F_i| at these points.
+
+    is_noisy : the rows that are known not to oscillate.
+    """
     found, is_known, last = np.zeros(z.size), np.zeros(z.size, dtype=bool), np.zeros(z.size)
-    sizes = np.abs(values(z))
+    sizes, thirds = np.abs(values(z)), list[Vector]()
     for spacing in SPACINGS:
         F = _line(values, box, z, spacing)
         level, is_noise, third = _level(F)
@@ -155,9 +160,33 @@ def noise(values: Values, box: Box, z: Vector) -> tuple[Vector, Vector]:
         found = np.where(is_found, level, found)
         is_known |= is_found | (third <= QUIET * sizes)
         last = np.where(is_noise, level, last)
+        thirds.append(third)
         if is_known.all():
             break
+    found[_oscillates(values, box, z, np.where(is_noisy, 0.0, found), thirds)] = 0.0
     return found, sizes
+
+
+def _oscillates(values: Values, box: Box, z: Vector, found: Vector, thirds: list[Vector]) -> Mask:
+    """Return the rows of which finer spacings resolve what looks like noise: in the differences of third order F then
+    falls little by little, and as the cube of the spacing; noise falls at once, if at all.
+
+    found : the noise, 0 in rows that are not looked at. thirds : those differences by the first spacings.
+    """
+    finest, resolved, is_open = SPACINGS.index(RESOLVED), np.zeros(z.size, dtype=bool), found > 0
+    if is_open.any() and len(thirds) <= finest:
+        is_open &= _level(_line(values, box, z, RESOLVED))[2] < found / ALIKE
+    last = np.zeros(z.size)  # no fall
+    for k in range(1, finest + 1):
+        if not is_open.any():
+            break
+        if k == len(thirds):
+            thirds.append(_level(_line(values, box, z, SPACINGS[k]))[2])
+        fall = np.where(thirds[k - 1] > ALIKE * found, 0.0, thirds[k - 1] / thirds[k])  # of the noise, not of curvature
+        resolved |= is_open & (last >= LEAST_FALL) & (fall >= CUBIC[0]) & (fall <= CUBIC[1])
+        is_open &= ~resolved & (fall <= CUBIC[1])
+        last = fall
+    return resolved
 
 
 @np.errstate(all="ignore")

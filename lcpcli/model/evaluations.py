@@ -130,7 +130,7 @@ class Evaluations:
         """Return the noise of each row of F near z."""
         if self._noise_of is None or not np.array_equal(self._noise_of, z):
             self._noise_of = z
-            self.noise, self.sizes = noise(self.values, self.problem.box, z)
+            self.noise, self.sizes = noise(self.values, self.problem.box, z, self.noise > 0)
         return self.noise
 
     def _shorten(self, z: Vector, F: Vector, group: Indices) -> None:
@@ -247,21 +247,25 @@ class Evaluations:
 
     def _quotient(self, z: Vector, F: Vector, steps: Vector, group: Indices) -> Vector:
         """Return the change of F with the components of a group, each row divided by the step of its component."""
-        quotient = np.full(self.problem.n, np.nan)
+        quotient = None
         for sign in (1.0, -1.0):
             moved = z.copy()
             moved[group] += sign * steps[group]
-            change = self.values(moved) - F
-            quotient = np.where(np.isfinite(quotient), quotient, change / self._divisors(moved - z, group))
-            if np.isfinite(quotient).all():
+            self.functions += 1
+            own = (self.problem.values(moved) - F) / self._divisors(moved - z, group)
+            quotient = own if quotient is None else np.where(np.isfinite(quotient), quotient, own)
+            if is_finite(quotient):
                 break
+        assert quotient is not None
         return quotient
 
     def _divisors(self, moves: Vector, group: Indices) -> Vector:
         """Return for each row the move of the component of the group that it depends on; 1 without one."""
-        pattern, divisors = self._pattern, np.ones(self.problem.n)
+        pattern = self._pattern
         if pattern is None:
-            return np.full(self.problem.n, moves[group[0]] or 1.0)
+            move: Vector = moves[group]
+            return np.where(move == 0, 1.0, move)
+        divisors = np.ones(self.problem.n)
         for j in group.tolist():
             divisors[pattern.indices[pattern.indptr[j] : pattern.indptr[j + 1]]] = moves[j] or 1.0
         return divisors

@@ -123,7 +123,9 @@ class NonlinearPoint(Point):
         if not np.array_equal(F, self.F):
             vars(self).pop("_plain", None)
             self._measured(self.z, F, self._beyond is None)
-        return is_finite(F) and self._is_within() and self._is_confirmed()
+            if not is_finite(F) or not self._is_within():
+                return False
+        return self._is_confirmed()
 
     def _is_within(self) -> bool:
         """Return whether no row is violated by more than is allowed."""
@@ -132,6 +134,8 @@ class NonlinearPoint(Point):
         most = np.maximum(np.maximum(tol * rows.terms, ROUNDING * rows.full_terms), 4 * self.noise)
         if (violations > most).any():  # whatever the caps are
             return False
+        if (violations <= np.maximum(tol * np.minimum(rows.terms, np.abs(measure.data.q_ref)), 4 * self.noise)).all():
+            return True  # as caps are at least |q_ref|
         allowed = np.maximum(measure.allowed(rows, measure.caps(self.z), tol), 4 * self.noise)
         return bool((violations <= allowed).all())
 
@@ -203,11 +207,13 @@ class NonlinearPoint(Point):
         """Yield points without what rounding and the steps of a method leave of zeros, as `noise` has them; then those
         without components that are rounding beside the largest one, or no more than the natural residual."""
         measure, problem = self.criterion.measure, self.given.evaluations.problem
+        seen = [self.z]
         small = (np.where(np.abs(self.z) <= most, 0.0, self.z) for most in (VANISHED * size(self.z), self.residual))
         for start in (self.z, without_small_distances(measure, self.z), *map(problem.box.project, small)):
             w = self.given.evaluations.known_values(start)
             z = on_bounds(measure, start, w)
-            if is_finite(w) and not np.array_equal(z, self.z):
+            if is_finite(w) and not any(np.array_equal(z, other) for other in seen):
+                seen.append(z)
                 yield NonlinearPoint(self.given, z)
 
 

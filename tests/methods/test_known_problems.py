@@ -81,7 +81,7 @@ def is_decided(seed: int, most: int) -> bool:
     """Return whether auto says what is so, with whole numbers as a proof that hold exactly."""
     data = random_program(seed, most)
     problem = data.problem()
-    result = run(problem, time_limit=10)
+    result = run(problem, time_limit=100)
     if data.has_minimum:
         return result.solved
     certificate = result.certificate

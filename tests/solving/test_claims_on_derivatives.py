@@ -100,6 +100,19 @@ def test_noise_that_no_difference_shows_is_told_where_the_tolerance_is_loose() -
     assert "F is noisy at about " in result.message
 
 
+@pytest.mark.parametrize(("shift", "scale"), [(1e7, 1.0), (3e6, 1.0), (1e7, 100.0), (2e7, 0.01)])
+def test_oscillation_that_finer_differences_resolve_is_no_noise(shift: float, scale: float) -> None:
+    A = np.array([[0.8, 0.6], [-0.5, 0.4]])
+
+    def F(z: Vector) -> Vector:
+        return scale * (A @ (z - shift) + 2 * np.sin(z - shift) - 1)
+
+    result = lcpcli.solve_mcp(F, x0=shift + np.array([1.4, 2.6]))
+    assert result.solved
+    assert "noisy" not in result.message
+    assert np.abs(F(result.z)).max() <= 1e-6 * scale
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_noise_above_rounding_ends_a_run_within_300_evaluations(seed: int) -> None:
     calls, random = [0], np.random.default_rng(seed)
@@ -112,6 +125,30 @@ def test_noise_above_rounding_ends_a_run_within_300_evaluations(seed: int) -> No
 
     result = lcpcli.solve_mcp(F, x0=z + random.uniform(0.2, 1, 5))
     assert np.abs(result.z - z).max() < 4e-8
+    assert "F is noisy at about " in result.message
+    assert calls[0] <= 300
+
+
+def test_steps_within_noise_that_is_known_are_few() -> None:
+    """By bisection to 1e-6, of which the noise has slopes of its own."""
+    calls, random = [0], np.random.default_rng(3)
+    A = random.standard_normal((2, 2))
+    M, z = A @ A.T + A - A.T + 0.5 * np.eye(2), random.uniform(0.3, 2, 2)
+
+    def smooth(y: Vector) -> Vector:
+        return np.asarray(1e3 * (M @ y + np.exp(y / 2)))
+
+    def F(at: Vector) -> Vector:
+        calls[0] += 1
+        low, high = -1 - np.abs(at), 2 + 1.3 * np.abs(at)
+        while (high - low).max() > 2e-6:
+            middle = (low + high) / 2
+            above = middle + 0.6 * np.sin(middle) > at + 0.6 * np.sin(at)
+            low, high = np.where(above, low, middle), np.where(above, middle, high)
+        return smooth((low + high) / 2) - smooth(z)
+
+    result = lcpcli.solve_mcp(F, x0=z + 0.5)
+    assert np.abs(result.z - z).max() < 1e-5
     assert "F is noisy at about " in result.message
     assert calls[0] <= 300
 
