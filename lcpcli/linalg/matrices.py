@@ -58,7 +58,7 @@ def row_and_column_maxima(M: Matrix, R: Vector, C: Vector) -> tuple[Vector, Vect
 def has_no_positive_links(M: Matrix) -> bool:
     """Return whether M is a Z-matrix: whether no entry off the diagonal is positive."""
     entries = M.data if is_sparse(M) else M
-    if entries.ndim > 1 and np.count_nonzero(entries[0] > 0) > 1:  # as in the first row of most others
+    if entries.ndim > 1 and entries.size and np.count_nonzero(entries[0] > 0) > 1:  # as in the first row of most others
         return False
     return bool(np.count_nonzero(entries > 0) == np.count_nonzero(M.diagonal() > 0))
 

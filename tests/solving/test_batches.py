@@ -169,7 +169,7 @@ def test_a_list_asks_for_the_kernels_before_its_first_problem_if_it_is_long(
         assert all(result.solved for result in lcpcli.solve_many(few))
 
 
-def test_problems_that_a_batch_leaves_to_run_are_given_the_kernels_if_they_are_many(
+def test_problems_that_a_batch_leaves_to_run_are_given_the_kernels_if_it_is_large(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     asked: list[Any] = []
@@ -181,7 +181,7 @@ def test_problems_that_a_batch_leaves_to_run_are_given_the_kernels_if_they_are_m
     monkeypatch.setattr("lcpcli.solving.batch.run", run)
     monkeypatch.setattr(direct_run, "uses_kernels", lambda wanted, number: number == 2 if wanted is None else wanted)
     batch_of([NONE[0]] * 2, [NONE[1]] * 2, lower=[0.0, 0.0], upper=1e30)
-    batch_of([NONE[0], M[0]], [NONE[1], Q[0]])
+    batch_of([NONE[0]], [NONE[1]])
     assert [given["compiled"] for given in asked] == [True, True, False]
 
 
