@@ -10,8 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from lcpcli.linalg.doubles import generator
-from lcpcli.model.presolve_steps import Bounds, Entries, Step, mask_of, summed
-from lcpcli.model.presolve_system import Contradiction, System
+from lcpcli.model.presolve_system import Bounds, Contradiction, Entries, Step, System, mask_of, summed
 from lcpcli.typing import Indices, Vector
 
 CLEAR = 1e-9  # relative to the terms of a row: what is called positive, or inside bounds, is far above rounding

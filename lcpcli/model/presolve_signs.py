@@ -17,8 +17,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import generator
-from lcpcli.model.presolve_steps import Entries, Step, mask_of, summed
-from lcpcli.model.presolve_system import System
+from lcpcli.model.presolve_system import Entries, Step, System, mask_of, summed
 from lcpcli.typing import Indices, Mask, Vector
 
 Pairs = tuple[Indices, Indices, Vector, Vector]
