@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 
-from lcpcli.bench import accuracy_tables, cases, suites
+from lcpcli.bench import cases, report, suites
 from lcpcli.bench.timing import run_method
 from lcpcli.cli import command as group
 from lcpcli.cli.declarations import STARTS
@@ -234,7 +234,7 @@ def test_tables_have_rates_of_several_families_and_the_ladders_of_the_suites() -
     assert len({row[0] for row in RATES}) >= 8
     shown = {row[0]: row[1:] for row in re.findall(LADDER, PAGES["stability"], re.MULTILINE)}
     cases = [*suites.STIFF, *suites.EXTREME]
-    assert shown == {family: (axis, [*values.values()][-1]) for family, axis, values in accuracy_tables.ladders(cases)}
+    assert shown == {family: (axis, [*values.values()][-1]) for family, axis, values in report.ladders(cases)}
 
 
 def test_page_of_formats_has_those_of_problems_and_of_results() -> None:
