@@ -15,10 +15,9 @@ from scipy.linalg import hilbert
 
 from lcpcli import Problem, from_qp, read, run
 from lcpcli.bench import report
-from lcpcli.bench.cases import cases_of, prepare
 from lcpcli.bench.record import BenchRecord, Measurement
 from lcpcli.bench.statistics import shifted_geometric_mean
-from lcpcli.bench.suites import EXTREME, STIFF, Case, case
+from lcpcli.bench.suites import EXTREME, STIFF, Case, case, cases_of, prepare
 from lcpcli.bench.timing import run_method
 from lcpcli.bench.verdicts import ABSOLUTE, NATURAL, RELATIVE, Checker, optimality
 from lcpcli.files import contents
