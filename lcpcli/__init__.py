@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from lcpcli.files.reading import read as read
     from lcpcli.files.writing import write as write
     from lcpcli.inspection.inspection import inspect as inspect
-    from lcpcli.inspection.plan import plan as plan
+    from lcpcli.inspection.inspection import plan as plan
     from lcpcli.model.games import from_efg as from_efg
     from lcpcli.model.games import from_game as from_game
     from lcpcli.model.problem import Problem as Problem
@@ -102,7 +102,7 @@ _HOMES = {  # the module of each public name, loaded on first use
     "inspect": "inspection.inspection",
     "optimum": "enumeration.optimum",
     "path": "parametric.following",
-    "plan": "inspection.plan",
+    "plan": "inspection.inspection",
     "plot": "report.plotting",
     "read": "files.reading",
     "read_nl": "files.nl_format",

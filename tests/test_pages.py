@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 
-from lcpcli.bench import accuracy_tables, cases, suites
+from lcpcli.bench import report, suites
 from lcpcli.bench.timing import run_method
 from lcpcli.cli import command as group
 from lcpcli.cli.command import GONE
@@ -219,7 +219,7 @@ def test_rates_of_fixed_point_are_what_the_bench_measures(row: tuple[str, ...]) 
     family, n, parameter, value, iterations, *factors = row
     known = gallery.parameters_of(family)
     parameters = {parameter: type(known[parameter])(value)} if parameter else {}
-    problem = cases.prepare(suites.case(family, int(n), **parameters))
+    problem = suites.prepare(suites.case(family, int(n), **parameters))
     answer = run_method("fixed-point", problem, 1e-10, 60.0, with_curve=True)
     assert answer.iterations == pytest.approx(int(iterations), abs=2)
     found = rate_of_fixed_point(problem, answer.curve or [])
@@ -235,8 +235,8 @@ def test_tables_have_rates_of_several_families_and_the_ladders_of_the_suites() -
     """What auto does on them, test_bench_accuracy holds; here it is that the table is about the same ladders."""
     assert len({row[0] for row in RATES}) >= 8
     shown = {row[0]: row[1:] for row in re.findall(LADDER, PAGES["stability"], re.MULTILINE)}
-    cases = [*suites.STIFF, *suites.EXTREME]
-    assert shown == {family: (axis, [*values.values()][-1]) for family, axis, values in accuracy_tables.ladders(cases)}
+    stiff = [*suites.STIFF, *suites.EXTREME]
+    assert shown == {family: (axis, [*values.values()][-1]) for family, axis, values in report.ladders(stiff)}
 
 
 def test_page_of_formats_has_those_of_problems_and_of_results() -> None:

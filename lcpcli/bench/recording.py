@@ -10,9 +10,8 @@ from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
-from lcpcli.bench.cases import cases_of, prepare, problem_of
 from lcpcli.bench.record import EXCLUDED, BenchRecord, Machine, Measurement, Settings
-from lcpcli.bench.suites import Case
+from lcpcli.bench.suites import Case, cases_of, prepare, problem_of
 from lcpcli.bench.timing import REST, TimedAnswer, measure, run_method, run_peer
 from lcpcli.bench.verdicts import Checker
 from lcpcli.errors import ParameterError

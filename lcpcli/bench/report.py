@@ -1,18 +1,420 @@
-"""The report on a bench, made from its record in one of `formats.FORMATS`; only JSON and CSV have all digits."""
+"""The report on a bench, made from its record in one of `formats.FORMATS`: tables with cells of text, which the formats
+only typeset, and a figure; only JSON and CSV have all digits."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from functools import partial
+from itertools import groupby
 
-from lcpcli.bench.record import BenchRecord, to_json
-from lcpcli.bench.report_tables import conditions, draw_figure, sheets, title
-from lcpcli.bench.statistics import summary
-from lcpcli.report.document import Document, Section
+from lcpcli.bench import statistics
+from lcpcli.bench.record import BenchRecord, Measurement, to_json
+from lcpcli.bench.statistics import SHIFT, method_of, performance_ratios, shifted_geometric_mean, summary, times
+from lcpcli.bench.suites import ALL, SUITES, Case, series
+from lcpcli.bench.verdicts import ABSOLUTE, NATURAL, RELATIVE
+from lcpcli.errors import count
+from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
+from lcpcli.model.problem import WITHOUT_SOLUTION
+from lcpcli.report import plotting as figures
+from lcpcli.report import wording
+from lcpcli.report.document import Document, Section, Table
+from lcpcli.report.figures.data import Curve, Panel, Profile, Stiffness
 from lcpcli.report.formats import typeset
 from lcpcli.report.result_csv import written
-from lcpcli.report.wording import PIPE_WIDTH
+from lcpcli.report.wording import LEVELS, PIPE_WIDTH
+
+NO_ENTRY = "-"
+LISTED_LEVEL = LEVELS[1]  # the level of error whose times are listed: the accuracy that most users want
+COLUMNS = ((RELATIVE, 1e-6), (RELATIVE, 1e-9), (ABSOLUTE, 1e-6), (ABSOLUTE, 1e-9), (NATURAL, 1e-9))
+NAMES = {RELATIVE: "rel.", ABSOLUTE: "abs.", NATURAL: "natural"}
+SOLVED_TO = 1e-6  # relative residual of a program up to which a time counts: about the default tolerance of the peers
+PROGRAM_SHIFT = 1e-2  # seconds, as programs take longer than complementarity problems of a few unknowns
+
+
+WORDS = ("solver", "problem", "family", "how it ended", "why", "up", "then", "beside")  # headings of words
+SENTENCES = ("how it ended", "why")  # among them
+
+
+def sheet(
+    title: str, header: Sequence[str], groups: Sequence[Sequence[Sequence[str]]], notes: Sequence[str] = ()
+) -> Section:
+    """Return the section of one table, with notes below it."""
+    words, texts = ([j for j, name in enumerate(header) if name in names] for names in (WORDS, SENTENCES))
+    return Section(title, tables=[Table(header, groups, words, texts, notes=notes)])
+
+
+def reached(record: BenchRecord) -> Section:
+    """Return the time that each method needs to reach an error of LISTED_LEVEL on each problem."""
+    times = {
+        name: [own.get(method, {}).get(LISTED_LEVEL) for method in record.methods] for name, own in competing(record)
+    }
+    length, unit = wording.common_unit(seconds for own in times.values() for seconds in own if seconds is not None)
+    rows = [
+        [name, *(NO_ENTRY if seconds is None else wording.digits(seconds / length) for seconds in own)]
+        for name, own in times.items()
+    ]
+    title = f"Time in {unit} to an error of {wording.level(LISTED_LEVEL)} relative to the solution's largest component"
+    return sheet(title, ["problem", *record.methods], [rows])
+
+
+def competing(record: BenchRecord) -> Iterator[tuple[str, dict[str, dict[float, float]]]]:
+    """Yield the problems with a known solution on which at least two methods ran: the name, and the seconds of each
+    method until each level of error."""
+    for name, group in groupby(record.measurements, key=lambda row: row.problem):
+        measured = {row.solver: row.milestones for row in group if row.milestones is not None}
+        if len(measured) >= 2:
+            yield name, {solver: {level: at for level, _, at in own} for solver, own in measured.items()}
+
+
+def is_ordered(record: BenchRecord) -> bool:
+    """Return whether the suite is in order of stiffness."""
+    return any(name == ALL or (name in SUITES and SUITES[name].ladders) for name in record.suite)
+
+
+def stability(record: BenchRecord) -> Section:
+    """Return one row per family and solver, or no rows if the suite is not in order of stiffness."""
+    groups = [_rungs(record, *ladder) for ladder in ladders(record.cases)] if is_ordered(record) else []
+    header = ["family", "up", "solver", "to", "error", "cond.", "then"]
+    notes = [
+        "to: the last value up to which all problems are solved, by recomputed residuals. error: the largest error on "
+        "them, against the exact solution, in units of eps times the condition: the effect of rounding the data. "
+        "cond.: the largest condition of their solutions. then: how the run on the next problem ends."
+    ]
+    return sheet("Stability", header, [group for group in groups if group], notes)
+
+
+def ladders(cases: Sequence[Case]) -> list[tuple[str, str, dict[str, str]]]:
+    """Return the families of the cases, the parameter that varies in each, and its values by case, in order of
+    stiffness; a problem in a file belongs to no family."""
+    families: dict[tuple[str, ...], list[Case]] = {}
+    for case in cases:
+        if case.family:
+            families.setdefault((case.family, *case.parameters), []).append(case)
+    found = []
+    for (family, *parameters), own in families.items():
+        axis = next((name for name in parameters if len({str(case.parameters[name]) for case in own}) > 1), "n")
+        values = {case.name: str(case.parameters[axis] if axis in parameters else case.n) for case in own}
+        found.append((family, axis, values))
+    return found
+
+
+def _rungs(record: BenchRecord, family: str, axis: str, values: dict[str, str]) -> list[list[str]]:
+    """Return up to what stiffness each solver measured on a ladder succeeds, and how it ends at the next step."""
+    group: list[list[str]] = []
+    for solver in record.solvers:
+        rows = {row.problem: row for row in record.measurements if row.solver == solver}
+        own = [rows[problem] for problem in values if problem in rows]
+        if len(own) < len(values) or any(row.excluded for row in own):
+            continue
+        good = next((i for i, row in enumerate(own) if not row.success), len(own))
+        cells, then = [NO_ENTRY, "", ""], "all"
+        if good:
+            measures = ([row.forward_error for row in own[:good]], [row.condition for row in own[:good]])
+            largest = (max((size for size in sizes if size is not None), default=None) for sizes in measures)
+            cells = [values[own[good - 1].problem], *map(wording.short, largest)]
+        if good < len(own):
+            row = own[good]
+            outcome = row.status.replace("_", " ") if row.kind == "method" or not row.claimed else "claims to solve it"
+            then = f"{values[row.problem]}: {'wrong' if row.false_success else outcome}"
+        group.append([*(["", ""] if group else [family, axis]), solver, *cells, then])
+    return group
+
+
+def optimality(record: BenchRecord) -> Section:
+    """Return the number of programs that each solver solved, by three measures of accuracy, and the mean times; no rows
+    if no program has a solution."""
+    proved = {row.problem for row in record.measurements if row.kind == "method" and row.status in WITHOUT_SOLUTION}
+    programs = {row.problem for row in record.measurements if row.optimality is not None} - proved
+    solvers = record.solvers if programs else []
+    means = {solver: _mean_time(record, _programs_of(record, solver, programs)) for solver in solvers}
+    length, unit = wording.common_unit(mean for mean in means.values() if mean is not None)
+    rows = []
+    for solver, mean in means.items():
+        own = _programs_of(record, solver, programs)
+        counts = [len(own), *(sum(_within(row, measure, level) for row in own) for measure, level in COLUMNS)]
+        rows.append([solver, *map(str, counts), "" if mean is None else wording.digits(mean / length)])
+    levels = (f"{NAMES[measure]} {wording.level(level)}" for measure, level in COLUMNS)
+    header = ["solver", "of", *levels, f"mean/{unit}"]
+    notes = [
+        "Solved up to these residuals, recomputed from the program: the largest of primal and dual residual and "
+        "duality gap, relative to their own terms (rel.) and absolute (abs.), and the natural residual of z and w, "
+        "relative to the terms of w. "
+        f"mean: geometric mean of the times of programs solved to a relative {SOLVED_TO:g}, shifted by "
+        f"{wording.duration(PROGRAM_SHIFT)}; other programs count as the time limit.",
+    ]
+    return sheet("Optimality", header, [rows], notes)
+
+
+def _programs_of(record: BenchRecord, solver: str, programs: set[str]) -> list[Measurement]:
+    """Return the measurements of a solver on the programs that it accepts."""
+    return [row for row in record.measurements if row.solver == solver and row.problem in programs and not row.excluded]
+
+
+def _mean_time(record: BenchRecord, own: Sequence[Measurement]) -> float | None:
+    """Return the shifted geometric mean of the times, with the time limit for each failure; None if `own` is empty."""
+    limit = record.options.time_limit
+    times = [summary(row.seconds).median if _within(row, RELATIVE, SOLVED_TO) else limit for row in own]
+    return shifted_geometric_mean(times, PROGRAM_SHIFT) if times else None
+
+
+def _within(row: Measurement, measure: str, level: float) -> bool:
+    return row.claimed and (row.optimality or {}).get(measure, math.inf) <= level
+
+
+MOST_SOLVERS = 6  # solvers side by side if no width is given: as many as a page has room for
+TIMES = "Median ±half the interquartile range; the median alone for a single run."
+MOMENTS = (1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0)  # seconds
+FILES = "files"  # in place of the family of problems in files
+FAILED, INEXACT, WRONG, EXCLUDED = "failed", "inexact", "wrong", "-"
+
+
+def sheets(record: BenchRecord, width: int | None) -> list[Section]:
+    """Return the nonempty tables, at most `width` characters wide; None sets no limit."""
+    candidates = [
+        _solvers(record),
+        _beside(record),
+        _over_time(record),
+        _times(record, width),
+        reached(record),
+        stability(record),
+        optimality(record),
+        _failures(record),
+        _exclusions(record),
+        _growth(record),
+    ]
+    return [section for section in candidates if section.tables[0].rows]
+
+
+def title(record: BenchRecord) -> str:
+    """Return the title: the names of the suites, and the number of measurements made."""
+    measured, all_of_them = len(record.measurements), len(record.cases) * len(record.solvers)
+    progress = "" if measured == all_of_them else f", {measured} of {all_of_them} measured"
+    files = {file for case in record.cases for file in (case.file, case.q_file)}
+    suites = [name for name in record.suite if name not in files]
+    return f"{' '.join(['lcp bench', *suites])}: {count(len(record.cases), 'problem')}{progress}"
+
+
+def conditions(record: BenchRecord) -> list[str]:
+    """Return lines on the conditions of a bench: the limits, the machine, the versions, and missing peers."""
+    options, machine = record.options, record.machine
+    memory = f", {machine.memory / 2**30:.3g} GiB" if machine.memory else ""
+    threads = f", {count(machine.threads, 'thread')}" if machine.threads else ""
+    lines = [
+        f"tolerance {options.tol:g}, accepted to {options.accept:g}, time limit {options.time_limit:g} s",
+        f"{machine.processor}, {machine.cores or '?'} cores{memory}{threads}, {machine.system}",
+        ", ".join(f"{name} {version}" for name, version in record.versions.items()),
+    ]
+    return lines + [f"not installed: {', '.join(record.missing)}" for _ in record.missing[:1]]
+
+
+def _solvers(record: BenchRecord) -> Section:
+    medians, limit = times(record), record.options.time_limit
+    ratios, false = performance_ratios(medians), Counter(row.solver for row in record.measurements if row.false_success)
+    solvers = medians if record.measurements else {}
+    charged = {name: [min(seconds, limit) for seconds in medians[name].values()] for name in solvers}
+    means = {name: shifted_geometric_mean(seconds) for name, seconds in charged.items() if seconds}
+    length, unit = wording.common_unit(means.values())
+    rows = []
+    for name in solvers:
+        counts = sum(seconds < math.inf for seconds in medians[name].values()), len(medians[name]), false[name]
+        mean = wording.digits(means[name] / length) if name in means else ""
+        rows.append([name, *map(str, counts), mean, str(ratios[name].count(1.0))])
+    notes = [
+        "false: claimed but wrong by every measure. mean: geometric mean of the times, shifted by "
+        f"{wording.duration(SHIFT)}; a failure counts as the time limit, {wording.duration(limit)}."
+    ]
+    return sheet("Solvers", ["solver", "solved", "of", "false", f"mean/{unit}", "fastest"], [rows], notes)
+
+
+def _beside(record: BenchRecord) -> Section:
+    """Return, for each peer, how it and the first method do on the problems that both take."""
+    medians, limit = times(record), record.options.time_limit
+    method, compared = record.methods[0] if record.methods else "", list[tuple[str, int, list[int], list[float], int]]()
+    for peer in record.peers if method else ():
+        common = [problem for problem in medians[peer] if problem in medians[method]]
+        pair = [[medians[solver][problem] for problem in common] for solver in (peer, method)]
+        solved = [sum(seconds < math.inf for seconds in own) for own in pair]
+        means = [shifted_geometric_mean([min(seconds, limit) for seconds in own]) for own in pair if own]
+        wins = sum(theirs < ours for theirs, ours in zip(*pair, strict=True))
+        compared += [(peer, len(common), solved, means, wins)] * bool(common)
+    length, unit = wording.common_unit(mean for _, _, _, means, _ in compared for mean in means)
+    rows = [
+        [peer, *map(str, (of, *solved)), *(wording.digits(mean / length) for mean in means), str(wins)]
+        for peer, of, solved, means, wins in compared
+    ]
+    header = ["solver", "of", "solved", f"by {method}", f"mean/{unit}", f"{method}/{unit}", "faster"]
+    notes = [f"faster: the problems that the solver solves in less time than {method}. mean: as above."]
+    return sheet(f"Beside {method}, on the problems that the other takes", header, [rows], notes)
+
+
+def is_over_time(record: BenchRecord) -> bool:
+    """Return whether the report shows what is solved within which time."""
+    return any(name in SUITES and SUITES[name].over_time for name in record.suite)
+
+
+def _over_time(record: BenchRecord) -> Section:
+    """Return how many problems of each series every solver has solved, or proved to have no solution, in time."""
+    limit = record.options.time_limit
+    moments = [*(moment for moment in MOMENTS if moment < limit), limit]
+    cases = {case.name: series(case.family, case.parameters) if case.family else FILES for case in record.cases}
+    groups = []
+    for name in dict.fromkeys(cases.values()) if is_over_time(record) else ():
+        rows: list[list[str]] = []
+        for solver, medians in times(record).items():
+            own = [seconds for problem, seconds in medians.items() if cases[problem] == name]
+            if own:
+                counts = [sum(seconds <= moment for seconds in own) for moment in moments]
+                rows.append(["" if rows else name, solver, *map(str, (len(own), *counts))])
+        groups += [rows] * bool(rows)
+    header = ["family", "solver", "of", *map(wording.duration, moments)]
+    return sheet("Solved, or proved to have no solution, within", header, groups)
+
+
+def _times(record: BenchRecord, width: int | None) -> Section:
+    """Return the table of times: one row per problem if that fits, else one row per problem and solver."""
+    found = _side_by_side(record)
+    widths = found.tables[0].widths()
+    fits = len(record.solvers) <= MOST_SOLVERS if width is None else sum(widths) + len(widths) - 1 <= width
+    return found if fits else _one_below_another(record)
+
+
+def _side_by_side(record: BenchRecord) -> Section:
+    length, unit = _unit(record)
+    rows = []
+    for name, group in groupby(record.measurements, key=lambda row: row.problem):
+        own = {row.solver: row for row in group}
+        rows.append([name, *(_time(own[solver], length) if solver in own else "" for solver in record.solvers)])
+    return sheet(f"Times in {unit}", ["problem", *record.solvers], [rows], [TIMES])
+
+
+def _one_below_another(record: BenchRecord) -> Section:
+    length, unit = _unit(record)
+    header = ["problem", "solver", f"time/{unit}", "residual", "error", "iterations"]
+    groups = []
+    for name, group in groupby(record.measurements, key=lambda row: row.problem):
+        rows: list[list[str]] = []
+        for row in group:
+            measures = [wording.short(row.scaled_residual, ROW_ROUNDING), wording.short(row.error)]
+            iterations = "" if row.iterations is None else str(row.iterations)
+            rows.append(["" if rows else name, row.solver, _time(row, length), *measures, iterations])
+        groups.append(rows)
+    return sheet("Times", header, groups, [TIMES, "The residual is scaled and recomputed."])
+
+
+def _unit(record: BenchRecord) -> tuple[float, str]:
+    """Return the unit of all times of a table, and its name."""
+    return wording.common_unit(summary(row.seconds).median for row in record.measurements if row.success)
+
+
+def _time(row: Measurement, length: float) -> str:
+    if row.excluded:
+        return EXCLUDED
+    if not row.success:
+        return _failure(row)
+    own = summary(row.seconds)
+    digits = wording.digits(own.median / length)
+    return digits if own.spread is None else f"{digits} ±{100 * own.spread:.0f}%"
+
+
+def _failure(row: Measurement) -> str:
+    return WRONG if row.false_success else INEXACT if row.claimed else FAILED
+
+
+def _failures(record: BenchRecord) -> Section:
+    header = ["problem", "solver", "residual", "how it ended"]
+    rows = []
+    for row in record.measurements:
+        if not row.success and not row.excluded:
+            ending = " ".join([f"{_failure(row)}:"] * row.claimed + row.statement.split())
+            rows.append([row.problem, row.solver, wording.short(row.scaled_residual), ending])
+    return sheet("Not solved", header, [rows])
+
+
+def _exclusions(record: BenchRecord) -> Section:
+    reasons = Counter((row.solver, row.statement) for row in record.measurements if row.excluded)
+    rows = [[solver, str(problems), reason] for (solver, reason), problems in reasons.items()]
+    return sheet("Excluded", ["solver", "problems", "why"], [rows])
+
+
+def _growth(record: BenchRecord) -> Section:
+    header = ["family", "solver", "sizes", "exponent", "95% interval", "R^2"]
+    groups = []
+    for panel in statistics.growths(record):
+        rows: list[list[str]] = []
+        for growth in panel.growths:
+            if fit := growth.fit:
+                interval = f"{fit.exponent - fit.margin:.2f} to {fit.exponent + fit.margin:.2f}"
+                cells = [f"{growth.n[0]}-{growth.n[-1]}", f"{fit.exponent:.2f}", interval, f"{fit.r_squared:.3f}"]
+                rows.append(["" if rows else panel.title, growth.label, *cells])
+        groups += [rows] * bool(rows)
+    return sheet("Growth of the time with n: n^exponent", header, groups)
+
+
+PANELS_OF_A_KIND = 4  # in the figure at most, so that all axes fit on a page
+LEAST_PROBLEMS = 5  # for a performance profile, whose steps are shares of the problems: fewer steps say little
+
+
+def draw_figure(record: BenchRecord, form: str) -> bytes:
+    """Return the figure of a bench with at least one measurement; form is one of `figures.FORMS`."""
+    stiffness = stiffness_of(record) if is_ordered(record) else []
+    panels = [] if stiffness else _panels(record)
+    growth_panels = statistics.growths(record)[:PANELS_OF_A_KIND]
+    medians, in_seconds = times(record), is_over_time(record)
+    ratios = {name: list(own.values()) for name, own in medians.items()} if in_seconds else performance_ratios(medians)
+    profiles = [Profile(method_of(name), name, own, in_seconds) for name, own in ratios.items() if own]
+    measured = len({row.problem for row in record.measurements})
+    if measured < LEAST_PROBLEMS and (panels or growth_panels or stiffness):
+        profiles = []
+    return figures.bench(profiles, panels, growth_panels, form, conditions(record), stiffness)
+
+
+def stiffness_of(record: BenchRecord) -> list[Stiffness]:
+    """Return the errors and times of each solver on the problems that it solves, where the condition is known."""
+    found = []
+    for solver in record.solvers:
+        rows = [row for row in record.measurements if row.solver == solver and row.success]
+        points = [
+            (row.condition, EPS * row.forward_error * row.condition, summary(row.seconds).median)
+            for row in rows
+            if row.condition is not None and row.forward_error is not None and row.seconds
+        ]
+        if points:
+            found.append(Stiffness(method_of(solver), solver, *zip(*points, strict=True)))
+    return found
+
+
+def _panels(record: BenchRecord) -> list[Panel]:
+    """Return the panels of the largest problem of each series, those with the most successes and longest curves first.
+
+    Methods have curves; a peer, of which only the end is known, is a single point.
+    """
+    problems = [list(group) for _, group in groupby(record.measurements, key=lambda row: row.problem)]
+    problems.sort(
+        key=lambda rows: (sum(row.success for row in rows), max(len(row.curve or ()) for row in rows)), reverse=True
+    )
+    largest: dict[str, list[Measurement]] = {}
+    for rows in problems:
+        name = series(rows[0].family, rows[0].parameters) if rows[0].family else rows[0].problem
+        if name not in largest or rows[0].n > largest[name][0].n:
+            largest[name] = rows
+    panels = []
+    for rows in [rows for rows in largest.values() if any(row.curve for row in rows)][:PANELS_OF_A_KIND]:
+        measure = next(row.curve_of for row in rows if row.curve_of)
+        curves = []
+        for row in rows:
+            end = row.error if measure == "error" else row.residual
+            points: Sequence[tuple[int | None, float, float | None]] = row.curve or []
+            if not points and not row.excluded and end is not None:
+                points = [(None, summary(row.seconds).median, end)]
+            if points:
+                k, seconds, errors = zip(*points, strict=True)
+                curves.append(Curve(method_of(row.solver), row.solver, k, seconds, errors, row.success))
+        panels.append(Panel(rows[0].problem, measure, curves))
+    return panels
+
 
 COPIED = (
     *("problem", "family", "n", "seed", "parameters", "solver", "kind", "status", "statement", "claimed", "success"),

@@ -142,10 +142,10 @@ def _run(request: Request, outputs: dict[str, str], destination: Destination) ->
     is_interrupted = _measure(record, outputs, request.quiet)
     _keep(record, outputs)
     if request.plot is not None and record.measurements:
-        from lcpcli.bench import report_tables
+        from lcpcli.bench import report
         from lcpcli.report import plotting
 
-        show(report_tables.draw_figure(record, plotting.form_of(request.plot)), request.plot)
+        show(report.draw_figure(record, plotting.form_of(request.plot)), request.plot)
     if destination.path is None:
         destination.show(partial(render, record))
     if not is_interrupted:

@@ -1,4 +1,4 @@
-"""Games of two players in extensive form, as Gambit's .efg files have them; see `lcpcli.model.efg`."""
+"""Games of two players in extensive form, as Gambit's .efg files have them; see `lcpcli.model.game_tree`."""
 
 from __future__ import annotations
 

@@ -6,10 +6,9 @@ import numpy as np
 
 from lcpcli.files.fields import LARGEST_DENSE
 from lcpcli.files.nl_model import NlModel
-from lcpcli.model.adjoints import Jacobian
 from lcpcli.model.nonlinear import Enclosure
 from lcpcli.model.pairing import paired
-from lcpcli.model.tape import Arithmetic, Tape
+from lcpcli.model.tape import Arithmetic, Jacobian, Tape
 from lcpcli.typing import Indices, Matrix, Vector
 
 

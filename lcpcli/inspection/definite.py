@@ -11,7 +11,7 @@ from fractions import Fraction
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.inspection.dominance import scaled_dominance
+from lcpcli.inspection.p_matrices import scaled_dominance
 from lcpcli.inspection.verdict import (
     NO,
     UNDECIDED,

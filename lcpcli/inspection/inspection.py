@@ -1,11 +1,12 @@
-"""Diagnosis of a problem: the classes of M with evidence, its difficulty, and which methods are guaranteed."""
+"""Diagnosis of a problem: the classes of M with evidence, its difficulty, and which methods are guaranteed, and the
+plan of `auto` for it: its attempts until one solves the problem or proves that there is no solution."""
 
 from __future__ import annotations
 
 import math
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import overload
+from typing import NamedTuple, overload
 
 import numpy as np
 
@@ -15,7 +16,6 @@ from lcpcli.inspection import difficulty, theory
 from lcpcli.inspection.classify import classify, weak_row
 from lcpcli.inspection.difficulty import BAD_CONDITION, BAD_SPREAD, Spectrum, Spread
 from lcpcli.inspection.nonlinear import NonlinearInspection, inspect_nonlinear
-from lcpcli.inspection.plan import Attempt, plan
 from lcpcli.inspection.theory import Guarantee, guarantees
 from lcpcli.inspection.verdict import NO, YES, Verdict
 from lcpcli.interrupts import TimeIsUp, check, within
@@ -24,11 +24,69 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import equilibrate
+from lcpcli.methods.auto_table import BRIEF, FIRST, LATER, Row
+from lcpcli.methods.presolved_stages import may_gain_by_presolve
+from lcpcli.methods.structure import Structure
 from lcpcli.model import far_bounds, views
+from lcpcli.model.changes import composed, shifted
+from lcpcli.model.far_bounds import relaxed
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.presolve import Presolved, Refuted, presolved
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import INSPECTION_SECONDS
+from lcpcli.verify.measure import FEW_UNKNOWNS
+
+
+class Attempt(NamedTuple):
+    """An attempt of `auto`.
+
+    method, part : the method, as in the route of a result, and which part of it is tried; "" if it is tried as a whole.
+    iterations : the number in its first turn. Once these are used up, the later attempts have their turns before it
+    continues with twice as many; None if it is never suspended. reason : why the attempt is made.
+    """
+
+    method: str
+    part: str
+    iterations: int | None
+    reason: str
+
+
+PRESOLVE = Attempt("presolve", "", None, "rows with one entry may decide variables: what is left is tried first")
+EXACT = Attempt("exact", "", None, f"there are at most {FEW_UNKNOWNS} unknowns, whose states can be searched")
+MILP = Attempt("milp", "", None, "it needs no property of M")
+
+
+@np.errstate(all="ignore")
+def plan(problem: Problem) -> list[Attempt]:
+    """Return the attempts of `auto` on a problem, in the order in which they begin; most problems need only the first.
+
+    The plan depends only on facts that cost at most one factorization of M: the same problem has the same plan
+    everywhere.
+
+    >>> import lcpcli
+    >>> [attempt.method for attempt in lcpcli.plan(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]))][:3]
+    ['newton', 'newton', 'lemke']
+    """
+    problem = composed(as_problem(problem), relaxed, shifted).problem  # as auto searches
+    structure = Structure(problem, problem.q)
+    first, brief, others = (_attempts(structure, rows) for rows in (FIRST, BRIEF, LATER))
+    presolve = [PRESOLVE] if problem.is_mixed and may_gain_by_presolve(structure) else []
+    if structure.is_large_and_sparse:
+        return [*presolve, *first, *others, MILP]
+    if problem.n <= FEW_UNKNOWNS:
+        return [*first, *brief, EXACT, *presolve, *(attempt for attempt in others if attempt not in brief), MILP]
+    return [*first, *presolve, *others, MILP]
+
+
+def _attempts(structure: Structure, rows: tuple[Row, ...]) -> list[Attempt]:
+    applying = [row for row in rows if row.applies(structure)]
+    return [_attempt(row, structure) for row in sorted(applying, key=lambda row: row.first_round)]
+
+
+def _attempt(row: Row, structure: Structure) -> Attempt:
+    share = row.share(structure)
+    return Attempt(row.method, row.part, None if share == math.inf else int(share), row.reason)
+
 
 ASYMMETRY = 1e-12  # relative to the largest entry: a smaller difference of M and M' looks like rounding
 

@@ -2,6 +2,9 @@
 
 Each factorization gives a solver, or reports that the matrix is singular. scipy is imported only when needed: for
 sparse or large matrices.
+
+A principal submatrix of a tridiagonal matrix is tridiagonal too: entries beside the diagonal remain where neighbours
+do. LAPACK's gttrf factorizes it with row exchanges.
 """
 
 from __future__ import annotations
@@ -10,17 +13,48 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.interrupts import interruptibly
-from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric, norm_inf, plus_diagonal, product
+from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric, norm_inf, plus_diagonal, product, width
 from lcpcli.typing import Indices, Matrix, Vector
 
-if TYPE_CHECKING:
-    from lcpcli.linalg.tridiagonal import Tridiagonal
+FEWEST_ROWS = 3  # that scipy's gttrs takes
+
+
+class Tridiagonal:
+    """A tridiagonal matrix, by its diagonals."""
+
+    def __init__(self, M: Matrix) -> None:
+        with imports:
+            from scipy.linalg import get_lapack_funcs
+        self._below, self._diagonal, self._above = (M.diagonal(k) for k in (-1, 0, 1))
+        self._factorize, self._solve = get_lapack_funcs(("gttrf", "gttrs"))
+
+    def at(self, indices: Indices) -> Callable[[Vector], Vector]:
+        """Return a solver of systems with M_PP; raise LinAlgError if M_PP is singular."""
+        first, beside = indices[:-1], np.diff(indices) == 1
+        below, above = (side[first] * beside for side in (self._below, self._above))
+        if indices.size < FEWEST_ROWS:
+            return partial(np.linalg.solve, np.diag(self._diagonal[indices]) + np.diag(below, -1) + np.diag(above, 1))
+        *factors, info = self._factorize(below, self._diagonal[indices], above)
+        if info > 0:
+            raise np.linalg.LinAlgError
+
+        def solve(b: Vector) -> Vector:
+            return np.asarray(self._solve(*factors, b)[0])
+
+        return solve
+
+
+def tridiagonal(M: Matrix) -> Tridiagonal | None:
+    """Return a sparse matrix with at least two rows as a tridiagonal one, if it is that; else None."""
+    n = M.shape[0]
+    return Tridiagonal(M) if n >= 2 and M.nnz <= 3 * n and width(M) <= 1 else None
+
 
 MOST_NUMPY_ROWS = 200  # up to which a dense matrix is inverted by numpy: importing scipy costs more than it saves
 MOST_QUICK_ENTRIES = 10_000  # up to which a sparse factorization is too fast to need an interruptible thread
@@ -190,8 +224,6 @@ class PrincipalSolver:
         self._kept: tuple[Indices, Solve] | None = None
         self._tridiagonal: Tridiagonal | None = None
         if is_sparse(M):
-            with imports:
-                from lcpcli.linalg.tridiagonal import tridiagonal
             self._tridiagonal = tridiagonal(M)
 
     def solve(self, indices: Indices, b: Vector) -> Vector:

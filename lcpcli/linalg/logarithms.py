@@ -112,7 +112,7 @@ def _sparse(M: Matrix) -> Fitted:
         from scipy.sparse.csgraph import connected_components
 
         from lcpcli.linalg.compressed_rows import transposed
-        from lcpcli.linalg.multiplier import compressed_multiplier
+        from lcpcli.linalg.matrices import compressed_multiplier
     if not M.data.all():
         M = M.copy()
         M.eliminate_zeros()

@@ -18,8 +18,7 @@ import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.factors import SingularMatrix, Solve
-from lcpcli.linalg.matrices import is_sparse, plus_diagonal
-from lcpcli.linalg.multiplier import multiplier
+from lcpcli.linalg.matrices import is_sparse, multiplier, plus_diagonal
 from lcpcli.linalg.shifted_systems import SuperLU, Systems, systems
 from lcpcli.methods.direct import MOST_AS_DENSE
 from lcpcli.methods.interior_scaling import SlackForm, proof_of, slack_form

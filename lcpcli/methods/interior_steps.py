@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.multiplier import multiplier
+from lcpcli.linalg.matrices import multiplier
 from lcpcli.methods.interior_scaling import SlackForm
 from lcpcli.methods.interior_systems import AccurateSystems
 from lcpcli.typing import Vector

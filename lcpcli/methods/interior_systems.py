@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.multiplier import multiplier
+from lcpcli.linalg.matrices import multiplier
 from lcpcli.linalg.shifted_systems import Systems
 from lcpcli.typing import Matrix, Vector
 

@@ -20,8 +20,7 @@ from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, kind, refuse_unknown
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import compressed, is_sparse
-from lcpcli.model.efg import tree_of
-from lcpcli.model.game_tree import MOST_BITS, TERMINAL, GameTree, Player, distinct_labels
+from lcpcli.model.game_tree import MOST_BITS, TERMINAL, GameTree, Player, distinct_labels, tree_of
 from lcpcli.model.program import Conditions
 
 MOST_DENSE = 200  # unknowns up to which M is dense, as pivoting is fast there

@@ -1,19 +1,29 @@
-"""Games of two players in extensive form: the nodes of the tree, information sets, and the sequences of moves.
+"""Games of two players in extensive form: the nodes of the tree, information sets, and the sequences of moves; and
+their text in Gambit's .efg files.
 
 With perfect recall, the moves that a player has made before an information set are the same at all of its nodes; so
 each action of each information set stands for one sequence of the player's moves: B. von Stengel, Efficient computation
 of behavior strategies, Games and Economic Behavior 14 (1996) 220-246.
+
+A file has a title, the names of the players and perhaps a comment, and then the nodes, each before its children, which
+are in the order of its actions: chance nodes, personal nodes and terminal nodes, each with an outcome. Information
+sets, chance events and outcomes have numbers; what is said of one where it is first named need not be said again.
+Outcome 0 pays nothing; the payoffs of all outcomes on a path add up. Numbers are integers, decimals or fractions, and
+commas count as blanks. Labels have no meaning and may be repeated. (Gambit, Software Tools for Game Theory,
+https://www.gambit-project.org, file formats.)
 """
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import islice
 from typing import NamedTuple, TypeVar
 
-from lcpcli.errors import ProblemError
+from lcpcli.errors import ProblemError, count, quoted
 
 MOST_BITS = 3322  # of denominators: a thousand digits
 CHANCE, TERMINAL = -1, -2  # in place of a player, 0 or 1
@@ -169,3 +179,175 @@ def sequences(nodes: Sequence[Node], sets: Sequence[Sequence[InformationSet]]) -
         elif before[node.where] != own[node.owner]:
             return found._replace(forgotten=i)
     return found
+
+
+TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|[{}]|[^\s,{}"]+|"', re.DOTALL)  # a text, a brace, a word, or an open quote
+NUMBER = re.compile(
+    r"[-+]?(?:[0-9]{1,1000}(?:\.[0-9]{0,1000})?|\.[0-9]{1,1000})(?:[eE][-+]?[0-9]{1,3})?|"
+    r"[-+]?[0-9]{1,1000}/0*[1-9][0-9]{0,999}"
+)
+LARGEST = 10**300  # payoff: sums and differences of a few are doubles
+NODES = {"c": "chance", "p": "a player", "t": "the end"}
+
+
+def tree_of(text: str) -> GameTree:
+    """Return the game in the text of an .efg file, or raise ProblemError, which names the line."""
+    return _Reading(text).tree()
+
+
+class _Reading:
+    """The words of a text that are left to be read, and what has been read so far."""
+
+    def __init__(self, text: str) -> None:
+        self.words: list[str] = [*TOKEN.findall(text), ""]
+        self.text, self.place = text, 0
+        self.outcomes = {0: NOTHING}
+        self.sets: dict[int, list[InformationSet]] = {CHANCE: [], 0: [], 1: []}
+        self.numbers: dict[int, dict[int, int]] = {CHANCE: {}, 0: {}, 1: {}}  # the index of each set, by its number
+
+    def fault(self, fault: str, hint: str, place: int | None = None) -> ProblemError:
+        """Return the error for the word at a place, by default the last one that was read."""
+        at = max(self.place - 1, 0) if place is None else place
+        if not self.words[at]:
+            return ProblemError("", "ends too early", "is it cut off?")
+        return ProblemError(f"line {self.line(at)}", fault, hint)
+
+    def line(self, place: int) -> int:
+        """Return the number of the line of the word at a place."""
+        found = next(islice(TOKEN.finditer(self.text), place, None))
+        return self.text.count("\n", 0, found.start()) + 1
+
+    def word(self) -> str:
+        self.place += 1
+        return self.words[self.place - 1]
+
+    @property
+    def next_is_text(self) -> bool:
+        return self.words[self.place][:1] == '"' and len(self.words[self.place]) > 1
+
+    def name(self) -> str:
+        is_text, word = self.next_is_text, self.word()
+        if not is_text:
+            raise self.fault(f"has {quoted(word)} in place of a name", "put names in quotes")
+        return re.sub(r"\\(.)", r"\1", word[1:-1], flags=re.DOTALL)
+
+    def whole(self, of: str) -> int:
+        word = self.word()
+        if not re.fullmatch(r"[0-9]{1,9}", word):
+            raise self.fault(f"has {quoted(word)} in place of the number of {of}", "give a whole number")
+        return int(word)
+
+    def number(self) -> Fraction:
+        word = self.word()
+        if not NUMBER.fullmatch(word):
+            raise self.fault(f"has {quoted(word)} in place of a number", "give an integer, a decimal or a fraction")
+        value = Fraction(word)
+        if abs(value) > LARGEST:
+            raise self.fault(f"has {quoted(word)}, too large for doubles", "scale the payoffs")
+        return value
+
+    def listed(self, each: Callable[[], T]) -> tuple[T, ...] | None:
+        """Return what is between braces; None if there is no list."""
+        if self.words[self.place] != "{":
+            return None
+        self.place += 1
+        found = []
+        while self.words[self.place] != "}":
+            found.append(each())
+        self.place += 1
+        return tuple(found)
+
+    def tree(self) -> GameTree:
+        if (self.word(), self.word()) != ("EFG", "2") or self.word() not in ("R", "D"):
+            raise ProblemError("line 1", "is not the beginning of a game tree", "begin the file with EFG 2 R")
+        title, players = self.name(), self.listed(self.name)
+        if players is None:
+            raise self.fault("has no players after the title", 'write EFG 2 R "title" { "one" "two" }')
+        if len(players) != 2:
+            only = "only its equilibria are the solutions of an LCP"
+            raise ProblemError("", f"is a game of {count(len(players), 'player')}", f"give one of two: {only}")
+        self.comments()
+        nodes, places = self.nodes()
+        self.comments()
+        if word := self.word():
+            raise self.fault(f"has {quoted(word)} after the last node of the tree", "remove it, or correct the nodes")
+        found = sequences(nodes, [self.sets[0], self.sets[1]])
+        if found.forgotten is not None:
+            node = nodes[found.forgotten]
+            named = f"information set {self.sets[node.owner][node.where].number} of player {node.owner + 1}"
+            fault = f"has no perfect recall: other own moves lead to {named} than before"
+            hint = "give an information set to each history of a player's own moves"
+            raise self.fault(fault, hint, places[found.forgotten])
+        one, two = (Player(name, self.sets[i], found.before[i], found.first[i]) for i, name in enumerate(players))
+        return GameTree(self.text, title, (one, two), self.sets[CHANCE], nodes, found.at)
+
+    def comments(self) -> None:
+        while self.next_is_text:
+            self.place += 1
+
+    def nodes(self) -> tuple[list[Node], list[int]]:
+        """Return the nodes, and their places among the words."""
+        found, places = list[Node](), list[int]()
+        pending = [(-1, 0)]
+        while pending:
+            places.append(self.place)
+            word = self.word()
+            if word not in NODES:
+                own = ", ".join(f"{letter} for {what}" for letter, what in NODES.items())
+                raise self.fault(f"has {quoted(word)} in place of a node", f"begin each node with {own}")
+            self.name()
+            owner = {"c": CHANCE, "t": TERMINAL}.get(word) or self.player()
+            index = self.information_set(owner) if owner != TERMINAL else -1
+            moves = len(self.sets[owner][index].actions) if owner != TERMINAL else 0
+            parent, move = pending.pop()
+            pending += [(len(found), k) for k in range(moves - 1, -1, -1)]
+            found.append(Node(parent, move, owner, index, self.outcome()))
+        return found, places
+
+    def player(self) -> int:
+        number = self.whole("a player")
+        if number not in (1, 2):
+            raise self.fault(f"names player {number} of 2", "give 1 or 2")
+        return number - 1
+
+    def information_set(self, owner: int) -> int:
+        """Return the index of the information set, or of the event, that comes next."""
+        what = "chance event" if owner == CHANCE else "information set"
+        number, known = self.whole(f"{'an' * (owner >= 0) or 'a'} {what}"), self.numbers[owner]
+        named = f"{what} {number}" + f" of player {owner + 1}" * (owner >= 0)
+        label, place = self.name() if self.next_is_text else "", self.place
+        given = self.listed(self.event if owner == CHANCE else lambda: (self.name(), Fraction(0)))
+        if given is not None:
+            actions, odds = tuple(name for name, _ in given), tuple(odd for _, odd in given) * (owner == CHANCE)
+            if not actions:
+                raise self.fault(f"lists no action for {named}", "list at least one")
+            if odds and (min(odds) < 0 or sum(odds) != 1):
+                fault = f"the probabilities of {named} are not at least 0 with the sum 1"
+                raise self.fault(fault, "give fractions, such as 1/3, whose sum is 1", place)
+            own = InformationSet(number, label, actions, odds)
+            if number not in known:
+                known[number] = len(self.sets[owner])
+                self.sets[owner].append(own)
+            elif (first := self.sets[owner][known[number]])[2:] != own[2:]:
+                listed = "actions" if first.actions != actions else "probabilities"
+                raise self.fault(f"lists other {listed} for {named} than before", "correct one of them", place)
+        elif number not in known:
+            raise self.fault(f"names {named} before its actions", "list its actions where it is first named")
+        return known[number]
+
+    def event(self) -> tuple[str, Fraction]:
+        return self.name(), self.number()
+
+    def outcome(self) -> Payoffs:
+        number = self.whole("an outcome")
+        if self.next_is_text:
+            self.place += 1
+        place, given = self.place, self.listed(self.number)
+        if given is not None and len(given) != 2:
+            raise self.fault(f"has {count(len(given), 'payoff')} for 2 players", "give one for each", place)
+        if given is None and number not in self.outcomes:
+            raise self.fault(f"names outcome {number} before its payoffs", "give them where it is first named")
+        known = self.outcomes.setdefault(number, given or NOTHING)
+        if given is not None and known != given:
+            raise self.fault(f"gives outcome {number} other payoffs than it has", "correct one of them", place)
+        return known

@@ -21,9 +21,8 @@ from lcpcli.interrupts import check
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model import presolve_rules as rules
 from lcpcli.model.changes import Change
-from lcpcli.model.presolve_signs import signs_of_equations
-from lcpcli.model.presolve_steps import LARGEST_INTEGER, Step
-from lcpcli.model.presolve_system import Contradiction, System
+from lcpcli.model.presolve_rules import signs_of_equations
+from lcpcli.model.presolve_system import LARGEST_INTEGER, Contradiction, Step, System
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 

@@ -1,32 +1,209 @@
-"""One call from two problems to the path of solutions between them."""
+"""One call from two problems to the path of solutions between them: the basis from which it starts, and its parts, each
+of which is verified as soon as it is found."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from lcpcli.clock import seconds
-from lcpcli.interrupts import TimeIsUp, check, within
-from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.interrupts import TimeIsUp, check, deferring_signals, within
+from lcpcli.linalg.doubles import generator
+from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, factorizer, well_conditioned_inverse
+from lcpcli.linalg.matrices import dense, is_sparse, product
+from lcpcli.model.box import BASIC, LOWER, UPPER
+from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL, Limits
 from lcpcli.options import check as check_options
 from lcpcli.parametric import path as ends
-from lcpcli.parametric.edges import Edge
 from lcpcli.parametric.exact_pivoting import ExactEdge, ExactFamily, ExactPivoting
 from lcpcli.parametric.family import Family
-from lcpcli.parametric.parts import Parts
-from lcpcli.parametric.path import ENDS, Path, joined
-from lcpcli.parametric.pivoting import Pivoting
-from lcpcli.parametric.start import basic_states
+from lcpcli.parametric.path import ENDS, ExactPath, Path, joined
+from lcpcli.parametric.pivoting import Edge, Pivoting
+from lcpcli.parametric.verified import Verified, verify
 from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.numbers import rounded
 from lcpcli.solving import driver
 from lcpcli.solving.result import Result, Status
-from lcpcli.typing import Vector
+from lcpcli.typing import Mask, Matrix, States, Vector
 from lcpcli.verify.certificate import proof
+
+SINGULAR = 2.0**-40  # relative to the largest one: a singular value of a basis that counts as 0
+RECOVERED = 2.0**-16  # error of a solution whose system is not singular: a third of the digits of a double are right
+NOISE = 2.0**-40  # relative to the largest change: a change that counts as none
+
+
+def basic_states(problem: Problem, z: Vector, w: Vector, is_fixed: Mask) -> States | None:
+    """Return the states of a solution whose basic variables are determined, shape (n,); None if there is none, as the
+    solutions near z contain a line.
+
+    is_fixed : where both bounds are equal on the whole path.
+
+    A solution z with singular M_BB is moved along a null vector of M_BB, which keeps w_B = 0, until another component
+    reaches its end, as a point is moved to a vertex of its polyhedron.
+    """
+    states = problem.box.basis_at(z, w)
+    states[problem.box.fixed] = np.where(w[problem.box.fixed] < 0, UPPER, LOWER)
+    states[is_fixed] = LOWER
+    units = scale(problem)
+    low, high = units.problem.box.vectors(problem.n)
+    z, w = units.z_inside(z), units.w_inside(w)
+    for _ in range(4 * problem.n + 1):
+        check()
+        null = _null_vector(units.problem.M, states)
+        if null is None:
+            return states
+        basic = states == BASIC
+        change = product(units.problem.M, null)
+        gaps = np.where(basic, null, np.where(states == UPPER, -change, change))
+        gaps[is_fixed] = 0.0
+        gaps[np.abs(gaps) <= NOISE * np.abs(gaps).max()] = 0.0
+        below = np.where(basic, z - low, np.maximum(np.where(states == UPPER, -w, w), 0.0))
+        above = np.where(basic, high - z, np.inf)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            steps = np.array([np.where(s * gaps < 0, below, np.where(s * gaps > 0, above, np.inf)) for s in (1, -1)])
+            steps /= np.abs(gaps)
+        steps[:, gaps == 0] = np.inf
+        side, k = np.unravel_index(np.argmin(steps), steps.shape)
+        if steps[side, k] == np.inf:
+            return None
+        step = (1 - 2 * int(side)) * steps[side, k]
+        z, w = z + step * null, w + step * change
+        if not basic[k]:
+            states[k] = BASIC
+        else:
+            states[k] = LOWER if step * gaps[k] < 0 else UPPER
+    return None
+
+
+def _null_vector(M: Matrix, states: States) -> Vector | None:
+    """Return a vector v of shape (n,), zero outside B, with M_BB v_B = 0 for an equilibrated M; None if M_BB is not
+    singular."""
+    basic = np.flatnonzero(states == BASIC)
+    if not basic.size:
+        return None
+    block = M[basic][:, basic]
+    if is_sparse(block) or basic.size > MOST_NUMPY_ROWS:
+        if _is_regular(block):
+            return None
+        block = dense(block)
+    elif well_conditioned_inverse(block, 1 / SINGULAR) is not None:
+        return None
+    _, values, rows = np.linalg.svd(block)
+    if values[-1] > SINGULAR * values[0]:
+        return None
+    v = np.zeros(states.size)
+    v[basic] = rows[-1]
+    return v
+
+
+def _is_regular(block: Matrix) -> bool:
+    """Return whether a solve recovers a third of the digits of a known solution."""
+    known = generator(0).uniform(1, 2, block.shape[0])
+    with suppress(SingularMatrix):
+        return bool(np.abs(factorizer(block)(0.0)(product(block, known)) - known).max() <= RECOVERED)
+    return False
+
+
+AT_ONCE = 500_000  # numbers of z from which on a part is made
+LEAST_AT_ONCE = 4  # breakpoints of a part
+
+
+class _Point(NamedTuple):
+    """A breakpoint: s and z; for a path in fractions also w; and the states on the piece before, None for the first."""
+
+    s: Any
+    z: Any
+    w: Any
+    states: States | None
+
+
+class Parts:
+    """The breakpoints of a path, those that no part has yet but for the first two, which end the part before.
+
+    found : the parts that are made; each begins with the last two breakpoints of the previous one.
+    exact : the problems of a path in fractions, else None.
+    """
+
+    def __init__(self, family: Family, tol: float) -> None:
+        self.family, self.tol, self.count, self.found = family, tol, 0, list[Path]()
+        self.exact: ExactFamily | None = None
+        self._points: list[_Point] = []
+        self._known: Verified | None = None  # the first two points
+
+    @property
+    def last(self) -> _Point:
+        """Return the last breakpoint."""
+        return self._points[-1]
+
+    def add(self, s: Any, z: Any, states: States | None) -> None:
+        """Add a breakpoint, and the states on the piece before it; make a part of those before if there are many."""
+        self._points.append(self._point(s, z, states))
+        self.count += 1
+        if len(self._points) * self.family.problem.n < AT_ONCE or len(self._points) <= LEAST_AT_ONCE:
+            return
+        t = [self.family.t_of(float(point.s)) for point in self._points]
+        some = next((k for k in range(len(t) - 1, 0, -1) if t[k] != t[k - 1]), 0)  # the others have the last t
+        if some > LEAST_AT_ONCE // 2:
+            part, first = self._part(some), some - 2
+            with deferring_signals():
+                self.found.append(part)
+                self._points = self._points[first:]
+                self._known = Verified(part.t[first:], part.z[first:], part.w[first:], part.verified)
+
+    def replace_last(self, s: Any, z: Any) -> None:
+        """Put another point in the place of the last breakpoint."""
+        self._points[-1] = self._point(s, z, self.last.states)
+
+    def rest(self) -> Path:
+        """Return the last part."""
+        if self._points:
+            return self._part(len(self._points))
+        none, exact = np.zeros((0, self.family.problem.n)), ExactPath([], [], []) if self.exact is not None else None
+        return Path(self.family, np.zeros(0), none, none, none.astype(np.int8), "", "", False, 0.0, exact=exact)
+
+    def _point(self, s: Any, z: Any, states: States | None) -> _Point:
+        return _Point(s, z, None if self.exact is None else self.exact.w(s, z), states)
+
+    def _part(self, some: int) -> Path:
+        """Return some of the points as a part of the path, verified."""
+        pieces = [point.states for point in self._points[1:]]
+        states = np.array(pieces, dtype=np.int8).reshape(len(pieces), self.family.problem.n)
+        exact, own = self._proved(states, some) if self.exact is not None else (None, self._verified(states, some))
+        is_verified = own.is_verified and (self._known is None or self._known.is_verified)
+        return Path(self.family, own.t, own.z, own.w, states[: some - 1], "", "", is_verified, 0.0, exact=exact)
+
+    def _verified(self, states: States, some: int) -> Verified:
+        """Return some of the points as far as they are verified."""
+        t = np.array([self.family.t_of(float(point.s)) for point in self._points])
+        z, known = np.array([point.z for point in self._points]), 0
+        if self._known is not None:
+            known = self._known.t.size
+            t[:known], z[:known] = self._known.t, self._known.z
+        return verify(self.family, t, z, states, self.tol, known, some)
+
+    def _proved(self, states: States, some: int) -> tuple[ExactPath, Verified]:
+        """Return some of the points in fractions, and rounded, and whether both ends of each piece satisfy its
+        conditions."""
+        family, exact, points = self.family, self.exact, self._points[:some]
+        assert exact is not None
+        proved = all(
+            exact.satisfies(piece, *end[:3])
+            for piece, *both in zip(states, points, points[1:], strict=False)
+            for end in both
+        )
+        start, stop = Fraction(family.start), Fraction(family.stop)
+        t = [start + point.s * (stop - start) for point in points]
+        own = ExactPath(t, [point.z for point in points], [point.w for point in points])
+        z, w = (np.array([rounded(row) for row in rows]).reshape(some, -1) for rows in own[1:])
+        return own, Verified(np.array([family.t_of(float(point.s)) for point in points]), z, w, proved)
+
 
 Data: TypeAlias = tuple[ExactProblem, ExactProblem]
 MOST_NUMBERS = 2**26  # of z on a path in memory: with those of w one GiB

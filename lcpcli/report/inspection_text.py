@@ -7,8 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from lcpcli.errors import count
-from lcpcli.inspection.inspection import Inspection
-from lcpcli.inspection.plan import Attempt
+from lcpcli.inspection.inspection import Attempt, Inspection
 from lcpcli.inspection.theory import MOST_WITH_NORM, Rate
 from lcpcli.inspection.verdict import title
 from lcpcli.linalg.matrices import is_sparse

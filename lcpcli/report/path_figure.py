@@ -10,7 +10,7 @@ import numpy as np
 
 from lcpcli.errors import count
 from lcpcli.parametric.path import Path
-from lcpcli.report import path_words, plotting, selection, wording
+from lcpcli.report import path_terms, plotting, selection, wording
 from lcpcli.report.figures.data import Pair, Response
 from lcpcli.report.path_formats import line
 from lcpcli.report.path_terms import Terms
@@ -61,7 +61,7 @@ def response(path: Path, chosen: Sequence[str] = ()) -> Response:
         names=[names[i] for i in shown],
         lines=[z[:, i].tolist() for i in shown],
         jumps=path.jumps,
-        turns=path_words.turns(path),
+        turns=path_terms.turns(path),
         objective=_objective(terms) if terms.program is not None else None,
         is_frontier=terms.is_quadratic and moving is not None and moving.what.startswith("row"),
         provenance=[f"{wording.PROGRAM}: {line(path)}"],

@@ -12,7 +12,7 @@ from lcpcli.errors import count
 from lcpcli.files.contents import NO_SOURCE
 from lcpcli.interrupts import in_time
 from lcpcli.parametric.path import Path
-from lcpcli.report import json_lines, path_words, result_csv, selection
+from lcpcli.report import json_lines, path_terms, result_csv, selection
 from lcpcli.report.path_terms import Points, Terms
 
 KEYS = (
@@ -29,7 +29,7 @@ Key: TypeAlias = tuple[str, ...]  # of a value in nested objects
 def line(path: Path) -> str:
     """Return the path in a line."""
     span = f", t from {path.t[0]:.7g} to {path.t[-1]:.7g}" if path.t.size else ""
-    proof = f", {path_words.verified(path)}" if path.t.size else ""
+    proof = f", {path_terms.verified(path)}" if path.t.size else ""
     return f"<Path: {count(path.t.size, 'breakpoint')}{span}: {path.message}{proof}>"
 
 
@@ -44,7 +44,7 @@ def data(path: Path, points: Points = NO_POINTS, files: Sequence[str] = ()) -> d
         **json_lines.place(NO_SOURCE, path.problem),
         **dict(zip_longest(("file", "to_file"), files)),
         "to": path.to.name,
-        "changes": [[change._asdict() for change in changes] for changes in path_words.changes(path)],
+        "changes": [[change._asdict() for change in changes] for changes in path_terms.changes(path)],
         "moving": moving,
         "answer": _answer(terms, doubles),
         "exact": path.exact and {**path.exact._asdict(), "answer": _answer(terms, terms.points)},
@@ -86,10 +86,10 @@ def write_csv(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str
     moving = [terms.moving.label] if terms.moving else []
     w_names = [f"w {name}" if name else f"w{i}" for i, name in enumerate(path.problem.names, 1)]
     header = ["breakpoint", "t", *moving, "change", *chosen(terms.names()), *chosen(w_names)]
-    notes = path_words.notes(path, terms.names(), math.inf)
+    notes = path_terms.notes(path, terms.names(), math.inf)
     breakpoints = (row(k + 1, notes[k], *(part[k] for part in terms.points)) for k in range(path.t.size))
     further = (row("", "", *point) for point in zip(*_further(terms, at), strict=True))
-    comments = [path_words.title(path), path_words.verdict(path, path.t.size)]
+    comments = [path_terms.title(path), path_terms.verdict(path, path.t.size)]
     table = chain([[*header, *["objective"] * bool(terms.program)]], in_time(breakpoints), further)
     return result_csv.written(table, comments)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from lcpcli.errors import visible
 from lcpcli.parametric.path import INFEASIBLE, REACHED, TURN, Path
-from lcpcli.report import path_words, programs_and_games, selection, wording
+from lcpcli.report import path_terms, programs_and_games, selection, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.path_terms import Points, Terms
 from lcpcli.report.tables import (
@@ -39,7 +39,7 @@ def build(
     names : of the unknowns that are shown, as for `selection.places`; empty for as many as fit.
     """
     terms = Terms(path)
-    notes = path_words.notes(path, wording.all_visible(terms.names(longest(form))), MOST_CHANGES)
+    notes = path_terms.notes(path, wording.all_visible(terms.names(longest(form))), MOST_CHANGES)
     columns = _Columns(terms, form, width, notes, names)
     found = terms.at_all(at)
     groups = [
@@ -47,8 +47,8 @@ def build(
         columns.rows(found, ["(--at)"] * len(found.t)),
     ]
     section = Section(
-        path_words.title(path),
-        path_words.verdict(path, path.t.size),
+        path_terms.title(path),
+        path_terms.verdict(path, path.t.size),
         path.verified and path.end == REACHED,
         [str(terms.moving)] if terms.moving else [],
         [Table(columns.header, list(filter(None, groups)), words=[columns.header.index("change")], name="Breakpoints")],

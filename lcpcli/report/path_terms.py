@@ -1,4 +1,5 @@
-"""A path in terms of its problem: the names of the variables, the number that varies, the objective of a program."""
+"""A path in terms of its problem: the names of the variables, the number that varies, the objective of a program, and
+what happens along it, in words."""
 
 from __future__ import annotations
 
@@ -11,16 +12,80 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from lcpcli.errors import count
+from lcpcli.model.box import BASIC, LOWER, UPPER, WORDS
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import SENSES, Program, ProgramData
-from lcpcli.parametric.path import Path
+from lcpcli.parametric.path import Path, StateChange
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import shortest_decimal
 from lcpcli.report import wording
 from lcpcli.typing import Vector
 from lcpcli.verify import multipliers
 
-WORDS = {  # for a number that moves: an entry of a vector of this name, or both sides of a row that is an equation
+
+def verified(path: Path) -> str:
+    """Return whether the path is verified."""
+    return f"{'' if path.verified else 'not '}verified{' in fractions' * (path.verified and path.exact is not None)}"
+
+
+def title(path: Path) -> str:
+    """Return the names of both problems, and their size."""
+    ends = [wording.title(problem) or "problem" for problem in (path.problem, path.to)]
+    return f"{' to '.join(dict.fromkeys(ends))}: {wording.size(path.problem)}"
+
+
+def verdict(path: Path, breakpoints: int) -> str:
+    """Return how the path ends, its breakpoints, and whether it is verified."""
+    return f"{path.message}; {count(breakpoints, 'breakpoint')}, {verified(path)}" if breakpoints else path.message
+
+
+def changes(path: Path) -> list[list[StateChange]]:
+    """Return the changes at each breakpoint, none at the first and at the last."""
+    return [[], *path.changes, []][: path.t.size]
+
+
+def notes(path: Path, names: Sequence[str], most: float) -> list[str]:
+    """Return for each breakpoint what happens there: which variables enter and leave the basis, a jump to it, a turn
+    at it, and the end."""
+    mixed, reversed_ones = path.problem.is_mixed, _reversed(path.problem)
+    notes = [_in_words(each, names, mixed, most, reversed_ones) for each in changes(path)]
+    for k in path.jumps:
+        notes[k + 1].insert(0, "jump")
+    for k in turns(path):
+        notes[k].append("turn")
+    if notes:
+        notes[-1].append(path.end.replace("_", " "))
+    return [", ".join(note) for note in notes]
+
+
+def _reversed(problem: Problem) -> range:
+    """Return the components that are shown with the other sign: the multipliers of a maximization."""
+    return problem.origin.reversed(problem.n) if isinstance(problem.origin, Program) else range(0)
+
+
+def _in_words(
+    changes: Sequence[StateChange], names: Sequence[str], is_mixed: bool, most: float, reversed_ones: range
+) -> list[str]:
+    words = {word: f"to {word}" if is_mixed else "leaves" for word in WORDS.values()} | {WORDS[BASIC]: "enters"}
+    others = words | {WORDS[LOWER]: words[WORDS[UPPER]], WORDS[UPPER]: words[WORDS[LOWER]]}
+    shown = changes if len(changes) <= most else changes[: int(most) - 1]
+    texts = [f"{names[i]} {(others if i in reversed_ones else words)[after]}" for i, _, after in shown]
+    return [*texts, *[f"{len(changes) - len(shown)} more"] * (len(changes) > len(shown))]
+
+
+def turns(path: Path) -> list[int]:
+    """Return the breakpoints at which t turns."""
+    moves = np.sign(np.diff(path.t))
+    found, last = [], 0.0
+    for k, move in enumerate(moves.tolist()):
+        if move and last and move != last:
+            found.append(k)
+        last = move or last
+    return found
+
+
+RELATIONS = {  # for a number that moves: an entry of a vector of this name, or both sides of a row that is an equation
     "row": "equal to",
     "row_lower": "at least",
     "row_upper": "at most",
@@ -41,7 +106,7 @@ class Points(NamedTuple):
 
 class Moving(NamedTuple):
     """The only number that differs between two problems: the name of the row or variable, what the number is for it, a
-    key of WORDS, and its values in both problems."""
+    key of RELATIONS, and its values in both problems."""
 
     name: str
     what: str
@@ -54,7 +119,7 @@ class Moving(NamedTuple):
     @property
     def word(self) -> str:
         """Return what the number is for the row or variable, in words."""
-        return WORDS[self.what]
+        return RELATIONS[self.what]
 
     @property
     def label(self) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 from lcpcli.model.names import in_own_sense
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.options import AUTO
-from lcpcli.report import columns, costs, outcome, proofs, selection, wording
+from lcpcli.report import columns, costs, outcome, selection, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.wording import ELLIPSIS
 from lcpcli.solving.result import Result
@@ -245,8 +245,10 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
     if shows_times:
         remarks += filter(None, [outcome.spread(results)])
     certificates = (result.certificate for result in results if not result.exact)
-    remarks += [proofs.certificate_line(results[0].problem, certificate) for certificate in certificates if certificate]
-    remarks += [line for result in results if result.exact for line in proofs.exact_lines(result.exact, result)]
+    remarks += [
+        outcome.certificate_line(results[0].problem, certificate) for certificate in certificates if certificate
+    ]
+    remarks += [line for result in results if result.exact for line in outcome.exact_lines(result.exact, result)]
     if any(result.answer is not None for result in results):
         from lcpcli.report import programs_and_games
 

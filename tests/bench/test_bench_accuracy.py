@@ -14,11 +14,10 @@ from scipy import sparse
 from scipy.linalg import hilbert
 
 from lcpcli import Problem, from_qp, read, run
-from lcpcli.bench import accuracy_tables, report_tables
-from lcpcli.bench.cases import cases_of, prepare
+from lcpcli.bench import report
 from lcpcli.bench.record import BenchRecord, Measurement
 from lcpcli.bench.statistics import shifted_geometric_mean
-from lcpcli.bench.suites import EXTREME, STIFF, Case, case
+from lcpcli.bench.suites import EXTREME, STIFF, Case, case, cases_of, prepare
 from lcpcli.bench.timing import run_method
 from lcpcli.bench.verdicts import ABSOLUTE, NATURAL, RELATIVE, Checker, optimality
 from lcpcli.files import contents
@@ -123,15 +122,13 @@ def test_the_table_counts_what_is_claimed_and_accurate() -> None:
     rows = [row("a", "auto", 1e-12), row("a", "shi", 1e-8), row("b", "auto", 1e-7), row("b", "shi", 1e-12, False)]
     rows += [row("lcp", "auto", None), row("lcp", "shi", None)]
     record = BenchRecord(["x"], [], ["auto", "shi"], [], [], SETTINGS, MACHINE, {}, rows)
-    (group,) = accuracy_tables.optimality(record).tables[0].groups
-    mean = wording.digits(1e3 * shifted_geometric_mean([0.5, 10.0], accuracy_tables.PROGRAM_SHIFT))
+    (group,) = report.optimality(record).tables[0].groups
+    mean = wording.digits(1e3 * shifted_geometric_mean([0.5, 10.0], report.PROGRAM_SHIFT))
     assert group == [
         ["auto", "2", "2", "1", "1", "1", "1", "500"],
         ["shi", "2", "1", "0", "1", "0", "0", mean],
     ]
-    assert not any(
-        accuracy_tables.optimality(replace(record, methods=["auto"], measurements=rows[4:5])).tables[0].groups
-    )
+    assert not any(report.optimality(replace(record, methods=["auto"], measurements=rows[4:5])).tables[0].groups)
 
 
 CASES = [each for each in (*STIFF, *EXTREME) if each.n <= 100]
@@ -213,15 +210,15 @@ def record(*successes: bool) -> BenchRecord:
 )
 def test_ladder_is_climbed_up_to_the_first_failure(successes: tuple[bool, ...], cells: list[str]) -> None:
     held = record(*successes)
-    ((row,),) = accuracy_tables.stability(held).tables[0].groups
+    ((row,),) = report.stability(held).tables[0].groups
     assert row == ["diagonal", "decades", "auto", *cells]
     held.suite = ["quick"]  # not in order of stiffness
-    assert not any(accuracy_tables.stability(held).tables[0].groups)
+    assert not any(report.stability(held).tables[0].groups)
 
 
 def test_the_figure_of_a_suite_in_order_of_stiffness_has_error_and_time_over_the_condition() -> None:
     held = record(True, True, False)
-    (auto,) = report_tables.stiffness_of(held)
+    (auto,) = report.stiffness_of(held)
     assert (auto.label, list(auto.conditions), list(auto.seconds)) == ("auto", [0.0, 10.0], [1.0, 1.0])
     assert auto.errors == pytest.approx([0.0, 5 * 2.0**-52])
     pytest.importorskip("matplotlib")

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from lcpcli.bench import record as records
-from lcpcli.bench.cases import problem_of
-from lcpcli.bench.suites import SUITES, methods_of
+from lcpcli.bench.suites import SUITES, methods_of, problem_of
 from lcpcli.bench.timing import SOLUTION, TimedAnswer
 from lcpcli.bench.verdicts import Checker
 from lcpcli.gallery import nonlinear as gallery

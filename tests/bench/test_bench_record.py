@@ -13,9 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lcpcli.bench import record as records
-from lcpcli.bench.cases import cases_of, problem_of
 from lcpcli.bench.record import BenchRecord, Measurement
-from lcpcli.bench.suites import ALL, SUITES, Case, case
+from lcpcli.bench.suites import ALL, SUITES, Case, case, cases_of, problem_of
 from lcpcli.bench.timing import NONE, SOLUTION, TimedAnswer
 from lcpcli.bench.verdicts import Checker
 from lcpcli.errors import OptionError

@@ -11,10 +11,9 @@ from typing import Any
 import pytest
 
 from lcpcli.bench import record as records
-from lcpcli.bench import report_tables as figure
+from lcpcli.bench import report as figure
 from lcpcli.bench.record import EXCLUDED, BenchRecord, Measurement
-from lcpcli.bench.report import render
-from lcpcli.bench.report_tables import sheets
+from lcpcli.bench.report import render, sheets
 from lcpcli.bench.statistics import growths, shifted_geometric_mean, summary
 from lcpcli.bench.suites import case
 from lcpcli.report import wording

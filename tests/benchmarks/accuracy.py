@@ -15,9 +15,9 @@ from itertools import product
 import numpy as np
 
 from lcpcli.bench import record as records
-from lcpcli.bench.accuracy_tables import competing, sheet
-from lcpcli.bench.cases import prepare
 from lcpcli.bench.record import BenchRecord
+from lcpcli.bench.report import competing, sheet
+from lcpcli.bench.suites import prepare
 from lcpcli.errors import count
 from lcpcli.inspection.theory import contraction
 from lcpcli.model.problem import Problem

@@ -12,10 +12,9 @@ from scipy.sparse import csr_array, diags_array
 from lcpcli import from_qp, run
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg import factors, principal_many, shifted_systems
-from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
+from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, tridiagonal
 from lcpcli.linalg.patterns import LONG_ROW, Band, fill, is_structurally_singular, order_of
 from lcpcli.linalg.shifted_systems import MOST_SPLIT_OFF, Bordered, SuperLU, dense_places
-from lcpcli.linalg.tridiagonal import tridiagonal
 
 
 def bordered(n: int, places: list[int], random: np.random.Generator) -> csr_array:

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
 from lcpcli.linalg.logarithms import mean_logarithms
-from lcpcli.linalg.matrices import column_maxima, norm_inf, row_and_column_maxima, row_maxima
-from lcpcli.linalg.multiplier import multiplier
+from lcpcli.linalg.matrices import column_maxima, multiplier, norm_inf, row_and_column_maxima, row_maxima
 from lcpcli.linalg.units import equilibrate, units
 
 

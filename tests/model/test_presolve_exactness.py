@@ -6,8 +6,7 @@ import numpy as np
 
 from lcpcli import Problem
 from lcpcli.model.presolve import presolved
-from lcpcli.model.presolve_rules import repeated_equations
-from lcpcli.model.presolve_signs import signs_of_equations
+from lcpcli.model.presolve_rules import repeated_equations, signs_of_equations
 from lcpcli.model.presolve_system import System
 from lcpcli.verify.certificate import proves_infeasible
 

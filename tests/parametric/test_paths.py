@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from lcpcli import Path, Problem, errors, from_qp, path, run
 from lcpcli.parametric import following
-from lcpcli.parametric.edges import Edge
+from lcpcli.parametric.pivoting import Edge
 
 from .families import Pair, boxed, integers, positive, sparsely
 

@@ -12,10 +12,10 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Path, Problem, from_qp, path
-from lcpcli.parametric import following, parts
+from lcpcli.parametric import following
 from lcpcli.parametric.family import Family
-from lcpcli.parametric.sparse_system import SparseSystem
-from lcpcli.parametric.start import basic_states
+from lcpcli.parametric.following import basic_states
+from lcpcli.parametric.systems import SparseSystem
 from lcpcli.parametric.verified import verify
 
 from ..exact_measure import relative_residual
@@ -114,24 +114,24 @@ def test_a_jump_at_a_third_is_verified_up_to_the_last_bit_of_t() -> None:
 def test_a_path_in_parts_is_the_same_path(n: int, exact: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     first, last = positive(30, n, n)
     whole = path(first, last, exact=exact)
-    monkeypatch.setattr(parts, "AT_ONCE", 1)
+    monkeypatch.setattr(following, "AT_ONCE", 1)
     found = path(first, last, exact=exact)
-    assert whole.t.size > 2 * parts.LEAST_AT_ONCE
+    assert whole.t.size > 2 * following.LEAST_AT_ONCE
     for name in ("t", "z", "w", "states"):
         assert np.array_equal(getattr(found, name), getattr(whole, name))
     assert (found.end, found.verified, found.exact) == (whole.end, True, whole.exact)
 
 
 def test_a_path_is_not_verified_if_its_first_part_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    real, made = parts.verify, list[bool]()
+    real, made = following.verify, list[bool]()
 
     def doubtful_at_first(*given: Any) -> Any:
         found = real(*given)
         made.append(found.is_verified)
         return found._replace(is_verified=len(made) > 1)
 
-    monkeypatch.setattr(parts, "AT_ONCE", 1)
-    monkeypatch.setattr(parts, "verify", doubtful_at_first)
+    monkeypatch.setattr(following, "AT_ONCE", 1)
+    monkeypatch.setattr(following, "verify", doubtful_at_first)
     found = path(*positive(30, 40, 40))
     assert len(made) > 2
     assert all(made)

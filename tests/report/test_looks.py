@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 
 from lcpcli.report.figures import style
-from lcpcli.report.figures.grids import grid_of
+from lcpcli.report.figures.style import grid_of
 
 from .figure_samples import convergence, crowd, grid_panel
 

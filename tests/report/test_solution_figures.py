@@ -22,8 +22,8 @@ import lcpcli
 from lcpcli.enumeration.search import SolutionSet
 from lcpcli.model.origins import Game
 from lcpcli.report import solution_figure
-from lcpcli.report.figures import best_replies, cone_shapes, cones_figure, game_figure, style
-from lcpcli.report.figures.cone_shapes import LINE, POINT, RAY, SECTOR, SETS
+from lcpcli.report.figures import best_replies, cones_figure, game_figure, style
+from lcpcli.report.figures.cones_figure import LINE, POINT, RAY, SECTOR, SETS
 from lcpcli.report.figures.data import Cones, Replies
 
 MURTY = [[1, 2], [2, 1]]
@@ -84,8 +84,8 @@ def test_each_cone_that_holds_q_has_a_mark_where_the_ray_through_q_crosses_its_a
 
 @given(M=st.tuples(*[st.tuples(*[st.integers(-3, 3)] * 2)] * 2), q=st.tuples(*[st.integers(-5, 5)] * 2))
 def test_q_is_in_the_sectors_whose_generators_have_it_as_a_sum(M: list[list[float]], q: tuple[float, float]) -> None:
-    direction = cone_shapes.angle(q)
-    for cone, chosen in zip(cone_shapes.cones(M), SETS, strict=True):
+    direction = cones_figure.angle(q)
+    for cone, chosen in zip(cones_figure.cones(M), SETS, strict=True):
         basis = generators(M, chosen)
         independent = bool(round(np.linalg.det(basis)))
         assert independent == (cone.kind == SECTOR)
@@ -99,7 +99,7 @@ def test_q_is_in_the_sectors_whose_generators_have_it_as_a_sum(M: list[list[floa
 @pytest.mark.parametrize("name", DEGENERATE)
 def test_degenerate_cones_are_drawn_as_rays_lines_and_points(name: str) -> None:
     M, kinds = DEGENERATE[name]
-    assert [cone.kind for cone in cone_shapes.cones(M)] == kinds
+    assert [cone.kind for cone in cones_figure.cones(M)] == kinds
     figure = drawn(M, (1, -2))
     assert len(sectors(figure.axes[0])) == kinds.count(SECTOR)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem, read
-from lcpcli.bench.cases import problem_of
-from lcpcli.bench.suites import SUITES
+from lcpcli.bench.suites import SUITES, problem_of
 from lcpcli.files import contents
 from lcpcli.verify.known import without_wrong_solutions
 

@@ -22,11 +22,9 @@ from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, MaxNLocator
 
-from lcpcli.report.figures.cone_shapes import SETS
-from lcpcli.report.figures.cones_figure import COLORS, COLUMN, MARK, Drawing, variables
+from lcpcli.report.figures.cones_figure import COLORS, COLUMN, MARK, SETS, Drawing, variables
 from lcpcli.report.figures.data import Pair, Trajectories, Trajectory
-from lcpcli.report.figures.legend import add_legend
-from lcpcli.report.figures.style import FONT, SMALL_FONT, Look, Looks, fitted, looks
+from lcpcli.report.figures.style import FONT, SMALL_FONT, Look, Looks, add_legend, fitted, looks
 
 AXES_HEIGHT = 3.0  # inches: the height of axes with their surroundings
 POINTS = 240  # of the grid on which |F| is computed, in each direction

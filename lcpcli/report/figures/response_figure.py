@@ -17,8 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from lcpcli.report.figures.data import Response
-from lcpcli.report.figures.legend import Entry, add_legend
-from lcpcli.report.figures.style import FONT, GREY, METHODS, PEERS, RAMP, ROW, WIDTH, Look, fitted
+from lcpcli.report.figures.style import FONT, GREY, METHODS, PEERS, RAMP, ROW, WIDTH, Entry, Look, add_legend, fitted
 
 COLORS = [look.color for name, look in (*METHODS.items(), *PEERS.items()) if name != "auto"][:12]
 MOST_NAMED = len(COLORS)  # lines in the legend

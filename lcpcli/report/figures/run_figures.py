@@ -21,8 +21,22 @@ from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatt
 from lcpcli.linalg.doubles import EPS
 from lcpcli.report.figures import data
 from lcpcli.report.figures.data import Curve, DrawnPoint, Growth, GrowthPanel, Panel, Profile, Range, Stiffness
-from lcpcli.report.figures.legend import BEYOND, ROUNDING, SIGNS, UNSOLVED, add_legend
-from lcpcli.report.figures.style import FONT, GREY, PAGE_HEIGHT, ROW, WIDTH, Look, Looks, fitted, looks
+from lcpcli.report.figures.style import (
+    BEYOND,
+    FONT,
+    GREY,
+    PAGE_HEIGHT,
+    ROUNDING,
+    ROW,
+    SIGNS,
+    UNSOLVED,
+    WIDTH,
+    Look,
+    Looks,
+    add_legend,
+    fitted,
+    looks,
+)
 
 MEASURES = {
     "error": r"error $\|z - z^*\|_\infty$",

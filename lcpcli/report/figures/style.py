@@ -1,11 +1,16 @@
-"""The common style of all figures: one colour and marker per method, solid lines, fonts, and the output as bytes.
+"""The common style of all figures: one colour and marker per method, solid lines, fonts, the legend below all axes, and
+the output as bytes.
 
 The colours are Okabe and Ito's (Color Universal Design, 2008) and Tol's (Colour schemes, SRON 2021), some darkened, so
 that the methods' lightness rises in steps of about ten, which distinguishes them in grey. Peers have hollow markers.
+
+The legend names every run once, and each value of a grid of runs once: the runs of one method that differ by two
+options, as their labels say, such as shi:p=100,k-star=5.
 """
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
@@ -13,17 +18,64 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from io import BytesIO
 from itertools import cycle
-from typing import Any
+from typing import Any, TypeAlias
 
 import matplotlib.style
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, to_hex
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
+from matplotlib.lines import Line2D
 from matplotlib.textpath import text_to_path
 
 from lcpcli.errors import visible
-from lcpcli.report.figures.grids import grid_of
+
+FEWEST_RUNS = 3  # of a grid: two runs that differ by two options are easier to tell apart by their labels
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The runs of one method, in rows by one option and in columns by another.
+
+    options : the names of the two options. values : the values of each, in the order in which they appear.
+    places : the row and the column of each run, by its label; a grid need not be full.
+    """
+
+    options: tuple[str, str]
+    values: tuple[list[str], list[str]]
+    places: dict[str, tuple[int, int]]
+
+
+def grids(entries: Iterable[tuple[str, str]]) -> dict[str, Grid]:
+    """Return the grid of each name whose runs make one. entries : names and labels."""
+    labels: dict[str, list[str]] = {}
+    for name, label in dict.fromkeys(entries):
+        labels.setdefault(name, []).append(label)
+    made = {name: grid_of(own) for name, own in labels.items()}
+    return {name: grid for name, grid in made.items() if grid is not None}
+
+
+def grid_of(labels: Sequence[str]) -> Grid | None:
+    """Return the grid of runs of one method with these labels; None if these do not all set the same two options, or
+    if one of the options has the same value in all."""
+    settings = [_settings(label) for label in labels]
+    names = {tuple(own) for own in settings}
+    if len(labels) < FEWEST_RUNS or len(names) > 1 or len(settings[0]) != 2:
+        return None
+    first, second = settings[0]
+    values = [list(dict.fromkeys(own[name] for own in settings)) for name in (first, second)]
+    if min(map(len, values)) < 2:
+        return None
+    places = [(values[0].index(own[first]), values[1].index(own[second])) for own in settings]
+    return Grid((first, second), (values[0], values[1]), dict(zip(labels, places, strict=True)))
+
+
+def _settings(label: str) -> dict[str, str]:
+    """Return the values of the options that a label sets, by name; an addition such as scale may stand alone."""
+    parts = label.partition(":")[2].split(",")
+    pairs = [part.partition("=")[::2] for part in parts if part]
+    return {name: value or "true" for name, value in pairs}
+
 
 FONT = 8  # points, as in the captions of a journal
 SMALL_FONT = 7  # points, of ticks, legends and notes: a point less than the titles
@@ -203,3 +255,70 @@ def fitted(text: str, size: float, inches: float) -> str:
         most = bisect_right(range(len(text)), points, key=lambda n: extent(text[:n] + "...", size, False)[0])
         text = text[: most - 1].rstrip() + "..."
     return text.replace("$", r"\$")
+
+
+SAMPLE = 0.6  # inches that a sample takes in front of its label
+BEYOND, UNSOLVED, ROUNDING = "0 or beyond the axis", "not solved", "eps times the condition"
+SIGNS: dict[str, dict[str, Any]] = {  # by their labels, which no other artist in axes has
+    BEYOND: {"linestyle": "", "marker": "o", "markersize": 8, "markerfacecolor": "none", "markeredgewidth": 0.7},
+    UNSOLVED: {"linestyle": "", "marker": "x", "markersize": 8, "markeredgewidth": 1.3},
+    ROUNDING: {"linestyle": "--", "linewidth": 0.8},
+}
+Entry: TypeAlias = tuple[Line2D, str]
+EMPTY: Entry = (Line2D([], [], linestyle=""), "")
+
+
+def add_legend(figure: Figure, chosen: Looks, others: Sequence[Entry] = ()) -> Figure:
+    """Add a legend in as many columns as there is room for, by whose height the figure grows.
+
+    chosen : the looks of the runs that are drawn. others : further samples with their names.
+    """
+    figure.align_labels()
+    signs = {label for axes in figure.axes for label in axes.get_legend_handles_labels()[1]}
+    found = grids(chosen)
+    blocks = [block for name, grid in found.items() for block in _blocks(name, grid, chosen)]
+    entries = [(Line2D([], [], **(look.points | look.line)), run) for (name, run), look in chosen.items()]
+    entries = [entry for (name, _), entry in zip(chosen, entries, strict=True) if name not in found]
+    entries += [*others, *((Line2D([], [], color=GREY, **sign), text) for text, sign in SIGNS.items() if text in signs)]
+    arrangements = _arrangements(blocks, entries)
+    for arranged, columns in arrangements:
+        legend = figure.legend(
+            [handle for handle, _ in arranged], ["-"] * len(arranged), loc="outside lower center", ncols=columns
+        )
+        for drawn, (_, text) in zip(legend.get_texts(), arranged, strict=True):
+            # matplotlib 3.7 leaves out a label given above that begins with _
+            drawn.set_text(fitted(text, SMALL_FONT, figure.get_figwidth() - SAMPLE))
+        size = legend.get_window_extent()
+        if size.width <= figure.bbox.width or (arranged, columns) == arrangements[-1]:
+            figure.set_figheight(figure.get_figheight() + size.height / figure.dpi)
+            break
+        legend.remove()
+    return figure
+
+
+def _blocks(name: str, grid: Grid, chosen: Looks) -> list[list[Entry]]:
+    """Return two columns of the legend: the colours of the values of one option, the markers of those of the other."""
+    looks = {place: chosen[name, label] for label, place in grid.places.items()}
+    colors = {row: look for (row, _), look in looks.items()}
+    markers = {column: look for (_, column), look in looks.items()}
+    samples = [
+        [Line2D([], [], **colors[row].line) for row in range(len(colors))],
+        [Line2D([], [], linestyle="", **markers[column].points | {"color": GREY}) for column in range(len(markers))],
+    ]
+    titles = [(EMPTY[0], f"{name}: {option}") for option in grid.options]
+    named = [list(zip(own, values, strict=True)) for own, values in zip(samples, grid.values, strict=True)]
+    return [[title, *own] for title, own in zip(titles, named, strict=True)]
+
+
+def _arrangements(blocks: Sequence[Sequence[Entry]], entries: Sequence[Entry]) -> list[tuple[list[Entry], int]]:
+    """Return ways to arrange the legend, from many short columns to few long ones: the entries, column by column, and
+    the number of columns. Each block is a column of its own."""
+    if not blocks:
+        numbers = {math.ceil(len(entries) / rows) for rows in range(1, len(entries) + 1)}
+        return [(list(entries), number) for number in sorted(numbers, reverse=True)]
+    least, ways = max(map(len, blocks)), []
+    for rows in range(least, max(least, len(entries)) + 1):
+        columns = [*blocks, *(entries[i : i + rows] for i in range(0, len(entries), rows))]
+        padded = [[*column, *[EMPTY] * (rows - len(column))] for column in columns]
+        ways.append(([entry for column in padded for entry in column], len(columns)))
+    return ways

@@ -1,0 +1,320 @@
+"""Systems A_RC x = b with rows R and columns C of A = [M, c], which change by one row or column at a time.
+
+Of a dense M the inverse is updated as by the product form (G. B. Dantzig and W. Orchard-Hays, The product form for the
+inverse in the simplex method, Mathematical Tables and Other Aids to Computation 8 (1954) 64-67), and by borders (J.
+Sherman and W. J. Morrison, Annals of Mathematical Statistics 21 (1950) 124-127); factors of a sparse M are followed by
+the product form.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+
+from lcpcli.clock import imports
+from lcpcli.linalg import factors
+from lcpcli.linalg.matrices import column_reader, product
+from lcpcli.typing import Indices, Matrix, Vector
+
+LEAST_PIVOT = 2.0**-26  # relative to the terms of a pivot: a smaller one is not relied on
+MOST_CHANGES = 64  # after which factors are computed from scratch
+NOTHING: tuple[int, Vector] = -1, np.zeros(0)  # the solution for no column
+
+
+class ChangingSystem(ABC):
+    """What both kinds of systems share.
+
+    moved : column n of A, which is c; the others are those of M. age : the changes since factors were computed from
+    scratch; more than MOST_CHANGES after a pivot that is not clearly different from 0.
+    """
+
+    def __init__(self, M: Matrix, moved: Vector) -> None:
+        self.n, self.moved, self.age = moved.size, moved, 0
+        self._column_of_M = column_reader(M)
+        self._solved = NOTHING  # the last column that was solved for, with the solution
+
+    def column(self, col: int) -> Vector:
+        """Return a column of A, shape (n,)."""
+        return self.moved if col == self.n else self._column_of_M(col)
+
+    def keep_accurate(self) -> None:
+        """Compute the factors from scratch if many changes, or a small pivot, may have spoilt them."""
+        if self.age > MOST_CHANGES:
+            self.refresh()
+
+    @abstractmethod
+    def refresh(self) -> None:
+        """Compute the factors from scratch; raise SingularMatrix if A_RC is singular."""
+
+
+class DenseSystem(ChangingSystem):
+    """The inverse of A_RC, of order k, and the columns of A in C, each of shape (n,).
+
+    Where the pivot of an update is not clearly different from 0, the inverse is computed from scratch when it is next
+    asked to be accurate.
+    """
+
+    def __init__(self, M: Matrix, moved: Vector) -> None:
+        super().__init__(M, moved)
+        n, self.k = self.n, 0
+        self._rows, self._cols = np.zeros((2, n + 1), dtype=np.intp)
+        self._row_of, self._col_of = np.full((2, n + 1), -1)
+        self._columns = np.zeros((min(n + 1, 16), n))
+        self._inverse = np.zeros((min(n + 1, 16),) * 2)
+
+    @property
+    def rows(self) -> Indices:
+        """Return R."""
+        return self._rows[: self.k]
+
+    @property
+    def cols(self) -> Indices:
+        """Return C."""
+        return self._cols[: self.k]
+
+    def has(self, col: int) -> bool:
+        """Return whether a column is in C."""
+        return bool(self._col_of[col] >= 0)
+
+    @property
+    def inverse(self) -> Vector:
+        return self._inverse[: self.k, : self.k]
+
+    @property
+    def columns(self) -> Vector:
+        """Return the columns of A in C, shape (k, n)."""
+        return self._columns[: self.k]
+
+    def solve(self, b: Vector) -> Vector:
+        """Return the x with A_RC x = b_R, for b of shape (n,)."""
+        return np.asarray(self.inverse @ b[self.rows])
+
+    def solve_column(self, col: int) -> Vector:
+        """Return the x with A_RC x = a_R for the column a, which may be the next one to come into C."""
+        self._solved = col, self.solve(self.column(col))
+        return self._solved[1]
+
+    def solve_unit(self, row: int) -> Vector:
+        """Return the x with A_RC x = e_row."""
+        return np.array(self._inverse[: self.k, self._row_of[row]])
+
+    def multipliers(self, col: int) -> Vector:
+        """Return the y of shape (n,), zero outside R, with y'A_C = e_col."""
+        y = np.zeros(self._columns.shape[1])
+        y[self.rows] = self._inverse[self._col_of[col], : self.k]
+        return y
+
+    def times(self, x: Vector) -> Vector:
+        """Return A_C x in all rows, shape (n,)."""
+        return np.asarray(x @ self.columns)
+
+    def add(self, row: int, col: int) -> None:
+        """Add a row to R and a column to C."""
+        self._reserve()
+        k, X, column = self.k, self.inverse, self.column(col)
+        r = self._columns[:k, row]
+        y, v = self._coming(col), r @ X
+        pivot = self._pivot(column[row] - r @ y, abs(column[row]) + np.abs(r) @ np.abs(y))
+        X += np.outer(y, v / pivot)
+        self._inverse[:k, k], self._inverse[k, :k], self._inverse[k, k] = y / -pivot, v / -pivot, 1 / pivot
+        self._put(k, row, col, column)
+        self.k, self.age = k + 1, self.age + 1
+
+    def drop(self, row: int, col: int) -> None:
+        """Take a row from R and a column from C."""
+        p, q, X = self._row_of[row], self._col_of[col], self.inverse
+        pivot = self._pivot(X[q, p], max(np.abs(X[q]).max(), np.abs(X[:, p]).max()))
+        X -= np.outer(X[:, p], X[q] / pivot)
+        last = self.k - 1
+        X[:, p], X[q] = X[:, last], X[last]
+        self._row_of[row] = self._col_of[col] = -1
+        self.k, self.age = last, self.age + 1
+        if p != last:
+            self._rows[p] = self._rows[last]
+            self._row_of[self._rows[p]] = p
+        if q != last:
+            self._cols[q], self._columns[q] = self._cols[last], self._columns[last]
+            self._col_of[self._cols[q]] = q
+
+    def replace_column(self, old: int, new: int) -> None:
+        """Put another column in the place of one in C, or its new values in the place of column n."""
+        q, X, column = self._col_of[old], self.inverse, self.column(new)
+        b = column[self.rows]
+        y = self._coming(new)
+        X[q] /= self._pivot(y[q], float(np.abs(X[q]) @ np.abs(b)))
+        y[q] = 0.0
+        X -= np.outer(y, X[q])
+        self._col_of[old] = -1
+        self._cols[q], self._columns[q], self._col_of[new] = new, column, q
+        self.age += 1
+
+    def replace_row(self, old: int, new: int) -> None:
+        """Put another row in the place of one in R."""
+        p, X, r = self._row_of[old], self.inverse, self._columns[: self.k, new]
+        v = r @ X
+        X[:, p] /= self._pivot(v[p], float(np.abs(r) @ np.abs(X[:, p])))
+        v[p] = 0.0
+        X -= np.outer(X[:, p], v)
+        self._row_of[old] = -1
+        self._rows[p], self._row_of[new] = new, p
+        self.age += 1
+
+    def refresh(self) -> None:
+        """Compute the inverse from scratch; raise SingularMatrix if there is none."""
+        block = self.columns[:, self.rows].T
+        self._inverse[: self.k, : self.k] = np.linalg.inv(block)
+        self.age = 0
+
+    def begin(self, basic: Indices) -> None:
+        """Set R and C to some indices; raise SingularMatrix if A_RC is singular."""
+        while self._inverse.shape[0] <= basic.size:
+            self.k = self._inverse.shape[0]
+            self._reserve()
+        for k, at in enumerate(basic.tolist()):
+            self._put(k, at, at, self.column(at))
+        self.k = basic.size
+        self.refresh()
+
+    def _coming(self, col: int) -> Vector:
+        """Return the x with A_RC x = a_R for a column that comes into C, from the last solve if that was for it."""
+        last, x = self._solved
+        self._solved = NOTHING
+        return x.copy() if last == col else self.solve(self.column(col))
+
+    def _put(self, k: int, row: int, col: int, column: Vector) -> None:
+        self._rows[k], self._cols[k], self._columns[k] = row, col, column
+        self._row_of[row] = self._col_of[col] = k
+
+    def _reserve(self) -> None:
+        """Make room for one more row and column."""
+        size = self._inverse.shape[0]
+        if self.k < size:
+            return
+        grown = min(2 * size, self._rows.size)
+        inverse, columns = np.zeros((grown, grown)), np.zeros((grown, self._columns.shape[1]))
+        inverse[:size, :size], columns[:size] = self._inverse, self._columns
+        self._inverse, self._columns = inverse, columns
+
+    def _pivot(self, value: float, terms: float) -> float:
+        """Return a pivot, or 1 and have the inverse computed from scratch if it is too small."""
+        if abs(value) > LEAST_PIVOT * terms:
+            return value
+        self.age = MOST_CHANGES
+        return 1.0
+
+
+class SparseSystem(ChangingSystem):
+    """The factors of [A_C, E] for a sparse M, where E has the unit columns of the rows outside R, and later changes.
+
+    The interface is that of `DenseSystem`. Columns are numbered as in J = [M, c, I].
+    """
+
+    def __init__(self, M: Matrix, moved: Vector) -> None:
+        super().__init__(M, moved)
+        self._M = M
+        self._slots: Indices = np.arange(self.n + 1, 2 * self.n + 1)  # the column of J in each place
+        self._place_of: Indices = np.append(np.full(self.n + 1, -1), np.arange(self.n))
+        self._changes: list[tuple[int, Vector]] = []
+
+    @property
+    def rows(self) -> Indices:
+        """Return R."""
+        return np.flatnonzero(self._place_of[self.n + 1 :] < 0)
+
+    @property
+    def cols(self) -> Indices:
+        """Return C."""
+        return self._slots[self._slots <= self.n]
+
+    def has(self, col: int) -> bool:
+        """Return whether a column is in C."""
+        return bool(self._place_of[col] >= 0)
+
+    def solve(self, b: Vector) -> Vector:
+        """Return the x with A_RC x = b_R, for b of shape (n,)."""
+        return np.asarray(self._solution(b)[self._slots <= self.n])
+
+    def solve_column(self, col: int) -> Vector:
+        """Return the x with A_RC x = a_R for the column a, which may be the next one to come into C."""
+        self._solved = col, self._solution(self.column(col))
+        return np.asarray(self._solved[1][self._slots <= self.n])
+
+    def solve_unit(self, row: int) -> Vector:
+        """Return the x with A_RC x = e_row."""
+        return self.solve(_unit(self.n, row))
+
+    def multipliers(self, col: int) -> Vector:
+        """Return the y of shape (n,), zero outside R, with y'A_C = e_col."""
+        y = _unit(self.n, self._place_of[col])
+        for place, change in reversed(self._changes):
+            y[place] -= (y @ change - y[place]) / change[place]
+        return np.asarray(self._lu.solve(y, "T"))
+
+    def times(self, x: Vector) -> Vector:
+        """Return A_C x in all rows, shape (n,)."""
+        values = np.zeros(self.n + 1)
+        values[self.cols] = x
+        return np.asarray(product(self._M, values[:-1]) + values[-1] * self.moved)
+
+    def add(self, row: int, col: int) -> None:
+        """Add a row to R and a column to C."""
+        self._replace(self.n + 1 + row, col)
+
+    def drop(self, row: int, col: int) -> None:
+        """Take a row from R and a column from C."""
+        self._replace(col, self.n + 1 + row)
+
+    def replace_column(self, old: int, new: int) -> None:
+        """Put another column in the place of one in C, or its new values in the place of column n."""
+        self._replace(old, new)
+
+    def replace_row(self, old: int, new: int) -> None:
+        """Put another row in the place of one in R."""
+        self._replace(self.n + 1 + new, self.n + 1 + old)
+
+    def refresh(self) -> None:
+        """Compute the factors from scratch; raise SingularMatrix if there are none."""
+        with imports:
+            from scipy.sparse import csc_array, eye_array, hstack
+        cols, rows = self.cols, self.rows
+        self._slots = np.arange(
+            self.n + 1, 2 * self.n + 1
+        )  # with the diagonal of M in its places, as far as it is there
+        self._slots[cols[cols < self.n]] = cols[cols < self.n]
+        if self.has(self.n):
+            self._slots[rows[self._slots[rows] > self.n]] = self.n
+        self._place_of[self._slots] = np.arange(self.n)
+        J = hstack([csc_array(self._M), csc_array(self.moved[:, np.newaxis]), eye_array(self.n)], format="csc")
+        self._lu = factors.sparse_lu(symmetric=False)(J[:, self._slots].tocsr())
+        self._changes, self.age = [], 0
+
+    def begin(self, basic: Indices) -> None:
+        """Set R and C to some indices; raise SingularMatrix if A_RC is singular."""
+        self._slots[basic], self._place_of[basic], self._place_of[self.n + 1 + basic] = basic, basic, -1
+        self.refresh()
+
+    def _replace(self, old: int, new: int) -> None:
+        place = self._place_of[old]
+        last, change = self._solved
+        if last != new:
+            change = self._solution(self.column(new) if new <= self.n else _unit(self.n, new - self.n - 1))
+        self._solved = NOTHING
+        self.age = self.age + 1 if abs(change[place]) > LEAST_PIVOT * np.abs(change).max() else MOST_CHANGES + 1
+        self._changes.append((place, change))
+        self._place_of[old] = -1
+        self._slots[place], self._place_of[new] = new, place
+
+    def _solution(self, b: Vector) -> Vector:
+        x: Vector = self._lu.solve(b)
+        for place, change in self._changes:
+            own = x[place] / change[place]
+            x -= own * change
+            x[place] = own
+        return x
+
+
+def _unit(n: int, at: int) -> Vector:
+    e = np.zeros(n)
+    e[at] = 1.0
+    return e
