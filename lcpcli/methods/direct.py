@@ -158,9 +158,11 @@ def basic_zeros(problem: Problem) -> Mask | None:
     w_i <= q_i for z_i = 0, and from q < 0 exchanges find one unknown after another along chains and trees of zeros.
     Else None."""
     M, q = problem.M, problem.q
-    if np.count_nonzero(q) == q.size or not (problem.box.is_orthant and matrices.has_no_positive_links(M)):
+    if np.count_nonzero(q) == q.size or not np.count_nonzero(q < 0):
         return None
-    return np.asarray(q <= 0) if M.diagonal().min(initial=1.0) > 0 and (q < 0).any() else None
+    if not (problem.box.is_orthant and matrices.has_no_positive_links(M)):
+        return None
+    return np.asarray(q <= 0) if M.diagonal().min(initial=1.0) > 0 else None
 
 
 @np.errstate(all="ignore")
