@@ -93,7 +93,7 @@ def test_a_row_that_is_added_is_tried_and_shown(monkeypatch: pytest.MonkeyPatch)
 
     new = row("known", known, math.inf)._replace(reason="it is known")
     monkeypatch.setattr("lcpcli.methods.auto_table.FIRST", (new, *auto_table.FIRST))
-    for place in ("inspection.plan", "solving.direct_run"):
+    for place in ("inspection.inspection", "solving.direct_run"):
         monkeypatch.setattr(f"lcpcli.{place}.FIRST", (new, *auto_table.FIRST), raising=False)
     assert run(problem).route == ("known",)
     assert plan(problem)[0] == ("known", "", None, "it is known")
