@@ -38,7 +38,6 @@ FIELDS = {
     "curve_of": st.none() | st.sampled_from(["error", "residual"]),
     "curve": st.none() | st.lists(st.tuples(st.integers(0, 99), SECONDS, NUMBERS)),
     "milestones": st.none() | st.lists(st.tuples(st.sampled_from([1e-3, 1e-6]), st.integers(0, 99), SECONDS)),
-    "rate": st.none() | st.dictionaries(st.sampled_from(["measured", "local", "bound"]), st.floats(0, 2)),
 }
 EMPTY: dict[str, Any] = {
     "suite": ["quick"],
