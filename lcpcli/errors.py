@@ -155,8 +155,7 @@ def kind(value: Any) -> str:
 
 def raised(error: BaseException) -> str:
     """Return an exception of another package's code in words, with the file and the line that have raised it."""
-    trace = error.__traceback__
-    while trace is not None and trace.tb_next is not None:
-        trace = trace.tb_next
-    place = f" ({trace.tb_frame.f_code.co_filename}, line {trace.tb_lineno})" if trace is not None else ""
+    from traceback import extract_tb
+
+    place = "".join(f" ({frame.filename}, line {frame.lineno})" for frame in extract_tb(error.__traceback__)[-1:])
     return f"{type(error).__name__}: {error}{place}"

@@ -23,6 +23,15 @@ from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric, norm_
 from lcpcli.typing import Indices, Matrix, Vector
 
 FEWEST_ROWS = 3  # that scipy's gttrs takes
+MOST_NUMPY_ROWS = 200  # up to which a dense matrix is inverted by numpy: importing scipy costs more than it saves
+MOST_QUICK_ENTRIES = 10_000  # up to which a sparse factorization is too fast to need an interruptible thread
+LONG_LU, LONG_CHOLESKY = 2000, 5000  # rows from which dense factorizations are interruptible; see `_DenseFactors`
+LAPACK = "scipy.linalg.lapack"  # solves small systems in half the time of numpy, but importing it takes longer
+MOST_SELECTED = 3  # unknowns, for each index of a block of a sparse matrix, up to which going through all entries pays
+MOST_UPDATED = 1 / 12  # of an index set: changes up to which an update costs clearly less than a factorization
+MODEST_CONDITION = 1e8  # the condition number up to which an inverse has half of the digits of a double
+Solve = Callable[[Vector], Vector]
+SingularMatrix = np.linalg.LinAlgError  # the matrix is singular, or so nearly that solutions have no correct digit
 
 
 class Tridiagonal:
@@ -54,17 +63,6 @@ def tridiagonal(M: Matrix) -> Tridiagonal | None:
     """Return a sparse matrix with at least two rows as a tridiagonal one, if it is that; else None."""
     n = M.shape[0]
     return Tridiagonal(M) if n >= 2 and M.nnz <= 3 * n and width(M) <= 1 else None
-
-
-MOST_NUMPY_ROWS = 200  # up to which a dense matrix is inverted by numpy: importing scipy costs more than it saves
-MOST_QUICK_ENTRIES = 10_000  # up to which a sparse factorization is too fast to need an interruptible thread
-LONG_LU, LONG_CHOLESKY = 2000, 5000  # rows from which dense factorizations are interruptible; see `_DenseFactors`
-LAPACK = "scipy.linalg.lapack"  # solves small systems in half the time of numpy, but importing it takes longer
-MOST_SELECTED = 3  # unknowns, for each index of a block of a sparse matrix, up to which going through all entries pays
-MOST_UPDATED = 1 / 12  # of an index set: changes up to which an update costs clearly less than a factorization
-MODEST_CONDITION = 1e8  # the condition number up to which an inverse has half of the digits of a double
-Solve = Callable[[Vector], Vector]
-SingularMatrix = np.linalg.LinAlgError  # the matrix is singular, or so nearly that solutions have no correct digit
 
 
 def factorizer(M: Matrix) -> Callable[[float], Solve]:

@@ -16,7 +16,7 @@ from typing import TypeAlias
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.linalg.matrices import is_sparse, row_parts, width
+from lcpcli.linalg.matrices import compressed_multiplier, is_sparse, row_parts, width
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 # rho, gamma, the components of rows and columns, each of shape (n,), and the number of components
@@ -112,7 +112,6 @@ def _sparse(M: Matrix) -> Fitted:
         from scipy.sparse.csgraph import connected_components
 
         from lcpcli.linalg.compressed_rows import transposed
-        from lcpcli.linalg.matrices import compressed_multiplier
     if not M.data.all():
         M = M.copy()
         M.eliminate_zeros()

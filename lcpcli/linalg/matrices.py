@@ -321,7 +321,9 @@ def row_multiplier(shape: Shape, indptr: Indices, indices: Indices, data: Vector
         with imports:
             from scipy.sparse._sparsetools import csr_matvec
     except ImportError:
-        M = _compressed(shape, indptr, indices, data)
+        from scipy.sparse import csr_array
+
+        M = csr_array((data, indices, indptr), shape=shape)
         return lambda rows, v: np.asarray(M[rows] @ v)
 
     def times(rows: slice, v: Vector) -> Vector:
@@ -330,9 +332,3 @@ def row_multiplier(shape: Shape, indptr: Indices, indices: Indices, data: Vector
         return w
 
     return times
-
-
-def _compressed(shape: Shape, indptr: Indices, indices: Indices, data: Vector) -> Matrix:
-    with imports:
-        from scipy.sparse import csr_array
-    return csr_array((data, indices, indptr), shape=shape)

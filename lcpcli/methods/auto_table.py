@@ -54,7 +54,7 @@ def _is_first_basic(structure: Structure) -> bool:
     return structure.is_z_matrix and not structure.is_large_and_sparse
 
 
-def _is_large_and_sparse(structure: Structure) -> bool:
+def _is_too_large_for_fractions(structure: Structure) -> bool:
     """Return whether M is so large, not only sparse, that exact arithmetic takes far longer than other methods."""
     return structure.is_large_and_sparse and structure.problem.n > MOST_AS_DENSE
 
@@ -127,7 +127,7 @@ FIRST = (
             "Chandrasekaran's method",
             "no entry off the diagonal is positive, and z >= 0 alone is asked for",
         ),
-        lambda s: s.has_no_positive_links and not (s.problem.is_mixed or _is_large_and_sparse(s)),
+        lambda s: s.has_no_positive_links and not (s.problem.is_mixed or _is_too_large_for_fractions(s)),
         begin.of_z_matrix,
     ),
     Row(
@@ -171,7 +171,7 @@ LATER = (
     ),
     Row(
         *("newton", "Chandrasekaran's method", "M is large and sparse, and no entry off the diagonal is positive"),
-        lambda s: s.has_no_positive_links and _is_large_and_sparse(s) and not s.problem.is_mixed,
+        lambda s: s.has_no_positive_links and _is_too_large_for_fractions(s) and not s.problem.is_mixed,
         begin.of_z_matrix,
     ),
     *BRIEF,

@@ -178,6 +178,7 @@ class _Dictionary:
         r = int(near[(T[near, width + 1] / column[near]).argmin()])
         pivot, column[r] = column[r], 0.0
         row = T[r] / pivot
+        # T.T is stored in columns, as the routine needs it to work in place
         self._subtract(-1.0, row, column, a=T.T, overwrite_a=True)
         T[:, c] = column / -pivot
         T[r] = row

@@ -136,7 +136,6 @@ def _point(
         y = simplex.feasible() if form is None else simplex.vanish(form)
         if y is None and (point := simplex.point()) is not None:
             return point, 1
-    # M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0
     if y is not None and system.refutes(decided, y):
         return None, 1
 
@@ -145,6 +144,7 @@ def _point(
         own[rows] -= y[q.size :]
         return system.refutes(decided, own)
 
+    # M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0
     kept = M[:, columns]
     found = alternative(stack([[kept], [-kept[rows]]]), np.append(q, -q[rows]), holds=holds)
     cost = 1 if simplex is None else DOUBTFUL

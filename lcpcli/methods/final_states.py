@@ -160,9 +160,10 @@ def _are_rounding(problem: Problem, z: Vector, basis: States, rows: Indices, gap
     """Return whether violations of these rows, by z_i where these are basic and else by w_i, are no larger than
     rounding of the largest z_j, or of the terms of their rows, or of the numbers of their part of the problem, beside
     which rows may be filled by rounding alone."""
-    is_basic, measure = basis == BASIC, Measure(problem)
+    is_basic = basis == BASIC
     terms = np.abs(matrices.dense(problem.M)) @ np.abs(z) + np.abs(problem.q)
     most = ROUNDING * np.where(is_basic, np.abs(z).max(), terms)
     if problem.is_moderate and problem.n > MOST_DECIDED:
+        measure = Measure(problem)
         most = np.maximum(most, ROW_ROUNDING * np.where(is_basic, measure.natural_sizes(z), measure.caps(z)))
     return bool((gaps <= most[rows]).all())

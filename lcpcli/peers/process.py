@@ -8,8 +8,6 @@ from collections.abc import Sequence
 
 from lcpcli import clock
 
-START_SECONDS = 60  # in which a program must start; loading its libraries from a slow disk takes long
-
 
 def run(arguments: Sequence[str], time_limit: float) -> tuple[str, float]:
     """Run a command that prints a line when everything is loaded; return how it failed, "" if it did not, and for how

@@ -29,9 +29,8 @@ KEYS = (
     "certificate exact "
     f"answer others exactly_solvable {' '.join(vars(DEFAULTS))} options trace"
 )
-MINIMUM = (
-    "x y bound_multipliers activities slacks objective statement proved exact ray certificate"  # of a program's answer
-)
+# Of a program's answer
+MINIMUM = "x y bound_multipliers activities slacks objective statement proved exact ray certificate"
 
 
 def line(record: Mapping[str, Any]) -> str:

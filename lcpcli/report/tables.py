@@ -126,7 +126,6 @@ def build(
         digits=[[_digits(row, held) for row in own] for own in shown] if form == "html" else (),
     )
     summary = costs.summary(results, room(form, width)) if compared and not chosen else None
-    has_curves = any(result.trace or result.curve for result in results)
     return Section(
         title=_title(problem, "" if disproof else problem.verdict),
         verdict="" if compared else outcome.verdict(first),
@@ -135,7 +134,7 @@ def build(
         tables=[*([] if compared else _strategies(first)), iterates, *([summary] if summary else [])],
         remarks=[*disproof, *_remarks(results, compared, elided, form, shows_times)],
         provenance=wording.made_by(results),
-        figure=partial(_figure, results) if has_curves else None,
+        figure=partial(_figure, results) if any(result.trace or result.curve for result in results) else None,
     )
 
 

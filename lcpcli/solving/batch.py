@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from lcpcli.solving.derivatives import BatchDerivative, BatchGradient
 
-MOST_TOGETHER, FEW_TOGETHER = 30, 12  # unknowns up to which kernels take less time for all problems together
+FEW_TOGETHER = 12  # unknowns up to which all bounded problems together take less time than kernels for each
 
 Unsolved: TypeAlias = Literal["raise", "nan"]
 
@@ -57,15 +57,14 @@ class Batch(Sequence[Result]):
             len(stack)
             and stack.n <= MOST_UNKNOWNS
             and method == "auto"
-            and not (given["compiled"] and _is_sooner_by_itself(stack))
             and given.keys() <= {*LIMITS, "threads", "interrupts", "compiled"}
+            and not (given["compiled"] and _take_less_time_apart(stack))
         ):
             fast = direct_run.compiled() if given["compiled"] and stack.box.is_orthant else None
             self._rows = _answers(stack.like, stack, limits, fast, threads=given.get("threads"))
             self.solved |= self._rows.certain
             self.z[self.solved] = self._rows.Z[self.solved]
-        rest = (~self.solved).nonzero()[0].tolist()
-        for i in rest:
+        for i in (~self.solved).nonzero()[0].tolist():
             result = self._result(i)
             if result is None:
                 result = run(stack.problem(i), method, **given)
@@ -149,11 +148,12 @@ class Batch(Sequence[Result]):
         return found
 
 
-def _is_sooner_by_itself(stack: Stack) -> bool:
-    """Return whether kernels for single problems take less time than pivoting in all of them together, which needs
-    more steps where M is not symmetric, and cannot leave out the problems that are solved."""
-    is_symmetric = np.array_equal(stack.M, stack.M.transpose(0, 2, 1))
-    return stack.n > (MOST_TOGETHER if stack.box.is_orthant or is_symmetric else FEW_TOGETHER)
+def _take_less_time_apart(stack: Stack) -> bool:
+    """Return whether kernels for single problems take less time than pivoting in all problems together: with bounds it
+    has no kernel, and it needs more steps where M is not symmetric."""
+    if stack.box.is_orthant or stack.n <= FEW_TOGETHER:
+        return False
+    return not np.array_equal(stack.M, stack.M.transpose(0, 2, 1))
 
 
 @with_limited_threads

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -31,9 +31,6 @@ from lcpcli.solving.trace import Callback, Trace
 from lcpcli.typing import BoundLike, Interrupts, Vector, VectorLike
 from lcpcli.verify.krawczyk import proved_bound
 from lcpcli.verify.nonlinear_point import NonlinearCriterion, NonlinearPoint
-
-if TYPE_CHECKING:
-    pass
 
 METHOD = "josephy-newton"
 MOVES = 1e-2, 1e-1, 1.0  # of all components of a start at which F is not finite

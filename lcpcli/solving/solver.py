@@ -199,9 +199,10 @@ def _eliminated(
     z, basic = elimination.solution(problem.q)
     stopwatch.count("solve")
     point = Point(Criterion(problem, limits.tol), z)
-    if not point.solves():
-        return None
+    solves = point.solves()
     stopwatch.count("verify")
+    if not solves:
+        return None
     options = methods.options_in_force("auto", problem, {})
     fields = {"problem": problem, "point": point, "parts": stopwatch.parts, "limits": limits, "options": options}
     return direct_run.solution({**fields, "end": of_masks(basic)}, 1, ("elimination",))

@@ -20,13 +20,8 @@ from lcpcli.verify.farkas import SNAP, Sides, cancellation, refutes, sides
 GRID = 2.0**20  # steps per largest entry of y, to which one candidate is rounded
 PATIENCE = 4  # once a y is known, LPs for better ones may take so many times as long as the first one
 MOST_BRIEF = 100  # rows or columns up to which a dense dictionary takes less time than an LP solver for any problem
-ROOM = (
-    0.3,
-    0.1,
-    0.03,
-    0.01,
-    0.001,
-)  # what is added to the A_ij that are not 0, in units of the largest, before proofs are rounded
+# What is added to the A_ij that are not 0, in units of the largest, before proofs are rounded
+ROOM = 0.3, 0.1, 0.03, 0.01, 0.001
 LARGEST_SHIFT = 1000  # of two: b is multiplied by at most 2^1000, which is finite
 
 
@@ -49,6 +44,7 @@ def alternative(
 ) -> Alternative:
     """Return a point of A z + b >= 0, z >= 0, or a proof that there is none, by one to three LPs of at most half the
     effort each. A should be equilibrated; nothing is established unless it is finite.
+
     A small dense system is first tried without an LP solver, whose calls and whose import take longer.
 
     holds : whether a y is a proof, by default `farkas.refutes`.

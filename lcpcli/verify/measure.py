@@ -30,6 +30,7 @@ Every array has the shape (n,) for one point, or (m, n) for one point of each of
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -52,7 +53,7 @@ DROWNED = 1e8  # times the cap: terms of which ROUNDING is in the eighth digit o
 FEW_UNKNOWNS = 20  # up to which entries that may be rounding are taken literally, as exact arithmetic decides in time
 NEGLIGIBLE_ROUNDING = 0.1  # of what is allowed, or of a violation: rounding errors that are ignored
 NEAR_VIOLATION = 1e-8  # relative to the terms of a row and to q_ref: a violation that noise may have made
-SMALLEST = 2.0**-1074
+SMALLEST = math.ulp(0.0)
 NEAR_ZERO = SMALLEST_NORMAL * 2.0**-20  # what systems with entries of different sizes make of the distance SMALLEST
 YES = np.array(True)
 
