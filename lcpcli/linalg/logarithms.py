@@ -23,8 +23,8 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 Fitted: TypeAlias = tuple[Vector, Vector, Indices, Indices, int]
 SETTLED_ERROR = 1e-12  # of the first step of conjugate gradients, or of 1: the last step
 FEW_CG_STEPS = 100  # after which elimination is tried
-MOST_CG_STEPS = 500  # for so many rows that elimination may take too long
-LARGEST_ELIMINATED = 100_000  # rows
+MOST_CG_STEPS = 500  # for so many rows that elimination may take too long, or half of the unknowns in few rows
+FEW_SYMMETRIC, LARGEST_ELIMINATED = 10_000, 100_000  # rows
 BAND = 5  # how far entries are from the diagonal in a band whose factors take less time than conjugate gradients
 MOST_DENSE = 64  # rows up to which the normal equations are dense
 FEW_ROWS = 256  # of a dense M, for which products with it are tried without a look at its zeros
@@ -143,7 +143,8 @@ def _sparse(M: Matrix) -> Fitted:
         if (farthest := width(M)) <= BAND:
             x = _banded(M, farthest, sums[[0, -1]], counts, [times[0], times[-1]], _first_of_parts(part, parts))
         else:
-            most = FEW_CG_STEPS if n <= LARGEST_ELIMINATED else MOST_CG_STEPS
+            is_brief = n > LARGEST_ELIMINATED or (is_symmetric and n <= FEW_SYMMETRIC)
+            most = MOST_CG_STEPS if is_brief else FEW_CG_STEPS
             found, is_settled = conjugate_gradients(sums, counts[: len(both)], times, most)
             x = np.concatenate((found[0], found[-1]))
             if not is_settled and n <= LARGEST_ELIMINATED:
