@@ -1,2 +1,1 @@
-"""The kernels of the extra `fast`, compiled by numba. The ways in are `compiled`, `compiled_mixed` and
-`compiled_interior`."""
+"""The kernels of the extra `fast`, compiled by numba. The ways in are `compiled` and `compiled_mixed`."""

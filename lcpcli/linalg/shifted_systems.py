@@ -42,6 +42,15 @@ def systems(M: Matrix, S: Vector | None) -> Systems:
     return _ByFill(M, S)
 
 
+def operations(systems: Systems) -> float:
+    """Return the number of operations of a factorization, if it is by QDLDL; else infinity. Raise SingularMatrix if
+    M + I is singular."""
+    if not isinstance(systems, _ByFill):
+        return math.inf
+    systems.factorize(np.ones(systems.order))
+    return systems.operations
+
+
 def _has_qdldl() -> bool:
     with imports:
         return find_spec("qdldl") is not None
@@ -127,11 +136,11 @@ class LDL:
     def solve(self, b: Vector) -> Vector:
         return np.asarray(self._solver.solve(self._S * b))
 
-    @property
-    def operations_per_entry(self) -> float:
-        """Return the mean number of operations for an entry of the factors."""
+    def operations(self) -> tuple[float, float]:
+        """Return the number of operations for the factors, and its mean for an entry of these."""
         lengths = np.diff(self._solver.factors()[0].indptr).astype(np.float64)
-        return float((lengths * (lengths + 3)).sum() / max(lengths.sum(), 1.0))
+        total = float((lengths * (lengths + 3)).sum())
+        return total, total / max(float(lengths.sum()), 1.0)
 
     @property
     def order(self) -> Indices:
@@ -215,7 +224,7 @@ class _ByFill:
     solve: Solve
 
     def __init__(self, M: Matrix, S: Vector) -> None:
-        self._M, self._ldl = M, LDL(M, S)
+        self._M, self._ldl, self.order, self.operations = M, LDL(M, S), S.size, 0.0
         self._used: LDL | SuperLU | None = None
 
     def factorize(self, d: Vector) -> None:
@@ -223,5 +232,6 @@ class _ByFill:
         used.factorize(d)
         self.solve = used.solve
         if self._used is None:
-            is_long = self._ldl.operations_per_entry > MOST_PER_ENTRY
+            self.operations, per_entry = self._ldl.operations()
+            is_long = per_entry > MOST_PER_ENTRY
             self._used = SuperLU(self._M, order=self._ldl.order) if is_long else self._ldl

@@ -118,6 +118,13 @@ def sparse(structure: Structure) -> Stage:
     return sparse_route(problem, structure.x0, krylov_only=not problem.M.diagonal().all())
 
 
+def convex_program(structure: Structure) -> Stage:
+    """Solve a convex program by PIQP."""
+    with imports:
+        from lcpcli.methods.convex_program import convex_program
+    return convex_program(structure.given)
+
+
 def linear(structure: Structure, effort: float = math.inf) -> Stage:
     """Run linear, for a proof of infeasibility, or for the solution if M is skew-symmetric."""
     with imports:

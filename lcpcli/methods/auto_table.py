@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from lcpcli.linalg import factors
 from lcpcli.methods import auto_stages as begin
-from lcpcli.methods.direct import MOST_AS_DENSE
+from lcpcli.methods.direct import MOST_AS_DENSE, may_be_program
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Iterate, Stage, Stalled, advance
 from lcpcli.methods.structure import Structure
@@ -66,6 +66,11 @@ def _has_few_nodes(structure: Structure) -> bool:
 
 
 FIRST = (
+    Row(
+        *("piqp", "", "M may be that of a convex program, and the package PIQP is installed"),
+        lambda s: may_be_program(s.given),
+        begin.convex_program,
+    ),
     Row(
         *("linear", "of half of the variables", "M is large, sparse and skew-symmetric, as for a linear program"),
         lambda s: s.program == "linear",

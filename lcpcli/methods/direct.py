@@ -15,6 +15,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.matrices import is_narrow, is_sparse
@@ -32,6 +33,7 @@ MOST_AS_DENSE = 400  # unknowns: up to here all methods but interior take M dens
 # Of a dense M: entries other than 0, as a part of all, up to which sparse factors may cost less.
 MOST_FILLED, MOST_FILLED_LARGE = 0.1, 0.01
 FAR_FROM_DIAGONAL = 8  # a full band with so few entries has none beyond an eighth of the unknowns from the diagonal
+FEWEST_FOR_PIQP = 50  # unknowns of a program from which on PIQP takes less time than pivoting
 MOST_COMPILED = 400  # the same for the compiled path of a mixed problem
 NOTHING, CANDIDATE, CERTAIN = 0, 1, 2  # what kernels find: no answer, one to be judged, or a solution beyond doubt
 MOST_WRONG = 0.25  # of all signs at a start: if more are wrong, it is not near a solution's basis
@@ -127,6 +129,16 @@ def as_sparse(problem: Problem, M: Matrix) -> Problem:
     if M is problem.M:
         return problem
     return Problem.of_fields({field.name: getattr(problem, field.name) for field in fields(problem)} | {"M": M})
+
+
+def may_be_program(problem: Problem) -> bool:
+    """Return whether PIQP is installed and comes before other methods: for sparse M, or of a program, with zeros on the
+    diagonal, as constraints have them, and so many unknowns that it takes less time than pivoting."""
+    if problem.n < FEWEST_FOR_PIQP or not (is_sparse(problem.M) or hasattr(problem.origin, "variables")):
+        return False
+    with imports:
+        from lcpcli.linalg.quadratic_program import is_installed
+    return is_installed() and not problem.M.diagonal().all()
 
 
 def stored(M: Matrix) -> Matrix:

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import islice
 
 import numpy as np
@@ -107,7 +108,7 @@ def attempts(
 ) -> Stage:
     """Make some of the attempts of `interior`, as it does."""
     try:
-        run = _Run(problem)
+        run = Run(problem)
     except ProblemError:
         return Breakdown("numbers overflow in slack_form units")
     return (yield from run.attempts(settings, start_slack, regularization))
@@ -120,7 +121,7 @@ def at_point(problem: Problem, x: Vector, tried: Tried | None = None) -> Stage:
     attempts, which share their scaling with this one, are put in `tried`, if it is given.
     """
     try:
-        run = _Run(problem)
+        run = Run(problem)
     except ProblemError:
         return Breakdown("numbers overflow in slack_form units")
     ending = yield from run.at_point(x)
@@ -129,12 +130,17 @@ def at_point(problem: Problem, x: Vector, tried: Tried | None = None) -> Stage:
     return ending
 
 
-class _Run:
-    """The attempts on one problem."""
+class Run:
+    """The attempts on one problem; ProblemError is raised if numbers overflow in its units."""
 
     def __init__(self, problem: Problem) -> None:
         self._given, self._within, self._count = problem, slack_form(problem), 0
         self._is_solved = False  # by the last basic solution
+
+    @cached_property
+    def systems(self) -> Systems:
+        """Return the systems of the scaled problem."""
+        return systems(self._within.problem.M, self._within.S)
 
     def attempts(
         self, settings: Sequence[InteriorAttempt], start_slack: float = 1.0, regularization: float = 1e-8
@@ -198,13 +204,16 @@ class _Run:
         the point is the last one, or if they solve the problem up to rounding."""
         yield from self._exchanged(own, at.z, _active(self._within, at), last)
 
-    def at_point(self, x: Vector) -> Stage:
-        """Yield the basic solutions of the states of an x in the given units."""
+    def at_point(self, x: Vector, rounds: int = START_ROUNDS, far: float = 0.0) -> Stage:
+        """Yield the basic solutions of the states of an x in the given units.
+
+        rounds : of exchanges, at most. far : the residual, in scaled units, up to which they go on if it has grown.
+        """
         within, inner, box = self._within, self._within.problem, self._given.box
         z = box.z_of(x)[within.kept] / within.units
-        own = _BasicSolutions(inner, systems(inner.M, within.S), 0.0)
+        own = _BasicSolutions(inner, self.systems, 0.0)
         states = inner.box.basis_of((z - inner.M @ z - inner.q) / 2)
-        for point in islice(self._exchanged(own, z, states, far=0.0), START_ROUNDS):
+        for point in islice(self._exchanged(own, z, states, far=far), rounds):
             yield point
             if self._is_solved:
                 return Finished()

@@ -16,6 +16,7 @@ from lcpcli import clock
 from lcpcli.clock import imports
 from lcpcli.linalg.linear_program import highs_with
 from lcpcli.linalg.matrices import is_sparse, is_symmetric
+from lcpcli.linalg.quadratic_program import minimized
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program, ProgramData
 from lcpcli.peers.quadratic import columns, dense, not_convex, not_dense, not_lcp, not_monotone, not_sparse, program_of
@@ -222,29 +223,14 @@ def _osqp(osqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: f
 osqp = PackageSolver("osqp", _osqp, (not_sparse, not_convex))
 
 
-def _piqp(piqp: Any, problem: Problem, program: ProgramData, tol: float, _: float) -> Ending:
-    """Run PIQP: R. Schwan, Y. Jiang, D. Kuhn and C. N. Jones, PIQP: a proximal interior-point quadratic programming
-    solver, 62nd IEEE Conference on Decision and Control (2023) 1088-1093.
-
-    The tolerance applies to PIQP's residuals and to the duality gap: relative, and absolute in units of the largest
-    |q_i|. PIQP has no time limit, but stops after 250 iterations.
-    """
-    solver, stored = (piqp.SparseSolver(), columns) if is_sparse(problem.M) else (piqp.DenseSolver(), dense)
-    settings = solver.settings
-    settings.eps_rel = settings.eps_duality_gap_rel = tol
-    settings.eps_abs = settings.eps_duality_gap_abs = tol * (float(np.abs(problem.q).max()) or 1.0)
-    bounds = {"x_l": program.lower} | ({"x_u": program.upper} if np.isfinite(program.upper).any() else {})
-    equal = program.row_lower == program.row_upper
-    if equal.any():
-        bounds |= {"A": stored(program.A[equal]), "b": program.row_lower[equal]}
-    if not equal.all():
-        others = program.row_lower[~equal], program.row_upper[~equal]
-        bounds |= {"G": stored(program.A[~equal]), "h_l": others[0], "h_u": others[1]}
-    solver.setup(stored(program.Q), program.c.copy(), **bounds)
-    status = solver.solve()
-    result, y = solver.result, np.zeros(equal.size)
-    y[equal], y[~equal] = -np.array(result.y), np.array(result.z_l) - np.array(result.z_u)
-    return result.x, y, status == piqp.PIQP_SOLVED, status.name
+def _piqp(_: Any, problem: Problem, program: ProgramData, tol: float, __: float) -> Ending:
+    """Run PIQP as `minimized` does, which has no time limit, but stops after 250 iterations."""
+    stored, y = columns if is_sparse(problem.M) else dense, np.zeros(program.row_lower.size)
+    low, high, equal = program.row_lower, program.row_upper, program.row_lower == program.row_upper
+    equations, rows = (stored(program.A[equal]), low[equal]), (stored(program.A[~equal]), low[~equal], high[~equal])
+    ended = minimized(stored(program.Q), program.c.copy(), equations, rows, (program.lower, program.upper), tol)
+    y[equal], y[~equal] = ended.of_equations, ended.of_rows
+    return ended.x, y, ended.status == "PIQP_SOLVED", ended.status
 
 
 piqp = PackageSolver("piqp", _piqp, (not_convex,))

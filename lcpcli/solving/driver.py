@@ -18,7 +18,7 @@ from lcpcli.errors import OptionError, ParameterError, kind
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import MOST_PIVOTED, as_sparse, stored
+from lcpcli.methods.direct import as_sparse, may_be_program, stored
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.changes import Change, composed, shifted
 from lcpcli.model.changes import scale as in_natural_units
@@ -89,9 +89,8 @@ def run(
         first: list[Callable[[], Result | None]] = []
         if applies(problem, compiled):
             first = [partial(solved_directly, problem, limits, chosen, stopwatch, compiled, given, tried=tried)]
-        if compiled and not (has_start or keeps or observe):
-            is_later = problem.origin is None and problem.n <= MOST_PIVOTED  # as it then applies if pivoting does not
-            first.insert(len(first) * is_later, partial(_by_interior, problem, limits, chosen, stopwatch))
+        if may_be_program(problem) and not (has_start or keeps or observe):
+            first.insert(0, partial(_as_program, problem, limits, chosen, stopwatch, tried))
         try:
             result = next((found for attempt in first if (found := attempt()) is not None), None)
         except KeyboardInterrupt:
@@ -146,11 +145,13 @@ def _refuse_other(method: str, additions: dict[str, bool], compiled: bool, callb
         raise ParameterError("compiled", f"has no effect with the method {method}", "leave it out")
 
 
-def _by_interior(problem: Problem, limits: Limits, chosen: dict[str, Any], stopwatch: Stopwatch) -> Result | None:
-    """Return the result of the compiled form of `interior`, if it applies and solves the problem."""
+def _as_program(
+    problem: Problem, limits: Limits, chosen: dict[str, Any], stopwatch: Stopwatch, tried: Tried | None
+) -> Result | None:
+    """Return the result of a convex program that PIQP solves; else None."""
     with imports:
-        from lcpcli.solving.interior_run import may_apply, solved_by_interior
-    return solved_by_interior(problem, limits, chosen, stopwatch) if may_apply(problem) else None
+        from lcpcli.solving.program_run import solved_as_program
+    return solved_as_program(problem, limits, chosen, stopwatch, tried)
 
 
 def variables_of(method: str, problem: Problem, is_scaled: bool) -> Change:

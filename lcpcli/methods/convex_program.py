@@ -1,0 +1,83 @@
+"""Convex linear and quadratic programs by PIQP, whose minimizer and multipliers have the states of a basic solution.
+
+The problem is that of a program if signs S = +-1 make S M symmetric, where z_i is a variable if S_i = 1 and the
+multiplier of a constraint if S_i = -1: see `program.ProgramData.conditions`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lcpcli.errors import ProblemError
+from lcpcli.linalg.compressed_rows import block
+from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.matrices import compressed
+from lcpcli.linalg.quadratic_program import columns, is_minimum_possible, minimized
+from lcpcli.linalg.shifted_systems import operations
+from lcpcli.methods.direct import as_sparse
+from lcpcli.methods.interior import EXCHANGE_ROUNDS, FAR_RESIDUAL, Run
+from lcpcli.methods.stages import Breakdown, Stage
+from lcpcli.model.problem import Problem, conditions_of
+from lcpcli.model.program import Program
+from lcpcli.typing import Vector
+
+TOLERANCE = 1e-12  # of PIQP: with less of it, the states of a few programs in a hundred are wrong
+MOST_STEPS = 100  # of PIQP: about twice as many as it takes
+MOST_OPERATIONS = (
+    6e7  # of a factorization: PIQP, which cannot be interrupted, then ends within a few tenths of a second
+)
+
+
+def convex_program(problem: Problem) -> Stage:
+    """Yield the basic solutions of the states that PIQP finds, and those after exchanges of wrong signs.
+
+    Finished : one of them violates no sign beyond rounding. Breakdown : the problem is not that of a convex program, or
+    too large for PIQP, or PIQP finds no minimum. Stalled : no basic solution solves it.
+    """
+    problem = as_sparse(problem, compressed(problem.M))
+    S = _signs(problem)
+    if S is None or not (S < 0).any() or problem.M.diagonal().min() < 0:
+        return Breakdown("the problem is not that of a convex program")
+    try:
+        run = Run(problem)
+        if operations(run.systems) > MOST_OPERATIONS:
+            return Breakdown("a factorization takes long")
+    except (ProblemError, SingularMatrix):
+        return Breakdown("no factorization succeeded")
+    z = _minimizer(problem, S)
+    if z is None:
+        return Breakdown("PIQP found no minimum")
+    return (yield from run.at_point((z - problem.w(z)) / 2, EXCHANGE_ROUNDS, FAR_RESIDUAL))
+
+
+def _signs(problem: Problem) -> Vector | None:
+    """Return 1 for variables and -1 for multipliers; None if the problem is that of no program."""
+    origin, n = problem.origin, problem.n
+    if not isinstance(origin, Program):
+        return problem.signs
+    S = np.ones(n)
+    S[origin.variables : n - origin.ranges] = -1.0
+    return S
+
+
+def _minimizer(problem: Problem, S: Vector) -> Vector | None:
+    """Return the minimizer and the multipliers, both approximate; None if there are none, or M has more entries than
+    that of a program."""
+    M, q, lower, upper = conditions_of(problem)
+    is_row, is_equation = S < 0, (S < 0) & np.isinf(lower) & np.isinf(upper)
+    sides = lower[is_row], upper[is_row]
+    if not (np.isin(sides[0], (0.0, -np.inf)) & np.isin(sides[1], (0.0, np.inf))).all():
+        return None
+    x, equations, rows = (each.nonzero()[0] for each in (~is_row, is_equation, is_row & ~is_equation))
+    parts = [block(M, x, each) for each in (x, equations, rows)]
+    Q, A, G = (
+        columns((sign * data, indices, ends), (each.size, x.size))
+        for sign, each, (ends, indices, data) in zip((1, -1, -1), (x, equations, rows), parts, strict=True)
+    )
+    if Q.nnz + 2 * (A.nnz + G.nnz) != M.nnz:
+        return None
+    low, high = np.where(upper > 0, -q, -np.inf)[rows], np.where(lower < 0, -q, np.inf)[rows]
+    ended = minimized(Q, q[x], (A, -q[equations]), (G, low, high), (lower[x], upper[x]), TOLERANCE, MOST_STEPS)
+    z: Vector = np.zeros(problem.n)
+    z[x], z[equations], z[rows] = ended[:3]
+    return z if is_minimum_possible(ended) else None
