@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.typing import Vector
+from lcpcli.typing import Indices, Vector
 
 MODULE = "piqp"
 
@@ -67,7 +67,7 @@ def minimized(
     return Ended(np.array(result.x), -np.array(result.y), np.array(result.z_l) - np.array(result.z_u), str(status.name))
 
 
-def columns(arrays: tuple[Vector, Vector, Vector], shape: tuple[int, int]) -> Any:
+def columns(arrays: tuple[Vector, Indices, Indices], shape: tuple[int, int]) -> Any:
     """Return the matrix with this data, row indices and ends of columns in the form that PIQP takes."""
     with imports:
         from scipy.sparse import csc_matrix

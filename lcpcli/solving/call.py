@@ -64,7 +64,7 @@ def solve(
     max_iterations, time_limit : the iterations and seconds after which to give up, by default 10000 and no limit.
     trace : whether the result keeps all iterates; a `Trace` selects which ones, and receives them.
     callback : called after each iteration with its `TraceRow`; a true value, or StopIteration, ends the run.
-    compiled : whether "auto" uses the kernels of the extra `fast`, for small LCPs and for convex programs. Loading them
+    compiled : whether "auto" uses the kernels of the extra `fast`, for small LCPs. Loading them
         takes half a second, which pays in a loop over many calls.
     threads : the number of threads for dense linear algebra, by default 1 unless the environment sets it or M is large.
     scale, finish : whether an iterative method, such as "shi", works on the equilibrated problem, and whether it stops

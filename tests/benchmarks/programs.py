@@ -2,7 +2,7 @@
 programs.py FOLDER ...
 
 Every program of the MPS files in the folders is passed as scipy's sparse matrices and vectors, to `from_qp` and `run`
-with the extra `fast`, and to the set-up and the solution by the other solver, to 1e-9. Prints the least of repeated
+with the extra `programs`, and to the set-up and the solution by the other solver, to 1e-9. Prints the least of repeated
 wall times, in turns, in milliseconds, their ratio, the unknowns, the route, and whether each claims a solution; then
 the geometric means of the ratios. Rows are split into PIQP's equations and inequalities within its time, as
 `from_qp` makes its conditions within ours.
@@ -85,7 +85,7 @@ def row(path: Path) -> tuple[float, bool]:
 
     def ours() -> None:
         made = lcpcli.from_qp(None if is_linear else Q, data.c, A, **ends)
-        results.append(lcpcli.run(made, compiled=True))
+        results.append(lcpcli.run(made))
 
     times = in_turns(ours, lambda: solved.append(peer.solve()), most=MOST, least=LEAST, budget=BUDGET)
     own, other = (1e3 * min(seconds) for seconds in times)

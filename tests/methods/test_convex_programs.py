@@ -78,7 +78,8 @@ def test_bounds_of_all_kinds_fixed_variables_and_bounds_that_stand_for_none() ->
     lower, upper = np.array([0.0, -np.inf, 1, 2, -1e20, -3]), np.array([np.inf, 5, 1, 2, 4, 1e20])
     sides = {"row_lower": [-np.inf, 2, -6, -7], "row_upper": [8, 2, np.inf, 9]}
     problem = lcpcli.from_qp(Q, c, A, **sides, lower=lower, upper=upper)
-    result, other = solved(problem), lcpcli.run(problem, "interior")
+    ends = np.where(lower == -1e20, -np.inf, lower), np.where(upper == 1e20, np.inf, upper)
+    result, other = solved(problem), lcpcli.run(lcpcli.from_qp(Q, c, A, **sides, lower=ends[0], upper=ends[1]))
     assert result.solved
     assert other.solved
     assert result.answer.objective == pytest.approx(other.answer.objective, rel=1e-9)
