@@ -321,8 +321,8 @@ def row_multiplier(shape: Shape, indptr: Indices, indices: Indices, data: Vector
         with imports:
             from scipy.sparse._sparsetools import csr_matvec
     except ImportError:
-        from scipy.sparse import csr_array
-
+        with imports:
+            from scipy.sparse import csr_array
         M = csr_array((data, indices, indptr), shape=shape)
         return lambda rows, v: np.asarray(M[rows] @ v)
 
