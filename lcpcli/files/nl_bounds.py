@@ -8,7 +8,7 @@ language introduces a variable for an expression: its bounds then belong to that
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from math import inf, isfinite
@@ -116,12 +116,44 @@ class Conditions:
             self.read[owner] = self._tied(x)[owner].range(self._ends(x))
 
     def _refuse_lost(self, x: int) -> None:
-        """Raise ProblemError if an unknown without bounds complements just another one that an equation defines, which
-        is what Pyomo leaves of the bounds of an expression."""
+        """Raise ProblemError if an unknown without bounds complements just another one, and each of them occurs else
+        only in an equation that defines it, which is what Pyomo leaves of the bounds of an expression."""
         terms, constant = self.graph.parts(self.complements[x])
         u = terms[0][0] if len(terms) == 1 and not constant else x
-        if u != x and u < self.graph.n and u not in self.complements and u in self._relations and x in self._relations:
+        if u == x or u >= self.graph.n or u in self.complements or kinds_of(*self.bounds[u]):
+            return
+        own, other = self._definition(x), self._definition(u, self.complements[x])
+        if own is not None and other is not None and own != other:
             raise ProblemError(self.names[x], f"is complementary to {self.names[u]}, and neither has bounds", LOST)
+
+    def _definition(self, x: int, condition: int | None = None) -> int | None:
+        """Return the equation that is x or -x plus terms of other unknowns, if x occurs in no other row but this
+        condition; else None."""
+        rows = [row for row in self._rows_with.get(x, ()) if row != condition]
+        if len(rows) != 1 or rows[0] not in self.equations:
+            return None
+        terms = self.graph.parts(rows[0]).terms
+        is_plain = any(part == x and abs(factor) == 1 for part, factor in terms)
+        return rows[0] if is_plain and x not in self._unknowns_in(part for part, _ in terms if part != x) else None
+
+    @cached_property
+    def _rows_with(self) -> dict[int, list[int]]:
+        """For each unknown the rows that depend on it."""
+        found = dict[int, list[int]]()
+        for row in (*self.equations, *self.complements.values()):
+            for x in self._unknowns_in([row]):
+                found.setdefault(x, []).append(row)
+        return found
+
+    def _unknowns_in(self, nodes: Iterable[int]) -> set[int]:
+        """Return the unknowns on which nodes depend."""
+        found, waiting = set[int](), list(nodes)
+        while waiting:
+            number = waiting.pop()
+            if number not in found:
+                found.add(number)
+                waiting += self.graph.arguments(number) if number >= self.graph.n else ()
+        return {number for number in found if number < self.graph.n}
 
     def _drop_implied(self, x: int, stated: int = 0) -> bool:
         """Drop the bounds of x that are not stated and that other conditions imply; return whether none is left."""

@@ -16,14 +16,11 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache, wraps
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 from lcpcli import options
 from lcpcli.clock import imports
 from lcpcli.errors import ParameterError
-
-if TYPE_CHECKING:
-    from lcpcli.typing import Matrix
 
 GENERAL = "OMP_NUM_THREADS"  # what a library goes by if its own variable is not set
 VARIABLES = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", GENERAL)
@@ -46,12 +43,13 @@ def in_environment() -> int | None:
 def with_limited_threads(function: Function) -> Function:
     """Return a function (problem, ...) that calls the given one with as many threads as its keyword `threads` says.
 
-    By default the environment sets their number; if not, it is one, unless M is so large that more save time.
+    By default the environment sets their number; if not, it is one, unless M is so large that more save time. A
+    nonlinear problem has no M, but linear systems with up to twice as many unknowns.
     """
 
     @wraps(function)
     def limited_function(problem: Any, *given: Any, **named: Any) -> Any:
-        number = _number(problem.M, named.get(options.THREADS.name))
+        number = _number(problem, named.get(options.THREADS.name))
         if number is None:
             return function(problem, *given, **named)
         with limited(number):
@@ -60,8 +58,8 @@ def with_limited_threads(function: Function) -> Function:
     return cast(Function, limited_function)
 
 
-def _number(M: Matrix, asked: int | None) -> int | None:
-    """Return the number of threads for a matrix, None to leave it as it is; raise OptionError if the number asked for
+def _number(problem: Any, asked: int | None) -> int | None:
+    """Return the number of threads for a problem, None to leave it as it is; raise OptionError if the number asked for
     cannot be set."""
     if asked is not None:
         options.check((options.THREADS,), {options.THREADS.name: asked})
@@ -69,11 +67,13 @@ def _number(M: Matrix, asked: int | None) -> int | None:
             hint = "pip install 'linear-complementarity[threads]'"
             raise ParameterError(options.THREADS.name, "needs threadpoolctl", hint)
         return int(asked)
-    if M.shape[0] < FEWEST_THREADED_ROWS or _decided_by_environment():
+    M = getattr(problem, "M", None)
+    rows = problem.n if M is not None else 2 * problem.n
+    if rows < FEWEST_THREADED_ROWS or _decided_by_environment():
         return None
     with imports:
         from lcpcli.linalg.matrices import is_sparse
-    return 1 if is_sparse(M) or M.shape[0] < MANY_ROWS else None
+    return 1 if rows < MANY_ROWS or is_sparse(M) else None
 
 
 @cache  # the BLAS too reads it only once

@@ -33,6 +33,7 @@ MOST_NOISY = 1e-2  # of that residual: what may be all that the noise of F leave
 MOST_BRIEF = 200  # unknowns of a problem that by default is given up after about a second
 MOST_LINEARIZATIONS = 1000  # of a small problem in that time
 CUBIC = 110  # unknowns from which on the cubic work of a linearization counts more than all else
+FUNCTIONS = 64  # evaluations of F that count as a linearization of a small problem
 FINE = 1e-12  # a natural residual that no further step need reduce
 STATIONARY = "z is nearly a stationary point of the merit function, but no solution"
 SLOW = "the merit function decreases too slowly"
@@ -58,8 +59,8 @@ def josephy_newton(
 
     evaluations : of F and J. start : an admissible z, where F is finite. linear : solves the linearizations.
     restarts : other attempts where the method gets stuck: three from the same start, others at random from fixed seeds.
-    is_brief : whether, with at most MOST_BRIEF unknowns, no other attempt begins after about a second, by the number of
-    linearizations that have been solved.
+    is_brief : whether, with at most MOST_BRIEF unknowns, no other attempt begins after about a second, by the numbers
+    of linearizations and of evaluations of F.
 
     The steps, as the trace names them: "crash" solves the linearization for the variables that are not held at their
     bounds, from the start and for as long as that decreases the merit function (see `merit`) fast; "full" leads to the
@@ -122,7 +123,8 @@ class _Search:
 
     def is_long(self, n: int) -> bool:
         """Return whether a problem with n unknowns has taken about a second, if it has few."""
-        return n <= MOST_BRIEF and self._linearizations * (1 + (n / CUBIC) ** 3) > MOST_LINEARIZATIONS
+        work = self._linearizations * (1 + (n / CUBIC) ** 3) + self.evaluations.functions / FUNCTIONS
+        return n <= MOST_BRIEF and work > MOST_LINEARIZATIONS
 
     def iterate(self, place: Place, step: str) -> Iterate:
         """Return the iterate for the loop; it is final if its residual is tiny, or did not decrease much."""

@@ -42,7 +42,6 @@ def solution_of_linearization(
     box: Box,
     basis: States | None,
     longer: bool,
-    threads: int | None = None,
     fast: ModuleType | None = None,
 ) -> tuple[Vector, States] | None:
     """Return a solution of the linear problem, or a point that all but solves it, and its states; None if none was
@@ -63,7 +62,7 @@ def solution_of_linearization(
                 return found if found is not None and _is_close(problem, found[0], CLOSE) else None
         first = None if basis is None else in_words(basis)
         ends = None if longer else lambda row: _is_close(problem, row.z, NEARLY)
-        result = driver.run(problem, "auto", basis=first, limits=LINEAR, threads=threads, callback=ends)
+        result = driver.run(problem, "auto", basis=first, limits=LINEAR, callback=ends)
     except LCPError:  # numbers overflow
         return None
     if result.interrupted:

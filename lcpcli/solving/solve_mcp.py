@@ -13,6 +13,7 @@ import numpy as np
 from lcpcli.clock import MOST_LAPS, Stopwatch, imports, seconds
 from lcpcli.errors import ParameterError, ProblemError, kind
 from lcpcli.linalg.doubles import is_finite
+from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.josephy_newton import josephy_newton
 from lcpcli.model.arrays import FROM_0
@@ -138,6 +139,7 @@ def _refuse_given(values: Mapping[str, tuple[Any, Any]]) -> None:
         raise ParameterError(name, "has no effect on a NonlinearProblem, which has its own", "leave it out")
 
 
+@with_limited_threads
 def run_nonlinear(
     problem: NonlinearProblem,
     *,
@@ -147,7 +149,7 @@ def run_nonlinear(
     trace: bool | Trace = False,
     curve: Trace | None = None,
     callback: Callback | None = None,
-    threads: int | None = None,
+    threads: int | None = None,  # noqa: ARG001 (the decorator limits them)
     interrupts: Interrupts = RAISE,
     proof: bool = False,
     compiled: bool = False,
@@ -177,7 +179,7 @@ def run_nonlinear(
     start = _start(evaluations)
     with np.errstate(all="ignore"):
         criterion = NonlinearCriterion(evaluations, limits.tol)
-        linear = partial(solution_of_linearization, threads=threads, fast=fast)
+        linear = partial(solution_of_linearization, fast=fast)
         stage = partial(josephy_newton, evaluations, start, linear, **in_force, is_brief="restarts" not in chosen)
         stopwatch.count("setup")
         loop = Loop(criterion, METHOD, limits, (kept, curve), stopwatch, None, start / 2, callback)

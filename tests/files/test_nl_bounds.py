@@ -128,12 +128,20 @@ def test_bounds_are_compared_as_decimals(tmp_path: Path) -> None:
     assert [end is None for end in exact.upper] == [math.isinf(end) for end in lcpcli.read(file).upper]
 
 
-@pytest.mark.parametrize("slope", [1, 2])
-def test_condition_that_has_lost_the_bounds_of_an_expression_is_refused(slope: float) -> None:
-    """As Pyomo writes 0 <= x - 1 <= 3 complements slope x - 10: v1 and v2 are the two sides."""
-    rows = [(at(0, 1), {2: 1}, 0), (EQUATION, {0: 1, 2: 1}, -1), (EQUATION, {0: -slope, 1: 1}, 10)]
+@pytest.mark.parametrize("side", [{0: -1}, {0: -2}, {0: -1, 3: -2}])
+def test_condition_that_has_lost_the_bounds_of_an_expression_is_refused(side: dict[int, int]) -> None:
+    """As Pyomo writes 0 <= e <= 3 complements F: v1 and v2 are the two sides, here of v0 and perhaps v3."""
+    rows = [(at(0, 1), {2: 1}, 0), (EQUATION, {0: 1, 2: 1, 3: -1}, -1), (EQUATION, {**side, 1: 1}, 10)]
+    rows += [(at(LOWER, 3), {3: 1, 0: 1}, -2)]
     with pytest.raises(ProblemError, match=r"v1: is complementary to v2, and neither has bounds; .*Var\(bounds"):
-        Model(model(3, rows, [FREE] * 3), "model.nl")
+        Model(model(4, rows, [FREE, FREE, FREE, NONNEGATIVE]), "model.nl")
+
+
+@pytest.mark.parametrize("slope", [1, 2])
+def test_free_variable_may_complement_one_that_an_equation_makes_a_function_of_it(slope: float) -> None:
+    """v1 = slope v0 - 10 is 0, which v0 complements."""
+    rows = [(at(0, 0), {1: 1}, 0), (EQUATION, {1: -1, 0: slope}, -10)]
+    assert solved(2, rows, [FREE, FREE]) == ([10 / slope, 0], "")
 
 
 def test_condition_without_bounds_is_an_equation() -> None:

