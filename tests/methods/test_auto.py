@@ -110,7 +110,14 @@ def test_the_route_of_a_run_is_a_part_of_its_plan(name: str, n: int) -> None:
 
 
 def test_every_attempt_is_one_of_a_method_or_of_the_sparse_route() -> None:
-    assert {row.method for row in TABLE} - {"linear", "piqp", "sparse", "elimination", "pure", "lemke-howson"} <= METHODS.keys()
+    assert {row.method for row in TABLE} - {
+        "linear",
+        "piqp",
+        "sparse",
+        "elimination",
+        "pure",
+        "lemke-howson",
+    } <= METHODS.keys()
     assert all(count == 1 for count in Counter((row.method, row.part, row.reason) for row in TABLE).values())
 
 
