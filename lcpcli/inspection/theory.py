@@ -30,6 +30,7 @@ import numpy as np
 from lcpcli.inspection.difficulty import Spectrum
 from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Verdict, called
 from lcpcli.linalg import matrices
+from lcpcli.linalg.factors import finite
 from lcpcli.linalg.patterns import affordable
 from lcpcli.methods.fixed_point import best_omega
 from lcpcli.methods.registry import ANY, METHODS, OMEGA, Method
@@ -163,8 +164,7 @@ def _rate(M: Matrix, omega: float, ends: Spectrum | None) -> Rate:
 def _norm(M: Matrix, omega: float) -> float | None:
     """Return |T|_2; None if omega I + M is singular or T overflows."""
     try:
-        T = _iteration_matrix(M, omega)
-        return float(np.linalg.norm(T, 2)) if np.isfinite(T).all() else None
+        return float(np.linalg.norm(_iteration_matrix(M, omega), 2))
     except np.linalg.LinAlgError:
         return None
 
@@ -193,4 +193,4 @@ def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction 
 def _iteration_matrix(M: Matrix, omega: float) -> Vector:
     dense = matrices.dense(M)
     shift = omega * np.eye(M.shape[0])
-    return np.asarray(np.linalg.solve(shift + dense, shift - dense))
+    return finite(np.linalg.solve(shift + dense, shift - dense))

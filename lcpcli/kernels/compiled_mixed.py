@@ -9,7 +9,7 @@ from numba.extending import register_jitable
 
 from lcpcli.kernels.announcement import announced
 from lcpcli.kernels.compiled import COVER, OPTIONS, judged, path, rows_of
-from lcpcli.linalg import matrices
+from lcpcli.linalg import factors, matrices
 from lcpcli.methods import bounded_form
 from lcpcli.methods.direct import DirectAnswer
 from lcpcli.methods.free_variables import scaled
@@ -23,7 +23,7 @@ with announced():
     from lcpcli.kernels.measure_kernels import reference_of, surely_solves
 
     for function in (
-        *(bounded_form.largest, bounded_form.cleaned, bounded_form.solved, bounded_form.combinations),
+        *(factors.finite, bounded_form.largest, bounded_form.cleaned, bounded_form.solved, bounded_form.combinations),
         *(bounded_form.same_units, bounded_form.split, bounded_form.eliminated),
         *(bounded_form.constants, bounded_form.widths),
     ):

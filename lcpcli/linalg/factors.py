@@ -172,6 +172,13 @@ def invert(A: Matrix) -> Callable[..., Vector]:
     return solve
 
 
+def finite(A: Vector) -> Vector:
+    """Return A; raise SingularMatrix if its numbers are not finite, on which LAPACK's singular values may never end."""
+    if not np.isfinite(A).all():
+        raise SingularMatrix
+    return A
+
+
 class Latest:
     """The last large dense M_PP that was factorized, for who owns M; what is copied or pickled with it begins anew."""
 

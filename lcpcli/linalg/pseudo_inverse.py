@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.factors import finite
 from lcpcli.linalg.units import units
 from lcpcli.typing import Mask, Vector
 
@@ -19,7 +20,7 @@ class PseudoInverse:
 
     def __init__(self, A: Vector) -> None:
         R, C = units(A).diagonals()
-        left, sizes, right = np.linalg.svd(R[:, np.newaxis] * A * C)
+        left, sizes, right = np.linalg.svd(finite(R[:, np.newaxis] * A * C))
         rank = int(np.count_nonzero(sizes > LEAST_SINGULAR_VALUE * sizes[0]))
         self._inverse = (C[:, np.newaxis] * right[:rank].T / sizes[:rank]) @ (left[:, :rank].T * R)
         self._null, self._left_null = C[:, np.newaxis] * right[rank:].T, left[:, rank:].T * R

@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lcpcli.linalg.factors import finite
 from lcpcli.model.box import BASIC, LOWER
 from lcpcli.typing import Indices, States, Vector
 
@@ -80,7 +81,7 @@ def solved(A: Vector) -> Solved:
             return Solved(E, np.empty((f, 0)), np.empty((f, 0)))
     except Exception:  # numba catches no other: A is singular
         pass
-    left, values, right = np.linalg.svd(A)
+    left, values, right = np.linalg.svd(finite(A))
     rank = np.count_nonzero(values > SMALLEST * values[0])
     U, V = np.ascontiguousarray(left.T), np.ascontiguousarray(right)
     E = (V[:rank].T / values[:rank]) @ U[:rank]
@@ -103,7 +104,7 @@ def combinations(G: Vector, H: Vector) -> Vector:
 
     G, H : shapes (s, b) and (b, s).
     """
-    R: Vector = -np.ascontiguousarray(H.T @ np.linalg.pinv(G, DEPENDENT))
+    R: Vector = -np.ascontiguousarray(H.T @ np.linalg.pinv(finite(G), DEPENDENT))
     _, U, V = solved(R)
     R += U @ V.T
     return R
@@ -141,9 +142,9 @@ def eliminated(own: Kept, rows: Vector, columns: Vector) -> Eliminated:
         G, H = cleaned(U.T @ A_FB, size), cleaned(A_BF @ V, size)
         R = combinations(G, H)
         U, G = U @ R.T, R @ G
-        of_equations = K @ np.linalg.pinv(G, SMALLEST)
+        of_equations = K @ np.linalg.pinv(finite(G), SMALLEST)
         K = K - of_equations @ G
-        Y = np.linalg.pinv(H, SMALLEST) @ K
+        Y = np.linalg.pinv(finite(H), SMALLEST) @ K
         K = split(cleaned(K - H @ Y, size), G, H)
     elif s:
         K = np.zeros((2 * s, 2 * s))

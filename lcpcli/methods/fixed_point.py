@@ -149,5 +149,5 @@ class Anderson:
         kept = slice(self._kept)
         gram = self._gram[kept, kept]
         ridge = GRAM_RIDGE * float(np.trace(gram)) * np.eye(self._kept)
-        gamma = np.linalg.lstsq(gram + ridge, np.einsum("ij,j->i", self._df[kept], f), rcond=None)[0]
+        gamma = np.linalg.lstsq(factors.finite(gram + ridge), np.einsum("ij,j->i", self._df[kept], f), rcond=None)[0]
         return np.asarray(g - np.einsum("i,ij->j", gamma, self._dg[kept]))

@@ -6,7 +6,7 @@ import numpy as np
 
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import LARGEST_DOUBLE
-from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.factors import SingularMatrix, finite
 from lcpcli.methods.lemke_path import LemkePath
 from lcpcli.methods.small_numbers import violations
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
@@ -77,7 +77,7 @@ def _basic(problem: Problem, near: Vector | None, basis: States, M: Vector) -> V
     if inverse is None:
         if near is None:
             raise SingularMatrix
-        inverse, z[B] = np.asarray(np.linalg.pinv(A, rcond=DEPENDENT), np.float64), near[B]
+        inverse, z[B] = np.asarray(np.linalg.pinv(finite(A), rcond=DEPENDENT), np.float64), near[B]
     for _ in range(CORRECTIONS):
         z[B] -= columns * (inverse @ (rows * problem.w(z)[B]))
     return z if near is None else np.where(np.isfinite(z), z, near)

@@ -14,7 +14,7 @@ import numpy as np
 from lcpcli.clock import seconds
 from lcpcli.interrupts import TimeIsUp, check, deferring_signals, within
 from lcpcli.linalg.doubles import generator
-from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, factorizer, well_conditioned_inverse
+from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, factorizer, finite, well_conditioned_inverse
 from lcpcli.linalg.matrices import dense, is_sparse, product
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.changes import scale
@@ -95,7 +95,7 @@ def _null_vector(M: Matrix, states: States) -> Vector | None:
         block = dense(block)
     elif well_conditioned_inverse(block, 1 / SINGULAR) is not None:
         return None
-    _, values, rows = np.linalg.svd(block)
+    _, values, rows = np.linalg.svd(finite(block))
     if values[-1] > SINGULAR * values[0]:
         return None
     v = np.zeros(states.size)

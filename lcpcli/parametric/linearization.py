@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cached_property
 from typing import Any
 
@@ -95,7 +96,7 @@ class Linearization:
             self._factors = _two_way(self.problem.M, B, self.problem.latest) if B.size else _identity
             return self._near_and_wrong(basic)
         except SingularMatrix:
-            block = PseudoInverse(self._dense(B)) if self._or_singular and B.size <= MOST_DENSE else None
+            block = self._generalized(B) if self._or_singular else None
             if block is None or not block.is_singular:
                 fault = f"the principal submatrix of the {B.size} variables between their bounds is singular"
                 several = "so that z is one of several solutions, or may jump"
@@ -157,11 +158,14 @@ class Linearization:
         if not self.kinks.size:
             return self.basic, self.block
         S = distinct(np.concatenate((self.basic, self.kinks)))
-        found = PseudoInverse(self._dense(S)) if S.size <= MOST_DENSE else None
+        found = self._generalized(S)
         return S, found if found is not None and found.is_singular else None
 
-    def _dense(self, P: Indices) -> Vector:
-        return np.asarray(dense(self.problem.M[P][:, P]))
+    def _generalized(self, P: Indices) -> PseudoInverse | None:
+        """Return the generalized inverse of M_PP; None if that is large, or its numbers overflow."""
+        with suppress(SingularMatrix):
+            return PseudoInverse(np.asarray(dense(self.problem.M[P][:, P]))) if P.size <= MOST_DENSE else None
+        return None
 
     def determines(self, J: Any) -> Mask:
         """Return for which rows of J, shape (k, n), J z is the same for all solutions with w = 0 where it is 0 at z."""

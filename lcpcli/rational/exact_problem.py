@@ -12,6 +12,7 @@ from copy import copy
 from fractions import Fraction
 from functools import cached_property
 from itertools import chain
+from operator import mul
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
 
 import numpy as np
@@ -133,7 +134,7 @@ class ExactProblem:
         """Return w = M z + q."""
         Z, d = over_one_denominator(z)
         return [
-            Fraction(sum(a * Z[j] for j, a in row.items()) + constant * d, scale * d)
+            Fraction(sum(map(mul, row.values(), map(Z.__getitem__, row))) + constant * d, scale * d)
             for row, constant, scale in zip(in_time(self.rows), self.constants, self.scales, strict=True)
         ]
 

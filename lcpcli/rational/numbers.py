@@ -125,7 +125,7 @@ def rounded_direction(values: Sequence[Fraction | int]) -> Vector:
 
 def _rounded(value: Fraction | int) -> float:
     try:
-        return float(value)
+        return value.numerator / value.denominator
     except OverflowError:
         return np.inf if value > 0 else -np.inf
 

@@ -105,7 +105,7 @@ def plain(value: Any) -> Any:
     if value is None or isinstance(value, (str, int)):
         return value
     if isinstance(value, (list, tuple)):
-        return [plain(entry) for entry in value]
+        return list(value) if {*map(type, value)} <= {str, int} else [plain(entry) for entry in value]
     if isinstance(value, dict):
         return {key: plain(entry) for key, entry in value.items()}
     if hasattr(value, "tolist"):

@@ -17,7 +17,7 @@ from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.names import in_own_sense
 from lcpcli.model.program import Program
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import approximate, brief, rounded
+from lcpcli.rational.numbers import approximate, brief, rounded, text
 from lcpcli.report import json_lines, programs_and_games, result_csv, selection, solution_figure, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.tables import longest
@@ -182,7 +182,7 @@ def _equilibria(
 
 def _numbers(values: Values, exact: bool) -> list[Any]:
     """Return numbers for JSON and CSV: texts of fractions, or doubles, None for a number beyond double precision."""
-    own: list[Any] = json_lines.plain(list(values) if exact else rounded(values))
+    own: list[Any] = list(map(text, values)) if exact else json_lines.plain(rounded(values))
     return own
 
 

@@ -128,7 +128,7 @@ def test_a_start_that_violates_a_row_in_small_units_is_not_called_a_solution(com
 
 @pytest.mark.parametrize("n", [60, 400])
 def test_a_rounded_solution_of_a_program_is_repaired_by_a_few_systems(n: int) -> None:
-    """The given z is right to seven digits, and M has zeros on its diagonal: without it, `interior` takes many steps."""
+    """z is right to seven digits, and M has zeros on its diagonal: without it, `interior` takes many steps."""
     rng = np.random.default_rng(n)
     A = rng.standard_normal((n // 2, n)) * (rng.random((n // 2, n)) < 0.2)
     x = rng.random(n) * (rng.random(n) < 0.5)
