@@ -10,7 +10,7 @@ from click.shell_completion import CompletionItem, shell_complete
 
 from lcpcli.cli.command import VARIABLE, WIDEST_LINE, Candidates, Choice, argument, command, lcp, write_tables
 from lcpcli.cli.terminal import emit, terminal
-from lcpcli.errors import folded, likely, quoted
+from lcpcli.errors import OptionError, folded, likely, quoted
 from lcpcli.methods.registry import METHODS
 
 FOLDER = Path(__file__).parent.parent / "topics"  # one page per topic, in Markdown; its title is shown as its meaning
@@ -77,9 +77,8 @@ def help(context: click.Context, topic: str | None) -> None:
         write_tables(formatter, {f"Pages with {quoted(topic)}, and their sections": found})
         click.echo(formatter.getvalue().lstrip("\n"), nl=False)
     else:
-        raise click.UsageError(
-            f"no topic {quoted(topic)}; {likely(topic, [*TOPICS, *commands], 'lcp help lists the topics')}", context
-        )
+        hint = likely(topic, [*TOPICS, *commands], "lcp help lists the topics")
+        raise OptionError("TOPIC", f"{quoted(topic)} is unknown", hint)
 
 
 def _sections(page: str, word: str) -> str:

@@ -27,7 +27,7 @@ from lcpcli.report.wording import flag
 from lcpcli.version import VERSION
 
 from ..conftest import Outcome
-from .conftest import Lcp, assert_refused
+from .conftest import Lcp
 
 SHARED = {option.name: option for option in (*LIMITS, ACCEPT, BUDGET, EVERY)}
 COMMANDS: dict[str, Any] = {"": group.lcp, **group.lcp.commands}
@@ -203,12 +203,6 @@ def test_help_on_a_word_with_sections_of_its_own_is_these_sections(lcp: Lcp) -> 
         out = lcp("help", word).out
         assert out.startswith(heading)
         assert out.count("\n#") == 0
-
-
-def test_unknown_topic_suggests_the_likely_one(lcp: Lcp) -> None:
-    told = "lcp help: no topic 'metods'; did you mean methods? (see lcp help --help)\n"
-    assert_refused(lcp("help", "metods"), told)
-    assert "no topic 'zzz'; lcp help lists the topics" in lcp("help", "zzz").err
 
 
 def test_a_word_that_is_no_topic_is_looked_for_on_all_pages(lcp: Lcp) -> None:

@@ -124,8 +124,11 @@ def test_exit_code_tells_the_end(words: str, code: int, end: str, lcp: Lcp) -> N
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ("first.json", "lcp path: give two problems, or a file with M"),
-        ("first.json last.json back.json --direction 1,1 --to 1", "lcp path: with --direction, give one problem"),
+        ("first.json", "lcp: FROM TO: stands for 2 or 3 files, not 1; give two problems, or a file with M"),
+        (
+            "first.json last.json back.json --direction 1,1 --to 1",
+            "lcp: --direction: takes 1 or 2 files, not 3; give one",
+        ),
         ("first.json --direction 1,1", "lcp: --direction: has no end; add --to, the last t"),
         ("first.json --direction 1,1,1 --to 1", "lcp: --direction: has 3 entries for 2 unknowns"),
         ("first.json --direction 1,x --to 1", "lcp: 1,x: "),
