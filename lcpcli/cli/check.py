@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 from lcpcli import options
 from lcpcli.cli.command import argument, command, option
-from lcpcli.cli.declarations import FILES, format_option, numeric, output_file, problem_file, quiet_option, with_bounds
+from lcpcli.cli.declarations import (
+    FILES,
+    OTHERS,
+    format_option,
+    numeric,
+    output_file,
+    problem_file,
+    quiet_option,
+    with_bounds,
+)
 from lcpcli.cli.main import of_end
 from lcpcli.cli.output import Destination, refuse
 from lcpcli.cli.problems import InputModel, InputProblem, Inputs
@@ -44,7 +53,7 @@ TIME_LIMIT = options.TIME_LIMIT._replace(
     "Problem and solution",
     "paths",
     {
-        "FILE [Q_FILE]": "As for lcp solve.",
+        "FILE [Q_FILE]": f"As for lcp solve. {OTHERS}",
         "SOLUTION": "A result of lcp solve in JSON or CSV (of several results in JSON lines, the one with this file, "
         "digest or name, else the first), or z as a list in JSON, as a row, a column or a table of "
         "numbers, or typed here, such as 1,0,15/29; fractions too. If a result has fractions, these are "
