@@ -75,6 +75,8 @@ def test_ends_points_and_bounds_are_those_given(lcp: Lcp) -> None:
     assert (bounded["z"][-1], bounded["basis"][-1]) == (pytest.approx([1, 2.5]), ["upper", "basic"])
     at = found("last.json", "--at", "0.6,1/10")["at"]
     assert (at["t"], at["z"][0]) == ([0.6, 0.1], pytest.approx([2 / 3, 19 / 15]))
+    Path("0.6,1").mkdir()  # the folder of a file of this name
+    Path("0.6,1/10").write_text("not numbers")
     shown = lcp("path", "first.json", "last.json", "--at", "0.6,1/10").out
     assert shown.splitlines()[-3].split()[0] == "0.6"
 
