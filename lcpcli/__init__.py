@@ -12,7 +12,7 @@ M is a real matrix of shape (n, n), dense or sparse, and q is a vector of n numb
     Batch        the results of many problems of one size, with arrays of all solutions, and their derivatives
     Solver       prepares one M for a sequence of problems, each solved starting from the states of the previous one
     exact        the solution of a Problem in fractions, or a proof that there is none
-    solutions    all solutions of a Problem, in fractions: points and faces; for a game all equilibria
+    solutions    all solutions of a Problem, in fractions: isolated ones and faces; for a game all equilibria
     optimum      the best of all solutions of a Problem by a linear objective, in fractions, with a proof
     check        verifies a z for a Problem, whatever its source
     path         the Path of solutions from one Problem to another with the same M, piece by piece

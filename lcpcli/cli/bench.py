@@ -69,7 +69,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     "[SUITE|FILE [Q_FILE]|FOLDER]...",
     {
         "SUITE": f"One of the suites below.  [default: {DEFAULT_SUITE}]",
-        "FILE [Q_FILE]": "A problem, as for lcp compare, but not standard input.",
+        "FILE [Q_FILE]": f"As for lcp compare, but not standard input. {declarations.OTHERS}",
     },
     declarations.FILES._replace(words=MEANINGS),
 )

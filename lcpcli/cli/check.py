@@ -6,15 +6,22 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from lcpcli import options
 from lcpcli.cli.command import argument, command, option
-from lcpcli.cli.declarations import FILES, format_option, numeric, output_file, problem_file, quiet_option, with_bounds
+from lcpcli.cli.declarations import (
+    FILES,
+    OTHERS,
+    format_option,
+    numeric,
+    output_file,
+    problem_file,
+    quiet_option,
+    with_bounds,
+)
 from lcpcli.cli.main import of_end
 from lcpcli.cli.output import Destination, refuse
 from lcpcli.cli.problems import InputModel, InputProblem, Inputs
-from lcpcli.errors import ProblemError
+from lcpcli.errors import OptionError, ProblemError
 from lcpcli.options import TOL
 from lcpcli.report.formats import RECORD_MEANINGS
 
@@ -46,7 +53,7 @@ TIME_LIMIT = options.TIME_LIMIT._replace(
     "Problem and solution",
     "paths",
     {
-        "FILE [Q_FILE]": "As for lcp solve.",
+        "FILE [Q_FILE]": f"As for lcp solve. {OTHERS}",
         "SOLUTION": "A result of lcp solve in JSON or CSV (of several results in JSON lines, the one with this file, "
         "digest or name, else the first), or z as a list in JSON, as a row, a column or a table of "
         "numbers, or typed here, such as 1,0,15/29; fractions too. If a result has fractions, these are "
@@ -78,7 +85,8 @@ def check(
 ) -> int:
     """Verify the proposed SOLUTION of the problem in FILE, or in FILE and Q_FILE."""
     if not 2 <= len(paths) <= 3:
-        raise click.UsageError("give the file of the problem, the file of q if it is separate, and the solution")
+        hint = "give the file of the problem, the file of q if it is separate, and the solution"
+        raise OptionError("FILE [Q_FILE] SOLUTION", f"stands for 2 or 3 files, not {len(paths)}", hint)
     refuse(exact and tol is not None, "--tol", "has no effect with --exact")
     options.check((TOL,), {"tol": tol})
     inputs = Inputs(paths, quiet=quiet, **given)

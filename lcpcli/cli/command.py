@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import click
 
-from lcpcli.errors import likely, nearest, quoted
+from lcpcli.errors import OptionError, likely, nearest, quoted
 from lcpcli.version import VERSION
 
 if TYPE_CHECKING:
@@ -96,29 +96,28 @@ class Command(click.Command):
         self.examples, self.lists, self.exits = examples, lists or {}, exits or {}
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        given = list(args)
+        given, hint = list(args), f"see {ctx.command_path} --help"
         if ctx.allow_interspersed_args:  # otherwise the words belong to another command
             args = [" " * bool(NEGATIVE.match(word)) + word for word in args]  # with a blank, a number is no option
         try:
             for param, times in Counter(self.make_parser(ctx).parse_args(list(args))[2]).items():
                 is_yes = getattr(param, "is_flag", False) and not param.secondary_opts  # which may be repeated
                 if times > 1 and isinstance(param, click.Option) and not (param.multiple or is_yes):
-                    raise click.UsageError(f"{param.opts[-1]} is given {times} times; give it once", ctx)
+                    raise OptionError(param.opts[-1], f"is given {times} times", "give it once")
             return super().parse_args(ctx, args)
         except click.MissingParameter as error:
             if OPTIONAL in given[:-1]:  # it takes the next word as its file
-                taken = given[given.index(OPTIONAL) + 1]
-                raise click.UsageError(f"{error.format_message()} {OPTIONAL} has taken {quoted(taken)}", ctx) from None
-            raise
+                hint = f"{OPTIONAL} has taken {quoted(given[given.index(OPTIONAL) + 1])}"
+            name, _, _ = getattr(error.param, "human_readable_name", "").partition(" ")
+            raise OptionError(name, "is missing", hint) from None
         except click.BadOptionUsage as error:
-            error.ctx = error.ctx or ctx  # by which the message names the command
-            raise
+            fault = error.message.removeprefix(f"Option {error.option_name!r} ").rstrip(".")
+            raise OptionError(error.option_name, fault, hint) from None
         except click.NoSuchOption as error:
             # For -tol, click's parser reports only -t.
             name = next((word for word in given if word.startswith(error.option_name)), error.option_name)
             name = name.partition("=")[0]
-            hint = self._suggest(ctx, name)
-            raise click.UsageError(f"no option {quoted(name)}{f'; {hint}' * bool(hint)}", ctx) from None
+            raise OptionError(name, f"is no option of {ctx.command_path}", self._suggest(ctx, name) or hint) from None
 
     def _suggest(self, ctx: click.Context, given: str) -> str:
         """Return the hint for an unknown option, which may be a value of another option, or a misspelling."""
@@ -185,15 +184,16 @@ class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
     """One of several words. The error for an unknown word suggests the most likely one.
 
     meanings : the words with their meanings, which shells show beside them.
+    otherwise : the hint where no word is likely; by default it lists all.
     """
 
-    def __init__(self, meanings: Mapping[str, str]) -> None:
+    def __init__(self, meanings: Mapping[str, str], otherwise: str = "") -> None:
         super().__init__(list(meanings))
-        self.meanings = meanings
+        self.meanings, self.otherwise = meanings, otherwise
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if value not in self.meanings:
-            self.fail(f"{quoted(value)} is unknown; {likely(value, self.meanings)}", param, ctx)
+            self.fail(f"{quoted(value)} is unknown; {likely(value, self.meanings, self.otherwise)}", param, ctx)
         return value
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
@@ -230,7 +230,7 @@ class Group(Command, click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         if args[0] not in self.commands and not ctx.resilient_parsing:
-            ctx.fail(f"no command {quoted(args[0])}; {self._suggest_command(args[0])}")
+            raise OptionError("COMMAND", f"{quoted(args[0])} is unknown", self._suggest_command(args[0]))
         return super().resolve_command(ctx, args)
 
     def _suggest_command(self, given: str) -> str:

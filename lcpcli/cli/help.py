@@ -10,7 +10,7 @@ from click.shell_completion import CompletionItem, shell_complete
 
 from lcpcli.cli.command import VARIABLE, WIDEST_LINE, Candidates, Choice, argument, command, lcp, write_tables
 from lcpcli.cli.terminal import emit, terminal
-from lcpcli.errors import folded, likely, quoted
+from lcpcli.errors import OptionError, folded, likely, quoted
 from lcpcli.methods.registry import METHODS
 
 FOLDER = Path(__file__).parent.parent / "topics"  # one page per topic, in Markdown; its title is shown as its meaning
@@ -19,12 +19,12 @@ TOPICS = {name: page.partition("\n")[0].removeprefix("# ").strip() for name, pag
 OTHER_WORDS = {  # for topics
     **dict.fromkeys(METHODS, "methods"),
     **dict.fromkeys(("exit", "exit-code", "exit-codes", "ci", "scripts"), "statuses"),
-    **dict.fromkeys(("jobs", "logs", "resume"), "many"),
-    **dict.fromkeys(("csv", "files"), "formats"),
+    **dict.fromkeys(("jobs", "jsonl", "logs", "resume"), "many"),
+    **dict.fromkeys(("files", "csv", "mtx", "npz", "npy", "mat", "gz"), "formats"),
     **dict.fromkeys(("citing", "citation", "bibtex"), "cite"),
     **dict.fromkeys(("residual", "residuals"), "statuses"),
     **dict.fromkeys(("bounds", "equations"), "mixed"),
-    **dict.fromkeys(("qp", "lp", "mps", "game", "games"), "programs"),
+    **dict.fromkeys(("qp", "lp", "mps", "game", "games", "nfg", "efg"), "programs"),
     **dict.fromkeys(("figures", "plot"), "measuring"),
     **dict.fromkeys(("ncp", "mcp", "josephy-newton"), "nonlinear"),
     **dict.fromkeys(("nl", "sol", "ampl", "pyomo", "jump", "gams"), "models"),
@@ -77,9 +77,8 @@ def help(context: click.Context, topic: str | None) -> None:
         write_tables(formatter, {f"Pages with {quoted(topic)}, and their sections": found})
         click.echo(formatter.getvalue().lstrip("\n"), nl=False)
     else:
-        raise click.UsageError(
-            f"no topic {quoted(topic)}; {likely(topic, [*TOPICS, *commands], 'lcp help lists the topics')}", context
-        )
+        hint = likely(topic, [*TOPICS, *commands], "lcp help lists the topics")
+        raise OptionError("TOPIC", f"{quoted(topic)} is unknown", hint)
 
 
 def _sections(page: str, word: str) -> str:

@@ -178,11 +178,11 @@ def _run() -> int:
         return ending.exit_code
     except click.UsageError as error:
         param = getattr(error, "param", None)
-        if param is not None and not isinstance(error, click.MissingParameter):  # in the style of LCPError
-            name = param.opts[-1] if isinstance(param, click.Option) else param.human_readable_name
-            return _complain(f"lcp: {name}: {_one_line(error.message)}")
-        where = error.ctx.command_path if error.ctx else "lcp"
-        return _complain(f"{where}: {_one_line(error.format_message())} (see {where} --help)")
+        if param is None:
+            where = error.ctx.command_path if error.ctx else "lcp"
+            return _complain(f"lcp: {where.removeprefix('lcp ')}: {_one_line(error.message)}; see {where} --help")
+        name = param.opts[-1] if isinstance(param, click.Option) else param.human_readable_name
+        return _complain(f"lcp: {name}: {_one_line(error.message)}")
     except click.ClickException as error:
         return _complain(f"lcp: {_one_line(error.format_message())}")
     except LCPError as error:

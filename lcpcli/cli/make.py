@@ -7,7 +7,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.cli.command import Candidates, argument, command, option
+from lcpcli.cli.command import Choice, argument, command, option
 from lcpcli.cli.declarations import file_option, problem_file, problem_output
 from lcpcli.cli.output import Destination, refuse, refuse_given
 from lcpcli.cli.problems import Inputs, tell, without_wrong_solutions
@@ -48,7 +48,7 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
     "family",
     {"FAMILY": "A family; lcp make --list shows all families with their parameters and the class of M."},
     required=False,
-    shell_complete=Candidates(gallery.FAMILIES),
+    type=Choice(gallery.FAMILIES, "lcp make --list shows the families"),
 )
 @option("Family", "--list", "listed", is_flag=True, help="List the families instead of writing a problem.")
 @option("Problem", "-n", "n", type=int, help="Approximate number of unknowns.  [default: 10, or the family's own]")

@@ -9,8 +9,6 @@ from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-import click
-
 from lcpcli import options
 from lcpcli.cli.command import EXITS, argument, command, option
 from lcpcli.cli.declarations import (
@@ -140,10 +138,12 @@ def _inputs(files: Sequence[str], direction: str | None, how: dict[str, Any]) ->
     """Return the files of the first problem and, without a direction, of the last one."""
     if direction is not None:
         if not 1 <= len(files) <= 2:
-            raise click.UsageError("with --direction, give one problem: a file, or a file with M and one with q")
+            hint = "give one problem: a file, or a file with M and one with q"
+            raise OptionError("--direction", f"takes 1 or 2 files, not {len(files)}", hint)
         return [Inputs(files, **how)]
     if not 2 <= len(files) <= 3:
-        raise click.UsageError("give two problems, or a file with M and two with q, or a problem and --direction")
+        hint = "give two problems, or a file with M and two with q, or a problem and --direction"
+        raise OptionError("FROM TO", f"stands for 2 or 3 files, not {len(files)}", hint)
     return [Inputs([*files[:-2], each], **how) for each in files[-2:]]
 
 

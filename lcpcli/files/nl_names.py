@@ -35,7 +35,7 @@ def in_names(path: str, text: str) -> str:
 
 
 def _beside(path: str, suffix: str) -> str:
-    return f"{os.path.splitext(path)[0]}{suffix}"
+    return f"{os.path.splitext(path.removesuffix('.gz'))[0]}{suffix}"
 
 
 def _names(path: str, suffix: str) -> list[str]:

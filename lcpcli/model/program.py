@@ -16,6 +16,7 @@ from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count, kind, quoted, refuse_unknown
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import are_equal, is_sparse
+from lcpcli.model.arrays import FROM_0
 from lcpcli.model.bounds import as_intervals
 from lcpcli.typing import Mask, Matrix, Vector
 
@@ -198,7 +199,7 @@ def names_of(field: str, given: Any, size: int | None = None, of: str = "") -> t
         raise ProblemError(field, f"is {kind(given)}", "give a list of names")
     for i, name in enumerate(given):
         if not isinstance(name, str):
-            raise ProblemError(f"{field}[{i}]", f"is {kind(name)}", "give a text")
+            raise ProblemError(f"{field}[{i}]", f"is {kind(name)}", f"give a text {FROM_0}")
     if given and size is not None and len(given) != size:
         raise ProblemError(field, f"has {count(len(given), 'name')} for {count(size, of)}", "make them agree")
     return tuple(given)

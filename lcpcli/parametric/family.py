@@ -11,6 +11,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.arrays import FROM_0
 from lcpcli.model.problem import M_FIELDS, Problem, conditions_of
 from lcpcli.typing import Mask, Matrix, Vector
 
@@ -95,7 +96,7 @@ def _refuse_different(problem: Problem, to: Problem) -> None:
         differs = np.isfinite(getattr(first, field)) != np.isfinite(getattr(last, field))
         for i in np.flatnonzero(differs)[:1].tolist():
             fault = "is finite in one problem and infinite in the other"
-            raise ProblemError(f"{field}[{i}]", fault, "give bounds that are finite in both or in neither")
+            raise ProblemError(f"{field}[{i}]", fault, f"give bounds that are finite in both or in neither {FROM_0}")
 
 
 def _equal(A: Matrix, B: Matrix) -> bool:

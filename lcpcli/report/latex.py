@@ -22,7 +22,7 @@ SPECIAL: dict[str, str | int | None] = {
 VARIABLES = ("z", "w", "x", "y")
 NEEDED = r"% needs \usepackage{booktabs} and \usepackage{graphicx}, and \usepackage{longtable} for a table over pages"
 PAGE_ROWS = 45  # of a table at most, so that it fits on a page with its caption
-EXPONENT = re.compile(r"(?<![\w.])(\d(?:\.\d+)?)e([+-]?\d+)(?![\w.])")  # a number that has one
+EXPONENT = re.compile(r"(?<![\w.])(\d(?:\.\d+)?)e([+-]?\d+)(?![\w.]| -?\d)")  # of a number, before another one a name
 FITTED = r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{"  # shrinks a wide table, enlarges none
 
 
@@ -86,7 +86,10 @@ def _tabular(table: Table) -> list[str]:
     lines += [_row([_heading(name) for name in table.header])] * any(table.header)
     for group in table.groups:
         marked = table.best if group is table.groups[-1] else ()
-        rows = [[_cell(text, (i, j) in marked) for j, text in enumerate(cells)] for i, cells in enumerate(group)]
+        rows = [
+            [_cell(text, (i, j) in marked, j in table.words) for j, text in enumerate(cells)]
+            for i, cells in enumerate(group)
+        ]
         lines += [*[r"\midrule"] * (len(lines) > 2), *map(_row, rows)]
     return [*lines, r"\bottomrule", r"\end{tabular}"]
 
@@ -108,8 +111,10 @@ def _heading(name: str) -> str:
     return _cell(name) if name.startswith(("time/", "to ")) or name == ELLIPSIS else escape_latex(name)
 
 
-def _cell(text: str, is_bold: bool = False) -> str:
-    cell = r"\dots" if text == ELLIPSIS else _text(text)
+def _cell(text: str, is_bold: bool = False, is_word: bool = False) -> str:
+    """Return a cell; a number among words is a name."""
+    own = escape_latex if is_word and EXPONENT.fullmatch(text) else _text
+    cell = r"\dots" if text == ELLIPSIS else own(text)
     return rf"\textbf{{{cell}}}" if is_bold else cell
 
 

@@ -38,7 +38,7 @@ def build(found: Optimum, exact: bool, form: str, names: Sequence[str] = ()) -> 
     tree = programs_and_games.behavior_of(problem.origin, found.z) if found.z else None
     facts += [programs_and_games.payoffs_of(tree)] if tree else []
     own = wording.headings(problem, longest(form))
-    chosen = selection.places(problem.names, names)
+    chosen = selection.places(selection.labels_of(problem)[: problem.n], names)
     kept = chosen[:MOST_LINES]
     if len(kept) < len(chosen):
         facts.append(
@@ -85,7 +85,7 @@ def in_csv(found: Optimum, exact: bool, names: Sequence[str] = ()) -> str:
         own = [*solutions.of_program(origin, z, exact)] if z else []
     columns = _plain(z, exact), _plain(found.w or [], exact), own, problem.names
     lines = [(i, a, b, *cells, name) for i, (a, b, cells, name) in enumerate(zip(*columns, strict=False), 1)]
-    kept = selection.places(problem.names, names)[: len(lines)]
+    kept = selection.places(selection.labels_of(problem)[: problem.n], names)[: len(lines)]
     comment = ": ".join(filter(None, [problem.name, found.message(brief)]))
     return result_csv.written([(*header, "name"), *(lines[i] for i in kept)], [comment])
 

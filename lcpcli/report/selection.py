@@ -36,8 +36,9 @@ def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
 
 
 def _has_name(name: str, pattern: str) -> bool:
-    """Return whether a pattern fits a name; a column strategy is also called as in the heading of a narrow table."""
-    short = name.replace("column ", "col ", 1)
+    """Return whether a pattern fits a name; a column strategy is also called as in the heading of a narrow table, and a
+    multiplier as its row."""
+    short = name.replace("column ", "col ", 1).removeprefix("y ")
     return pattern == name or _fits(name, pattern) or _fits(short, pattern)
 
 
@@ -53,8 +54,12 @@ def require(problem: Problem | NonlinearProblem, patterns: Sequence[str]) -> Non
 
 def labels_of(problem: Problem | NonlinearProblem) -> Sequence[str]:
     """Return the names by which the unknowns of a problem are chosen: of a game, those of the strategies, which differ,
-    and the headings of the payoffs."""
+    and the headings of the payoffs; the names of a program's multipliers begin with y."""
     from lcpcli.model.origins import Game
+    from lcpcli.model.program import Program
     from lcpcli.report import programs_and_games
 
-    return programs_and_games.headings(problem.origin) if isinstance(problem.origin, Game) else problem.names
+    if isinstance(origin := problem.origin, Game):
+        return programs_and_games.headings(origin)
+    k = origin.variables if isinstance(origin, Program) else problem.n
+    return [*problem.names[:k], *(f"y {name}" if name else "" for name in problem.names[k:])]

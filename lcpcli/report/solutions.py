@@ -93,12 +93,11 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float, sh
         rows: list[list[str]] = []
         for kind, z, w in islice(_parts(data, piece), most_lines - shown):
             own = [cell(objective(data, program, z)) if kind == "vertex" else ""] if program else []
-            word = "point" if piece.is_point else kind
             if tree is not None:
                 numbers = _of_tree(tree, kind, z, kept, cell)
             else:
                 numbers = [cell(vector[i]) for vector in (in_own_sense(data.problem, z), w) for i in kept]
-            rows.append([str(number) if not rows else "", word, *numbers, *own])
+            rows.append([str(number) if not rows else "", kind, *numbers, *own])
         shown += len(rows)
         if piece.is_point:
             points += rows

@@ -50,7 +50,8 @@ def kept_components(problem: Problem | NonlinearProblem, width: int | None, name
     game, whose probabilities depend on all."""
     if _game(problem) is not None:
         return None
-    return np.array(selection.places(problem.names, names), int) if names else shown_components(problem.n, width)
+    labels = selection.labels_of(problem) if names else ()
+    return np.array(selection.places(labels, names), int) if names else shown_components(problem.n, width)
 
 
 def _game(problem: Problem | NonlinearProblem) -> Game | None:

@@ -227,6 +227,6 @@ def test_a_solution_given_here_may_begin_with_a_minus_sign(lcp: Lcp, tmp_path: P
     for arguments in ((str(path), numbers), (str(path), "--tol", "1e-9", numbers), (str(path), numbers, "--exact")):
         outcome = lcp("check", *arguments)
         assert (outcome.code, outcome.err) == (code, "")
-    assert "no option '-x1'" in lcp("check", str(path), "-x1").err
-    assert "no option '-x'" in lcp("check", str(path), numbers, "-x").err
+    assert "lcp: -x1: is no option of lcp check" in lcp("check", str(path), "-x1").err
+    assert "lcp: -x: is no option of lcp check" in lcp("check", str(path), numbers, "-x").err
     assert "given 2 times" in lcp("check", str(path), numbers, "--tol", "-1", "--tol", "-1").err

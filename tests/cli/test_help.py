@@ -27,7 +27,7 @@ from lcpcli.report.wording import flag
 from lcpcli.version import VERSION
 
 from ..conftest import Outcome
-from .conftest import Lcp, assert_refused
+from .conftest import Lcp
 
 SHARED = {option.name: option for option in (*LIMITS, ACCEPT, BUDGET, EVERY)}
 COMMANDS: dict[str, Any] = {"": group.lcp, **group.lcp.commands}
@@ -199,16 +199,19 @@ def test_help_on_a_command_is_its_own_help_and_on_a_topic_in_a_pipe_its_markdown
 
 
 def test_help_on_a_word_with_sections_of_its_own_is_these_sections(lcp: Lcp) -> None:
-    for word, heading in {"mps": "### Files: MPS, LP and arrays", "shi": "## shi", "games": "## Games"}.items():
+    problems = "## Problems: .json, .jsonl, .mtx, .npz, .npy, .mat, .gz\n"
+    headings = {"mps": "### Files: MPS, LP and arrays", "shi": "## shi", "games": "## Games", "nfg": "## Games"}
+    headings |= {"efg": "## Game trees", "nl": "## What is read of .nl files", "jsonl": "## JSON in and out"}
+    for word, heading in (headings | dict.fromkeys(("mtx", "npz", "npy", "mat", "gz"), problems)).items():
         out = lcp("help", word).out
         assert out.startswith(heading)
         assert out.count("\n#") == 0
+    assert re.findall("^#.*", lcp("help", "csv").out, re.MULTILINE) == ["### Problems in CSV", "### Results in CSV"]
 
 
-def test_unknown_topic_suggests_the_likely_one(lcp: Lcp) -> None:
-    told = "lcp help: no topic 'metods'; did you mean methods? (see lcp help --help)\n"
-    assert_refused(lcp("help", "metods"), told)
-    assert "no topic 'zzz'; lcp help lists the topics" in lcp("help", "zzz").err
+@pytest.mark.parametrize("name", ["solve", "compare", "bench", "check", "inspect", "convert"])
+def test_help_of_a_command_that_reads_problems_names_all_kinds_of_files(name: str, lcp: Lcp) -> None:
+    assert set(words(help_of(lcp, name))) >= {"mps", "qps", "lp", "nl", "nfg", "efg"}
 
 
 def test_a_word_that_is_no_topic_is_looked_for_on_all_pages(lcp: Lcp) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import subprocess
 import sys
 from pathlib import Path
@@ -39,6 +40,11 @@ CHOICE = model(
 )
 UNBOUNDED = model(2, [((5, 1, 1), {1: 1}, 0), ((5, 1, 2), {1: 1}, 0)], [(2, 0), (2, 0)], objective=("neg", "v0"))
 HOPELESS = model(1, [((4, 0), {0: 0}, ("+", 1, ("square", "v0")))], [(3,)], start={0: 0.5})
+
+
+def test_compressed_models_have_their_names(models: Path, lcp: Lcp) -> None:
+    (models / "plant.nl.gz").write_bytes(gzip.compress(PLANT))
+    assert record(lcp("solve", "plant.nl.gz", "--format", "json"))["names"] == ["plant"]
 
 
 @pytest.fixture

@@ -75,6 +75,8 @@ def test_ends_points_and_bounds_are_those_given(lcp: Lcp) -> None:
     assert (bounded["z"][-1], bounded["basis"][-1]) == (pytest.approx([1, 2.5]), ["upper", "basic"])
     at = found("last.json", "--at", "0.6,1/10")["at"]
     assert (at["t"], at["z"][0]) == ([0.6, 0.1], pytest.approx([2 / 3, 19 / 15]))
+    Path("0.6,1").mkdir()  # the folder of a file of this name
+    Path("0.6,1/10").write_text("not numbers")
     shown = lcp("path", "first.json", "last.json", "--at", "0.6,1/10").out
     assert shown.splitlines()[-3].split()[0] == "0.6"
 
@@ -124,8 +126,11 @@ def test_exit_code_tells_the_end(words: str, code: int, end: str, lcp: Lcp) -> N
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ("first.json", "lcp path: give two problems, or a file with M"),
-        ("first.json last.json back.json --direction 1,1 --to 1", "lcp path: with --direction, give one problem"),
+        ("first.json", "lcp: FROM TO: stands for 2 or 3 files, not 1; give two problems, or a file with M"),
+        (
+            "first.json last.json back.json --direction 1,1 --to 1",
+            "lcp: --direction: takes 1 or 2 files, not 3; give one",
+        ),
         ("first.json --direction 1,1", "lcp: --direction: has no end; add --to, the last t"),
         ("first.json --direction 1,1,1 --to 1", "lcp: --direction: has 3 entries for 2 unknowns"),
         ("first.json --direction 1,x --to 1", "lcp: 1,x: "),

@@ -210,3 +210,12 @@ def test_what_does_not_go_together_is_refused_in_a_line(
     (tmp_path / "murty.json").write_text(MURTY)
     done = lcp("solve", str(tmp_path / "murty.json"), *options)
     assert (done.code, done.err.count("\n"), words in done.err) == (2, 1, True), done.err
+
+
+def test_a_table_of_an_optimum_says_where_it_is_cut(lcp: Lcp, tmp_path: Path) -> None:
+    n, file = optimum_text.MOST_LINES + 1, tmp_path / "p.json"
+    diagonal = {"format": "coo", "shape": [n, n], "rows": [*range(n)], "cols": [*range(n)], "values": [1] * n}
+    file.write_text(json.dumps({"M": diagonal, "q": [-1] * n}))
+    shown = lcp("solve", str(file), "--minimize", "z1").out
+    assert f"the first {n - 1} of {n} unknowns; --format json and csv have all of them" in shown
+    assert (f"z{n - 1} " in shown, f"z{n} " in shown) == (True, False)

@@ -75,7 +75,7 @@ def test_what_drops_names_says_so(lcp: Lcp) -> None:
 def test_wrong_names_are_reported_in_one_line(lcp: Lcp) -> None:
     for names, words in (
         (["a"], "names: has 1 name for 2 unknowns; make them agree"),
-        (["a", 2], "names[1]: is a number; give a text"),
+        (["a", 2], "names[1]: is a number; give a text (indices count from 0)"),
         ("ab", "names: is the text 'ab'; give a list of names"),
     ):
         Path(FILE).write_text(json.dumps(NAMED | {"names": names}))

@@ -90,7 +90,7 @@ def test_a_fault_of_a_method_of_another_package_is_the_status_of_its_run_or_one_
     """The record names the package and its version."""
     own = "broke down: the package faulty "
     told = {
-        "raises": own + "raises KeyError: 'no such key'",
+        "raises": own + f"raises KeyError: 'no such key' ({faulty / 'faulty' / 'methods.py'}, line 10)",
         "short": own + "yields an x of shape (1,) for 2 unknowns",
         "nothing": own + "yields or returns None",
         "done": "a sweep moved less than 1e-9, but z does not solve the problem",
@@ -113,7 +113,8 @@ def test_a_fault_of_a_format_of_another_package_is_the_line_of_its_file(faulty: 
     done = python(faulty, "-m", "lcpcli", "solve", "p.raises", "p.nothing", "good.json")
     assert done.returncode == 2
     assert re.search(
-        r"lcp: p.raises: cannot be read by the package faulty: RuntimeError: line 3 \(.*\); correct", done.stderr
+        r"lcp: p.raises: cannot be read by the package faulty: RuntimeError: line 3 \(.*raising.py, line 2\); correct",
+        done.stderr,
     )
     assert "lcp: p.nothing: has no M by the package of its format" in done.stderr
     assert "3 problems: 2 bad input, 1 solved" in done.stderr

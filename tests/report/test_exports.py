@@ -108,6 +108,16 @@ def text_of(form: str, *tables: Table, verdict: str = "") -> str:
     return typeset(Document("t", [Section("t", verdict, True, tables=tables)]), form)
 
 
+def test_names_are_no_numbers_and_no_units_in_LaTeX(lcp: Lcp, tmp_path: Path) -> None:
+    file = tmp_path / "p.json"
+    file.write_text('{"M": [[2, 1], [1, 2]], "q": [-5, -6], "names": ["us", "1e5"]}')
+    for options in ((), ("--all",), ("--minimize", "us")):
+        text = lcp("solve", str(file), *options, "--format", "latex").out
+        assert re.search(r"\bus (&|\d)", text)
+        assert re.search(r"\b1e5 (&|\d)", text)
+        assert "10^{5}" not in text
+
+
 def test_no_control_character_of_any_part_comes_through() -> None:
     section = Section("t", "solved", True, provenance="lcp solve \x1b[2J\u202e.json")
     assert not {"\x1b", "\u202e"} & set("".join(typeset(Document("t", [section]), form) for form in TABLES))

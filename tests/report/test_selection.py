@@ -31,6 +31,7 @@ def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_patterns_choose_unknowns_in_their_order_and_each_once() -> None:
+    assert places(["x[1]", "x[2]"], ["x[*]"]) == places(["", ""], ["z*"]) == [0, 1]
     one = {"flow": [2], "price n*": [0, 1], "price *": [0, 1, 4], "*": [0, 1, 2, 4], "": [0, 1, 2, 3, 4]}
     several = {"price n1, price n0": [1, 0], "price n?, price n1": [0, 1], "z4, z1": [3, 0]}
     for patterns, expected in (one | several).items():
@@ -56,6 +57,20 @@ def test_tables_have_the_chosen_unknowns_alone(lcp: Lcp) -> None:
     assert "z = (flow 1)" in result
     path = lcp("path", "market.json", "--direction", "1,1,1", "--to", "9", "--show", "flow").out
     assert headings(path, "t") == ["t", "change", "flow"]
+
+
+def test_a_multiplier_is_called_as_its_row_or_with_y_by_every_command(lcp: Lcp) -> None:
+    for file, c in (("p.json", [-2, -5]), ("to.json", [-2, -6])):
+        own = {"Q": [[2, 0], [0, 2]], "c": c, "A": [[1, 2]], "row_upper": [1], "rows": ["wood"], "columns": ["a", "b"]}
+        Path(file).write_text(json.dumps(own))
+    for words in ("path p.json to.json", "solve p.json", "solve p.json --all", "solve p.json --minimize a"):
+        for name, code in (("y wood", 0), ("wood", 0), ("y steel", 2)):
+            outcome = lcp(*words.split(), "--show", name)
+            assert (outcome.code, "wood" in outcome.out, " a " in outcome.out.replace("(a ", "")) == (
+                code,
+                code == 0,
+                False,
+            ), (words, name)
 
 
 def test_CSV_has_the_chosen_unknowns_alone(lcp: Lcp) -> None:
