@@ -243,9 +243,9 @@ def _remark_on_table(work: Input, problem: Problem) -> str:
 
     if len(work.contents) != 1 or work.line is not None or form_of(work.paths[0], work.contents[0]) != "csv_format":
         return ""
-    from lcpcli.files import csv_labels
+    from lcpcli.files import csv_format
 
-    return csv_labels.remark(problem)
+    return csv_format.remark(problem)
 
 
 def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:

@@ -10,6 +10,8 @@ column as an index, which is skipped too; so does one whose first name has only
 names below it or, in a problem with one column too many, 0, 1, 2, ... or 1, 2, 3, ... If the index has the names of the
 header in another order, the rows are put in the order of the header. The decimal mark is a point or, if commas do not
 separate the columns, a comma.
+
+Numbers in CSV, put in the order of the unknowns if their labels are the names of these.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -26,10 +28,13 @@ from lcpcli.errors import ProblemError, count, quoted
 from lcpcli.files.contents import decode
 from lcpcli.files.csv_cells import NAME, cells_of, is_absent, is_name, is_number, places_of, value_of
 from lcpcli.files.fields import BOUNDS, OTHER_NAMES, of_table
-from lcpcli.files.formats import Exact, Number
+from lcpcli.files.formats import HEAD, Exact, Number
 from lcpcli.interrupts import in_time
 from lcpcli.linalg import matrices
 from lcpcli.rational.numbers import decimal
+
+if TYPE_CHECKING:
+    from lcpcli.model.problem import Problem
 
 DELIMITERS = (";", "\t", ",")
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, so it is not a name in a header
@@ -276,3 +281,35 @@ def _finite_floats(cells: list[str]) -> list[float] | None:
         row = list(map(float, cells))
         return row if math.isfinite(sum(map(abs, row))) else None
     return None
+
+
+FEWEST_NUMBERED = 3  # rows of M whose first entries are hardly 1, 2, 3, ... by chance
+
+
+def remark(problem: Problem) -> str:
+    """Return the line on a problem in one table that may begin with an index; "" for any other."""
+    n, is_named = problem.n, any(problem.names)
+    first = [] if is_named or n < FEWEST_NUMBERED else problem.M[:, 0].tolist()
+    if not first or first not in (list(range(n)), list(range(1, n + 1))):
+        return ""
+    numbers = ", ".join(f"{x:g}" for x in first[:FEWEST_NUMBERED])
+    return f"the first column of M is {numbers}, ...; if it numbers the rows, add a header with an empty first cell"
+
+
+def in_order(content: bytes, names: Callable[[], Sequence[str]]) -> bytes:
+    """Return a table below a header with its rows, if these are labelled, or the columns of its only row in the order
+    of these names; any other text, such as a result, as it is. names : returns the names, if there are labels."""
+    first = lines_of(content[:HEAD])[:1]
+    mark = delimiter_of(first[0][1]) if first else ""
+    header = cells_of(*first[0], mark) if first else []
+    if len(header) < 2 or not is_header(header) or "component" in header or not (own := names()) or not all(own):
+        return content
+    (_, heading), *lines = lines_of(content)
+    rows = [cells_of(number, line, mark) for number, line in lines]
+    if {len(row) for row in rows} != {len(header)}:
+        return content
+    if (found := places_of([row[0] for row in rows], own)) is not None:
+        return "\n".join([heading, *(lines[i][1] for i in found)]).encode()
+    if len(rows) == 1 and (found := places_of(header, own)) is not None:
+        return (mark or " ").join(rows[0][i] for i in found).encode()
+    return content

@@ -137,9 +137,9 @@ def in_order(path: str, content: bytes, names: Names) -> bytes:
     """Return a file of numbers in the order of these names, by which it may be labelled; see `csv_labels`."""
     if form_of(path, content) != "csv_format":
         return content
-    from lcpcli.files import csv_labels
+    from lcpcli.files import csv_format
 
-    return csv_labels.in_order(content, names)
+    return csv_format.in_order(content, names)
 
 
 def vector_in(
