@@ -163,8 +163,7 @@ def _row(values: Sequence[str]) -> str:
 
 
 def _table(path: str) -> tuple[list[list[str]], list[str], list[str]]:
-    from lcpcli.files.csv_cells import is_number
-    from lcpcli.files.csv_format import table_of
+    from lcpcli.files.csv_format import is_number, table_of
 
     def parse(content: bytes) -> tuple[list[list[str]], list[str], list[str]]:
         if form_of(path, content) != "csv_format":

@@ -19,8 +19,7 @@ from typing import Any, Literal, NamedTuple
 
 from lcpcli.errors import ProblemError, count, kind
 from lcpcli.files.contents import decode, within
-from lcpcli.files.csv_cells import cells_of, is_number
-from lcpcli.files.csv_format import delimiter_of, is_header, lines_of
+from lcpcli.files.csv_format import cells_of, delimiter_of, is_header, is_number, lines_of
 from lcpcli.files.json_format import load
 from lcpcli.files.log import Sought, record_of
 from lcpcli.model.arrays import FROM_0
