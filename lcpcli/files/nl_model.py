@@ -10,8 +10,8 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, count
 from lcpcli.files.nl_bounds import BOTH, Conditions, kinds_of
-from lcpcli.files.nl_operators import MEANINGS
 from lcpcli.files.nl_segments import Header, Linear, Segments, Side, Term
+from lcpcli.files.nl_tokens import MEANINGS
 from lcpcli.model.expressions import Graph
 from lcpcli.model.tape import SUM, DoublePrecision, Tape
 from lcpcli.typing import Vector

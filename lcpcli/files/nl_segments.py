@@ -9,11 +9,13 @@ from math import inf
 from typing import Any
 
 from lcpcli.errors import ProblemError, count, quoted
-from lcpcli.files.nl_operators import MEANINGS, PIECEWISE_LINEAR, REFUSED
 from lcpcli.files.nl_tokens import (
     COUNTS,
     CUT_OFF,
     HEADER_LINES,
+    MEANINGS,
+    PIECEWISE_LINEAR,
+    REFUSED,
     STORED,
     BinaryTokens,
     Constant,
