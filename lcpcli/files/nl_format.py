@@ -20,8 +20,8 @@ from lcpcli.files.fields import LARGEST_DENSE, made
 from lcpcli.files.formats import Exact, Number
 from lcpcli.files.nl_functions import Functions
 from lcpcli.files.nl_model import NlModel, model_of
-from lcpcli.files.nl_names import in_names, named, names_beside
 from lcpcli.files.nl_segments import segments_in
+from lcpcli.files.nl_tokens import in_names, named, names_beside
 from lcpcli.files.reading import WHOLE, name_of
 from lcpcli.files.sol_format import values_in
 from lcpcli.model.intervals import Intervals
