@@ -165,7 +165,7 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
         form = CONDITIONS.get(kind_of(written.rounded), "the format keeps only")
         tell(f"{output}: {form} {kept}; left out: {', '.join(left_out)}")
     if output.casefold().endswith(PROGRAM_SUFFIXES):
-        from lcpcli.files.mps_writing import new_names
+        from lcpcli.files.mps_format import new_names
 
         if names := new_names(written.rounded):
             old, new = next(iter(names.items()))
