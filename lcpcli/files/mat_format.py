@@ -3,23 +3,30 @@ solution and the text fields.
 
 Vectors may be rows or columns. solution is one z or has one z per column. Other variables are ignored, as `save` in
 MATLAB writes the whole workspace, but bounds under other names are refused. origin is a JSON string.
+
+The elements of a MAT file, checked before scipy reads them: its readers are compiled, and wrong sizes in a file make
+them run beyond their memory.
+
+Version 5 (also 6 and 7): elements with a type and a size; an array consists in turn of elements, with its flags,
+dimensions, name and values. Version 4: arrays with five numbers each. (The MathWorks, MAT-File Format.)
 """
 
 from __future__ import annotations
 
 import io
 import math
+import struct
 import warnings
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent
+from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent, uncompressed
 from lcpcli.files.fields import KEYS, KNOWN, MATRICES, is_for_bounds, kind_of
 from lcpcli.files.formats import Exact, Number
-from lcpcli.files.mat_elements import checked, damaged
+from lcpcli.files.index_arrays import are_compressed
 from lcpcli.files.npy_format import NAME_FIELDS, flat, named, of_arrays, texts, written
 from lcpcli.linalg.matrices import is_sparse
 
@@ -88,3 +95,138 @@ def _array(name: str, value: Any) -> Any:
         refuse_beyond_memory(name, value.shape)
         value = value.toarray()
     return value if is_sparse(value) or is_matrix else flat(np.asarray(value))
+
+
+MARKS = {b"IM": "<", b"MI": ">"}  # the byte order of version 5 and later, at its offset
+HEADER = 128  # bytes
+SIZES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}  # of the types of numbers, in bytes
+ENCODINGS = {16: "utf-8", 17: "utf-16", 18: "utf-32"}  # the types of texts but for those in one or two bytes
+INT32, UINT32, MATRIX, COMPRESSED = 5, 6, 14, 15  # types
+CELL, CHAR, SPARSE, NUMBERS = 1, 4, 5, range(6, 16)  # classes of arrays
+KNOWN_CLASSES = {*range(1, 19)}  # those that are not named here are left out, as are objects and functions
+MOST_DIMENSIONS = 32
+ZLIB = 15  # the form of compressed elements
+SIZES_OF_4 = (8, 4, 4, 2, 2, 1)  # of the numbers in version 4, in bytes, by their digit
+
+
+class Element(NamedTuple):
+    """An element: its type, its data, and all of its bytes."""
+
+    kind: int
+    data: bytes
+    whole: bytes
+
+
+def checked(content: bytes) -> bytes:
+    """Return a MAT file with those arrays that can be read, uncompressed; raise ProblemError if it is damaged."""
+    if 0 in content[:4]:  # as scipy tells the versions apart
+        _check_version_4(content)
+        return content
+    order = MARKS.get(content[126:128])
+    if order is None or content[124:126] not in (b"\0\1", b"\1\0"):
+        damaged("its header is not that of a version up to 7")
+    arrays = (element for element in _arrays(content[HEADER:], order) if _is_readable(element.data, order))
+    return content[:HEADER] + b"".join(element.whole for element in arrays)
+
+
+def damaged(fault: str) -> NoReturn:
+    """Raise the ProblemError for a damaged file."""
+    raise ProblemError("", f"is not a MAT file ({fault})", "is it cut off? save it again, in MATLAB with -v7")
+
+
+def _elements(content: bytes, order: str) -> Iterator[Element]:
+    """Yield the elements in a part of a file."""
+    at = 0
+    while at + 8 <= len(content):
+        kind, size = struct.unpack_from(f"{order}II", content, at)
+        small, kind = kind >> 16, kind & 0xFFFF
+        begin, size = (at + 4, small) if small else (at + 8, size)
+        if begin + size > len(content) or small > 4 or kind not in KNOWN_CLASSES:
+            damaged(f"it has an element of type {kind} and {size} bytes")
+        end = at + 8 if small else begin + size + (0 if kind == COMPRESSED else -size % 8)
+        yield Element(kind, content[begin : begin + size], content[at:end])
+        at = end
+    if content[at:].strip(b"\0"):
+        damaged("it ends within an element")
+
+
+def _arrays(content: bytes, order: str) -> Iterator[Element]:
+    """Yield the elements that are arrays, also from compressed elements."""
+    for element in _elements(content, order):
+        if element.kind == COMPRESSED:
+            yield from _arrays(uncompressed(element.data, ZLIB)[0], order)
+        elif element.kind == MATRIX:
+            yield element
+
+
+def _is_readable(data: bytes, order: str) -> bool:
+    """Return whether an array is one of numbers, texts, or a cell of such arrays; raise ProblemError if its parts are
+    not those that it declares."""
+    if not data:
+        return False
+    parts = list(_elements(data, order))
+    if len(parts) < 3 or parts[0].kind != UINT32 or len(parts[0].data) != 8 or parts[1].kind != INT32:
+        damaged("it has an array without flags or dimensions")
+    flags = struct.unpack(f"{order}I", parts[0].data[:4])[0]
+    kind, is_complex = flags & 0xFF, bool(flags >> 11 & 1)
+    if kind != CELL and kind != CHAR and kind != SPARSE and kind not in NUMBERS:
+        return False
+    shape, name, values = _integers(parts[1], order), parts[2], parts[3:]
+    if not 2 <= shape.size <= MOST_DIMENSIONS or shape.min() < 0 or name.kind != 1:
+        damaged("it has an array without dimensions or a name")
+    size = math.prod(shape.tolist())
+    if kind == CELL:
+        if len(values) != size or any(value.kind != MATRIX for value in values):
+            damaged("it has a cell of other arrays than it declares")
+        return {_is_readable(value.data, order) for value in values} <= {True}  # each is checked
+    if kind == SPARSE:
+        _check_sparse(shape.tolist(), values, is_complex, order)
+    elif len(values) != 1 + is_complex or any(_count(value, order) != size for value in values):
+        damaged("it has an array with other values than it declares")
+    return True
+
+
+def _check_sparse(shape: list[int], parts: list[Element], is_complex: bool, order: str) -> None:
+    """Raise ProblemError unless a sparse array has its rows and columns, and numbers for them."""
+    if len(parts) != 3 + is_complex or parts[0].kind != INT32 or parts[1].kind != INT32 or len(shape) != 2:
+        damaged("it has a sparse array with other parts than it declares")
+    rows, ends = (_integers(part, order) for part in parts[:2])
+    given = min(rows.size, *(_count(part, order) for part in parts[2:]))
+    if not are_compressed(ends, rows[:given], shape[1], shape[0]):
+        damaged("it has a sparse array with other places than it declares")
+
+
+def _count(element: Element, order: str) -> int:
+    """Return how many numbers or characters an element holds; -1 if it is neither."""
+    if element.kind in SIZES:
+        number, rest = divmod(len(element.data), SIZES[element.kind])
+        return -1 if rest else number
+    if element.kind not in ENCODINGS:
+        return -1
+    ending = "" if element.kind == 16 else {"<": "-le", ">": "-be"}[order]
+    try:
+        return len(element.data.decode(f"{ENCODINGS[element.kind]}{ending}"))
+    except UnicodeDecodeError:
+        return -1
+
+
+def _integers(element: Element, order: str) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    if len(element.data) % 4:
+        damaged("it has integers of less than 4 bytes")
+    return np.frombuffer(element.data, f"{order}i4").astype(np.int64)
+
+
+def _check_version_4(content: bytes) -> None:
+    """Raise ProblemError unless a file consists of arrays of version 4."""
+    at = 0
+    order = "<" if content[:4] == b"\0" * 4 or struct.unpack_from("<i", content)[0] in range(5000) else ">"
+    while at < len(content):
+        if at + 20 > len(content):
+            damaged("it ends within an array")
+        kind, rows, columns, is_complex, name = struct.unpack_from(f"{order}5i", content, at)
+        digit = kind // 10 % 10
+        if kind not in range(5000) or digit >= len(SIZES_OF_4) or min(rows, columns) < 0 or not 0 < name < 1000:
+            damaged("it has an array that is none of version 4")
+        at += 20 + name + rows * columns * SIZES_OF_4[digit] * (1 + bool(is_complex))
+    if at > len(content):
+        damaged("it ends within an array")

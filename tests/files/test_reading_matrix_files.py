@@ -21,7 +21,7 @@ from lcpcli import read
 from lcpcli.errors import ProblemError
 from lcpcli.files import mat_format
 from lcpcli.files.beside import read_start
-from lcpcli.files.mat_elements import checked
+from lcpcli.files.mat_format import checked
 from lcpcli.linalg.matrices import dense, is_sparse
 
 from ..small_problem import M, Q, numbers
