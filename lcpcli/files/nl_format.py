@@ -18,8 +18,7 @@ from lcpcli.errors import ProblemError
 from lcpcli.files.contents import content_of, place, within
 from lcpcli.files.fields import LARGEST_DENSE, made
 from lcpcli.files.formats import Exact, Number
-from lcpcli.files.nl_functions import Functions
-from lcpcli.files.nl_model import NlModel, model_of
+from lcpcli.files.nl_model import Functions, NlModel, model_of
 from lcpcli.files.nl_segments import segments_in
 from lcpcli.files.nl_tokens import in_names, named, names_beside
 from lcpcli.files.reading import WHOLE, name_of
