@@ -20,7 +20,7 @@ from lcpcli.methods.direct import applies
 from lcpcli.model.right_hand_sides import Block, Columns
 from lcpcli.model.stacks import Stack, dimensions
 from lcpcli.options import THREADS, Limits
-from lcpcli.solving import block_results, direct_run
+from lcpcli.solving import batch, direct_run
 from lcpcli.solving.batch import Batch
 from lcpcli.solving.call import COMMON_OPTIONS, LIMITS, refuse_unknown_options, run
 from lcpcli.solving.result import Result
@@ -224,7 +224,7 @@ def _solved(
     block = columns.block(first, last)
     if fast is not None and block.box.is_orthant:
         data = columns.like.M[np.newaxis], block.q, np.array([columns.like.largest])
-        rows = block_results.answers(block, limits, stopwatch, lambda: fast.direct_many(*data, limits.tol))
+        rows = batch.answers(block, limits, stopwatch, lambda: fast.direct_many(*data, limits.tol))
         return block, rows.parts, rows.result
     measure, frame = Measure(block), frame_of(block)
     ready: Mask = np.asarray((measure.reference_violations <= 0).all(axis=1))
