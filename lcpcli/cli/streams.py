@@ -45,7 +45,7 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
     width = result_formats.width_of([place(file) for file in request.inputs.files])
     task = Task(request, form, width, every)
     if request.sequence:
-        from lcpcli.solving.sequence import SequenceSteps
+        from lcpcli.solving.solver import SequenceSteps
 
         task = task._replace(steps=SequenceSteps({**request.given_limits, "interrupts": "return"}))
     tally = _Tally()

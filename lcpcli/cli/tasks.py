@@ -19,7 +19,7 @@ from lcpcli.solving.trace import Trace
 if TYPE_CHECKING:
     from lcpcli.cli.request import AnyProblem
     from lcpcli.solving.result import Result
-    from lcpcli.solving.sequence import SequenceSteps
+    from lcpcli.solving.solver import SequenceSteps
 
 
 PIECE_SECONDS = 0.1  # of work that is handed over: long against the milliseconds that this costs, short for the user

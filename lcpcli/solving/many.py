@@ -24,8 +24,7 @@ from lcpcli.solving import batch, direct_run
 from lcpcli.solving.batch import Batch
 from lcpcli.solving.call import COMMON_OPTIONS, LIMITS, refuse_unknown_options, run
 from lcpcli.solving.result import Result
-from lcpcli.solving.sequence import SequenceSteps
-from lcpcli.solving.solver import Solver
+from lcpcli.solving.solver import SequenceSteps, Solver
 from lcpcli.typing import BoundLike, Mask, Vector
 from lcpcli.verify.measure import Measure, Rows
 from lcpcli.verify.point import Criterion, Point

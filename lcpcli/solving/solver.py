@@ -1,4 +1,7 @@
-"""One M prepared once for a sequence of problems, each solved from the states of the previous one."""
+"""One M prepared once for a sequence of problems, each solved from the states of the previous one.
+
+A sequence of problems, each solved from the states of the previous one.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +17,7 @@ from lcpcli.errors import ProblemError, count
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.factors import PrincipalSolver
 from lcpcli.linalg.krylov import dot, norm
+from lcpcli.linalg.matrices import are_equal
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import MOST_PIVOTED, as_dense, as_sparse, stored
@@ -25,7 +29,7 @@ from lcpcli.model.arrays import as_vector
 from lcpcli.model.bounds import as_bounds
 from lcpcli.model.box import ORTHANT, Box, of_masks
 from lcpcli.model.labels import by_names
-from lcpcli.model.problem import Problem
+from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.right_hand_sides import like_with
 from lcpcli.model.start import Start
 from lcpcli.options import Limits
@@ -233,3 +237,29 @@ def _near(
     options = methods.options_in_force("auto", problem, {})
     fields = {"problem": problem, "point": point, "parts": stopwatch.parts, "limits": limits, "options": options}
     return direct_run.solution(fields, steps, ("newton",))
+
+
+class SequenceSteps:
+    """Solve the problems of a sequence, one after another, by a `Solver`: the same one as long as M is the same, and
+    with another M of the same shape from the same states.
+
+    options : tol, max_iterations, time_limit, threads and interrupts, as in `solve`, for every problem.
+    """
+
+    def __init__(self, options: dict[str, Any]) -> None:
+        self._options = options
+        self._solver: Solver | None = None
+        self._last: Problem | None = None
+
+    def solve(self, problem: Problem, compiled: bool = True) -> Result:
+        """Return the result for the next problem, as `run` does.
+
+        compiled : whether there are so many that the kernels of the extra `fast` are worth loading.
+        """
+        last, self._last = self._last, as_problem(problem)
+        if self._solver is None or last is None or problem.n != last.n:
+            self._solver = Solver.of(problem, self._options)
+        elif not are_equal(problem.M, last.M):
+            self._solver.update(problem.M)
+        self._solver.compiled = compiled
+        return self._solver.next(problem)
