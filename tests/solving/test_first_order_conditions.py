@@ -11,8 +11,7 @@ import pytest
 
 import lcpcli
 from lcpcli.model.nonlinear import NonlinearProblem
-from lcpcli.solving.linearizations import solution_of_linearization
-from lcpcli.solving.solve_mcp import run_nonlinear
+from lcpcli.solving.solve_mcp import run_nonlinear, solution_of_linearization
 from lcpcli.typing import Vector
 
 from ..nonlinear_problems import natural_residual
