@@ -69,11 +69,11 @@ if TYPE_CHECKING:
     from lcpcli.solving.many import solve_many as solve_many
     from lcpcli.solving.proof import exact as exact
     from lcpcli.solving.result import Result as Result
+    from lcpcli.solving.result import Status as Status
     from lcpcli.solving.solve_mcp import solve_mcp as solve_mcp
     from lcpcli.solving.solve_qp import add_to_qpsolvers as add_to_qpsolvers
     from lcpcli.solving.solve_qp import solve_qp as solve_qp
     from lcpcli.solving.solver import Solver as Solver
-    from lcpcli.solving.status import Status as Status
     from lcpcli.solving.trace import Trace as Trace
     from lcpcli.solving.trace import TraceRow as TraceRow
     from lcpcli.verify.error_bound import error_bound as error_bound

@@ -25,8 +25,8 @@ from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.options import LIMITS, THREADS, Limits, check
 from lcpcli.rational.numbers import approximate, rounded
 from lcpcli.solving import driver
+from lcpcli.solving.result import Status
 from lcpcli.solving.solve_mcp import run_nonlinear
-from lcpcli.solving.status import Status
 from lcpcli.typing import Vector
 from lcpcli.version import VERSION
 

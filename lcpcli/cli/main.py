@@ -18,8 +18,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 if TYPE_CHECKING:
     from lcpcli.errors import LCPError
-    from lcpcli.solving.result import Result
-    from lcpcli.solving.status import Status
+    from lcpcli.solving.result import Result, Status
 
 # The exit codes, as the help of the commands lists them.
 SOLVED = 0

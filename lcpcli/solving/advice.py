@@ -11,7 +11,7 @@ from lcpcli.linalg.matrices import is_symmetric, plus_diagonal
 from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OMEGA, RESTARTS, declared
 from lcpcli.model.evaluations import BY_DIFFERENCES
 from lcpcli.options import AUTO, MAX_ITERATIONS
-from lcpcli.solving.status import Status
+from lcpcli.solving.result import Status
 from lcpcli.solving.suggestions import EXACT, NO_SUGGESTIONS, Options, Suggestions
 
 if TYPE_CHECKING:

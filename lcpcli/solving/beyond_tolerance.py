@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from lcpcli.solving.status import Status
+from lcpcli.solving.result import Status
 from lcpcli.verify.certificate import Certificate
 from lcpcli.verify.ill_posed import Settled, large_solution, settled, statement
 from lcpcli.verify.point import Criterion, Point

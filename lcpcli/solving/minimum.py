@@ -38,7 +38,7 @@ from lcpcli.solving.answer import (
     Minimum,
 )
 from lcpcli.solving.no_minimum import undecided, without_minimum
-from lcpcli.solving.status import Status
+from lcpcli.solving.result import Status
 from lcpcli.typing import Mask, Matrix, Vector
 from lcpcli.verify.behavior import Behavior
 from lcpcli.verify.equilibrium import Strategies

@@ -41,8 +41,7 @@ from lcpcli.solving.call import INTERRUPTS, RAISE, unless_interrupted
 from lcpcli.solving.direct_run import compiled as kernels
 from lcpcli.solving.direct_run import mixed_answer, uses_kernels
 from lcpcli.solving.loop import Loop
-from lcpcli.solving.result import Result
-from lcpcli.solving.status import Status
+from lcpcli.solving.result import Result, Status
 from lcpcli.solving.trace import Callback, Trace
 from lcpcli.typing import BoundLike, Interrupts, Matrix, States, Vector, VectorLike
 from lcpcli.verify.krawczyk import proved_bound

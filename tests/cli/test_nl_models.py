@@ -12,7 +12,7 @@ import pytest
 
 from lcpcli.cli import ampl
 from lcpcli.cli.ampl import NUMBERS
-from lcpcli.solving.status import Status
+from lcpcli.solving.result import Status
 
 from ..files.nl_writing import model
 from .conftest import MAIN, Lcp, assert_refused, record

@@ -12,7 +12,7 @@ import lcpcli
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
-from lcpcli.solving.status import Status
+from lcpcli.solving.result import Status
 from lcpcli.typing import Vector
 
 
