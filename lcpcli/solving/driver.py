@@ -129,7 +129,7 @@ def _of(problem: Problem, result: Result) -> Result:
     if not (result.solved and hasattr(problem.origin, "exact_conditions")):
         return result
     with imports:
-        from lcpcli.solving.best_responses import checked
+        from lcpcli.solving.answer import checked
     return checked(result)
 
 
