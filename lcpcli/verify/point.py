@@ -46,8 +46,8 @@ class Criterion:
         if self.problem.n <= FEW_UNKNOWNS or not self.problem.is_moderate:
             return False
         with imports:
-            from lcpcli.verify import cheap_bounds
-        return cheap_bounds.apply_to(self.problem)
+            from lcpcli.verify import measure
+        return measure.apply_to(self.problem)
 
     @cached_property
     def measure(self) -> Measure:
@@ -184,9 +184,9 @@ class Point:
             if self._beyond is None and not self.negligible:
                 if criterion.is_bounded_cheaply:
                     with imports:
-                        from lcpcli.verify import cheap_bounds
+                        from lcpcli.verify import measure
                     self._product = problem.w(self.z)
-                    decided = cheap_bounds.decision(criterion.measure, self.z, self._product, criterion.tol)
+                    decided = measure.decision(criterion.measure, self.z, self._product, criterion.tol)
                     if decided is not None:
                         return decided
                 if criterion.measure.surely_solves(self._inside, self._plain, criterion.tol):

@@ -14,11 +14,10 @@ from lcpcli.rational import elimination, numbers
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.no_minimum import Constraints
 from lcpcli.verify.certificate import is_clear
-from lcpcli.verify.cheap_bounds import decision
 from lcpcli.verify.enclosure import enclosure
 from lcpcli.verify.exact_farkas import exact_proof
 from lcpcli.verify.farkas import refutes
-from lcpcli.verify.measure import Measure
+from lcpcli.verify.measure import Measure, decision
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.verification import verify
 

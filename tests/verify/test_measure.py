@@ -17,7 +17,7 @@ from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.model.right_hand_sides import Columns
 from lcpcli.typing import Vector
-from lcpcli.verify import cheap_bounds
+from lcpcli.verify import measure
 from lcpcli.verify.measure import NEGLIGIBLE_ROUNDING, Measure
 from lcpcli.verify.point import Criterion, Point
 
@@ -254,11 +254,11 @@ def test_what_the_bounds_decide_agrees_with_the_measure() -> None:
     for seed in range(20):
         random = np.random.default_rng(seed)
         problem = scaled_problem(random)
-        assert cheap_bounds.apply_to(problem)
+        assert measure.apply_to(problem)
         z = run(problem, "newton").z
         for size in (0.0, 1e-16, 1e-12, 1e-11, 1e-10, 1e-9, 1e-6):
             moved = z * (1 + size * random.standard_normal(MANY))
-            decided = cheap_bounds.decision(Measure(problem), moved, problem.w(moved), TOL)
+            decided = measure.decision(Measure(problem), moved, problem.w(moved), TOL)
             if decided is not None:
                 assert decided == (Point(Criterion(problem), moved).relative_residual <= TOL)
                 (accepted if decided else refused).append(size)
@@ -273,7 +273,7 @@ def test_a_point_that_runs_off_is_not_accepted() -> None:
     M[0], q = -M[1], np.full(MANY, -1.0)
     z = np.r_[np.zeros(2), 1e16, M[1, 2] * 1e16 / M[1, 3], np.zeros(MANY - 4)]
     problem = Problem(M, q)
-    assert cheap_bounds.decision(Measure(problem), z, problem.w(z), TOL) is False
+    assert measure.decision(Measure(problem), z, problem.w(z), TOL) is False
     assert not Point(Criterion(problem), z).solves()
 
 
