@@ -25,7 +25,7 @@ from lcpcli.model.box import BASIC
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
-from lcpcli.verify import enclosed_solution, farkas
+from lcpcli.verify import enclosure, farkas
 from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.certificate import Certificate, farkas_certificate, in_range_if_proof, rounded_proof
 from lcpcli.verify.measure import Measure
@@ -82,7 +82,7 @@ def settled(problem: Problem, z: Vector, tol: float) -> Settled | None:
     the problem is infeasible but for rounding is sought."""
     near, fault = enclosed(problem, z, tol)
     if not fault:  # a proof but for rounding would be one for other entries that differ by up to n EPS
-        is_stable = not enclosed_solution.fault(problem, near, math.inf, problem.n * EPS)
+        is_stable = not enclosure.fault(problem, near, math.inf, problem.n * EPS)
         return Settled(near, "", None if is_stable else proof_near(problem, near, exactly=False))
     if is_rounded_solution(problem, z):
         return Settled(z, "", proof_near(problem, z, exactly=False))
@@ -96,7 +96,7 @@ def enclosed(problem: Problem, z: Vector, tol: float) -> tuple[Vector, str]:
     if not is_run_off(problem, z, tol):
         return z, NO_RUN_OFF
     near = refined(problem, z, problem.box.basis_at(z))
-    return near, enclosed_solution.fault(problem, near, tol)
+    return near, enclosure.fault(problem, near, tol)
 
 
 def large_solution(problem: Problem, points: Sequence[Vector], y: Vector, tol: float) -> LargeSolution | None:
