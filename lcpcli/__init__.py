@@ -76,7 +76,7 @@ if TYPE_CHECKING:
     from lcpcli.solving.solver import Solver as Solver
     from lcpcli.solving.trace import Trace as Trace
     from lcpcli.solving.trace import TraceRow as TraceRow
-    from lcpcli.verify.error_bound import error_bound as error_bound
+    from lcpcli.verify.error_theorems import error_bound as error_bound
 
 __version__ = VERSION
 

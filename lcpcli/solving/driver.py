@@ -240,7 +240,7 @@ def verified(result: Result) -> Result:
 def with_bound(result: Result) -> Result:
     """Return the result with a proved bound on its error, as far as the time that its run has left allows."""
     with imports:
-        from lcpcli.verify.error_bound import NO_BOUND, UNPROVED_IN_TIME, error_bound
+        from lcpcli.verify.error_theorems import NO_BOUND, UNPROVED_IN_TIME, error_bound
     if result.interrupted:
         return result
     try:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from lcpcli.solving.suggestions import Suggestions
     from lcpcli.solving.trace import Trace
     from lcpcli.verify.certificate import Certificate
-    from lcpcli.verify.error_bound import Bound
+    from lcpcli.verify.error_theorems import Bound
 
 GONE = {"exit_code": "ask result.solved (0) and result.status.has_no_solution (3)"}  # since 0.1.0
 

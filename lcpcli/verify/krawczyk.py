@@ -18,7 +18,7 @@ from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.matrices import dense
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.typing import Vector
-from lcpcli.verify.error_bound import Bound
+from lcpcli.verify.error_theorems import Bound
 
 SOURCE = "Krawczyk 1969, the only solution at this distance"
 NO_INTERVALS = Bound(math.inf, "F has no evaluation in interval arithmetic")

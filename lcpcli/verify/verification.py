@@ -31,7 +31,7 @@ from lcpcli.typing import Vector
 from lcpcli.verify.behavior import Behavior
 from lcpcli.verify.certificate import proves_infeasible, rounded_proof
 from lcpcli.verify.equilibrium import Strategies
-from lcpcli.verify.error_bound import Bound, error_bound
+from lcpcli.verify.error_theorems import Bound, error_bound
 from lcpcli.verify.measure import quotients
 from lcpcli.verify.point import Criterion, Point
 

@@ -36,7 +36,7 @@ from lcpcli.rational.numbers import Doubles, fraction
 from lcpcli.solving import driver
 from lcpcli.solving.driver import run
 from lcpcli.solving.proof import prove
-from lcpcli.verify import error_bound
+from lcpcli.verify import error_theorems
 
 from .conftest import MAIN, python
 
@@ -239,8 +239,8 @@ def test_numbers_that_cannot_be_made_exact_in_time_leave_the_result_without_a_pr
 def test_bound_on_the_error_that_is_not_proved_in_time_is_left_out() -> None:
     result = run(PROBLEM, "newton")
     late = driver.with_bound(replace(result, limits=Limits(time_limit=1e-300)))
-    assert late.bound is error_bound.UNPROVED_IN_TIME
-    assert driver.with_bound(result).bound is not error_bound.UNPROVED_IN_TIME
+    assert late.bound is error_theorems.UNPROVED_IN_TIME
+    assert driver.with_bound(result).bound is not error_theorems.UNPROVED_IN_TIME
 
 
 def test_exact_proof_has_the_time_that_the_run_has_left() -> None:

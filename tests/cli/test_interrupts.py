@@ -20,7 +20,7 @@ from lcpcli.files import atomic_write, reading
 from lcpcli.solving import driver as driver
 from lcpcli.solving import proof, reference
 from lcpcli.solving.loop import Loop
-from lcpcli.verify import error_bound
+from lcpcli.verify import error_theorems
 
 from ..conftest import Outcome
 from .conftest import EXAMPLE, MAIN, Lcp, interrupt, python, record, records
@@ -46,7 +46,7 @@ def test_run_that_is_interrupted_outside_its_method_leaves_the_finished_ones(
 
 
 def test_interrupted_bound_leaves_the_result(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(error_bound, "error_bound", later(error_bound.error_bound, 1))
+    monkeypatch.setattr(error_theorems, "error_bound", later(error_theorems.error_bound, 1))
     outcome = lcp("compare", EXAMPLE, "--format", "json", "--bound")
     first, second = records(outcome)
     assert (outcome.code, first["solved"], second["solved"]) == (130, True, True)

@@ -24,7 +24,7 @@ from lcpcli.solving.driver import run
 from lcpcli.solving.proof import prove
 from lcpcli.solving.reference import with_reference
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.error_bound import error_bound
+from lcpcli.verify.error_theorems import error_bound
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.verification import verify
 
