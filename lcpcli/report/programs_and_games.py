@@ -19,8 +19,7 @@ from lcpcli.report.document import Table
 from lcpcli.solving.answer import BehaviorEquilibrium, Conclusion, Minimum
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
-from lcpcli.verify.behavior import Behavior, InformationSetStrategy
-from lcpcli.verify.equilibrium import Strategies
+from lcpcli.verify.behavior import Behavior, InformationSetStrategy, Strategies
 
 MOST_SETS = 100  # information sets in a table, a few screens
 

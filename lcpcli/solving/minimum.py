@@ -40,8 +40,7 @@ from lcpcli.solving.answer import (
 from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.solving.result import Status
 from lcpcli.typing import Mask, Matrix, Vector
-from lcpcli.verify.behavior import Behavior
-from lcpcli.verify.equilibrium import Strategies
+from lcpcli.verify.behavior import Behavior, Strategies
 from lcpcli.verify.multipliers import objective
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.strategies import of_solution

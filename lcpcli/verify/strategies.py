@@ -24,8 +24,7 @@ from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.typing import Vector
-from lcpcli.verify.behavior import Behavior, point_of
-from lcpcli.verify.equilibrium import Strategies, allowance
+from lcpcli.verify.behavior import Behavior, Strategies, allowance, point_of
 from lcpcli.verify.verification import Verification
 
 SUM_TOLERANCE = 1e-6  # by how much probabilities may miss the sum 1, as those do that are printed with seven digits

@@ -28,9 +28,8 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import brief, rounded
 from lcpcli.typing import Vector
-from lcpcli.verify.behavior import Behavior
+from lcpcli.verify.behavior import Behavior, Strategies
 from lcpcli.verify.certificate import proves_infeasible, rounded_proof
-from lcpcli.verify.equilibrium import Strategies
 from lcpcli.verify.error_theorems import Bound, error_bound
 from lcpcli.verify.measure import quotients
 from lcpcli.verify.point import Criterion, Point
