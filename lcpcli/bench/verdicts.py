@@ -18,7 +18,7 @@ from lcpcli.model.program import Conditions, Program
 from lcpcli.report.wording import finite
 from lcpcli.typing import Vector
 from lcpcli.verify.digits import MOST_INVERTED, sensitivity
-from lcpcli.verify.nonlinear_point import NonlinearCriterion
+from lcpcli.verify.krawczyk import NonlinearCriterion
 from lcpcli.verify.point import Criterion, Point
 
 ABSOLUTE, RELATIVE, NATURAL = "absolute", "relative", "natural"

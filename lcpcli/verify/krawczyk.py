@@ -6,19 +6,43 @@ Newton-Algorithmen zur Bestimmung von Nullstellen mit Fehlerschranken, Computing
 for existence of solutions to nonlinear systems, SIAM Journal on Numerical Analysis 14 (1977) 611-615. This zero is the
 only solution nearby if X lies between the bounds of z_B and F_N has the strict signs for the bounds of z_N, for all z
 in X and near these bounds.
+
+Whether a point solves a nonlinear problem, and its residuals, by F evaluated there once more.
+
+z solves the problem if and only if it solves the linearization there, whose w at z is F(z). So z is measured as a point
+of that linear problem (see `measure`): a row may be violated by tol of its terms |J| |z| + |q|, with q = F(z) - J z, or
+of its cap. To first order, z then is the exact solution of a problem whose J differs by at most tol, relatively.
+
+That J may be wrong: a mistake in a given one, a difference over far more than z or over a jump of F. So a row that is
+violated at all must have terms that are large enough by F itself, by quotients of differences along directions, or the
+given J must agree with these in several directions (see `differences.Slopes`).
+
+The terms of F itself are unknown. Where they cancel, as in exp(z) - 1 near 0, what is left of a row is rounding, and
+may be far more than tol of |J| |z|. So a violation also counts as none if it is no more than a few times the noise of
+F, as far as this is that of rounding (see `differences.noise`).
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from itertools import chain
+from typing import Any
 
 import numpy as np
 
-from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
-from lcpcli.linalg.matrices import dense
+from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL, is_finite, size
+from lcpcli.linalg.matrices import dense, is_sparse
+from lcpcli.model.differences import Slopes, rounding
+from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
-from lcpcli.typing import Vector
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.error_theorems import Bound
+from lcpcli.verify.measure import ROUNDING, Rows
+from lcpcli.verify.noise import on_bounds, without_small_distances
+from lcpcli.verify.point import Criterion, Point
 
 SOURCE = "Krawczyk 1969, the only solution at this distance"
 NO_INTERVALS = Bound(math.inf, "F has no evaluation in interval arithmetic")
@@ -84,3 +108,202 @@ def _rounded_up(sums: Vector, terms: int) -> Vector:
     """Return upper bounds on sums of so many numbers, none negative, from their values in doubles."""
     bounds: Vector = sums * (1 + 4 * (terms + 4) * EPS)
     return bounds
+
+
+MOST_NOISE = 1e-10  # relative to the largest |F_i| at the points: what F_i computes is no noise if it is more
+VANISHED = 1e-12  # relative to the largest |z_i|: a component so small may be what rounding leaves of 0
+WORTH, LITTLE = 1e-6, 1e-10  # the residual, also relative to that at x0, up to which a closer look is taken
+LOOSE = 1e-8  # a tolerance that is asked for where F is noisy
+TOLD = 64 * EPS  # of the terms of a row: the noise from which on it is told
+
+
+class NonlinearCriterion(Criterion):
+    """What a point must satisfy to count as a solution of a nonlinear problem. problem : the linearization at x0."""
+
+    is_linear = False
+    reference_solves = False
+
+    def __init__(self, evaluations: Evaluations, tol: float) -> None:
+        self.evaluations = evaluations
+        given = evaluations.problem
+        F = evaluations.known_values(given.x0)
+        names = given.names if any(given.names) else ()
+        super().__init__(self._linearization(given.x0, F, names), tol, literal=True)
+        self.start = size(given.box.gaps(given.x0, F))
+        self._first = 0.0
+
+    def linearization(self, z: Vector, F: Vector) -> Problem:
+        """Return the linear problem with M = J(z) and w(z) = F; entries of J that are not finite count as 0, so that
+        they make no terms."""
+        return self._linearization(z, F).knowing(origin=self.problem.origin)
+
+    def _linearization(self, z: Vector, F: Vector, names: Sequence[str] = ()) -> Problem:
+        given, J = self.evaluations.problem, _finite(self.evaluations.jacobian(z))
+        q = F - J @ z
+        q = np.where(np.isfinite(q), q, 0.0)
+        linear = Problem(J, q, name=given.name, note=given.note, names=names, lower=given.lower, upper=given.upper)
+        return linear.knowing(solutions=given.solutions)
+
+    def point(self, z: Vector) -> Point:
+        """Return the point of an admissible z or, if that is nearly a solution, of one with components on bounds, or
+        at 0, that rounding has left near them, if this is a solution."""
+        point = NonlinearPoint(self, z)
+        if point.solves() or not point.is_small:
+            return point
+        return next((other for other in point.cleaned() if other.solves()), point)
+
+    def residuals(self, Z: Vector) -> tuple[list[float], list[bool]]:
+        problem = self.evaluations.problem
+        natural = [size(problem.box.gaps(z, problem.values(z))) for z in Z]
+        return natural, [False] * len(natural)
+
+    def bound(self, F: Vector) -> float:
+        """Return the size of the natural residual relative to the first one."""
+        found = float(np.abs(F).max(initial=0.0))
+        self._first = self._first or found
+        return found / self._first if found else 0.0
+
+
+class NonlinearPoint(Point):
+    """A z with its measures; w : F(z). noise : of each row of F, 0 as long as it is not needed."""
+
+    def __init__(
+        self, criterion: NonlinearCriterion, z: Vector, noise: Vector | float = 0.0, is_admissible: bool = True
+    ) -> None:
+        self.given, self.noise = criterion, noise
+        self._is_new = criterion.evaluations.known(z) is None
+        self._measured(z, criterion.evaluations.known_values(z), is_admissible)
+
+    def _measured(self, z: Vector, F: Vector, is_admissible: bool) -> None:
+        self.F = F
+        self.slopes: Slopes | None = None
+        linear = Criterion(self.given.linearization(z, F), self.given.tol, literal=True)
+        super().__init__(linear, z, is_admissible)
+
+    def __getstate__(self) -> dict[str, Any]:  # without F as a function, which may be of any kind
+        return {**vars(self), "_solves": self.solves(), "given": None, "slopes": None}
+
+    @cached_property
+    def _plain(self) -> Rows:
+        rows = self.criterion.measure.rows(self._inside)
+        return rows._replace(w=self.F, full_terms=np.maximum(rows.full_terms, self.noise / EPS))
+
+    @property
+    def _rows(self) -> Rows:
+        return self._plain
+
+    @property
+    def is_small(self) -> bool:
+        """Return whether the residual is so small that rounding and noise may be all that is left of it."""
+        return self.residual <= max(WORTH, LITTLE * self.given.start)
+
+    @np.errstate(all="ignore")
+    def _decision(self) -> bool:
+        if not is_finite(self.F) or np.max(self.distances_beyond) > self.criterion.tol or not self._is_within():
+            return False
+        F = self.F if self._is_new else self.given.evaluations.problem.values(self.z)  # of a claim, evaluated once more
+        if not np.array_equal(F, self.F):
+            vars(self).pop("_plain", None)
+            self._measured(self.z, F, self._beyond is None)
+            if not is_finite(F) or not self._is_within():
+                return False
+        return self._is_confirmed()
+
+    def _is_within(self) -> bool:
+        """Return whether no row is violated by more than is allowed."""
+        measure, tol, rows = self.criterion.measure, self.criterion.tol, self._plain
+        violations = measure.violations(self._at_fixed, self.F)
+        most = np.maximum(np.maximum(tol * rows.terms, ROUNDING * rows.full_terms), 4 * self.noise)
+        if (violations > most).any():  # whatever the caps are
+            return False
+        return any(  # caps, which take longer, are at least |q_ref|
+            bool((violations <= np.maximum(measure.allowed(rows, caps(), tol), 4 * self.noise)).all())
+            for caps in (lambda: np.abs(measure.data.q_ref), lambda: measure.caps(self.z))
+        )
+
+    def _is_confirmed(self) -> bool:
+        """Return whether differences of F show the terms beside which violations are small; else those that they show
+        are the terms."""
+        violations = self.criterion.measure.violations(self._at_fixed, self.F)
+        needed = np.where(violations > 4 * self.noise, violations, 0.0) / max(self.criterion.tol, ROUNDING)
+        if not needed.any():
+            return True
+        self.slopes = slopes = Slopes(self.given.evaluations.problem, self.z, self.F, self.criterion.problem.M)
+        lacking = slopes.lacking(needed)
+        wrong, terms = lacking | slopes.refuted, np.maximum(slopes.least, np.abs(self.F))
+        if wrong.any():
+            own = [np.where(wrong, np.minimum(terms, all_terms), all_terms) for all_terms in self._plain[1:3]]
+            self._plain = self._plain._replace(terms=own[0], full_terms=own[1])
+            vars(self).pop("relative_residuals", None)
+        return not lacking.any()
+
+    @np.errstate(all="ignore")
+    def remarks(self) -> list[str]:
+        """Return what differences tell of F and J at z, as clauses: the noise of F, an entry of J that is wrong, and
+        for a z that is no solution a kink or a jump of F."""
+        evaluations, solves = self.given.evaluations, self.solves()
+        if not is_finite(self.F):
+            return []
+        problem, z, terms = evaluations.problem, self.z, np.maximum(self._plain.terms, np.abs(self.F))
+        slopes = self.slopes or Slopes(problem, z, self.F, self.criterion.problem.M)
+        is_asked = not solves or evaluations.noise.any() or self.given.tol > LOOSE or slopes.is_uneven
+        noise = evaluations.noise_at(z) if is_asked else np.zeros(z.size)
+        said, shares = list[str](), np.where(noise > 0, noise / terms, 0.0)
+        if (shares > TOLD).any():
+            said.append(f"F is noisy at about {noise[i := int(shares.argmax())]:.0e}, in row {self._name(i)}")
+        if not solves or slopes.refuted.any():
+            said += filter(None, [evaluations.fault_of_jacobian(z)])
+        if solves or said:
+            return said
+        for rows, what in zip(slopes.unsmooth(noise), ("has a kink", "jumps"), strict=True):
+            said += [f"F {what} there, in row {self._name(i)}" for i in rows.nonzero()[0][:1].tolist()]
+        return said
+
+    def _name(self, i: int) -> str:
+        return self.given.evaluations.problem.names[i] or str(i + 1)
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Return whether J, if it were right, would make z a solution."""
+        return self.slopes is not None and not self.solves()
+
+    @property
+    def counted_as_0(self) -> str:
+        return "up to the noise of F" if np.count_nonzero(self.noise) else ""
+
+    def solution(self) -> Point | None:
+        """Return this point if it solves the problem, if need be up to the noise of F; else None."""
+        if self.solves():
+            return self
+        if not self.is_small:
+            return None
+        evaluations, z = self.given.evaluations, self.z
+        problem = evaluations.problem
+        if (self.relative_residuals > self.given.tol)[evaluations.noise > MOST_NOISE * evaluations.sizes].any():
+            return None  # that noise is not of rounding
+        other = NonlinearPoint(self.given, z, rounding(problem.values, problem.box, z, MOST_NOISE))
+        return other if other.solves() else None
+
+    @np.errstate(all="ignore")
+    def cleaned(self) -> Iterator[NonlinearPoint]:
+        """Yield points without what rounding and the steps of a method leave of zeros, as `noise` has them; then those
+        without components that are rounding beside the largest one, or no more than the natural residual."""
+        measure, problem = self.criterion.measure, self.given.evaluations.problem
+        seen = [self.z]
+        small = (np.where(np.abs(self.z) <= most, 0.0, self.z) for most in (VANISHED * size(self.z), self.residual))
+        nearer = (without_small_distances(measure, self.z) for _ in range(1))  # once the first one is no solution
+        for start in chain((self.z,), nearer, map(problem.box.project, small)):
+            w = self.given.evaluations.known_values(start)
+            z = on_bounds(measure, start, w)
+            if is_finite(w) and not any(np.array_equal(z, other) for other in seen):
+                seen.append(z)
+                yield NonlinearPoint(self.given, z)
+
+
+def _finite(J: Matrix) -> Matrix:
+    """Return J with 0 in place of what is not finite."""
+    if not is_sparse(J):
+        return np.where(np.isfinite(J), J, 0.0)
+    J = J.copy()
+    J.data = np.where(np.isfinite(J.data), J.data, 0.0)
+    return J
