@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit, types
 
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING, SMALLEST_NORMAL
-from lcpcli.linalg.rounding import TINY_TERMS
+from lcpcli.linalg.matrices import TINY_TERMS
 from lcpcli.methods.direct import (
     BLOCK_PATIENCE,
     CANDIDATE,

@@ -14,7 +14,7 @@ from numba import njit, types
 
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.logarithms import FEW_CG_STEPS, SETTLED_ERROR
-from lcpcli.linalg.rounding import TINY_TERMS
+from lcpcli.linalg.matrices import TINY_TERMS
 from lcpcli.model.box import NO_BOUND
 from lcpcli.model.reference_point import CANCELLATION
 from lcpcli.verify.measure import DROWNED, FINEST, ROUNDING

@@ -18,8 +18,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING
-from lcpcli.linalg.matrices import is_narrow, is_sparse
-from lcpcli.linalg.rounding import row_errors
+from lcpcli.linalg.matrices import is_narrow, is_sparse, row_errors
 from lcpcli.methods.final_states import ROUNDED_ZERO, confirmed, hides_term_of_row, without_rounding
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, States, Vector

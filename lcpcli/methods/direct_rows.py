@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.linalg.doubles import ROW_ROUNDING, row_sizes
+from lcpcli.linalg.matrices import TINY_TERMS
 from lcpcli.linalg.principal_many import each_product, principal_inverses
-from lcpcli.linalg.rounding import TINY_TERMS
 from lcpcli.methods.direct import CANDIDATE, CERTAIN, MOST_STEPS, NOTHING
 from lcpcli.methods.final_states import HIDDEN_TERM, LONG_NUMBER
 from lcpcli.model.box import BASIC, Box

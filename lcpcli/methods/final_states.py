@@ -16,7 +16,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite, sizes
-from lcpcli.linalg.rounding import row_errors
+from lcpcli.linalg.matrices import row_errors
 from lcpcli.model.box import BASIC, LOWER
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, States, Vector

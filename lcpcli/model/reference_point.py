@@ -9,8 +9,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg.doubles import are_moderate
-from lcpcli.linalg.matrices import absolute_product, is_sparse, product
-from lcpcli.linalg.rounding import row_errors
+from lcpcli.linalg.matrices import absolute_product, is_sparse, product, row_errors
 from lcpcli.model.box import Box
 from lcpcli.typing import Indices, Matrix, Vector
 

@@ -24,8 +24,7 @@ import numpy as np
 
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import FAR_FROM_ONE, ROW_ROUNDING
-from lcpcli.linalg.matrices import absolute_product, is_sparse, product
-from lcpcli.linalg.rounding import row_errors
+from lcpcli.linalg.matrices import absolute_product, is_sparse, product, row_errors
 from lcpcli.model.box import LOWER, UPPER
 from lcpcli.model.right_hand_sides import Columns
 from lcpcli.parametric.family import Family

@@ -26,8 +26,15 @@ from lcpcli.clock import imports
 from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.matrices import absolute_product, dense, has_no_positive_links, is_sparse, product
-from lcpcli.linalg.rounding import may_underflow, products
+from lcpcli.linalg.matrices import (
+    absolute_product,
+    dense,
+    has_no_positive_links,
+    is_sparse,
+    may_underflow,
+    product,
+    products,
+)
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Matrix, Vector

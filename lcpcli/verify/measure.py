@@ -48,8 +48,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.linalg.doubles import EPS, LARGEST_DOUBLE, ROW_ROUNDING, SMALLEST_NORMAL, are_moderate
 from lcpcli.linalg.logarithms import mean_logarithms
-from lcpcli.linalg.matrices import absolute_product, is_sparse, product
-from lcpcli.linalg.rounding import row_errors
+from lcpcli.linalg.matrices import absolute_product, is_sparse, product, row_errors
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 

@@ -11,7 +11,7 @@ import pytest
 from scipy.sparse import csr_array
 
 from lcpcli import Problem, check, run, solve_many
-from lcpcli.linalg.rounding import may_underflow, row_errors
+from lcpcli.linalg.matrices import may_underflow, row_errors
 from lcpcli.typing import Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
