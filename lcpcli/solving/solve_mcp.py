@@ -23,7 +23,7 @@ from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods import tableau
 from lcpcli.methods.direct import MOST_PIVOTED, MOST_UNKNOWNS, as_dense
-from lcpcli.methods.free_block import WithoutFree
+from lcpcli.methods.free_variables import WithoutFree
 from lcpcli.methods.josephy_newton import josephy_newton
 from lcpcli.methods.lemke import path_to_end, reduced
 from lcpcli.methods.newton import from_states

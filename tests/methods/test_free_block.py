@@ -7,7 +7,7 @@ import pytest
 from scipy.sparse import csr_array
 
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.methods.free_block import WithoutFree
+from lcpcli.methods.free_variables import WithoutFree
 from lcpcli.model.problem import Problem
 from lcpcli.solving.call import run
 
