@@ -11,7 +11,7 @@ import numpy as np
 from lcpcli.linalg.doubles import is_finite, size
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.matrices import dense, plus_diagonal, product, row_maxima
-from lcpcli.methods.merit import newton_direction, phi, slopes
+from lcpcli.methods.smoothing import newton_direction, phi, slopes
 from lcpcli.model.box import Box
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.typing import Matrix, States, Vector

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lcpcli.methods.merit import phi, slopes
+from lcpcli.methods.smoothing import phi, slopes
 from lcpcli.model.box import Box
 
 BOX = Box(np.array([0.0, -np.inf, 1.0, -np.inf, 2.0]), np.array([np.inf, 3.0, 4.0, np.inf, 2.0]))
