@@ -113,7 +113,7 @@ def of_z_matrix(structure: Structure) -> Stage:
 def sparse(structure: Structure) -> Stage:
     """Run the route for sparse M; where there are zeros on the diagonal, only the part that needs no factors."""
     with imports:
-        from lcpcli.methods.sparse_route import sparse_route
+        from lcpcli.methods.active_set import sparse_route
     problem = structure.problem
     return sparse_route(problem, structure.x0, krylov_only=not problem.M.diagonal().all())
 

@@ -13,11 +13,10 @@ from lcpcli import Problem, run
 from lcpcli.gallery import families
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity
 from lcpcli.linalg.matrices import is_symmetric
-from lcpcli.methods.active_set import Factors, active_set, multilevel
+from lcpcli.methods.active_set import Factors, active_set, multilevel, sparse_route
 from lcpcli.methods.full_approximation import FullApproximation
 from lcpcli.methods.inexact import krylov
 from lcpcli.methods.multilevel import COARSEST, Hierarchy
-from lcpcli.methods.sparse_route import sparse_route
 from lcpcli.methods.stages import Breakdown, Iterate, Stalled, advance
 from lcpcli.methods.v_cycles import VCycles
 from lcpcli.model.box import ORTHANT
