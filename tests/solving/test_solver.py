@@ -238,3 +238,15 @@ def test_a_singular_set_leaves_the_column_to_auto_limits_hold_and_large_numbers_
     assert {result.status.word for result in results} == {"iteration_limit"}
     M, q = csr_array(diags_array([np.full(300, 1e200)], offsets=[0])), np.full(300, -1e200)
     assert all(result.solved for result in lcpcli.solve_many(M, np.array([q, q, q, 2 * q]).T)), "without a warning"
+
+
+def test_bounds_of_other_kinds_start_from_no_states_of_the_last_problem() -> None:
+    for seed in range(6):
+        random = np.random.default_rng(seed)
+        A, B = random.normal(size=(2, 8, 8))
+        q = 3 * random.normal(size=8)
+        solver = Solver(A @ A.T + B - B.T + np.eye(8), lower=[0] * 4 + [-1] * 4, upper=[np.inf] * 4 + [2] * 4)
+        solver.solve(q)
+        bounds = np.where(random.random(8) < 0.5, -np.inf, 0.0), np.where(random.random(8) < 0.5, 1.0, np.inf)
+        after, cold = (solver.solve(q, lower=bounds[0], upper=bounds[1], warm=warm) for warm in (True, False))
+        assert (after.iterations, after.z.tolist()) == (cold.iterations, cold.z.tolist())
