@@ -250,3 +250,18 @@ def test_bounds_of_other_kinds_start_from_no_states_of_the_last_problem() -> Non
         bounds = np.where(random.random(8) < 0.5, -np.inf, 0.0), np.where(random.random(8) < 0.5, 1.0, np.inf)
         after, cold = (solver.solve(q, lower=bounds[0], upper=bounds[1], warm=warm) for warm in (True, False))
         assert (after.iterations, after.z.tolist()) == (cold.iterations, cold.z.tolist())
+
+
+def test_after_an_update_the_path_is_that_of_the_new_matrix(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Otherwise its end is no solution, and a whole run begins from nothing."""
+    monkeypatch.setattr("lcpcli.solving.solver.run", None)
+    lower = [0.0] * 7 + [-np.inf] * 3
+    for seed in range(10):
+        random = np.random.default_rng(seed)
+        solver = Solver(np.eye(10), lower=lower)
+        solver.compiled = False
+        for _ in range(3):
+            A, G = random.normal(size=(7, 7)), random.normal(size=(3, 7))
+            solver.update(np.block([[A @ A.T, -G.T], [G, np.zeros((3, 3))]]))
+            q = np.r_[10 * random.normal(size=7), -G @ random.random(7)]
+            assert solver.solve(q, warm=False).solved
