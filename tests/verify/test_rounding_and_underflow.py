@@ -214,3 +214,13 @@ def test_points_beyond_a_bound_do_not_solve_however_far_the_numbers_are_from_1()
     result = run(problem)
     assert (result.z >= problem.lower).all()
     assert (result.z <= problem.upper).all()
+
+
+@pytest.mark.parametrize("number", [1.0, 2.0, 3.0])
+def test_a_whole_number_in_q_is_no_rounding_however_large_the_others_are(number: float) -> None:
+    """The last rows, equations of variables that are 0 where the other rows hold, contradict them."""
+    given = with_noise_in_q(size=number)
+    q = np.where(np.arange(UNKNOWNS) < UNKNOWNS - 2, 1e14 * given.q, given.q)
+    q[0] = -3e14
+    result = run(Problem(given.M, q, lower=given.lower))
+    assert (result.solved, list(result.negligible_q)) == (False, [])
