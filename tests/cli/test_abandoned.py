@@ -196,6 +196,7 @@ class Waits(threading.Event):
         return done
 
 threading.Event, time.perf_counter = Waits, lambda: float(Waits.late)
+interrupts.WAIT = 0.001  # seconds, and the factorizations take many times as long
 rng, n = np.random.default_rng(0), 5000
 """
 NEARLY_DENSE = """
