@@ -116,7 +116,7 @@ def test_signal_while_a_file_is_read_ends_at_once(number: signal.Signals, code: 
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     with pipe.open("w"):  # waits for the reader
         process.send_signal(number)
-        out, err = process.communicate(timeout=20)
+        out, err = process.communicate(timeout=60)
     assert process.returncode == code
     assert (out, err.strip()) == (b"", b"")
     assert list(tmp_path.iterdir()) == [pipe]
@@ -209,7 +209,7 @@ def read(*_):
 reading.problem_of = read
 {MAIN}
 """
-    ended = python(program, "solve", EXAMPLE, timeout=15)
+    ended = python(program, "solve", EXAMPLE, timeout=60)
     assert (ended.returncode, ended.stderr.strip()) == (130, "")
 
 

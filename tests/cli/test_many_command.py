@@ -41,7 +41,7 @@ def line_of(problem: lcpcli.Problem) -> str:
     return json.dumps({"M": problem.M.tolist(), "q": problem.q.tolist()})
 
 
-SLOW = line_of(families.make("ray", 80, 0))  # takes longer than one waits
+SLOW = line_of(families.make("ray", 80, 0))  # takes more iterations than one waits for
 
 
 @pytest.mark.parametrize("jobs", ["1", "2"])
@@ -52,16 +52,16 @@ def test_a_mixture_has_a_record_for_each_a_summary_and_the_exit_code_of_the_wors
     for at, line in ((10, MALFORMED), (20, INFEASIBLE), (30, SLOW)):
         lines.insert(at, line)
     (files / "all.jsonl").write_text("".join(f"{line}\n" for line in lines))
-    outcome = lcp("solve", "all.jsonl", "--format", "json", "--time-limit", "0.2", "--jobs", jobs)
+    outcome = lcp("solve", "all.jsonl", "--format", "json", "--max-iterations", "100", "--jobs", jobs)
     found = records(outcome)
     assert outcome.code == 2
     assert [(record["file"], record["item"]) for record in found] == [("all.jsonl", k) for k in range(1, 41)]
     others = {k: record["status"] for k, record in enumerate(found) if record["status"] != "solved"}
-    assert others == {10: "bad_input", 20: "infeasible", 30: "time_limit"}
+    assert others == {10: "bad_input", 20: "infeasible", 30: "iteration_limit"}
     complaint, summary = outcome.err.splitlines()
     assert complaint.startswith("lcp: all.jsonl: line 11: column 38: ends too early; is the file cut off?")
     assert found[10]["message"] == complaint.removeprefix("lcp: ")
-    assert summary == "lcp: 40 problems: 37 solved, 1 bad input, 1 infeasible, 1 time limit"
+    assert summary == "lcp: 40 problems: 37 solved, 1 bad input, 1 infeasible, 1 iteration limit"
     for record in (record for record in found if record["solved"]):
         problem = random_problem(record["item"] - 1 - sum(k < record["item"] - 1 for k in others))
         assert np.allclose(record["z"], lcpcli.run(problem).z)
@@ -74,7 +74,7 @@ def test_a_mixture_has_a_record_for_each_a_summary_and_the_exit_code_of_the_wors
         ("good.json none.json", 3),
         ("good.json none.json bad.json", 2),
         ("nowhere.json good.json", 2),
-        ("none.json slow.json --time-limit 0.1", 1),
+        ("none.json slow.json --max-iterations 100 --time-limit 1", 1),
     ],
 )
 def test_exit_code_of_solve_and_of_compare(files_given: str, code: int, lcp: Lcp) -> None:

@@ -14,7 +14,7 @@ from lcpcli.enumeration import pieces
 from lcpcli.rational.exact_problem import ExactProblem
 
 FREE = (-np.inf, np.inf)
-SECONDS = 20.0  # for milliseconds of work: a search that never ends fails
+SECONDS = 120.0  # for milliseconds of work: a search that never ends fails
 
 
 def shown(points: tuple[tuple[Fraction, ...], ...]) -> set[str]:

@@ -133,6 +133,10 @@ CASES = [
     (HEAD + 'p "" 1 1 0', "line 2: names information set 1 of player 1 before its actions; list its actions"),
     (HEAD + 'p "" 1 1 { } 0', "line 2: lists no action for information set 1 of player 1; list at least one"),
     (TWO + 'p "" 1 1 { "b" "a" } 0', "line 3: lists other actions for information set 1 of player 1 than before"),
+    (
+        HEAD + 'c "" 1 "" { "h" 1/2 "t" 1/2 } 0 t "" 1 "" { 1 0 } c "" 1 "" { "h" 1/4 "t" 3/4 } 0',
+        "line 2: lists other probabilities for chance event 1 than before",
+    ),
     (HEAD + 'c "" 1 { "a" 1/3 "b" 1/3 } 0', "line 2: the probabilities of chance event 1 are not at least 0"),
     (HEAD + 'c "" 1 { "a" 2 "b" -1 } 0', "line 2: the probabilities of chance event 1 are not at least 0"),
     (HEAD + 'c "" 1 { "a" } 0', "line 2: has '}' in place of a number"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import struct
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
@@ -10,8 +11,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.sparse import issparse
 
-from lcpcli import read
+from lcpcli import read, run
 from lcpcli.errors import ProblemError
 from lcpcli.files.nl_format import Model
 from lcpcli.linalg.matrices import dense
@@ -328,3 +330,49 @@ def test_file_that_is_cut_off_anywhere_is_refused(binary: bool) -> None:
         if binary or end < len(content.rstrip()) - 1:  # in a text the last number may lose digits, which nothing shows
             with pytest.raises(ProblemError):
                 Model(content[:end], "model.nl")
+
+
+def test_start_is_that_of_each_variable_wherever_its_unknown_stands() -> None:
+    """The first variable is no unknown, as its bounds fix it."""
+    rows = [((5, 1, 2), {}, ("+", ("exp", "v1"), -2.0)), ((5, 1, 3), {}, ("+", ("exp", "v2"), "v0"))]
+    problem = nonlinear(model(3, rows, [(4, 1), NONNEGATIVE, NONNEGATIVE], start={1: 5.0, 2: 7.0}))
+    assert problem.x0.tolist() == [5.0, 7.0]
+
+
+def test_entries_of_a_large_sparse_jacobian_stand_where_differences_put_them() -> None:
+    n = 300
+    rows = [((5, 1, i + 1), {i: 2.0, (i + 7) % n: -1.0}, ("square", f"v{(i * 13 + 5) % n}")) for i in range(n)]
+    problem = nonlinear(model(n, rows, [NONNEGATIVE] * n))
+    z, steps = np.random.default_rng(0).random(n), 1e-6 * np.eye(n)
+    by_differences = np.array([(problem.values(z + step) - problem.values(z - step)) / 2e-6 for step in steps]).T
+    assert issparse(problem.jacobian(z))
+    np.testing.assert_allclose(jacobian(problem, z), by_differences, atol=1e-6)
+
+
+@pytest.mark.parametrize("constant", [b"s" + struct.pack("<h", 2), b"l" + struct.pack("<i", 2)])
+def test_constants_of_every_size_in_binary_files_are_read(constant: bytes) -> None:
+    rows = [((5, 1, 1), {0: 1}, ("+", ("^", "v0", 2.0), -3.0))]
+    content = model(1, rows, [NONNEGATIVE], binary=True)
+    assert content.count(b"n" + struct.pack("<d", 2.0)) == 1
+    problem = nonlinear(content.replace(b"n" + struct.pack("<d", 2.0), constant))
+    assert problem.values(np.array([3.0])).tolist() == [9.0]
+
+
+@pytest.mark.parametrize(("kind", "number"), [(0, "1"), (1, "2"), (4, "1.5"), (5, "1.5")])
+def test_suffixes_of_variables_and_of_constraints_may_be_whole_or_real_numbers(kind: int, number: str) -> None:
+    content = model(1, [((5, 1, 1), {0: 1}, -3.0)], [NONNEGATIVE])
+    at = content.index(b"r\n")
+    suffixed = content[:at] + f"S{kind} 1 scale\n0 {number}\n".encode() + content[at:]
+    assert run(Model(suffixed, "model.nl").problem).z.tolist() == [3.0]
+
+
+def test_row_that_is_the_constant_0_is_0() -> None:
+    problem = nonlinear(model(2, [((5, 1, 1), {}, 0.0), ((5, 1, 2), {1: 1.0}, ("square", "v1"))], [NONNEGATIVE] * 2))
+    assert problem.values(np.array([1.0, 2.0])).tolist() == [0.0, 6.0]
+
+
+def test_values_and_not_multipliers_of_another_solver_are_its_solution(tmp_path: Path) -> None:
+    file, written = tmp_path / "model.nl", tmp_path / "model.sol"
+    file.write_bytes(model(2, [((5, 1, i + 1), {i: 1.0}, -float(i + 1)) for i in range(2)], [NONNEGATIVE] * 2))
+    written.write_text("other solver\n\nOptions\n3\n1\n1\n0\n2\n2\n2\n2\n0.5\n0.25\n1\n2\nobjno 0 0\n")
+    assert [float(x) for x in Model(file.read_bytes(), str(file)).solution_in(str(written))] == [1.0, 2.0]

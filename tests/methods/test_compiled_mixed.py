@@ -97,3 +97,15 @@ def test_the_compiled_units_are_those_of_numpy(seed: int, n: int, far: int) -> N
     else:
         assert np.log2(largest.max()) - np.log2(largest.min()) > UNITS_FAR_APART
         assert np.array_equal(by_kernel, A)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_kernels_take_the_steps_of_the_program_where_variables_are_fixed(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    A, B = random.normal(size=(2, 14, 14))
+    lower = np.where(random.random(14) < 0.3, -1.0, 0.0)
+    upper = np.where(random.random(14) < 0.4, lower, np.where(random.random(14) < 0.3, 1.0, np.inf))
+    problem = Problem(A @ A.T + B - B.T + np.eye(14), 3 * random.normal(size=14), lower=lower, upper=upper)
+    kernels, plain = (lcpcli.run(problem, compiled=compiled) for compiled in (True, False))
+    assert (kernels.route, kernels.iterations) == (plain.route, plain.iterations)
+    np.testing.assert_allclose(kernels.z, plain.z, rtol=1e-9, atol=1e-12)

@@ -81,7 +81,7 @@ def is_decided(seed: int, most: int) -> bool:
     """Return whether auto says what is so, with whole numbers as a proof that hold exactly."""
     data = random_program(seed, most)
     problem = data.problem()
-    result = run(problem, time_limit=100)
+    result = run(problem, time_limit=1e4)
     if data.has_minimum:
         return result.solved
     certificate = result.certificate
@@ -105,7 +105,7 @@ def test_integer_programs_are_decided_with_proofs() -> None:
 @pytest.mark.parametrize("seed", [1, 2])
 def test_contradiction_hidden_by_rounding_is_said_to_be_one_but_for_rounding(seed: int) -> None:
     problem = with_rounded_combination(seed).problem()
-    result = run(problem, time_limit=10)
+    result = run(problem, time_limit=120)
     assert result.status is Status.INFEASIBLE
     if not result.certificate.is_rounded:  # rounding has left a contradiction
         assert proves_infeasible(problem, result.certificate.vector)

@@ -19,6 +19,7 @@ from lcpcli.interrupts import within
 from lcpcli.methods import lemke as module
 from lcpcli.methods.lemke import lemke
 from lcpcli.methods.registry import LEXICOGRAPHIC, ONES
+from lcpcli.methods.small_numbers import settled
 from lcpcli.options import Limits
 from lcpcli.rational.effort import Effort
 from lcpcli.rational.exact_problem import ExactProblem
@@ -231,3 +232,12 @@ def test_path_of_lemke_says_what_enters_and_leaves_and_has_z0(ties: str) -> None
     assert result.solved
     assert [row.step for row in trace.rows[1:]] == ["z0 for w2", "z2 for w1", "z1 for z0"]
     assert [row.z0 for row in trace.rows[1:]] == pytest.approx([6, 4, 0])
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_small_numbers_are_settled_at_either_bound(mirrored: bool) -> None:
+    """The second component is at a bound, and its solution is a little inside, beside a component of 1e12."""
+    sign, bounds = (-1.0, {"lower": -1.0, "upper": [2e12, 0.0]}) if mirrored else (1.0, {"upper": [2e12, 1.0]})
+    problem = Problem(np.eye(2), [-1e12, -sign * (1 - 1e-5)], **bounds)
+    z = settled(problem, np.array([1e12, sign]), lambda left: run(left, "lemke").z)
+    assert z.tolist() == [1e12, pytest.approx(sign * (1 - 1e-5), abs=1e-12)]

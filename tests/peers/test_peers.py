@@ -160,7 +160,7 @@ def test_nothing_is_compiled_while_the_clock_runs() -> None:
 ENDINGS = {
     "kill -SEGV $$": "killed by SIGSEGV",
     "exit 3": "failed with exit code 3",
-    "echo ready; exec sleep 20": "stopped at the time limit",
+    "echo ready; exec sleep 600": "stopped at the time limit",
 }
 
 
@@ -168,7 +168,7 @@ ENDINGS = {
 def test_a_process_that_dies_or_hangs_is_told_from_one_that_answers(action: str, tmp_path: Path) -> None:
     ending, seconds = process.run([str(stand_in(tmp_path / "program", action))], 0.1)
     assert ending == ENDINGS[action]
-    assert seconds < 20
+    assert seconds < 300
 
 
 SEEN = {"piqp": "0.6.4", "clarabel": "0.11.1", "osqp": "1.1.3", "daqp": "0.11.0", "highs": "1.15.1"}

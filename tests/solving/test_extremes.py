@@ -97,7 +97,7 @@ def test_auto_finds_every_solution_that_doubles_can_hold(seed: int) -> None:
     """
     M, q, _ = extremes.data(seed)
     problem = Problem(M, q)
-    result = run(problem, "auto", limits=Limits(time_limit=20.0))
+    result = run(problem, "auto", limits=Limits(time_limit=120.0))
     check(result, problem)
     z = exact.solution(problem)
     if z is None:
@@ -162,7 +162,7 @@ def test_problem_without_solution_is_not_called_solved(seed: int, kind: str) -> 
     if exact.solution(problem) is None:
         rescaled = exact.rescaled(problem, np.random.default_rng(seed), 200)
         for each in (problem, rescaled):
-            assert run(each, "auto", limits=Limits(time_limit=20.0)).status.has_no_solution
+            assert run(each, "auto", limits=Limits(time_limit=120.0)).status.has_no_solution
 
 
 @pytest.mark.parametrize("n", [40, 60, 200])

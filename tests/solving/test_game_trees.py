@@ -178,3 +178,21 @@ def test_an_unsolved_game_has_no_strategies() -> None:
     result = lcpcli.run(problem, "shi", max_iterations=1)
     assert not result.solved
     assert (result.answer.information_sets, result.answer.payoffs) == (None, None)
+
+
+def test_strategies_at_sets_that_the_strategies_of_their_player_exclude_are_probabilities() -> None:
+    """A player who stays out has a strategy for later, each action with the same probability."""
+    game = """EFG 2 R "out" { "A" "B" }
+p "" 1 1 "" { "out" "in" } 0
+t "" 1 "" { 2, 2 }
+p "" 1 2 "later" { "l" "r" } 0
+t "" 2 "" { 0, 0 }
+p "" 2 1 "" { "a" "b" } 0
+t "" 3 "" { 1, 0 }
+t "" 4 "" { 0, 3 }
+"""
+    sets = lcpcli.run(lcpcli.from_efg(game)).answer.information_sets
+    assert [(each.label, each.probabilities, each.reached) for each in sets[:2]] == [
+        ("1", [1.0, 0.0], 1.0),
+        ("later", [0.5, 0.5], 0.0),
+    ]

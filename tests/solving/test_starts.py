@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lcpcli import Problem, Status, from_qp, read, run
+from lcpcli import Problem, Status, from_qp, read, run, solve_mcp
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files import contents as shipped
 from lcpcli.model.box import ORTHANT
+from lcpcli.model.nonlinear import NonlinearProblem
 
 from ..conftest import Outcome
 
@@ -138,3 +139,14 @@ def test_a_rounded_solution_of_a_program_is_repaired_by_a_few_systems(n: int) ->
     warm = run(problem, z0=z)
     assert (cold.solved, warm.solved) == (True, True)
     assert warm.evaluations <= 4 < cold.evaluations
+
+
+def test_a_start_at_the_border_of_the_domain_of_F_is_moved_into_it() -> None:
+    result = solve_mcp(lambda z: np.log(z) - [1.0, -1.0], x0=[0.0, 0.0])
+    assert result.solved
+    np.testing.assert_allclose(result.z, np.exp([1.0, -1.0]), rtol=1e-8)
+
+
+def test_a_start_beyond_the_bounds_is_brought_within_them() -> None:
+    problem = NonlinearProblem(lambda z: z**2 - 4.0, lower=0.0, x0=[1.0]).starting_at([-2.0])
+    assert problem.x0.tolist() == [0.0]

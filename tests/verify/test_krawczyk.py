@@ -114,6 +114,15 @@ def test_degenerate_solutions_and_points_that_are_none_are_not_proved() -> None:
     assert not proved_bound(enclosed(outside), np.array([2 - 1e-17])).proved  # a zero of F at the bound
 
 
+def test_a_solution_that_has_another_one_beside_it_is_not_called_the_only_one() -> None:
+    """w = 1e-20 - z_2 at z_2 = 0, which is at its bound, and 0 at z_2 = 1e-20."""
+    beside = NonlinearProblem(
+        lambda z: [z[0] ** 2 - 2, 1e-20 - z[1]], lambda z: [[2 * z[0], 0.0], [0.0, -1.0]], lower=0.0, x0=[1.0, 0.0]
+    )
+    bound = proved_bound(enclosed(beside), np.array([2.0**0.5, 0.0]))
+    assert not bound.proved or bound.value < 1e-20
+
+
 def test_without_intervals_nothing_is_proved() -> None:
     result = run_nonlinear(gallery.josephy(), proof=True)
     assert result.bound is not None

@@ -214,7 +214,7 @@ def proves(problem: Problem, y: list[Fraction], number: Callable[[float], Fracti
 def test_what_is_written_proves_exactly_what_it_claims(seed: int) -> None:
     pytest.importorskip("flint")
     problem = infeasible(seed)
-    for result in (run(problem, "auto", limits=Limits(time_limit=5)), lcpcli.exact(problem, time_limit=5)):
+    for result in (run(problem, "auto", limits=Limits(time_limit=120)), lcpcli.exact(problem, time_limit=120)):
         held = json.loads(json_lines.line(json_lines.data(result)))
         if held["status"] == "infeasible":
             y = [Fraction(value) for value in held["certificate"]["vector"]]
