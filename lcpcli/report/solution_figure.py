@@ -11,7 +11,7 @@ from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import brief
 from lcpcli.report import plotting, wording
-from lcpcli.report.figures import best_replies
+from lcpcli.report.figures import game_figure
 from lcpcli.report.figures.data import Cones, Replies
 
 
@@ -76,8 +76,8 @@ def replies(found: SolutionSet) -> Replies:
         B=[list(map(brief, row)) for row in B],
         rows=rows,
         columns=columns,
-        row=[(float(p), float(q)) for p, q in best_replies.of_row(A)],
-        column=[(float(p), float(q)) for p, q in best_replies.of_column(B)],
+        row=[(float(p), float(q)) for p, q in game_figure.of_row(A)],
+        column=[(float(p), float(q)) for p, q in game_figure.of_column(B)],
         equilibria=[(float(each.row[0]), float(each.column[0])) for each in held.extreme],
         subsets=corners,
         count=found.count,

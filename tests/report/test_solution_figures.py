@@ -22,7 +22,7 @@ import lcpcli
 from lcpcli.enumeration.search import SolutionSet
 from lcpcli.model.origins import Game
 from lcpcli.report import solution_figure
-from lcpcli.report.figures import best_replies, cones_figure, game_figure, style
+from lcpcli.report.figures import cones_figure, game_figure, style
 from lcpcli.report.figures.cones_figure import LINE, POINT, RAY, SECTOR, SETS
 from lcpcli.report.figures.data import Cones, Replies
 
@@ -143,8 +143,8 @@ def exact(payoffs: Any) -> list[list[Fraction]]:
 @pytest.mark.parametrize("name", GAMES)
 def test_best_replies_are_those_of_the_textbook(name: str) -> None:
     A, B, row, column = GAMES[name]
-    assert [(float(p), float(q)) for p, q in best_replies.of_row(exact(A))] == row
-    assert [(float(p), float(q)) for p, q in best_replies.of_column(exact(B))] == column
+    assert [(float(p), float(q)) for p, q in game_figure.of_row(exact(A))] == row
+    assert [(float(p), float(q)) for p, q in game_figure.of_column(exact(B))] == column
 
 
 PAYOFFS = st.lists(st.lists(st.integers(-2, 2), min_size=2, max_size=2), min_size=2, max_size=2)
@@ -152,12 +152,12 @@ PAYOFFS = st.lists(st.lists(st.integers(-2, 2), min_size=2, max_size=2), min_siz
 
 @given(A=PAYOFFS, part=st.fractions(0, 1))
 def test_every_point_of_the_line_is_a_best_reply(A: list[list[int]], part: Fraction) -> None:
-    line = best_replies.of_row(exact(A))
+    line = game_figure.of_row(exact(A))
     for (p0, q0), (p1, q1) in pairwise(line):
         p, q = p0 + part * (p1 - p0), q0 + part * (q1 - q0)
         first, second = (row[0] * q + row[1] * (1 - q) for row in A)
         assert p * first + (1 - p) * second == max(first, second)
-    assert (line[0][1], line[-1][1]) == ((0, 1) if line is not best_replies.SQUARE else (0, 0))
+    assert (line[0][1], line[-1][1]) == ((0, 1) if line is not game_figure.SQUARE else (0, 0))
 
 
 def replies(name: str, names: list[str]) -> Replies:
