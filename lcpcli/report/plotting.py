@@ -101,9 +101,9 @@ def paths(pictures: Sequence[Trajectories], form: str) -> bytes:
 def response(picture: Response, form: str) -> bytes:
     """Return a picture of the solutions along a path, and of the objective of a program."""
     require()
-    from lcpcli.report.figures import response_figure, style
+    from lcpcli.report.figures import run_figures, style
 
-    return style.file(lambda: response_figure.draw(picture), form, "Path of solutions", picture.provenance)
+    return style.file(lambda: run_figures.draw(picture), form, "Path of solutions", picture.provenance)
 
 
 def form_of(path: str, option: str = PLOT) -> str:

@@ -14,7 +14,7 @@ import lcpcli
 from lcpcli import Problem
 from lcpcli.parametric.path import Path as Solutions
 from lcpcli.report import plotting
-from lcpcli.report.figures import cones_figure, game_figure, paths_figure, response_figure, style
+from lcpcli.report.figures import cones_figure, game_figure, paths_figure, run_figures, style
 from lcpcli.report.figures.data import Cones, Panel
 from lcpcli.report.path_figure import response
 
@@ -98,7 +98,7 @@ def test_texts_of_games_are_apart(name: str, names: list[str]) -> None:
 @pytest.mark.parametrize("name", RESPONSES)
 def test_texts_of_paths_of_solutions_are_apart(name: str) -> None:
     with style.context():
-        figure = response_figure.draw(response(RESPONSES[name]()))
+        figure = run_figures.draw(response(RESPONSES[name]()))
     assert_no_text_is_on_another_or_leaves(figure)
 
 

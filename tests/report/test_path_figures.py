@@ -16,7 +16,7 @@ from lcpcli import Problem
 from lcpcli.errors import OptionError
 from lcpcli.parametric.path import Path as Solutions
 from lcpcli.report import paths
-from lcpcli.report.figures import paths_figure, response_figure, style
+from lcpcli.report.figures import paths_figure, run_figures, style
 from lcpcli.report.figures.data import Trajectories
 from lcpcli.report.figures.data import Trajectory as Run
 from lcpcli.report.path_figure import response
@@ -145,7 +145,7 @@ def test_a_run_without_iterates_is_named_as_such() -> None:
 
 def drawn(path: Solutions) -> Figure:
     with style.context():
-        return response_figure.draw(response(path))
+        return run_figures.draw(response(path))
 
 
 def test_lines_go_through_all_breakpoints_and_have_their_names() -> None:
@@ -170,7 +170,7 @@ def test_jump_is_dashed_and_a_ring_marks_a_turn() -> None:
     assert [text.get_text() for text in legend.get_texts()] == ["z1", "jump", "turn"]
     dashed = [line for line in axes.lines if line.get_linestyle() == "--"]
     assert [(line.get_xdata().tolist(), line.get_ydata().tolist()) for line in dashed] == [([0, 0], [3, 0])]
-    rings = [line for line in axes.lines if line.get_markersize() == response_figure.TURN["markersize"]]
+    rings = [line for line in axes.lines if line.get_markersize() == run_figures.TURN["markersize"]]
     assert [line.get_xydata().tolist() for line in rings] == [[[0, 0]]]
 
 
@@ -198,7 +198,7 @@ def test_many_lines_are_thin_and_have_no_legend() -> None:
     (axes,) = figure.axes
     assert figure.legends == []
     assert axes.get_ylabel() == "z, 40 components"
-    assert {line.get_linewidth() for line in axes.lines} == {response_figure.THIN["linewidth"], 0.5}
+    assert {line.get_linewidth() for line in axes.lines} == {run_figures.THIN["linewidth"], 0.5}
 
 
 def test_other_suffix_is_refused() -> None:
