@@ -27,7 +27,7 @@ from lcpcli.cli.main import of_status
 from lcpcli.files.formats import FORMATS
 from lcpcli.gallery import families as gallery
 from lcpcli.methods.registry import METHODS
-from lcpcli.report import formats
+from lcpcli.report import document
 from lcpcli.report.wording import flag
 from lcpcli.solving import result
 
@@ -242,7 +242,7 @@ def test_tables_have_rates_of_several_families_and_the_ladders_of_the_suites() -
 def test_page_of_formats_has_those_of_problems_and_of_results() -> None:
     shown = set(re.findall(r"`([.\w]+)`", PAGES["formats"]))
     assert {suffix for suffix in FORMATS if suffix not in shown} == set()
-    rows = [f"| `{name}` | `{form.suffix}` |" for name, form in formats.FORMATS.items()]
+    rows = [f"| `{name}` | `{form.suffix}` |" for name, form in document.FORMATS.items()]
     assert [row for row in rows if row not in PAGES["formats"]] == []
 
 

@@ -120,7 +120,7 @@ ADDITIONS = {
     "method": ("methods/toy.py", METHOD, "methods/registry.py", "METHODS", f'"toy": {DECLARED}'),
     "family": ("gallery/toy.py", FAMILY, "gallery/families.py", "REGISTRY", '"toy": Entry("toy", "the identity", "P")'),
     "file": ("files/toy.py", FORMAT, "files/formats.py", "FORMATS", '".toy": Kind("toy", M_AND_Q, in_decimals=True)'),
-    "report": ("report/toy.py", REPORT, "report/formats.py", "FORMATS", '"toy": Form("titles", ".toys", "toy")'),
+    "report": ("report/toy.py", REPORT, "report/document.py", "FORMATS", '"toy": Form("titles", ".toys", "toy")'),
     "column": ("", "", "report/columns.py", "COLUMNS", f'"positive": {COLUMN}'),
     "peer": ("peers/toy.py", PEER, "peers/registry.py", "REGISTRY", '"toy": ("toy", "our own")'),
     "class": ("inspection/toy.py", CLASS, "inspection/classify.py", "CLASSES", '"toy": "toy"'),

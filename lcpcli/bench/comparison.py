@@ -15,8 +15,7 @@ from lcpcli.bench import record, statistics
 from lcpcli.errors import OptionError, count
 from lcpcli.files.contents import content_of, decode, place
 from lcpcli.report import json_lines, result_csv, wording
-from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.formats import typeset
+from lcpcli.report.document import Document, Section, Table, typeset
 from lcpcli.solving.result import Status
 
 ALIKE = 1.1  # medians within this factor are as before, as from one process to the next they differ by as much

@@ -20,9 +20,8 @@ from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.model.problem import WITHOUT_SOLUTION
 from lcpcli.report import plotting as figures
 from lcpcli.report import wording
-from lcpcli.report.document import Document, Section, Table
+from lcpcli.report.document import Document, Section, Table, typeset
 from lcpcli.report.figures.data import Curve, Panel, Profile, Stiffness
-from lcpcli.report.formats import typeset
 from lcpcli.report.result_csv import written
 from lcpcli.report.wording import LEVELS, PIPE_WIDTH
 

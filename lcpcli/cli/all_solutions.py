@@ -16,7 +16,7 @@ from lcpcli.files.contents import within
 from lcpcli.interrupts import TimeIsUp, stopping
 from lcpcli.options import MAX_ITERATIONS, TOL
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.report import formats, plotting, selection, solution_figure, solutions
+from lcpcli.report import document, plotting, selection, solution_figure, solutions
 
 if TYPE_CHECKING:
     from lcpcli.cli.problems import InputProblem
@@ -94,7 +94,7 @@ def _text(solution_set: sets.SolutionSet, source: Source, exact: bool, output: O
         return solutions.in_csv(solution_set, exact, names)
     destination = output.destination
     report = solutions.build(solution_set, exact, output.form, names)
-    return formats.typeset(report, output.form, destination.width, destination.color)
+    return document.typeset(report, output.form, destination.width, destination.color)
 
 
 def _draw(solution_set: sets.SolutionSet, file: str | None) -> None:

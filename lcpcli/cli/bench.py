@@ -28,7 +28,7 @@ from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
 from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TOL
 from lcpcli.peers.registry import PEERS
-from lcpcli.report.formats import MEANINGS as MEANINGS_OF_FORMATS
+from lcpcli.report.document import MEANINGS as MEANINGS_OF_FORMATS
 
 if TYPE_CHECKING:
     from lcpcli.bench.record import BenchRecord

@@ -15,7 +15,7 @@ from lcpcli.enumeration.search import refuse_large
 from lcpcli.errors import ProblemError
 from lcpcli.files.contents import content_of, within
 from lcpcli.interrupts import stopping
-from lcpcli.report import formats, optimum_text, selection
+from lcpcli.report import document, optimum_text, selection
 
 if TYPE_CHECKING:
     from lcpcli.cli.session import Outcome
@@ -79,4 +79,4 @@ def _text(request: Request, work: Work, output: Output, found: search.Optimum) -
     if output.form == "csv":
         return optimum_text.in_csv(found, request.exact, request.names)
     report = optimum_text.build(found, request.exact, output.form, request.names)
-    return formats.typeset(report, output.form, output.destination.width, output.destination.color)
+    return document.typeset(report, output.form, output.destination.width, output.destination.color)

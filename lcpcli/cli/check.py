@@ -23,7 +23,7 @@ from lcpcli.cli.output import Destination, refuse
 from lcpcli.cli.problems import InputModel, InputProblem, Inputs
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.options import TOL
-from lcpcli.report.formats import RECORD_MEANINGS
+from lcpcli.report.document import RECORD_MEANINGS
 
 if TYPE_CHECKING:
     from lcpcli.files.nl_format import Model

@@ -11,7 +11,7 @@ from lcpcli.cli.main import NOT_SOLVED, SOLVED
 from lcpcli.cli.output import Destination
 from lcpcli.cli.problems import Inputs
 from lcpcli.options import Option
-from lcpcli.report.formats import MEANINGS
+from lcpcli.report.document import MEANINGS
 
 FORMATS = {**MEANINGS, "json": "an object for each run, for scripts", "csv": "a row for each run, all digits"}
 SLOWER = Option(

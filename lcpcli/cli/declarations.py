@@ -19,7 +19,7 @@ from lcpcli.methods.registry import declared as declared_method
 from lcpcli.methods.variants import Variant
 from lcpcli.options import EVERY, INFINITY, LIMITS, THREADS, Option
 from lcpcli.report.columns import CHOICES
-from lcpcli.report.formats import MEANINGS
+from lcpcli.report.document import MEANINGS
 from lcpcli.report.wording import flag
 
 STARTS = {

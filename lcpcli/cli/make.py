@@ -101,8 +101,7 @@ def make(
 
 
 def _show_list() -> int:
-    from lcpcli.report.document import Document, Section, Table
-    from lcpcli.report.formats import typeset
+    from lcpcli.report.document import Document, Section, Table, typeset
 
     rows = []
     for name, meaning in gallery.FAMILIES.items():

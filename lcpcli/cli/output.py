@@ -12,7 +12,7 @@ from lcpcli import options
 from lcpcli.cli.terminal import ITERATES, emit, size, terminal
 from lcpcli.errors import OptionError
 from lcpcli.options import EVERY
-from lcpcli.report.formats import FORMATS, SUFFIXES, TABLES
+from lcpcli.report.document import FORMATS, SUFFIXES, TABLES
 from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:

@@ -29,7 +29,7 @@ from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files.contents import parsed, place, within
 from lcpcli.files.formats import LINES
 from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL
-from lcpcli.report.formats import MEANINGS, SUFFIXES
+from lcpcli.report.document import MEANINGS, SUFFIXES
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -273,8 +273,8 @@ def _render(
     color: bool,
 ) -> str:
     """Return the path in a format. at : further values of t. files : of both problems. names : of the unknowns."""
-    from lcpcli.report import formats, path_formats, path_table
+    from lcpcli.report import document, path_formats, path_table
 
     if form in path_formats.WRITERS:
         return path_formats.WRITERS[form](path, at, files, names)
-    return formats.typeset(path_table.build(path, form, at, width, names), form, width, color)
+    return document.typeset(path_table.build(path, form, at, width, names), form, width, color)

@@ -14,8 +14,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.presolve import Presolved, Refuted
 from lcpcli.options import TOL
 from lcpcli.report import json_lines, result_csv, wording
-from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.formats import typeset
+from lcpcli.report.document import Document, Section, Table, typeset
 from lcpcli.report.wording import PIPE_WIDTH
 
 UNKNOWN = "not computed: too expensive"

@@ -9,8 +9,7 @@ from lcpcli.errors import count
 from lcpcli.inspection.nonlinear import NonlinearInspection
 from lcpcli.inspection.verdict import title
 from lcpcli.report import json_lines, result_csv, wording
-from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.formats import typeset
+from lcpcli.report.document import Document, Section, Table, typeset
 from lcpcli.report.wording import PIPE_WIDTH
 
 

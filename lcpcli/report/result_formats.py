@@ -7,7 +7,7 @@ from itertools import chain
 from typing import TYPE_CHECKING
 
 from lcpcli.errors import visible
-from lcpcli.report.formats import typeset
+from lcpcli.report.document import typeset
 
 if TYPE_CHECKING:
     from lcpcli.files.contents import Source

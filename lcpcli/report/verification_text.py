@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.formats import typeset
+from lcpcli.report.document import Document, Section, Table, typeset
 from lcpcli.report.wording import above, short, size, title
 
 if TYPE_CHECKING:

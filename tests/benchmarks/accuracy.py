@@ -22,8 +22,7 @@ from lcpcli.errors import count
 from lcpcli.inspection.theory import contraction
 from lcpcli.model.problem import Problem
 from lcpcli.report import wording
-from lcpcli.report.document import Document, Section
-from lcpcli.report.formats import typeset
+from lcpcli.report.document import Document, Section, typeset
 from lcpcli.report.wording import LEVELS
 
 ALIKE = 1.02  # times within this factor count as equal, as repeated measurements differ by as much

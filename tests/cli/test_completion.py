@@ -25,7 +25,7 @@ from lcpcli.gallery import families as gallery
 from lcpcli.gallery.families import FAMILIES
 from lcpcli.methods.registry import METHODS
 from lcpcli.peers.registry import PEERS, select
-from lcpcli.report.formats import FORMATS
+from lcpcli.report.document import FORMATS
 
 from .conftest import MAIN, Lcp, assert_refused, python
 

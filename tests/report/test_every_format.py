@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from lcpcli.files import contents
-from lcpcli.report.formats import FORMATS
+from lcpcli.report.document import FORMATS
 
 EXAMPLE = contents.shipped_path(contents.PAPER_EXAMPLES[0])
 SMALL = {"name": "a_b|c", "M": [[2, 1], [1, 2]], "q": [-5, -6], "names": ["a_b", "c|d"]}

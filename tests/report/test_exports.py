@@ -18,8 +18,7 @@ import pytest
 from lcpcli import Trace, read, run
 from lcpcli.files import contents
 from lcpcli.report import latex
-from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.formats import TABLES, typeset
+from lcpcli.report.document import TABLES, Document, Section, Table, typeset
 from lcpcli.report.latex import escape_latex
 from lcpcli.report.markdown import escape_markdown
 from lcpcli.report.terminal import _folds

@@ -15,7 +15,7 @@ import pytest
 import lcpcli
 from lcpcli import Problem
 from lcpcli.parametric.path import Path
-from lcpcli.report import formats, path_formats, path_table
+from lcpcli.report import document, path_formats, path_table
 from lcpcli.report.path_formats import KEYS
 from lcpcli.report.path_terms import Terms
 
@@ -23,7 +23,7 @@ from .path_samples import SMALL, cornered, frontier, portfolio, small, small_in_
 
 
 def text_of(path: Path, form: str = "table", at: Any = (), width: int | None = None) -> str:
-    return formats.typeset(path_table.build(path, form, at, width), form, width)
+    return document.typeset(path_table.build(path, form, at, width), form, width)
 
 
 def table(path: Path, *at: Any, width: int | None = None) -> list[list[str]]:

@@ -17,7 +17,7 @@ from lcpcli.errors import ProblemError
 from lcpcli.methods.registry import METHODS
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.tree import first_solution
-from lcpcli.report.formats import FORMATS
+from lcpcli.report.document import FORMATS
 
 from ..conftest import Outcome
 
