@@ -200,7 +200,7 @@ def _no_solution(problem: Problem, data: ExactProblem) -> Certificate:
         from lcpcli.rational.effort import Effort
         from lcpcli.rational.numbers import rounded_direction
         from lcpcli.verify.certificate import EXHAUSTION_EFFORT, Certificate, farkas_statement, proves_infeasible
-        from lcpcli.verify.exact_farkas import farkas_vector
+        from lcpcli.verify.farkas import farkas_vector
     y = None
     with suppress(TimeIsUp):
         y = farkas_vector(data, Effort(EXHAUSTION_EFFORT).steps(data))

@@ -108,7 +108,7 @@ def _exactly(problem: Problem, data: ProgramData, constraints: Problem) -> _Feas
         from lcpcli.rational.effort import Effort
         from lcpcli.rational.exact_problem import ExactProblem
         from lcpcli.rational.numbers import rounded_direction
-        from lcpcli.verify.exact_farkas import farkas_vector
+        from lcpcli.verify.farkas import farkas_vector
     exact = ExactProblem.of_floats(constraints)
     try:
         y = farkas_vector(exact, Effort(FEASIBILITY_EFFORT).steps(exact))

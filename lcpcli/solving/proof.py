@@ -35,8 +35,8 @@ from lcpcli.solving.call import RAISE, refuse_unknown_options, unless_interrupte
 from lcpcli.solving.result import Exact, Result, Status
 from lcpcli.typing import Interrupts, Vector
 from lcpcli.verify.certificate import Certificate, exact_certificate
-from lcpcli.verify.exact_farkas import exact_proof, farkas_vector, simplified
 from lcpcli.verify.exact_solution import from_point
+from lcpcli.verify.farkas import exact_proof, farkas_vector, simplified
 from lcpcli.verify.point import Criterion, Point
 
 UNSOLVABLE = "every complementary set is excluded by inequalities that were checked in rational arithmetic"

@@ -92,7 +92,7 @@ def _stated(problem: Problem, claim: Certificate) -> Certificate:
     with imports:
         from lcpcli.rational.effort import Effort
         from lcpcli.rational.exact_problem import ExactProblem
-        from lcpcli.verify.exact_farkas import exact_proof, farkas_vector, is_exact
+        from lcpcli.verify.farkas import exact_proof, farkas_vector, is_exact
     assert claim.vector is not None
     if is_exact(problem, claim.vector):
         return claim
@@ -170,7 +170,7 @@ def proof(problem: Problem, y: Vector) -> Vector | None:
         return None
     with imports:
         from lcpcli.verify.alternative import with_room
-        from lcpcli.verify.exact_farkas import whole_proofs
+        from lcpcli.verify.farkas import whole_proofs
     found = _first(problem, whole_proofs(problem, y, small=True))
     if found is not None:
         return found

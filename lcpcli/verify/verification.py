@@ -239,7 +239,7 @@ def verify_farkas(problem: Problem, y: list[Fraction], data: ExactProblem | None
         problem, failure = data.problem, _failed_condition(data, y)
         if failure and is_rounded:
             with imports:
-                from lcpcli.verify.exact_farkas import exact_proof
+                from lcpcli.verify.farkas import exact_proof
             failure = failure if exact_proof(data, doubles) is None else ""
     message = f"y proves nothing: {failure}" if failure else f"proved infeasible: {problem.box.wording.refuted}"
     return Verification(problem, "farkas", exact=exact, accepted=not failure, message=message)

@@ -23,7 +23,7 @@ from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.tree import first_solution
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import is_clear, proves_infeasible
-from lcpcli.verify.exact_farkas import farkas_vector
+from lcpcli.verify.farkas import farkas_vector
 
 from ..exact import refutes
 from . import presolve_problems as problems

@@ -15,8 +15,7 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.no_minimum import Constraints
 from lcpcli.verify.certificate import is_clear
 from lcpcli.verify.enclosure import enclosure
-from lcpcli.verify.exact_farkas import exact_proof
-from lcpcli.verify.farkas import refutes
+from lcpcli.verify.farkas import exact_proof, refutes
 from lcpcli.verify.measure import Measure, decision
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.verification import verify
