@@ -107,7 +107,7 @@ def _solution(problem: Problem, z: Vector, m: int) -> Vector:
     except np.linalg.LinAlgError:
         return z
     with imports:
-        from lcpcli.verify.refinement import refined
+        from lcpcli.verify.exact_solution import refined
     return np.maximum(refined(problem, solution, of_masks(z > 0.0)), 0.0)
 
 

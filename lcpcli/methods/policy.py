@@ -179,8 +179,8 @@ def _improved(problem: Problem, turns: Turns, tol: float) -> Generator[Iterate, 
     if problem.n <= measure.FEW_UNKNOWNS:
         return isinstance((yield from exactly(problem, turns)), Finished)
     with imports:
+        from lcpcli.verify.exact_solution import is_rounded_solution, refined
         from lcpcli.verify.ill_posed import enclosed
-        from lcpcli.verify.refinement import is_rounded_solution, refined
     box = problem.box
     z, fault = enclosed(problem, box.z_of(turns.last.x), tol)
     if not fault:

@@ -184,7 +184,7 @@ def _rounded(
     """Yield (z - w) / 2 of an exact solution, rounded; return "", or why that is no solution."""
     with imports:
         from lcpcli.rational.numbers import rounded
-        from lcpcli.verify.refinement import is_rounded_solution
+        from lcpcli.verify.exact_solution import is_rounded_solution
     z, w = rounded(exact_z), rounded(exact_w)
     if not (is_finite(z) and is_finite(w)):
         return OUT_OF_RANGE

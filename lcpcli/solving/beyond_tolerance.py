@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 from lcpcli.solving.result import Status
 from lcpcli.verify.certificate import Certificate
+from lcpcli.verify.exact_solution import is_rounded_difference
 from lcpcli.verify.ill_posed import Settled, large_solution, settled, statement
 from lcpcli.verify.point import Criterion, Point
-from lcpcli.verify.refinement import is_rounded_difference
 
 ROUNDED = "z is the exact solution up to rounding of its last digits, which leaves a relative residual of {:.1e}"
 ENCLOSED = (

@@ -15,7 +15,7 @@ from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.solving import driver as driver
 from lcpcli.typing import Vector
-from lcpcli.verify.refinement import refined
+from lcpcli.verify.exact_solution import refined
 
 REFERENCE_SECONDS = 10.0  # for the search for a solution
 MOST_EXACT_UNKNOWNS = 200  # up to which an exact solution is computed, in a second

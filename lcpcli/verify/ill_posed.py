@@ -28,8 +28,8 @@ from lcpcli.typing import Vector
 from lcpcli.verify import enclosure, farkas
 from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.certificate import Certificate, farkas_certificate, in_range_if_proof, rounded_proof
+from lcpcli.verify.exact_solution import is_rounded_solution, refined
 from lcpcli.verify.measure import Measure
-from lcpcli.verify.refinement import is_rounded_solution, refined
 
 EFFORT = 2.0  # of an exact solution, and of LPs for a proof, by the seconds that they usually take
 EXACT = "z is an exact solution of size {} up to its last digits, but {}"

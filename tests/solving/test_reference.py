@@ -17,7 +17,7 @@ from lcpcli.files import contents
 from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.solving import reference
 from lcpcli.solving.reference import with_reference
-from lcpcli.verify.refinement import refined
+from lcpcli.verify.exact_solution import refined
 
 from .. import exact
 
