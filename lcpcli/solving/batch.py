@@ -16,8 +16,7 @@ import numpy as np
 from lcpcli.clock import Stopwatch, seconds
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import CANDIDATE, CERTAIN, MOST_UNKNOWNS, NOTHING, DirectAnswer
-from lcpcli.methods.direct_rows import direct_many
+from lcpcli.methods.direct import CANDIDATE, CERTAIN, MOST_UNKNOWNS, NOTHING, DirectAnswer, direct_many
 from lcpcli.model import views
 from lcpcli.model.problem import Problem
 from lcpcli.model.stacks import Stack

@@ -34,8 +34,8 @@ from lcpcli.methods.direct import (
     DirectAnswer,
     Made,
     direct,
+    direct_many,
 )
-from lcpcli.methods.direct_rows import direct_many
 from lcpcli.solving import direct_run, driver
 from lcpcli.typing import Vector
 
