@@ -15,7 +15,7 @@ from numba import njit, types
 from lcpcli.linalg.doubles import FAR_FROM_ONE, LARGEST_DOUBLE
 from lcpcli.linalg.units import EXPONENT_MARGIN, LARGEST_POWER, MOST_SWEEPS, NEAR_UNITS, UNITS_FAR_APART
 from lcpcli.methods.free_variables import NEAR_ONE
-from lcpcli.methods.path_end import CORRECTIONS, DEPENDENT, SINGULAR
+from lcpcli.methods.lemke_path import CORRECTIONS, DEPENDENT, SINGULAR
 from lcpcli.model.box import BASIC, LOWER
 
 SMALL_DISTANCE = 1e-13  # from a bound or from 0, relative to the largest |z_i|: it may be rounding of 0

@@ -18,8 +18,7 @@ from lcpcli.methods import tableau
 from lcpcli.methods.bounded_form import CANCELLED
 from lcpcli.methods.direct import as_dense
 from lcpcli.methods.free_variables import Reduction
-from lcpcli.methods.lemke_path import Follow, LemkePath
-from lcpcli.methods.path_end import solution_at
+from lcpcli.methods.lemke_path import Follow, LemkePath, solution_at
 from lcpcli.methods.registry import LARGEST, LEXICOGRAPHIC, METHODS, ONES
 from lcpcli.methods.small_numbers import settled
 from lcpcli.methods.stages import (

@@ -277,8 +277,8 @@ def _from(start: Start, problem: Problem, structure: Structure) -> Stage:
     """Return the stage that tries the states of a start: exchanges, or where M may have singular blocks one system, as
     for contact, or if z is given for many unknowns, systems as at the end of interior, as for programs."""
     with imports:
+        from lcpcli.methods.lemke_path import confirmed
         from lcpcli.methods.newton import from_start
-        from lcpcli.methods.path_end import confirmed
     if problem.M.diagonal().all():
         return from_start(problem, start.basis)
     if start.z is None:

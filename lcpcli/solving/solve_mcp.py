@@ -26,8 +26,8 @@ from lcpcli.methods.direct import MOST_PIVOTED, MOST_UNKNOWNS, as_dense
 from lcpcli.methods.free_variables import WithoutFree
 from lcpcli.methods.josephy_newton import josephy_newton
 from lcpcli.methods.lemke import path_to_end, reduced
+from lcpcli.methods.lemke_path import solution_at
 from lcpcli.methods.newton import from_states
-from lcpcli.methods.path_end import solution_at
 from lcpcli.methods.stages import FAULTS, Finished, Iterate, Stalled, advance, ended
 from lcpcli.methods.tableau import SOLVED
 from lcpcli.model.arrays import FROM_0
