@@ -20,10 +20,9 @@ from lcpcli.linalg.units import equilibrate
 from lcpcli.methods import stages
 from lcpcli.methods.full_approximation import FullApproximation
 from lcpcli.methods.inexact import NO_PROGRESS, NOT_POSITIVE, ROUNDING_REACHED, Inexact, Preconditioners, krylov
-from lcpcli.methods.multilevel import Hierarchy
+from lcpcli.methods.multilevel import Hierarchy, VCycles
 from lcpcli.methods.newton import finish
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns
-from lcpcli.methods.v_cycles import VCycles
 from lcpcli.model.box import BASIC
 from lcpcli.model.changes import in_units
 from lcpcli.model.problem import Problem
