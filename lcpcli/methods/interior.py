@@ -23,8 +23,7 @@ from lcpcli.linalg.matrices import is_sparse, multiplier, plus_diagonal
 from lcpcli.linalg.shifted_systems import SuperLU, Systems, systems
 from lcpcli.methods.direct import MOST_AS_DENSE
 from lcpcli.methods.interior_scaling import SlackForm, proof_of, slack_form
-from lcpcli.methods.interior_steps import PrimalDualPoint, Steps
-from lcpcli.methods.interior_systems import AccurateSystems, Regularization
+from lcpcli.methods.interior_systems import AccurateSystems, PrimalDualPoint, Regularization, Steps
 from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, NoSolution, Stage, Stalled, Tried
 from lcpcli.model.box import BASIC, of_masks
 from lcpcli.model.problem import Problem

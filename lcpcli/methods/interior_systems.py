@@ -4,17 +4,27 @@ The systems (M + D) x = b are solved more accurately than by their regularized f
 refinement removes rho, and where it converges slowly, GMRES takes over with the factors as its preconditioner (Y. Saad,
 M. H. Schultz, SIAM J. Sci. Stat. Comput. 7 (1986) 856-869). rho grows where the factors themselves are poor, and
 shrinks where rho itself slows refinement.
+
+The steps of the interior point method.
+
+Mehrotra's predictor and corrector with Gondzio's further correctors, from infeasible points: S. Mehrotra, On the
+implementation of a primal-dual interior point method, SIAM J. Optim. 2 (1992) 575-601; J. Gondzio, Multiple centrality
+corrections in a primal-dual method for linear programming, Comput. Optim. Appl. 6 (1996) 137-156.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import multiplier
 from lcpcli.linalg.shifted_systems import Systems
+from lcpcli.methods.interior_scaling import SlackForm
 from lcpcli.typing import Matrix, Vector
 
 SYSTEM_REFINEMENTS = 8  # each costs a solve; GMRES takes over if they are not enough
@@ -129,3 +139,176 @@ class AccurateSystems:
 
     def _norm(self, v: Vector) -> float:
         return float(np.abs(self._weights * v).max(initial=0.0))
+
+
+LEAST_SIGMA = 1e-6  # of mu: the smallest target of a step, so that products s w do not vanish one before another
+CORRECTORS = 2  # of Gondzio's, at most
+WORTH_GAIN, ASPIRED_GAIN = 0.01, 0.3  # the least gain in step length that a corrector is worth, and the one aimed at
+PRODUCT_SPREAD = 10.0  # the factor between products s w and their target beyond which they are corrected
+GOOD_LENGTH, SHORT_LENGTH = 0.95, 0.1  # of a step: long enough without correctors; so short that centring is needed
+SAFE_SIGMA = 0.5  # of mu: the target of a step that only centres
+BOUNDARY_SHARE = 0.995  # of the longest step: so far it goes at least, so that s and w stay positive
+TINY = 1e-30  # the least s and w, so that ratios of them are finite
+SYSTEM_ACCURACY = 1e-2  # relative to the infeasibility: a step reduces it hardly less than an exact one
+MU_ACCURACY, AIM_ACCURACY = 0.1, 100.0  # relative to mu, and to the mu aimed at: more accuracy gains nothing
+
+
+@dataclass(frozen=True, eq=False)
+class PrimalDualPoint:
+    """z of shape (n,); slacks s and multipliers w of the finite bounds, first the lower ones, all positive. It may also
+    be a direction, the change of a point in a step of length 1."""
+
+    z: Vector
+    s: Vector
+    w: Vector
+
+
+class Residuals(NamedTuple):
+    """M z + q minus the multipliers; the distances to the bounds minus the slacks; the largest of these numbers."""
+
+    dual: Vector
+    primal: Vector
+    largest: float
+
+
+class Steps:
+    """The steps on one scaled problem. pairs : the number of its finite bounds."""
+
+    def __init__(self, within: SlackForm, systems: AccurateSystems) -> None:
+        self.problem, self._systems, self._times = within.problem, systems, multiplier(within.problem.M)
+        self.pairs, self._index = within.pairs, np.concatenate((within.low, within.high))
+        self._sign = np.where(np.arange(self.pairs) < within.low.size, 1.0, -1.0)
+        lower, upper = self.problem.box.vectors(self.problem.n)
+        self._bound = np.concatenate((lower[within.low], upper[within.high]))
+        _, low, high = np.intersect1d(within.low, within.high, return_indices=True)
+        self._partners = low, high + within.low.size  # the places of both bounds of each variable with two
+        self._measured: tuple[PrimalDualPoint, Residuals] | None = None
+
+    @np.errstate(all="ignore")
+    def start(self, slack: float) -> PrimalDualPoint:
+        """Return a z near the reference point, with slacks and multipliers of at least `slack`.
+
+        Mehrotra's start: (M + D) z = -q + D mid(l, u, 0), D = 1 for bounded variables; slacks from z and multipliers
+        from w, shifted to be positive.
+        """
+        p = self.problem
+        near = p.box.project(np.zeros(p.n))
+        D = np.zeros(p.q.size)
+        D[self._index] = 1.0
+        self._systems.factorize(D)
+        z, _ = self._systems.solve(D * near - p.q)
+        s = self._sign * (z[self._index] - self._bound)
+        w = np.maximum(self._sign * (p.M @ z + p.q)[self._index], 0.0)
+        if not self.pairs:
+            return PrimalDualPoint(z, s, w)
+        s, w = (v + max(0.0, -1.5 * float(v.min())) for v in (s, w))
+        product = max(float(s @ w), 1e-8 * self.pairs)
+        s_least, w_least = (0.5 * product / max(float(v.sum()), 1e-8) for v in (w, s))
+        return PrimalDualPoint(z, s + max(s_least, slack), w + max(w_least, slack))
+
+    def residuals(self, at: PrimalDualPoint) -> Residuals:
+        """Return the residuals of a point; those of the last one are cached."""
+        if self._measured is None or self._measured[0] is not at:
+            dual = self._times(at.z)
+            dual += self.problem.q
+            dual -= self._spread(self._sign * at.w)
+            primal = self._sign * (at.z[self._index] - self._bound) - at.s
+            largest = max(float(np.abs(r).max(initial=0.0)) for r in (dual, primal))
+            self._measured = at, Residuals(dual, primal, largest)
+        return self._measured[1]
+
+    def mu(self, at: PrimalDualPoint) -> float:
+        """Return the mean of the products s w."""
+        return float(at.s @ at.w) / max(self.pairs, 1)
+
+    def gap_size(self, at: PrimalDualPoint) -> float:
+        """Return the size of the terms of the gap, including the terms of q'z that cancel."""
+        terms = self.problem.q * at.z
+        parts = float(terms[terms > 0].sum()), -float(terms[terms < 0].sum())
+        return max(1e-10, *parts, abs(float((self._sign * self._bound) @ at.w)))
+
+    @np.errstate(all="ignore")
+    def next(self, at: PrimalDualPoint) -> tuple[PrimalDualPoint, float, PrimalDualPoint]:
+        """Return the next point, the step length and the direction."""
+        ratio, pairs = at.w / at.s, self.pairs
+        self._systems.factorize(self._spread(ratio))
+        direction = partial(self._direction, at, ratio, self._absorbing(ratio))
+        affine = direction(self.mu(at), -at.s * at.w)
+        if not pairs:
+            return self._moved(at, affine, 1.0), 1.0, affine
+        mu, length = self.mu(at), longest(at, affine)
+        after = float((at.s + length * affine.s) @ (at.w + length * affine.w)) / pairs
+        sigma = max(min(max(after, 0.0) / mu, 1.0) ** 3, LEAST_SIGMA)
+        found, step = self._corrected(direction, at, affine, sigma * mu)
+        if step < SHORT_LENGTH and step < 0.5 * length:
+            target = max(sigma, SAFE_SIGMA) * mu
+            central = direction(target, target - at.s * at.w)
+            if longest(at, central) > step:
+                found, step = central, longest(at, central)
+        step = min(1.0, max(BOUNDARY_SHARE, 1.0 - mu) * step) if step < 1.0 else 1.0
+        return self._moved(at, found, step), step, found
+
+    def _direction(
+        self, at: PrimalDualPoint, ratio: Vector, absorbing: Vector, mu: float, products: Vector
+    ) -> PrimalDualPoint:
+        """Return Newton's direction, which removes the residuals and changes s w by `products`, to first order, with
+        factors for `ratio`, w / s; `absorbing` is the share of the multipliers in the residual that the system leaves,
+        which hardly counts beside the mu aimed at."""
+        dual, primal, largest = self.residuals(at)
+        change = products / at.s
+        b = self._spread(self._sign * (change - ratio * primal)) - dual
+        worth = min(MU_ACCURACY * self.mu(at), AIM_ACCURACY * mu)
+        z, left = self._systems.solve(b, max(SYSTEM_ACCURACY * largest, worth))
+        ds = self._sign * z[self._index] + primal
+        change -= ratio * ds
+        change += absorbing * left[self._index]
+        return PrimalDualPoint(z, ds, change)
+
+    def _corrected(
+        self,
+        direction: Callable[[float, Vector], PrimalDualPoint],
+        at: PrimalDualPoint,
+        affine: PrimalDualPoint,
+        target: float,
+    ) -> tuple[PrimalDualPoint, float]:
+        """Return Mehrotra's direction to products s w of `target`, with Gondzio's corrections as long as they pay."""
+        wanted = target - at.s * at.w - affine.s * affine.w
+        found = direction(target, wanted)
+        step = longest(at, found)
+        for _ in range(CORRECTORS):
+            if step > GOOD_LENGTH:
+                break
+            goal = min(1.0, step + ASPIRED_GAIN)
+            products = (at.s + goal * found.s) * (at.w + goal * found.w)
+            correction = np.clip(products, target / PRODUCT_SPREAD, target * PRODUCT_SPREAD) - products
+            more = wanted + np.maximum(correction, -PRODUCT_SPREAD * target)
+            other = direction(target, more)
+            length = longest(at, other)
+            if length < step + WORTH_GAIN:
+                break
+            found, step, wanted = other, length, more
+        return found, step
+
+    def _moved(self, at: PrimalDualPoint, along: PrimalDualPoint, step: float) -> PrimalDualPoint:
+        s, w = (np.maximum(v + step * d, TINY) for v, d in ((at.s, along.s), (at.w, along.w)))
+        if not (np.isfinite(s).all() and np.isfinite(w).all()):
+            raise SingularMatrix
+        return PrimalDualPoint(at.z + step * along.z, s, w)
+
+    def _spread(self, values: Vector) -> Vector:
+        """Return the sum, for each variable, of values that belong to its bounds."""
+        return np.asarray(np.bincount(self._index, values, self.problem.q.size).astype(float, copy=False))
+
+    def _absorbing(self, ratio: Vector) -> Vector:
+        """Return minus the sign of each nearer bound whose multiplier absorbs what a system leaves; else 0."""
+        other = np.zeros(ratio.size)
+        low, high = self._partners
+        other[low], other[high] = ratio[high], ratio[low]
+        nearer = (ratio > other) | ((ratio == other) & (self._sign > 0))
+        return np.where((ratio > 1.0) & nearer, -self._sign, 0.0)
+
+
+def longest(at: PrimalDualPoint, along: PrimalDualPoint) -> float:
+    """Return the longest step, at most 1, that keeps s and w nonnegative."""
+    fastest = min(float((d / v).min(initial=-1.0)) for v, d in ((at.s, along.s), (at.w, along.w)))
+    return -1.0 / fastest
