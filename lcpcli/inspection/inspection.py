@@ -25,7 +25,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import equilibrate
 from lcpcli.methods.auto_table import BRIEF, FIRST, LATER, Row
-from lcpcli.methods.presolved_stages import may_gain_by_presolve
+from lcpcli.methods.policy import may_gain_by_presolve
 from lcpcli.methods.structure import Structure
 from lcpcli.model import far_bounds, views
 from lcpcli.model.changes import composed, shifted
@@ -209,7 +209,7 @@ def _presolve(problem: Problem) -> Presolved | Refuted | None:
     if not problem.is_mixed:
         return None
     with imports:
-        from lcpcli.methods.presolved_stages import clearly_refutes
+        from lcpcli.methods.policy import clearly_refutes
     found = presolved(problem)
     return None if isinstance(found, Refuted) and not clearly_refutes(problem, found.y) else found
 

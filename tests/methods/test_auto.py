@@ -20,8 +20,7 @@ from lcpcli.methods import auto_table, lemke, policy
 from lcpcli.methods.auto_table import ROUNDS, TABLE, Row, in_rounds
 from lcpcli.methods.direct import MOST_PIVOTED
 from lcpcli.methods.milp import milp
-from lcpcli.methods.policy import _search
-from lcpcli.methods.presolved_stages import _for_half_of_the_time
+from lcpcli.methods.policy import _for_half_of_the_time, _search
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, Turns, advance
 from lcpcli.methods.structure import MOST_PIVOTED_BY_NUMPY, Structure
