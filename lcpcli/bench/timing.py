@@ -11,7 +11,7 @@ import numpy as np
 from lcpcli.bench.statistics import median_interval, summary
 from lcpcli.clock import least_steps, seconds
 from lcpcli.interrupts import hides_interrupt
-from lcpcli.methods import variants
+from lcpcli.methods import registry
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
@@ -72,7 +72,7 @@ def run_method(
     known = bool(problem.solutions)
     levels = LEVELS if known else ()
     trace = Trace(1, MOST_POINTS, nothing, residuals=not known, levels=levels) if with_curve else None
-    variant, limits, began = variants.parse(name), Limits(tol, time_limit=time_limit), seconds()
+    variant, limits, began = registry.parse(name), Limits(tol, time_limit=time_limit), seconds()
     options = {**variant.options, "limits": limits, "curve": trace, "began": began}
     if isinstance(problem, Problem):
         result = driver.run(problem.anew(), variant.method, **options)

@@ -9,8 +9,7 @@ from lcpcli.cli import declarations
 from lcpcli.cli.command import EXITS, command
 from lcpcli.cli.request import Request
 from lcpcli.files import contents
-from lcpcli.methods.registry import NONLINEAR
-from lcpcli.methods.variants import Variant
+from lcpcli.methods.registry import NONLINEAR, Variant
 from lcpcli.report.wording import LEVELS
 
 AS_PUBLISHED = ("fixed-point", "shi")
