@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 from lcpcli.linalg import factors
-from lcpcli.methods import auto_stages as begin
+from lcpcli.methods import structure as begin
 from lcpcli.methods.direct import MOST_AS_DENSE, may_be_program
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Iterate, Stage, Stalled, advance
