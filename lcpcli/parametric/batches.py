@@ -13,7 +13,7 @@ import numpy as np
 
 from lcpcli.errors import DerivativeError, ParameterError
 from lcpcli.linalg.principal_many import each_product, principal_inverses
-from lcpcli.model.stacks import Stack, as_stack
+from lcpcli.model.right_hand_sides import Stack, as_stack
 from lcpcli.parametric.derivative import moved_bounds
 from lcpcli.parametric.linearization import are_clear, room
 from lcpcli.solving.derivatives import BatchDerivative, BatchGradient, Derivative, Gradient

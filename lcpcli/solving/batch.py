@@ -19,7 +19,7 @@ from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import CANDIDATE, CERTAIN, MOST_UNKNOWNS, NOTHING, DirectAnswer, direct_many
 from lcpcli.model import views
 from lcpcli.model.problem import Problem
-from lcpcli.model.stacks import Stack
+from lcpcli.model.right_hand_sides import Stack
 from lcpcli.options import Limits
 from lcpcli.solving import direct_run
 from lcpcli.solving.call import LIMITS, run
@@ -31,8 +31,7 @@ from lcpcli.verify.point import Criterion, Point
 if TYPE_CHECKING:
     from types import ModuleType
 
-    from lcpcli.model.right_hand_sides import Block
-    from lcpcli.model.stacks import Stack
+    from lcpcli.model.right_hand_sides import Block, Stack
     from lcpcli.solving.derivatives import BatchDerivative, BatchGradient
 
 FEW_TOGETHER = 12  # unknowns up to which all bounded problems together take less time than kernels for each

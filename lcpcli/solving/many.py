@@ -17,8 +17,7 @@ from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.block_pivoting import Frame, Pivoted, frame_of, in_given_variables, pivoted, refined
 from lcpcli.methods.direct import applies
-from lcpcli.model.right_hand_sides import Block, Columns
-from lcpcli.model.stacks import Stack, dimensions
+from lcpcli.model.right_hand_sides import Block, Columns, Stack, dimensions
 from lcpcli.options import THREADS, Limits
 from lcpcli.solving import batch, direct_run
 from lcpcli.solving.batch import Batch
