@@ -30,9 +30,8 @@ from lcpcli.errors import ProblemError
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.linalg.matrices import dense
 from lcpcli.model.arrays import as_vector
-from lcpcli.model.expression import coefficients
 from lcpcli.model.extensive import ExtensiveGame
-from lcpcli.model.names import reversed_names
+from lcpcli.model.names import coefficients, reversed_names
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.program import SENSES, sense_of
