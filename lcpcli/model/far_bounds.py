@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lcpcli.errors import count
-from lcpcli.model.bounds import as_intervals
-from lcpcli.model.box import NO_BOUND
+from lcpcli.model.box import NO_BOUND, as_intervals
 from lcpcli.model.changes import Change
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import Conditions, Program

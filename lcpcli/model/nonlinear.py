@@ -15,8 +15,7 @@ from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count, kind
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_solutions, as_vector, own
-from lcpcli.model.bounds import as_intervals
-from lcpcli.model.box import Box
+from lcpcli.model.box import Box, as_intervals
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 DOMAIN_ERRORS = ("math domain error", "math range error", "expected a")  # beginnings of ValueErrors of module math

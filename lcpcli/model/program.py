@@ -17,7 +17,7 @@ from lcpcli.errors import ProblemError, count, kind, quoted, refuse_unknown
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import are_equal, is_sparse
 from lcpcli.model.arrays import FROM_0
-from lcpcli.model.bounds import as_intervals
+from lcpcli.model.box import as_intervals
 from lcpcli.typing import Mask, Matrix, Vector
 
 PROGRAM_KEYS = ("kind", "variables", "ranges", "sense", "constant", "rows", "columns")

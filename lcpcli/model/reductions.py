@@ -13,8 +13,7 @@ from lcpcli.errors import ProblemError, count, kind
 from lcpcli.linalg.doubles import distinct
 from lcpcli.linalg.matrices import compressed, is_sparse, is_symmetric, stack
 from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector
-from lcpcli.model.bounds import as_intervals
-from lcpcli.model.box import NO_BOUND
+from lcpcli.model.box import NO_BOUND, as_intervals
 from lcpcli.model.labels import by_label, columns_by_label, program_by_label
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import SENSES, Program, ProgramData, constant_of, names_of, sense_of

@@ -27,8 +27,7 @@ from lcpcli.model.arrays import (
     refuse_infinite,
     refuse_other_than_numbers,
 )
-from lcpcli.model.bounds import as_bound, as_intervals, has_columns, with_infinity
-from lcpcli.model.box import NO_BOUND, ORTHANT, Box
+from lcpcli.model.box import NO_BOUND, ORTHANT, Box, as_bound, as_intervals, has_columns, with_infinity
 from lcpcli.model.labels import by_label
 from lcpcli.model.problem import Problem
 from lcpcli.model.reference_point import Reference, reference

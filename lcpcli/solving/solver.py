@@ -26,8 +26,7 @@ from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.lemke import reduced
 from lcpcli.methods.stages import FAULTS
 from lcpcli.model.arrays import as_vector
-from lcpcli.model.bounds import as_bounds
-from lcpcli.model.box import ORTHANT, Box, of_masks
+from lcpcli.model.box import ORTHANT, Box, as_bounds, of_masks
 from lcpcli.model.labels import by_names
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.right_hand_sides import like_with
