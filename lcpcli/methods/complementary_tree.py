@@ -22,8 +22,7 @@ from lcpcli.linalg.dual_simplex import MOST_DENSE, DualSimplex
 from lcpcli.linalg.matrices import is_sparse, stack
 from lcpcli.methods.stages import TIME_LIMIT_REACHED, Finished, OutOfTime, Stalled
 from lcpcli.model.box import of_masks
-from lcpcli.model.changes import scale
-from lcpcli.model.standard_form import StandardForm
+from lcpcli.model.changes import StandardForm, scale
 from lcpcli.typing import Mask, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.alternative import alternative

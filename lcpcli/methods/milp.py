@@ -29,8 +29,8 @@ from lcpcli.methods import stages
 from lcpcli.methods.complementary_tree import MAX_NODES, OPEN, ComplementarySystem, candidates
 from lcpcli.methods.direct import MOST_AS_DENSE, as_dense
 from lcpcli.methods.stages import TIME_LIMIT_REACHED, Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
+from lcpcli.model.changes import StandardForm
 from lcpcli.model.problem import Problem
-from lcpcli.model.standard_form import StandardForm
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.alternative import alternative

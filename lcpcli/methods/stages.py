@@ -22,7 +22,7 @@ from lcpcli.typing import States, Vector
 from lcpcli.verify.basic_solution import BasicSolutions
 
 if TYPE_CHECKING:
-    from lcpcli.model.standard_form import StandardForm
+    from lcpcli.model.changes import StandardForm
     from lcpcli.verify.certificate import Certificate
 
 
@@ -223,7 +223,7 @@ def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **optio
 def standard_form_of(problem: Problem) -> StandardForm | None:
     """Return the problem as an LCP; None if numbers overflow in it."""
     with imports:
-        from lcpcli.model.standard_form import standard_form
+        from lcpcli.model.changes import standard_form
     try:
         return standard_form(problem)
     except ProblemError:

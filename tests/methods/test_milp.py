@@ -18,7 +18,7 @@ from lcpcli.methods import milp
 from lcpcli.methods.complementary_tree import ComplementarySystem
 from lcpcli.methods.stages import OutOfTime, Stalled, advance
 from lcpcli.model.box import of_masks
-from lcpcli.model.standard_form import standard_form
+from lcpcli.model.changes import standard_form
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
 from lcpcli.verify.certificate import proves_infeasible
