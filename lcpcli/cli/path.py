@@ -244,8 +244,8 @@ def _exit_code(path: Path) -> int:
 
 def _followed(ends: Sequence[_End], file: str, span: tuple[Any, Any], **given: Any) -> tuple[Path, int]:
     """Follow the path; return it with the exit code. file : of the last problem."""
-    from lcpcli.parametric.family import Family
     from lcpcli.parametric.following import follow
+    from lcpcli.parametric.path import Family
 
     first, last = ends
 

@@ -23,8 +23,7 @@ from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL, Limits
 from lcpcli.options import check as check_options
 from lcpcli.parametric import path as ends
 from lcpcli.parametric.exact_pivoting import ExactEdge, ExactFamily, ExactPivoting
-from lcpcli.parametric.family import Family
-from lcpcli.parametric.path import ENDS, ExactPath, Path, joined
+from lcpcli.parametric.path import ENDS, ExactPath, Family, Path, joined
 from lcpcli.parametric.pivoting import Edge, Pivoting
 from lcpcli.parametric.verified import Verified, verify
 from lcpcli.rational.exact_problem import ExactProblem

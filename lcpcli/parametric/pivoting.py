@@ -24,7 +24,7 @@ from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model import changes
 from lcpcli.model.box import BASIC, LOWER, UPPER
-from lcpcli.parametric.family import Family
+from lcpcli.parametric.path import Family
 from lcpcli.parametric.systems import DenseSystem, SparseSystem
 from lcpcli.typing import Indices, States, Vector
 

@@ -27,7 +27,7 @@ from lcpcli.linalg.doubles import FAR_FROM_ONE, ROW_ROUNDING
 from lcpcli.linalg.matrices import absolute_product, is_sparse, product, row_errors
 from lcpcli.model.box import LOWER, UPPER
 from lcpcli.model.right_hand_sides import Columns
-from lcpcli.parametric.family import Family
+from lcpcli.parametric.path import Family
 from lcpcli.typing import Indices, Mask, States, Vector
 from lcpcli.verify import noise
 from lcpcli.verify.measure import ROUNDING, Measure, Rows

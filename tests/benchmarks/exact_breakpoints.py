@@ -16,8 +16,7 @@ import numpy as np
 
 from lcpcli.linalg.matrices import dense
 from lcpcli.model.box import BASIC, UPPER
-from lcpcli.parametric.family import Family
-from lcpcli.parametric.path import Path
+from lcpcli.parametric.path import Family, Path
 from lcpcli.rational.numbers import in_integers
 from lcpcli.typing import Indices, States, Vector
 

@@ -13,8 +13,8 @@ from scipy.sparse import csr_array
 import lcpcli
 from lcpcli import Path, Problem, from_qp, path
 from lcpcli.parametric import following
-from lcpcli.parametric.family import Family
 from lcpcli.parametric.following import basic_states
+from lcpcli.parametric.path import Family
 from lcpcli.parametric.systems import SparseSystem
 from lcpcli.parametric.verified import verify
 

@@ -14,8 +14,7 @@ import lcpcli
 from lcpcli import Problem
 from lcpcli.files import contents
 from lcpcli.model.box import BASIC, LOWER, UPPER
-from lcpcli.parametric.family import Family
-from lcpcli.parametric.path import ENDS, ExactPath, Path
+from lcpcli.parametric.path import ENDS, ExactPath, Family, Path
 from lcpcli.report.path_formats import WRITERS
 
 SMALL = [Problem([[2, 1], [1, 2]], q, name="small") for q in ([1, 1], [-5, -6])]
