@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from lcpcli.model.problem import Problem
-from lcpcli.peers import process
+from lcpcli.peers import registry
 from lcpcli.peers.quadratic import dense
 from lcpcli.peers.registry import Claim, installed, not_installed
 
@@ -52,7 +52,7 @@ class _Gambit:
         with tempfile.TemporaryDirectory() as folder:
             files = [str(Path(folder) / name) for name in ("game.npz", "result.npz")]
             np.savez(files[0], rows=R, columns=C)
-            ending, seconds = process.run([sys.executable, "-c", SOLVE, *files], time_limit)
+            ending, seconds = registry.run([sys.executable, "-c", SOLVE, *files], time_limit)
             if ending:
                 return Claim(None, False, seconds, ending)
             with np.load(files[1]) as result:

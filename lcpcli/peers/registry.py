@@ -1,17 +1,22 @@
-"""Other solvers by name, imported on demand. The peer `p` is the object p (with _ for -) in its file."""
+"""Other solvers by name, imported on demand. The peer `p` is the object p (with _ for -) in its file.
+
+Processes of their own for solvers that cannot be interrupted: a crash or the time limit ends only the process.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import signal
+import subprocess
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib import import_module, metadata
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
+from lcpcli import clock
 from lcpcli.errors import OptionError, ParameterError, likely, quoted
 
 if TYPE_CHECKING:
     from lcpcli.typing import Vector
-
 
 # the file of each peer, and its meaning
 REGISTRY = {
@@ -100,3 +105,22 @@ def select(names: Iterable[str]) -> list[str]:
 
 def _unknown(name: str) -> OptionError:
     return ParameterError("peer", f"{quoted(name)} is unknown", likely(name, REGISTRY))
+
+
+def run(arguments: Sequence[str], time_limit: float) -> tuple[str, float]:
+    """Run a command that prints a line when everything is loaded; return how it failed, "" if it did not, and for how
+    many seconds it ran after that line."""
+    with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+        try:
+            assert process.stdout is not None
+            process.stdout.readline()
+            began = clock.seconds()
+            code = process.wait(None if time_limit == float("inf") else time_limit)
+        except subprocess.TimeoutExpired:
+            return "stopped at the time limit", clock.seconds() - began
+        finally:
+            process.kill()
+        seconds = clock.seconds() - began
+    if code < 0:
+        return f"killed by {signal.Signals(-code).name}", seconds
+    return f"failed with exit code {code}" if code else "", seconds

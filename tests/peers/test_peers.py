@@ -18,7 +18,7 @@ import lcpcli
 from lcpcli import Problem
 from lcpcli.errors import OptionError
 from lcpcli.gallery import families as gallery
-from lcpcli.peers import packages, process, quadratic
+from lcpcli.peers import packages, quadratic, registry
 from lcpcli.peers import registry as peers
 
 from .claims import INDEFINITE, TIME_LIMIT, TOL, loaded, relative_residual, stand_in
@@ -166,7 +166,7 @@ ENDINGS = {
 
 @pytest.mark.parametrize("action", ENDINGS)
 def test_a_process_that_dies_or_hangs_is_told_from_one_that_answers(action: str, tmp_path: Path) -> None:
-    ending, seconds = process.run([str(stand_in(tmp_path / "program", action))], 0.1)
+    ending, seconds = registry.run([str(stand_in(tmp_path / "program", action))], 0.1)
     assert ending == ENDINGS[action]
     assert seconds < 300
 
