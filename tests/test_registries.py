@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from lcpcli.inspection.classify import CLASSES
+from lcpcli.inspection.verdict import CLASSES
 from lcpcli.methods.registry import ANY, METHODS
 
 from .one_process import BATCH
@@ -123,7 +123,7 @@ ADDITIONS = {
     "report": ("report/toy.py", REPORT, "report/document.py", "FORMATS", '"toy": Form("titles", ".toys", "toy")'),
     "column": ("", "", "report/columns.py", "COLUMNS", f'"positive": {COLUMN}'),
     "peer": ("peers/toy.py", PEER, "peers/registry.py", "REGISTRY", '"toy": ("toy", "our own")'),
-    "class": ("inspection/toy.py", CLASS, "inspection/classify.py", "CLASSES", '"toy": "toy"'),
+    "class": ("inspection/toy.py", CLASS, "inspection/verdict.py", "CLASSES", '"toy": "toy"'),
     "page": ("topics/toy.md", PAGE, "../README.md", "", "| [`toy`](lcpcli/topics/toy.md) | what a toy is |"),
 }
 GENERAL = ("looks", "help", "completion")  # tests of all of a kind

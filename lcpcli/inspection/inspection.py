@@ -13,11 +13,10 @@ import numpy as np
 from lcpcli import clock
 from lcpcli.clock import imports
 from lcpcli.inspection import difficulty, theory
-from lcpcli.inspection.classify import classify, weak_row
 from lcpcli.inspection.difficulty import BAD_CONDITION, BAD_SPREAD, Spectrum, Spread
 from lcpcli.inspection.nonlinear import NonlinearInspection, inspect_nonlinear
 from lcpcli.inspection.theory import Guarantee, guarantees
-from lcpcli.inspection.verdict import NO, YES, Verdict
+from lcpcli.inspection.verdict import NO, YES, Verdict, classify, weak_row
 from lcpcli.interrupts import TimeIsUp, check, within
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS

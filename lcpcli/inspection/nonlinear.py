@@ -15,9 +15,8 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.inspection import difficulty
-from lcpcli.inspection.classify import classify
 from lcpcli.inspection.difficulty import BAD_CONDITION, BAD_SPREAD, Spread
-from lcpcli.inspection.verdict import Verdict
+from lcpcli.inspection.verdict import Verdict, classify
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.doubles import generator, size
 from lcpcli.linalg.patterns import affordable

@@ -191,8 +191,7 @@ def _is_p_matrix(S: Matrix, rounding: Vector | None = None) -> bool | None:
     """Return whether S is proved to be a P-matrix or not, even if rounding changes its diagonal by this; None if
     neither is proved."""
     with imports:
-        from lcpcli.inspection.classify import classify
-        from lcpcli.inspection.verdict import NO, YES
+        from lcpcli.inspection.verdict import NO, YES, classify
     cases = [S] if rounding is None or not rounding.any() else [S - np.diag(rounding), S + np.diag(rounding)]
     words = [classify(case, "p_matrix", MOST_MINORS)["p_matrix"].word for case in cases]
     return True if words[0] == YES else False if words[-1] == NO else None

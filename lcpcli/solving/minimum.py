@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.inspection.classify import classify
 from lcpcli.inspection.definite import semidefinite_rank
-from lcpcli.inspection.verdict import NO, YES
+from lcpcli.inspection.verdict import NO, YES, classify
 from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.linear_program import minimized

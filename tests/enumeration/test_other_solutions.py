@@ -16,8 +16,7 @@ from hypothesis import strategies as st
 from lcpcli import Problem, from_qp, run, solutions
 from lcpcli.enumeration import others, search, theorems
 from lcpcli.gallery import families
-from lcpcli.inspection.classify import classify
-from lcpcli.inspection.verdict import YES
+from lcpcli.inspection.verdict import YES, classify
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.reference import with_reference
 

@@ -15,8 +15,7 @@ from numpy.random import Generator
 from scipy import sparse
 
 from lcpcli.gallery import families as gallery
-from lcpcli.inspection.classify import CLASSES, classify
-from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Verdict, called
+from lcpcli.inspection.verdict import CLASSES, NO, UNDECIDED, YES, Verdict, called, classify
 from lcpcli.interrupts import within
 
 from . import definitions

@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from lcpcli.gallery import families
-from lcpcli.inspection.classify import classify
 from lcpcli.inspection.definite import semidefinite_rank
-from lcpcli.inspection.verdict import NO, YES
+from lcpcli.inspection.verdict import NO, YES, classify
 from lcpcli.interrupts import within
 from lcpcli.rational.elimination import definiteness
 from lcpcli.rational.numbers import integers

@@ -14,9 +14,9 @@ from scipy import sparse
 
 from lcpcli import Problem, Status, Trace, write
 from lcpcli.files import contents
-from lcpcli.inspection.classify import CLASSES
 from lcpcli.inspection.inspection import inspect
 from lcpcli.inspection.theory import SETTLED
+from lcpcli.inspection.verdict import CLASSES
 from lcpcli.methods.registry import METHODS
 from lcpcli.options import Limits
 from lcpcli.report import inspection_text
