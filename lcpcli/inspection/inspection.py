@@ -12,10 +12,9 @@ import numpy as np
 
 from lcpcli import clock
 from lcpcli.clock import imports
-from lcpcli.inspection import difficulty, theory
-from lcpcli.inspection.difficulty import BAD_CONDITION, BAD_SPREAD, Spectrum, Spread
+from lcpcli.inspection import theory
 from lcpcli.inspection.nonlinear import NonlinearInspection, inspect_nonlinear
-from lcpcli.inspection.theory import Guarantee, guarantees
+from lcpcli.inspection.theory import BAD_CONDITION, BAD_SPREAD, Guarantee, Spectrum, Spread, guarantees
 from lcpcli.inspection.verdict import NO, YES, Verdict, classify, weak_row
 from lcpcli.interrupts import TimeIsUp, check, within
 from lcpcli.linalg import matrices
@@ -111,7 +110,7 @@ class Inspection:
     condition: float | None
     equilibrated_condition: float | None
     spectrum: Spectrum | None
-    cost: difficulty.Cost
+    cost: theory.Cost
     published: theory.Rate | None
     best: theory.Rate | None
     smoothing: theory.Smoothing
@@ -164,12 +163,12 @@ def inspect(
     with suppress(TimeIsUp), within(end - clock.seconds()):
         check()
         if problem.n and affordable(problem.M):
-            condition = difficulty.condition(problem.M)
+            condition = theory.condition(problem.M)
             check()
-            equilibrated = difficulty.condition(scaled)
+            equilibrated = theory.condition(scaled)
             check()
         if problem.n and found["symmetric"].word == YES:
-            spectrum = difficulty.eigenvalues(problem.M, definite)
+            spectrum = theory.eigenvalues(problem.M, definite)
             check()
         if problem.n:
             published, best = theory.rates(problem.M, spectrum if definite else None)
@@ -183,12 +182,12 @@ def inspect(
         problem=problem,
         nonzeros=int(np.count_nonzero(problem.M.data if is_sparse(problem.M) else problem.M)),
         classes=found,
-        spread=difficulty.spread(problem.M),
-        equilibrated_spread=difficulty.spread(scaled),
+        spread=theory.spread(problem.M),
+        equilibrated_spread=theory.spread(scaled),
         condition=condition,
         equilibrated_condition=equilibrated,
         spectrum=spectrum,
-        cost=difficulty.cost(problem.M, definite),
+        cost=theory.cost(problem.M, definite),
         published=published,
         best=best,
         smoothing=theory.smoothing(problem),

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.inspection import difficulty
-from lcpcli.inspection.difficulty import BAD_CONDITION, BAD_SPREAD, Spread
+from lcpcli.inspection import theory
+from lcpcli.inspection.theory import BAD_CONDITION, BAD_SPREAD, Spread
 from lcpcli.inspection.verdict import Verdict, classify
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.doubles import generator, size
@@ -90,7 +90,7 @@ def inspect_nonlinear(
     condition, classes = None, dict[str, Verdict]()
     with suppress(TimeIsUp), within(time_limit):
         if J is not None and problem.n and affordable(J):
-            condition = difficulty.condition(J)
+            condition = theory.condition(J)
         if J is not None:
             classes = classify(J, LAST_CLASS)
     found = NonlinearInspection(
@@ -107,7 +107,7 @@ def inspect_nonlinear(
         undefined=undefined,
         residual=None if undefined else size(problem.box.gaps(problem.x0, F)),
         condition=condition,
-        spread=None if J is None else difficulty.spread(J),
+        spread=None if J is None else theory.spread(J),
         classes=classes,
         hints=hints,
     )

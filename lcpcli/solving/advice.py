@@ -63,7 +63,7 @@ def suggestions(result: Result) -> Suggestions:
 def _where_stuck(result: Result) -> Suggestions:
     """Suggest other starts for a nonlinear problem, and what may be wrong with its functions."""
     with imports:
-        from lcpcli.inspection.difficulty import BAD_SPREAD, spread
+        from lcpcli.inspection.theory import BAD_SPREAD, spread
     ways: list[Options] = [{RESTARTS.name: max(MORE_RESTARTS, 5 * int(result.options[RESTARTS.name]))}]
     if NOISY in result.message and result.relative_residual < LARGEST_TOL / 2:
         ways.insert(0, {"tol": _round(2 * result.relative_residual)})
