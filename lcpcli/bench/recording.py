@@ -12,8 +12,7 @@ from pathlib import Path
 
 from lcpcli.bench.record import EXCLUDED, BenchRecord, Machine, Measurement, Settings
 from lcpcli.bench.suites import Case, cases_of, prepare, problem_of
-from lcpcli.bench.timing import REST, TimedAnswer, measure, run_method, run_peer
-from lcpcli.bench.verdicts import Checker
+from lcpcli.bench.timing import REST, Checker, TimedAnswer, measure, run_method, run_peer
 from lcpcli.errors import ParameterError
 from lcpcli.files.contents import memory
 from lcpcli.linalg import threads

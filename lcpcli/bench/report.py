@@ -14,7 +14,7 @@ from lcpcli.bench import statistics
 from lcpcli.bench.record import BenchRecord, Measurement, to_json
 from lcpcli.bench.statistics import SHIFT, method_of, performance_ratios, shifted_geometric_mean, summary, times
 from lcpcli.bench.suites import ALL, SUITES, Case, series
-from lcpcli.bench.verdicts import ABSOLUTE, NATURAL, RELATIVE
+from lcpcli.bench.timing import ABSOLUTE, NATURAL, RELATIVE
 from lcpcli.errors import count
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.model.problem import WITHOUT_SOLUTION

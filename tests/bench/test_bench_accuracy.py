@@ -18,8 +18,7 @@ from lcpcli.bench import report
 from lcpcli.bench.record import BenchRecord, Measurement
 from lcpcli.bench.statistics import shifted_geometric_mean
 from lcpcli.bench.suites import EXTREME, STIFF, Case, case, cases_of, prepare
-from lcpcli.bench.timing import run_method
-from lcpcli.bench.verdicts import ABSOLUTE, NATURAL, RELATIVE, Checker, optimality
+from lcpcli.bench.timing import ABSOLUTE, NATURAL, RELATIVE, Checker, optimality, run_method
 from lcpcli.files import contents
 from lcpcli.report import wording
 from lcpcli.solving.answer import Minimum

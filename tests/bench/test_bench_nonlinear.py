@@ -10,8 +10,7 @@ import pytest
 
 from lcpcli.bench import record as records
 from lcpcli.bench.suites import SUITES, methods_of, problem_of
-from lcpcli.bench.timing import SOLUTION, TimedAnswer
-from lcpcli.bench.verdicts import Checker
+from lcpcli.bench.timing import SOLUTION, Checker, TimedAnswer
 from lcpcli.gallery import nonlinear as gallery
 from lcpcli.model.nonlinear import NonlinearProblem
 

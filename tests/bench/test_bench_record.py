@@ -15,8 +15,7 @@ from hypothesis import strategies as st
 from lcpcli.bench import record as records
 from lcpcli.bench.record import BenchRecord, Measurement
 from lcpcli.bench.suites import ALL, SUITES, Case, case, cases_of, problem_of
-from lcpcli.bench.timing import NONE, SOLUTION, TimedAnswer
-from lcpcli.bench.verdicts import Checker
+from lcpcli.bench.timing import NONE, SOLUTION, Checker, TimedAnswer
 from lcpcli.errors import OptionError
 from lcpcli.model.problem import Problem
 from lcpcli.report.wording import finite
