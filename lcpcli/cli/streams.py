@@ -185,7 +185,7 @@ def _records(task: Task, works: Iterator[Work], in_order: bool) -> Iterator[Iter
         yield (record for work in works for record in task.records(work))
         return
     from lcpcli.cli.pools import Cluster, Local
-    from lcpcli.cli.workers import elsewhere
+    from lcpcli.cli.tasks import elsewhere
 
     with closing(Local(jobs) if cluster is None else Cluster(cluster)) as pool:
         yield elsewhere(task, works, pool, in_order)

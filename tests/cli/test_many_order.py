@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli.cli import workers
+from lcpcli.cli import tasks
 from lcpcli.cli.streams import TaskRecord
 from lcpcli.files.inputs import Input, QColumns
 
@@ -30,7 +30,7 @@ def solved(*texts: Any, seconds: float = 1.0) -> tuple[list[TaskRecord], float]:
 
 def told(task: Any, n: int, pool: Any, in_order: bool) -> list[str]:
     """The records of n problems, as they come."""
-    return [record.text for record in workers.elsewhere(task, problems(n), pool, in_order)]
+    return [record.text for record in tasks.elsewhere(task, problems(n), pool, in_order)]
 
 
 class Deadly:
@@ -68,7 +68,7 @@ def test_problem_that_kills_its_process_again_is_the_only_one_without_a_result(
 ) -> None:
     pool = Deadly(always, once)
     texts = told(pool, 100, pool, in_order)
-    expected = [f"{k}: {workers.KILLED}" if k in always else str(k) for k in range(1, 101)]
+    expected = [f"{k}: {tasks.KILLED}" if k in always else str(k) for k in range(1, 101)]
     assert texts == expected if in_order else sorted(texts) == sorted(expected)
 
 
@@ -76,7 +76,7 @@ def test_only_so_much_is_read_ahead_as_keeps_the_processes_busy() -> None:
     pool: Any = Deadly()
     read: list[Input] = []
     works = (read.append(work) or work for work in problems(10_000))  # type: ignore[func-returns-value]
-    records = workers.elsewhere(pool, works, pool, in_order=True)
+    records = tasks.elsewhere(pool, works, pool, in_order=True)
     for _ in range(10):
         next(records)
     assert len(read) < 1000
@@ -138,11 +138,11 @@ def test_each_record_is_known_at_once_where_no_order_is_kept() -> None:
 
 
 def test_in_order_only_so_much_is_solved_behind_one_that_takes_long_as_there_is_room_for() -> None:
-    length = workers.MOST_BYTES // 100
+    length = tasks.MOST_BYTES // 100
     pool = Stuck(until=90, length=length)
     assert [int(text) for text in told(pool, 200, pool, True)] == [*range(1, 201)]
     stuck: Any = Stuck(until=1000, length=length)
-    held = workers.elsewhere(stuck, problems(200), stuck, in_order=True)
+    held = tasks.elsewhere(stuck, problems(200), stuck, in_order=True)
     thread = threading.Thread(target=lambda: next(held), daemon=True)
     thread.start()
     end = time.monotonic() + PATIENCE
@@ -163,7 +163,7 @@ def test_columns_of_one_matrix_are_taken_alone_and_nothing_before_them_is_lost()
         yield from (single[0], single[1], columns, single[2])
         all_read.set()
 
-    ahead = workers.Ahead(works(), threading.Event())
+    ahead = tasks.Ahead(works(), threading.Event())
     assert all_read.wait(60)
     taken: list[Any] = []
     while together := ahead.take(3, 4):
