@@ -36,7 +36,7 @@ from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.program import SENSES, sense_of
 from lcpcli.options import Limits
-from lcpcli.rational.effort import Effort
+from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import text
 from lcpcli.rational.tree import OBJECTIVE, Node, Unknowns

@@ -127,7 +127,7 @@ def with_all_references(problem: Problem) -> Problem:
 def quick_search(data: ExactProblem) -> Solutions:
     with imports:
         from lcpcli.enumeration.search import Solutions
-        from lcpcli.rational.effort import Effort
+        from lcpcli.rational.elimination import Effort
     return Solutions(data, math.inf, None, Effort(QUICK_EFFORT))
 
 

@@ -238,7 +238,7 @@ def _solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] |
     """Return a solution from the methods in doubles, made exact; None if they find none."""
     with imports:
         from lcpcli.rational import integer_lemke
-        from lcpcli.rational.effort import Effort
+        from lcpcli.rational.elimination import Effort
         from lcpcli.solving import driver
         from lcpcli.solving.result import Status
         from lcpcli.verify.exact_solution import from_point

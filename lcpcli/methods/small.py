@@ -50,7 +50,7 @@ class Tree:
 
     def __init__(self, problem: Problem) -> None:
         with imports:
-            from lcpcli.rational.effort import Effort
+            from lcpcli.rational.elimination import Effort
             from lcpcli.rational.exact_problem import ExactProblem
             from lcpcli.rational.tree import solution_search
         self.data, self._effort, self._share = ExactProblem.of_floats(problem), Effort(), FIRST_EFFORT
@@ -152,7 +152,7 @@ def exactly(problem: Problem, turns: Turns, tree: Tree | None = None) -> Stage:
 
 def _exact(problem: Problem, z: Vector, tree: Tree | None) -> Stage:
     with imports:
-        from lcpcli.rational.effort import Effort
+        from lcpcli.rational.elimination import Effort
         from lcpcli.rational.exact_problem import ExactProblem
         from lcpcli.verify.certificate import EXHAUSTION_EFFORT
         from lcpcli.verify.exact_solution import from_point
@@ -197,7 +197,7 @@ def _rounded(
 def _no_solution(problem: Problem, data: ExactProblem) -> Certificate:
     """Return the certificate of a problem that has no solution: with a Farkas vector, if it is infeasible."""
     with imports:
-        from lcpcli.rational.effort import Effort
+        from lcpcli.rational.elimination import Effort
         from lcpcli.rational.numbers import rounded_direction
         from lcpcli.verify.certificate import EXHAUSTION_EFFORT, Certificate, farkas_statement, proves_infeasible
         from lcpcli.verify.farkas import farkas_vector

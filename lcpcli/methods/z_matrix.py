@@ -21,7 +21,7 @@ from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, Stag
 from lcpcli.model.box import of_masks
 from lcpcli.model.problem import Problem
 from lcpcli.rational import elimination
-from lcpcli.rational.effort import Effort
+from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction, whole_multiple
 from lcpcli.typing import Matrix, Vector

@@ -7,6 +7,8 @@ operations modulo primes and a p-adic lifting (J. D. Dixon, Exact solution of li
 Numerische Mathematik 40 (1982) 137-141), a second for n = 400 and entries of 7 bits. Both give the same results. FLINT
 holds the interpreter's lock, so that neither Ctrl-C nor a time limit could end the wait for it in a thread: calls that
 may take long are made in a process of their own, which can be ended at once and takes 0.2 seconds to start.
+
+How much work exact arithmetic may do, counted rather than timed: the same input gives the same output everywhere.
 """
 
 from __future__ import annotations
@@ -16,12 +18,14 @@ import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
+from functools import partial
 from itertools import combinations
 from typing import Any, NamedTuple
 
 from lcpcli.clock import imports
 from lcpcli.errors import ParameterError
 from lcpcli.interrupts import TimeIsUp, check, remaining
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import dot, over_one_denominator
 
 MOST_PLAIN_ROWS = 16  # up to which FLINT is not faster
@@ -297,3 +301,29 @@ def serve() -> None:
     """Make the call that standard input describes, and write its result."""
     name, given = marshal.load(sys.stdin.buffer)
     sys.stdout.buffer.write(marshal.dumps(globals()[name](*given)))
+
+
+# What a pivot on n rows usually takes, in seconds, for each of n^2 entries, and for each of their bits and rows.
+OF_ENTRY, OF_BIT = 2e-7, 6e-10
+
+
+class Effort:
+    """Work that may be done, in the seconds that it takes on a usual machine, and what has been `spent` of it; besides,
+    the time limit of the run holds."""
+
+    def __init__(self, seconds: float = math.inf) -> None:
+        self._most, self.spent = seconds, 0.0
+
+    def allows(self, seconds: float = 0.0) -> bool:
+        """Return whether so much work may still be done."""
+        return self.spent + seconds <= self._most and seconds < remaining()
+
+    def spend(self, seconds: float) -> None:
+        """Count work; raise TimeIsUp if that is more than there was, or when the time is up."""
+        self.spent += seconds
+        if not self.allows():
+            raise TimeIsUp
+
+    def steps(self, data: ExactProblem) -> Callable[[], None]:
+        """Return a function to call before each pivot on a tableau of these data, which counts it."""
+        return partial(self.spend, data.n**2 * (OF_ENTRY + OF_BIT * data.n * data.bits))

@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.rational.dictionary import Dictionary
-from lcpcli.rational.effort import Effort
+from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import primitive, rounded, rounded_direction
 from lcpcli.typing import Vector

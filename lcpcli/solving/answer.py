@@ -191,7 +191,7 @@ def _exact(result: Result) -> Vector | None:
     """Return an equilibrium of the game with its payoffs as written, rounded; None if none is found in time."""
     with imports:
         from lcpcli.rational import integer_lemke
-        from lcpcli.rational.effort import Effort
+        from lcpcli.rational.elimination import Effort
         from lcpcli.rational.exact_problem import ExactProblem, parts_of_game
         from lcpcli.rational.numbers import rounded
         from lcpcli.rational.tree import first_solution

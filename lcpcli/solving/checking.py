@@ -22,7 +22,7 @@ from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem, conditions_of
 from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.options import TOL
-from lcpcli.rational.effort import Effort
+from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import approximate, rounded
 from lcpcli.solving.minimum import WORDS, kind_of_point

@@ -105,7 +105,7 @@ def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> _Feasibi
 def _exactly(problem: Problem, data: ProgramData, constraints: Problem) -> _Feasibility:
     """Return what the simplex method in integers decides, unless it takes too long."""
     with imports:
-        from lcpcli.rational.effort import Effort
+        from lcpcli.rational.elimination import Effort
         from lcpcli.rational.exact_problem import ExactProblem
         from lcpcli.rational.numbers import rounded_direction
         from lcpcli.verify.farkas import farkas_vector

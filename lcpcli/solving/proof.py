@@ -25,8 +25,7 @@ from lcpcli.methods.z_matrix import EXACT_EFFORT, decided
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import DEFAULTS, Limits
 from lcpcli.rational import integer_lemke
-from lcpcli.rational.effort import Effort
-from lcpcli.rational.elimination import require
+from lcpcli.rational.elimination import Effort, require
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded
 from lcpcli.rational.tree import first_solution

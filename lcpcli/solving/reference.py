@@ -54,7 +54,7 @@ def _exact(problem: Problem, z: Vector) -> Vector | None:
         return None
     with imports:
         from lcpcli.rational import integer_lemke, numbers
-        from lcpcli.rational.effort import Effort
+        from lcpcli.rational.elimination import Effort
         from lcpcli.rational.exact_problem import ExactProblem
         from lcpcli.verify.exact_solution import from_point
     data, effort = ExactProblem.of_floats(problem), Effort()

@@ -90,7 +90,7 @@ def _stated(problem: Problem, claim: Certificate) -> Certificate:
     """Return the certificate with a Farkas vector that is a proof as it is, if there is one in doubles, else with one
     in fractions, for few unknowns; else with the statement that it is rounded."""
     with imports:
-        from lcpcli.rational.effort import Effort
+        from lcpcli.rational.elimination import Effort
         from lcpcli.rational.exact_problem import ExactProblem
         from lcpcli.verify.farkas import exact_proof, farkas_vector, is_exact
     assert claim.vector is not None
@@ -120,7 +120,7 @@ def has_no_solution(problem: Problem) -> bool | None:
     if problem.n > FEW_UNKNOWNS:
         return None
     with imports:
-        from lcpcli.rational.effort import Effort
+        from lcpcli.rational.elimination import Effort
         from lcpcli.rational.exact_problem import ExactProblem
         from lcpcli.rational.tree import first_solution
     data = ExactProblem.of_floats(problem)

@@ -30,7 +30,7 @@ from lcpcli.model.box import BASIC, LOWER, ORTHANT, UPPER, Box
 from lcpcli.model.changes import equilibrated_point, scale, shifted
 from lcpcli.model.problem import Problem
 from lcpcli.rational import elimination
-from lcpcli.rational.effort import Effort
+from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem, bounds_of, fractions_of, gap
 from lcpcli.rational.numbers import dot, over_one_denominator, rounded, row_integers
 from lcpcli.typing import Indices, Matrix, States, Vector

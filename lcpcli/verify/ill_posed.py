@@ -126,7 +126,7 @@ def _basic_solutions(problem: Problem, point: Vector) -> Iterator[Vector]:
 
 def _by_exact_pivoting(problem: Problem, points: Sequence[Vector]) -> Vector | None:
     with imports:
-        from lcpcli.rational.effort import Effort
+        from lcpcli.rational.elimination import Effort
         from lcpcli.rational.exact_problem import ExactProblem
         from lcpcli.rational.numbers import rounded
         from lcpcli.verify.exact_solution import from_point

@@ -21,7 +21,7 @@ from lcpcli import Problem, Result, Status
 from lcpcli.files import contents, writing
 from lcpcli.options import Limits
 from lcpcli.rational import integer_lemke
-from lcpcli.rational.effort import Effort
+from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded
 from lcpcli.solving import proof

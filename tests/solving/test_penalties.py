@@ -14,7 +14,7 @@ import pytest
 
 import lcpcli
 from lcpcli.options import Limits
-from lcpcli.rational.effort import Effort
+from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem, parts_of_game
 from lcpcli.rational.integer_lemke import equilibrium
 from lcpcli.solving import driver
