@@ -17,8 +17,8 @@ from lcpcli.files.nl_bounds import BOTH, Conditions, kinds_of
 from lcpcli.files.nl_segments import Header, Linear, Segments, Side, Term
 from lcpcli.files.nl_tokens import MEANINGS
 from lcpcli.model.expressions import Graph
-from lcpcli.model.games import paired
 from lcpcli.model.nonlinear import Enclosure
+from lcpcli.model.pairing import paired
 from lcpcli.model.tape import SUM, Arithmetic, DoublePrecision, Jacobian, Tape
 from lcpcli.typing import Indices, Matrix, Vector
 
