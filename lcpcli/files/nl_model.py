@@ -16,9 +16,9 @@ from lcpcli.files.fields import LARGEST_DENSE
 from lcpcli.files.nl_bounds import BOTH, Conditions, kinds_of
 from lcpcli.files.nl_segments import Header, Linear, Segments, Side, Term
 from lcpcli.files.nl_tokens import MEANINGS
+from lcpcli.files.pairing import paired
 from lcpcli.model.expressions import Graph
 from lcpcli.model.nonlinear import Enclosure
-from lcpcli.model.pairing import paired
 from lcpcli.model.tape import SUM, Arithmetic, DoublePrecision, Jacobian, Tape
 from lcpcli.typing import Indices, Matrix, Vector
 
