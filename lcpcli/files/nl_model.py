@@ -1,6 +1,8 @@
 """The complementarity problem of an .nl file: its unknowns, and the function that belongs to each of them.
 
 F, its Jacobian and enclosures of both, for the unknowns of an .nl file.
+
+Equations, and the free variables to which they belong in a mixed complementarity problem.
 """
 
 from __future__ import annotations
@@ -11,12 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count
 from lcpcli.files.fields import LARGEST_DENSE
 from lcpcli.files.nl_bounds import BOTH, Conditions, kinds_of
 from lcpcli.files.nl_segments import Header, Linear, Segments, Side, Term
 from lcpcli.files.nl_tokens import MEANINGS
-from lcpcli.files.pairing import paired
 from lcpcli.model.expressions import Graph
 from lcpcli.model.nonlinear import Enclosure
 from lcpcli.model.tape import SUM, Arithmetic, DoublePrecision, Jacobian, Tape
@@ -326,3 +328,36 @@ class Functions:
         """Return bounds on F and on the Jacobian over a box, if the arithmetic is that of intervals."""
         box = np.stack([lower, upper])
         return Enclosure(*self.F(box), *map(self._matrix, self._entries_at(box)))
+
+
+LEAST = 2.0**-500  # stands for entries that happen to be 0, or are undefined
+
+
+def paired(n: int, rows: Indices, columns: Indices, values: Vector) -> Indices:
+    """Return for each of n free variables its equation: as many pairs as possible at entries of the Jacobian, of which
+    the product is as large as possible, relative to the largest entries of the rows; what is left is paired in order.
+
+    rows, columns, values : the entries. Every pairing has the same solutions, as an equation has to hold whatever its
+    variable is; entries on the diagonal help the methods. (I. S. Duff and J. Koster, On algorithms for permuting large
+    entries to the diagonal of a sparse matrix, 2001.)
+    """
+    with imports:
+        from scipy.sparse import csr_array
+        from scipy.sparse.csgraph import min_weight_full_bipartite_matching
+
+    # Integers, as with rounding errors in the costs the matching may not end.
+    sizes = np.rint(np.log2(np.clip(np.nan_to_num(np.abs(values), nan=LEAST), LEAST, 1 / LEAST)))
+    largest = np.full(n, np.log2(LEAST))
+    np.maximum.at(largest, rows, sizes)
+    costs = 1.0 + largest[rows] - sizes
+    own = np.arange(n)
+    unpaired = n * (1.0 + costs.max(initial=0.0))  # of a row, and of a column, without a partner
+    i = np.concatenate([rows, own, n + own, n + columns])
+    j = np.concatenate([columns, n + own, own, n + rows])
+    weights = np.concatenate([costs, np.full(2 * n, unpaired), np.ones(len(rows))])
+    _, found = min_weight_full_bipartite_matching(csr_array((weights, (i, j)), shape=(2 * n, 2 * n)))
+    equations = np.full(n, -1)
+    is_paired = found[:n] < n
+    equations[found[:n][is_paired]] = own[is_paired]
+    equations[equations < 0] = own[~is_paired]
+    return equations
