@@ -202,9 +202,9 @@ def inspect(
         destination.show(partial(inspection_text.render, inspected(problem, seconds)))
     else:
         from lcpcli.inspection.nonlinear import inspect_nonlinear
-        from lcpcli.report import nonlinear_inspection_text
+        from lcpcli.report import inspection_text
 
         model = _model(file).model
         found = inspect_nonlinear(problem, model.operators, model.header.common, len(model.fixed), seconds)
-        destination.show(partial(nonlinear_inspection_text.render, found))
+        destination.show(partial(inspection_text.render_nonlinear, found))
     return 0

@@ -16,8 +16,7 @@ ROOMS = {  # the modules by their rooms
     "verify": "digits",
     "solving": "advice answer minimum suggestions",
     "parametric": "batches derivative",
-    "report": "inspection_text json_lines nonlinear_inspection_text notebook path_figure path_formats plotting "
-    "verification_text",
+    "report": "inspection_text json_lines notebook path_figure path_formats plotting verification_text",
 }
 
 
