@@ -15,7 +15,7 @@ from lcpcli.clock import imports
 ROOMS = {  # the modules by their rooms
     "verify": "digits",
     "solving": "advice answer minimum suggestions",
-    "parametric": "batches derivative",
+    "parametric": "derivative",
     "report": "inspection_text json_lines notebook path_figure path_formats plotting verification_text",
 }
 

@@ -115,7 +115,7 @@ class Batch(Sequence[Result]):
 
     @cached_property
     def _linearizations(self) -> Any:  # the `Linearizations` of `batches`
-        return views.batches.Linearizations(self._stack, self.z, self.solved)
+        return views.derivative.Linearizations(self._stack, self.z, self.solved)
 
     def gradient(self, g: Any, J: Any = None, unsolved: Unsolved = "raise") -> BatchGradient:
         """Return the derivatives of a function of each z, or of their sum, with respect to M, q and the bounds.
@@ -130,7 +130,7 @@ class Batch(Sequence[Result]):
         >>> batch.gradient([[3, 0]]).q.round(9).tolist()
         [[-2.0, 1.0]]
         """
-        found: BatchGradient = views.batches.gradients(self, self._stack, self._linearizations, g, J, unsolved)
+        found: BatchGradient = views.derivative.gradients(self, self._stack, self._linearizations, g, J, unsolved)
         return found
 
     def derivative(
@@ -150,7 +150,7 @@ class Batch(Sequence[Result]):
         """
         changes = {"dM": dM, "dq": dq, "dlower": dlower, "dupper": dupper}
         given = changes, one_sided, J, unsolved
-        found: BatchDerivative = views.batches.derivatives(self, self._stack, self._linearizations, *given)
+        found: BatchDerivative = views.derivative.derivatives(self, self._stack, self._linearizations, *given)
         return found
 
 
