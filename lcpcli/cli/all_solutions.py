@@ -16,7 +16,7 @@ from lcpcli.files.contents import within
 from lcpcli.interrupts import TimeIsUp, stopping
 from lcpcli.options import MAX_ITERATIONS, TOL
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.report import document, plotting, selection, solution_figure, solutions
+from lcpcli.report import document, path_figure, plotting, selection, solutions
 
 if TYPE_CHECKING:
     from lcpcli.cli.problems import InputProblem
@@ -53,7 +53,7 @@ def outcome(request: Request, work: Work, output: Output) -> Outcome:
     (problem,) = request.inputs.problems(work)
     request.inputs.tell(problem.remarks)
     if request.plot is not None:
-        solution_figure.require(problem.problem)
+        path_figure.require(problem.problem)
     selection.require(problem.problem, request.names)
     solution_set = _search(request, problem, str(work.sources[0]))
     text = "" if output.silent else _text(solution_set, work.sources[0], request.exact, output, request.names)
@@ -99,4 +99,4 @@ def _text(solution_set: sets.SolutionSet, source: Source, exact: bool, output: O
 
 def _draw(solution_set: sets.SolutionSet, file: str | None) -> None:
     if file is not None:
-        show(solution_figure.draw(solution_set, plotting.form_of(file)), file)
+        show(path_figure.draw(solution_set, plotting.form_of(file)), file)
