@@ -17,9 +17,8 @@ import numpy as np
 from lcpcli.errors import OptionError, count, likely, quoted, visible
 from lcpcli.files import atomic_write
 from lcpcli.files.contents import content_of, within
-from lcpcli.files.nl_format import Model
+from lcpcli.files.nl_format import Model, solution_text
 from lcpcli.files.reading import WHOLE
-from lcpcli.files.sol_format import solution_text
 from lcpcli.methods.registry import RESTARTS
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.options import LIMITS, THREADS, Limits, check
