@@ -8,24 +8,45 @@ solution of M_PP z_P = -q_P that has a negative component.
 
 Points are sought in the equilibrated standard form of a problem. Proofs are judged by the problem as given, with its
 own bounds, so that no rounding of that form can spoil them.
+
+The LCP as a mixed-integer linear program: for any M, and the only method that can prove "feasible, but unsolvable".
+
+P. M. Pardalos and J. B. Rosen, Global optimization approach to the linear complementarity problem, SIAM Journal on
+Scientific and Statistical Computing 9 (1988) 341-353, section 3: maximize alpha subject to 0 <= M y + alpha q <= e - b,
+0 <= y <= b, 0 <= alpha <= 1, b binary. Its feasible points with alpha > 0 are the solutions z = y / alpha scaled to
+max(z, w) <= 1 / alpha; the maximum is 0 exactly if there is none. No bound on z is needed.
+
+What this program leaves open is decided by `complementary_tree`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Generator
+import math
+from collections.abc import Callable, Generator, Iterator
+from contextlib import suppress
+from functools import partial
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.interrupts import check, remaining
+from lcpcli.interrupts import TimeIsUp, check, interruptibly, remaining, silent
+from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
 from lcpcli.linalg.dual_simplex import MOST_DENSE, DualSimplex
-from lcpcli.linalg.matrices import is_sparse, stack
-from lcpcli.methods.stages import TIME_LIMIT_REACHED, Finished, OutOfTime, Stalled
+from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
+from lcpcli.linalg.linear_program import linprog
+from lcpcli.linalg.matrices import dense, is_sparse, stack, unit_columns
+from lcpcli.methods import stages
+from lcpcli.methods.direct import MOST_AS_DENSE, as_dense
+from lcpcli.methods.stages import TIME_LIMIT_REACHED, Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
 from lcpcli.model.box import of_masks
 from lcpcli.model.changes import StandardForm, scale
-from lcpcli.typing import Mask, Vector
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.alternative import alternative
+from lcpcli.verify.basic_solution import BasicSolutions
+from lcpcli.verify.certificate import Certificate, farkas_statement, in_range_if_proof, rounded_proof
 
 OPEN, ACTIVE, INACTIVE = 0, 1, 2  # an index: undecided; in P, w_i = 0; not in P, z_i = 0
 MAX_NODES = 1 << 17  # in seconds, with a warm start each; 2^14 are enough for any problem of up to 12 unknowns
@@ -153,3 +174,186 @@ def _point(
     if found.point is not None:
         z[columns] = found.point
     return (z, M @ z + q), cost
+
+
+GAP = 1e3  # any alpha > 0 suffices: the solver may stop at 1 / GAP of the maximum
+Sets: TypeAlias = Generator[tuple[str, Mask], None, Finished | Stalled | OutOfTime]
+"""Complementary sets to try, each with the step that suggested it; Finished if no other can have a solution."""
+
+EXHAUSTED = "each complementary set is excluded by a proof in exact arithmetic"
+UNDECIDED = "neither a solution nor a proof that there is none was found"
+MOST_DENSE_ROWS = 1 << 24  # entries of the columns of a set that may be singular
+FIRST_EFFORT = 1.0  # of the proof that comes before the nodes that auto examines: as many iterations as take seconds
+# Of M in the nodes that auto examines before it searches, as most proofs take none of them, or a few: milliseconds; in
+# all that it examines; and in those of milp before its program: these take seconds or less.
+FEW_ENTRIES, FIRST_ENTRIES, MOST_ENTRIES = 1 << 12, 1 << 21, 1 << 23
+
+
+def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method has it)
+    """Solve one mixed-integer program, and a linear system on its active set. x0 has no influence.
+
+    It works on the standard form of a mixed problem, with proofs that hold for the problem as given, and on R M C, R q
+    with the powers of two of `units.equilibrate`, which rounds nothing: alpha is about 1 /
+    max(z, w) in these units, and the solver cannot resolve alpha below 1e-6. In order: a proof that the problem is
+    infeasible; the first nodes of branch and bound over complementary sets, whose proofs are in exact arithmetic
+    (`complementary_tree`); the program, for at most half of the time that is left, and the solution on each active set
+    that it suggests; the rest of the tree. Exponential in n at worst.
+
+    Yields (z - w) / 2 for the solution of each complementary set that appears to have one, with step "program" or
+    "tree", the origin of the set. Solutions up to rounding come at once; those only to the LP solver's tolerance come
+    last, unless it is proved that there is none. NoSolution : with a Farkas proof, or after the exhaustion of all
+    complementary sets. Neither depends on rounding or tolerances: alpha = 0 is never taken as a proof, as a tiny alpha
+    may hide a large solution. Stalled, OutOfTime : the size of the tree or rounding, or the time limit, prevents a
+    solution or a proof.
+    """
+    return (yield from _decided(problem, _all_sets))
+
+
+def first_nodes(problem: Problem, entries: int) -> Stage:
+    """Examine the first nodes of the tree alone, as many as have so many entries of M in all; yield and return as
+    `milp`."""
+    return (yield from _decided(problem, partial(_of_tree, nodes=entries // problem.n**2 + 1), FIRST_EFFORT))
+
+
+def _decided(
+    problem: Problem, sets_of: Callable[[ComplementarySystem, DualSimplex | None], Sets], effort: float = math.inf
+) -> Stage:
+    problem = as_dense(problem) if problem.n <= MOST_AS_DENSE else problem
+    form = stages.standard_form_of(problem)
+    if form is None:
+        return stages.Breakdown(stages.NO_STANDARD_FORM)
+    stage = _tried(form, sets_of, effort)
+    return (yield from stage if form.is_identity else stages.moved_back(form, stage, BasicSolutions(problem)))
+
+
+def _tried(
+    form: StandardForm, sets_of: Callable[[ComplementarySystem, DualSimplex | None], Sets], effort: float
+) -> Stage:
+    """Try complementary sets in turn, after an attempt to prove that the problem is infeasible; yield iterates of the
+    standard form, and return how it ends for the problem as given."""
+    problem = form.original
+    with np.errstate(all="ignore"):
+        system = ComplementarySystem(form)
+        units, M, q = system.units, system.M, system.q
+        finite = bool(np.isfinite(M.sum()) and np.isfinite(units.w_outside(np.ones(q.size))).all())
+    if not finite:
+        return Stalled("the problem overflows when it is equilibrated")
+    found = alternative(M, q, effort, partial(system.refutes, np.full(q.size, OPEN)))
+    y = None if found.proof is None else in_range_if_proof(problem, system.multipliers(found.proof))
+    if y is not None:
+        return NoSolution(Certificate("farkas", farkas_statement(problem), y))
+    rounded = None if found.rounded is None else rounded_proof(problem, system.multipliers(found.rounded))
+    if rounded is not None:
+        return NoSolution(rounded)
+    tried: set[bytes] = set()
+    rough: list[Iterate] = []
+    sets = sets_of(system, found.system)
+    while isinstance(ending := advance(sets), tuple):
+        step, P = ending
+        if P.tobytes() in tried:
+            continue
+        tried.add(P.tobytes())
+        inner, to_rounding = _basic_solution(M, q, P)
+        if inner is None:
+            continue
+        with np.errstate(all="ignore"):
+            w = np.where(P, 0.0, np.maximum(M @ inner + q, 0.0))
+            x = (units.z_outside(inner) - units.w_outside(w)) / 2
+        iterate = Iterate(x, None, step, len(tried))
+        if to_rounding and is_finite(x):
+            yield iterate
+        elif is_finite(x):
+            rough.append(iterate)
+    if not isinstance(ending, Finished):
+        yield from rough
+        return type(ending)(f"{UNDECIDED}: {ending.reason}")
+    return NoSolution(Certificate("exhaustion", EXHAUSTED))
+
+
+def _all_sets(system: ComplementarySystem, root: DualSimplex | None) -> Sets:
+    """Yield complementary sets that may have a solution, the likeliest first, each with the step that suggested it."""
+    if remaining() <= 0:
+        return OutOfTime(TIME_LIMIT_REACHED)
+    try:
+        ending = yield from _of_tree(system, root, MOST_ENTRIES // system.q.size**2 + 1)
+        if not isinstance(ending, Stalled):
+            return ending
+        for P in _program(system.M, system.q):
+            yield "program", P
+        return (yield from _of_tree(system, root, MAX_NODES))
+    except TimeIsUp:  # in the middle of a linear program: what has been found so far counts
+        return OutOfTime(TIME_LIMIT_REACHED)
+
+
+def _of_tree(system: ComplementarySystem, root: DualSimplex | None, nodes: int) -> Sets:
+    tree = candidates(system, nodes, root)
+    while isinstance(found := advance(tree), np.ndarray):
+        yield "tree", found
+    return found
+
+
+def _program(M: Matrix, q: Vector) -> list[Mask]:
+    """Return the active sets at the best (y, b, alpha) found in half of the time that is left; none if alpha is 0."""
+    with imports:
+        from scipy.optimize import LinearConstraint, milp
+    n = q.size
+    seconds = max(remaining() / 2, 1e-3)
+    one = unit_columns(n, np.arange(n), is_sparse(M))
+    column = q[:, np.newaxis]
+    A = stack([[M, one - one, column], [M, one, column], [one, -one, np.zeros((n, 1))]])
+    low = np.concatenate((np.zeros(n), np.full(2 * n, -np.inf)))
+    high = np.concatenate((np.full(n, np.inf), np.ones(n), np.zeros(n)))
+
+    def solved() -> Any:
+        with np.errstate(all="ignore"):
+            return milp(
+                np.append(np.zeros(2 * n), -1.0),
+                integrality=np.concatenate((np.zeros(n), np.ones(n), np.zeros(1))),
+                bounds=(0.0, 1.0),
+                constraints=LinearConstraint(A, low, high),
+                options={"mip_rel_gap": GAP} | ({"time_limit": seconds} if seconds < math.inf else {}),
+            )
+
+    with silent():
+        found = interruptibly(solved)
+    if found.x is None or not found.x[-1] > 0:
+        return []
+    y, b = found.x[:n], found.x[n : 2 * n]
+    return [y > M @ y + found.x[-1] * q, b > 0.5]
+
+
+def _basic_solution(M: Matrix, q: Vector, P: Mask) -> tuple[Vector | None, bool]:
+    """Return z with z_N = 0, M_PP z_P = -q_P, z >= 0, w >= 0, or None if there is none to the tolerance of the LP
+    solver, and whether z is a solution up to rounding, row by row."""
+    best, active = None, np.flatnonzero(P)
+    with np.errstate(all="ignore"):
+        for z_P in _solutions(M, q, active, np.flatnonzero(~P)):
+            z = np.zeros(q.size)
+            z[active] = np.maximum(z_P, 0.0)
+            w = M @ z + q
+            if min(z_P.min(initial=0.0), w.min()) < -farkas.ACTIVE_COLUMN * max(z.max(), 1.0):
+                continue
+            best = z
+            violation = np.where(P, np.abs(w), -w)
+            rounding = ROW_ROUNDING * (abs(M) @ z + np.abs(q))
+            if np.isfinite(z).all() and (violation <= rounding).all():
+                return z, True
+    return best, False
+
+
+def _solutions(M: Matrix, q: Vector, active: Indices, inactive: Indices) -> Iterator[Vector]:
+    """Yield z_P with M_PP z_P = -q_P: first by factors; then, if M_PP may be singular, one with z_P >= 0 and M_NP z_P +
+    q_N >= 0: a vertex by an LP, then least squares on its support, if there is room for dense columns."""
+    with suppress(SingularMatrix):
+        yield PrincipalSolver(M).solve(active, -q[active])
+    if not 0 < active.size <= MOST_DENSE_ROWS / q.size:
+        return
+    A, beside = (dense(M[rows][:, active]) for rows in (active, inactive))
+    found = linprog(np.ones(active.size), -beside, q[inactive], equal=(A, -q[active]))
+    if found is None:
+        return
+    support = np.flatnonzero(found.x > farkas.SNAP * found.x.max())
+    z: Vector = np.zeros(active.size)
+    for _ in range(2):
+        z[support] -= np.linalg.lstsq(A[:, support], A @ z + q[active], rcond=None)[0]
+    yield z if z.min() >= 0 else found.x
