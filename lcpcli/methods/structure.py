@@ -354,12 +354,12 @@ def reflections(structure: Structure) -> Stage:
 def few_nodes(structure: Structure) -> Stage:
     """Examine a few nodes of the tree of milp, which take about as long as Lemke's path."""
     with imports:
-        from lcpcli.methods.complementary_tree import FEW_ENTRIES, first_nodes
+        from lcpcli.methods.milp import FEW_ENTRIES, first_nodes
     return first_nodes(structure.problem, FEW_ENTRIES)
 
 
 def first_nodes(structure: Structure) -> Stage:
     """Examine the first nodes of the tree of milp."""
     with imports:
-        from lcpcli.methods.complementary_tree import FIRST_ENTRIES, first_nodes
+        from lcpcli.methods.milp import FIRST_ENTRIES, first_nodes
     return first_nodes(structure.problem, FIRST_ENTRIES)

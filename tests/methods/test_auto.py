@@ -18,8 +18,8 @@ from lcpcli.gallery import families
 from lcpcli.interrupts import TimeIsUp, check, remaining, within
 from lcpcli.methods import auto_table, lemke, policy
 from lcpcli.methods.auto_table import ROUNDS, TABLE, Row, in_rounds
-from lcpcli.methods.complementary_tree import milp
 from lcpcli.methods.direct import MOST_PIVOTED
+from lcpcli.methods.milp import milp
 from lcpcli.methods.policy import _for_half_of_the_time, _search
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, Turns, advance

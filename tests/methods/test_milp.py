@@ -14,8 +14,8 @@ from scipy.sparse import csr_array
 from lcpcli import Problem, Result, Status, read
 from lcpcli.files import contents
 from lcpcli.interrupts import TimeIsUp
-from lcpcli.methods import complementary_tree
-from lcpcli.methods.complementary_tree import ComplementarySystem
+from lcpcli.methods import milp as complementary_tree
+from lcpcli.methods.milp import ComplementarySystem
 from lcpcli.methods.stages import OutOfTime, Stalled, advance
 from lcpcli.model.box import of_masks
 from lcpcli.model.changes import standard_form

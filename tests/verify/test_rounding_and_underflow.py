@@ -185,7 +185,7 @@ def test_no_row_is_solved_by_the_size_of_another(method: str, n: int, monkeypatc
     M[0, 1:] = 1.0
     M[1:3, 1:3] = [[0.0, 1.0], [1.0, 0.0]]
     q[:3] = -1e16, -1.0, 1.0
-    monkeypatch.setattr("lcpcli.methods.complementary_tree.MAX_NODES", 20)  # for a second of work
+    monkeypatch.setattr("lcpcli.methods.milp.MAX_NODES", 20)  # for a second of work
     assert not run(Problem(M, q), method).solved
     z = np.full(n, 5.0)
     z[:3] = 1e16, 0.0, 1.0
