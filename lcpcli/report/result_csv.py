@@ -15,7 +15,7 @@ from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 from lcpcli.model.program import Program
 from lcpcli.report import programs_and_games, selection, wording
-from lcpcli.report.costs import reached
+from lcpcli.report.tables import reached
 from lcpcli.solving.answer import Minimum
 from lcpcli.solving.result import Result
 
