@@ -18,9 +18,8 @@ from lcpcli.linalg.matrices import is_narrow, is_symmetric
 from lcpcli.linalg.stencils import Operator
 from lcpcli.linalg.units import equilibrate
 from lcpcli.methods import stages
-from lcpcli.methods.full_approximation import FullApproximation
 from lcpcli.methods.inexact import NO_PROGRESS, NOT_POSITIVE, ROUNDING_REACHED, Inexact, Preconditioners, krylov
-from lcpcli.methods.multilevel import Hierarchy, VCycles
+from lcpcli.methods.multilevel import FullApproximation, Hierarchy, VCycles
 from lcpcli.methods.newton import finish
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns
 from lcpcli.model.box import BASIC

@@ -14,9 +14,8 @@ from lcpcli.gallery import families
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity
 from lcpcli.linalg.matrices import is_symmetric
 from lcpcli.methods.active_set import Factors, active_set, multilevel, sparse_route
-from lcpcli.methods.full_approximation import FullApproximation
 from lcpcli.methods.inexact import krylov
-from lcpcli.methods.multilevel import COARSEST, Hierarchy, VCycles
+from lcpcli.methods.multilevel import COARSEST, FullApproximation, Hierarchy, VCycles
 from lcpcli.methods.stages import Breakdown, Iterate, Stalled, advance
 from lcpcli.model.box import ORTHANT
 from lcpcli.typing import Mask, Matrix, Vector
