@@ -31,7 +31,7 @@ from lcpcli.methods.stages import (
 )
 from lcpcli.methods.tableau import PAUSED, RAY, SOLVED
 from lcpcli.model.problem import Problem
-from lcpcli.rational.integer_lemke import IntegerTableau
+from lcpcli.rational.dictionary import IntegerTableau
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import RAY as PROVES_NOTHING
 from lcpcli.verify.certificate import Certificate, farkas_statement, is_clear, proves_infeasible
