@@ -1,8 +1,13 @@
-"""lcp solve --all: the search for all solutions of a problem, until it is complete or stopped."""
+"""lcp solve --all: the search for all solutions of a problem, until it is complete or stopped.
+
+lcp solve --minimize and --maximize: the best of all solutions by a linear objective.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING
@@ -11,18 +16,22 @@ from lcpcli import clock, interrupts
 from lcpcli.cli.main import INTERRUPTED, NO_SOLUTION, NOT_SOLVED, SOLVED
 from lcpcli.cli.output import Output, refuse, refuse_given, show
 from lcpcli.cli.request import Request
+from lcpcli.enumeration import optimum as search
 from lcpcli.enumeration import search as sets
-from lcpcli.files.contents import within
+from lcpcli.enumeration.search import refuse_large
+from lcpcli.errors import ProblemError
+from lcpcli.files.contents import content_of, within
 from lcpcli.interrupts import TimeIsUp, stopping
 from lcpcli.options import MAX_ITERATIONS, TOL
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.report import document, path_figure, plotting, selection, solutions
+from lcpcli.report import document, optimum_text, path_figure, plotting, selection, solutions
 
 if TYPE_CHECKING:
     from lcpcli.cli.problems import InputProblem
     from lcpcli.cli.session import Outcome
     from lcpcli.files.contents import Source
     from lcpcli.files.inputs import Work
+    from lcpcli.files.nl_format import LinearObjective
 
 # The options that concern a single solution, and that --all therefore refuses.
 SINGLE_OPTIONS = (
@@ -100,3 +109,63 @@ def _text(solution_set: sets.SolutionSet, source: Source, exact: bool, output: O
 def _draw(solution_set: sets.SolutionSet, file: str | None) -> None:
     if file is not None:
         show(path_figure.draw(solution_set, plotting.form_of(file)), file)
+
+
+CODES = {search.OPTIMAL: SOLVED, search.TIME_LIMIT: NOT_SOLVED, search.INTERRUPTED: INTERRUPTED}
+
+
+def objective_in(path: str) -> LinearObjective | None:
+    """Return the objective of the linear model in an .nl file; None if it has none, or is nonlinear."""
+    from lcpcli.files.nl_format import Model
+
+    content = content_of(path, "")
+    if not (content.startswith(b"b") or re.search(rb"^O\d", content, re.MULTILINE)):
+        return None
+    model = within(path, Model, content, path)
+    return within(path, lambda: model.objective if model.model.is_linear else None)
+
+
+def best_outcome(
+    request: Request, work: Work, output: Output, objective: str | LinearObjective, sense: str = "min"
+) -> Outcome:
+    """Search for the best solution of a problem, with decimals as written; the exit code reports success if it is
+    proved to be the best."""
+    (problem,) = request.inputs.problems(work)
+    if isinstance(objective, str):
+        request.inputs.tell(problem.remarks)
+    else:
+        from lcpcli.files.nl_format import LEFT_OUT
+
+        others = (line.removesuffix(LEFT_OUT).removesuffix("; ") for line in problem.remarks)
+        request.inputs.tell([line for line in others if not line.endswith(": ")])
+    selection.require(problem.problem, request.names)
+    where, began, limit = str(work.sources[0]), clock.seconds(), request.limits.time_limit
+    within(where, refuse_large, problem.problem)
+    data = problem.exactly()
+    left = max(limit - (clock.seconds() - began), 1e-6)
+    with stopping() as signals:
+        if isinstance(objective, str):
+            try:
+                found = search.optimum(data, objective, sense=sense, time_limit=left)
+            except ProblemError as error:
+                is_typed = error.where == "objective"
+                raise type(error)(
+                    f"--{sense}imize" if is_typed else f"{where}: {error.where}".removesuffix(": "),
+                    error.fault,
+                    error.hint,
+                ) from None
+        else:
+            found = within(where, search.best, data, *objective, left)
+        if signals and found.status == search.TIME_LIMIT:
+            found = replace(found, status=search.INTERRUPTED)
+    text = "" if output.silent else _best_text(request, work, output, found)
+    return text, CODES.get(found.status, NO_SOLUTION), int
+
+
+def _best_text(request: Request, work: Work, output: Output, found: search.Optimum) -> str:
+    if output.form == "json":
+        return optimum_text.in_json(found, work.sources[0], request.exact)
+    if output.form == "csv":
+        return optimum_text.in_csv(found, request.exact, request.names)
+    report = optimum_text.build(found, request.exact, output.form, request.names)
+    return document.typeset(report, output.form, output.destination.width, output.destination.color)

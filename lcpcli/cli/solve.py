@@ -83,18 +83,18 @@ def solve(
         return run(request, all_solutions.outcome)
     refuse(request.max_solutions is not None, "--max-solutions", "has no effect without --all", "add --all")
     if minimize is not None or maximize is not None:
-        from lcpcli.cli import all_solutions, best_solution
+        from lcpcli.cli import all_solutions
 
         sense = "min" if maximize is None else "max"
         refuse(
             minimize is not None and maximize is not None, "--minimize", "is given beside --maximize", "leave one out"
         )
         all_solutions.refuse_others(request, f"--{sense}imize")
-        return run(request, partial(best_solution.outcome, objective=minimize or maximize or "", sense=sense))
+        return run(request, partial(all_solutions.best_outcome, objective=minimize or maximize or "", sense=sense))
     if len(files) == 1 and files[0].casefold().endswith(".nl"):
-        from lcpcli.cli import all_solutions, best_solution
+        from lcpcli.cli import all_solutions
 
-        if (own := best_solution.objective_in(files[0])) is not None:
+        if (own := all_solutions.objective_in(files[0])) is not None:
             all_solutions.refuse_others(request, "the model's objective")
-            return run(request, partial(best_solution.outcome, objective=own))
+            return run(request, partial(all_solutions.best_outcome, objective=own))
     return run(request)
