@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.linalg.doubles import ROW_ROUNDING
-from lcpcli.linalg.principal_many import solve_principal
+from lcpcli.linalg.factors import solve_principal
 from lcpcli.methods.direct import Safeguard
 from lcpcli.methods.newton import LEAST_INDEX_STEPS
 from lcpcli.methods.projected_gradient import gradient_steps

@@ -20,8 +20,8 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING, row_sizes
+from lcpcli.linalg.factors import each_product, principal_inverses
 from lcpcli.linalg.matrices import TINY_TERMS, is_narrow, is_sparse, row_errors
-from lcpcli.linalg.principal_many import each_product, principal_inverses
 from lcpcli.methods.final_states import (
     HIDDEN_TERM,
     LONG_NUMBER,

@@ -14,9 +14,8 @@ import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.doubles import FAR_FROM_ONE, are_moderate, is_finite, row_sizes, sizes
-from lcpcli.linalg.factors import MOST_NUMPY_ROWS, well_conditioned_inverse
+from lcpcli.linalg.factors import MOST_NUMPY_ROWS, each_product, well_conditioned_inverse
 from lcpcli.linalg.matrices import absolute_product, dense, product
-from lcpcli.linalg.principal_many import each_product
 from lcpcli.model.arrays import (
     FROM_0,
     NUMBERS,

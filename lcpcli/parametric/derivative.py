@@ -36,8 +36,8 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.errors import DerivativeError, ParameterError, ProblemError
 from lcpcli.linalg.doubles import ROW_ROUNDING, distinct
+from lcpcli.linalg.factors import each_product, principal_inverses
 from lcpcli.linalg.matrices import absolute_product, dense, product, scaled
-from lcpcli.linalg.principal_many import each_product, principal_inverses
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector
 from lcpcli.model.box import Box

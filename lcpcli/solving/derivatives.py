@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
+from lcpcli.linalg.factors import each_product
 from lcpcli.linalg.matrices import is_sparse, product
-from lcpcli.linalg.principal_many import each_product
 from lcpcli.typing import Mask, Matrix, Vector
 
 

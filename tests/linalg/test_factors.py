@@ -11,7 +11,7 @@ from scipy.sparse import csr_array, diags_array
 
 from lcpcli import from_qp, run
 from lcpcli.interrupts import TimeIsUp, within
-from lcpcli.linalg import factors, principal_many, shifted_systems
+from lcpcli.linalg import factors, shifted_systems
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, tridiagonal
 from lcpcli.linalg.patterns import LONG_ROW, Band, fill, is_structurally_singular, order_of
 from lcpcli.linalg.shifted_systems import MOST_SPLIT_OFF, Bordered, SuperLU, dense_places
@@ -103,7 +103,7 @@ def test_each_submatrix_is_factorized_once(monkeypatch: pytest.MonkeyPatch) -> N
     factorized: list[int] = []
     real = np.linalg.solve
     monkeypatch.setattr(np.linalg, "solve", lambda A, b: factorized.append(A.shape[0]) or real(A, b))
-    X = principal_many.solve_principal(M, sets, B)
+    X = factors.solve_principal(M, sets, B)
     assert sum(factorized) == 5
     for x, P, b in zip(X, sets, B, strict=True):
         assert np.allclose(M[np.ix_(P, P)] @ x[P], b[P], rtol=0, atol=1e-12)
@@ -118,7 +118,7 @@ def test_sets_of_most_indices_are_solved_for_by_their_complements() -> None:
     assert sets[-1].all()
     B, inverse = generator.standard_normal((m, n)), factors.well_conditioned_inverse(M)
     assert inverse is not None
-    ours, plain = principal_many.solve_principal(M, sets, B, inverse), principal_many.solve_principal(M, sets, B)
+    ours, plain = factors.solve_principal(M, sets, B, inverse), factors.solve_principal(M, sets, B)
     assert np.allclose(ours, plain, rtol=0, atol=1e-12)
     assert np.array_equal(ours != 0, sets)
     assert factors.well_conditioned_inverse(M * np.geomspace(1, 1e9, n)) is None
@@ -128,7 +128,7 @@ def test_sets_of_most_indices_are_solved_for_by_their_complements() -> None:
 def test_singular_submatrices_spoil_no_others() -> None:
     M = np.diag([1.0, 0.0, 2.0, 4.0])
     sets = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 1, 1], [1, 1, 0, 0]], dtype=bool)
-    X = principal_many.solve_principal(M, sets, np.full((5, 4), 4.0))
+    X = factors.solve_principal(M, sets, np.full((5, 4), 4.0))
     assert np.isnan(X).any(axis=1).tolist() == [False, True, False, False, True]
     assert X[[0, 2, 3]].tolist() == [[4, 0, 0, 0], [0, 0, 2, 0], [0, 0, 2, 1]]
 
