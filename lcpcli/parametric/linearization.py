@@ -29,7 +29,7 @@ from lcpcli.linalg.factors import (
     sparse_lu,
 )
 from lcpcli.linalg.matrices import absolute_product, column_maxima, dense, is_sparse, product
-from lcpcli.linalg.pseudo_inverse import LEAST_DIGITS, PseudoInverse
+from lcpcli.linalg.units import LEAST_DIGITS, PseudoInverse
 from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.solving.result import Result

@@ -7,7 +7,7 @@ import pytest
 
 from lcpcli import Problem, Status, run
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.pseudo_inverse import PseudoInverse
+from lcpcli.linalg.units import PseudoInverse
 from lcpcli.methods.bounded_form import combinations
 from lcpcli.methods.tableau import begin, tableau_of
 
