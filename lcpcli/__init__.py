@@ -50,10 +50,10 @@ if TYPE_CHECKING:
     from lcpcli.files.nl_format import read_nl as read_nl
     from lcpcli.files.reading import read as read
     from lcpcli.files.writing import write as write
+    from lcpcli.games.problems import from_efg as from_efg
+    from lcpcli.games.problems import from_game as from_game
     from lcpcli.inspection.inspection import inspect as inspect
     from lcpcli.inspection.inspection import plan as plan
-    from lcpcli.model.games import from_efg as from_efg
-    from lcpcli.model.games import from_game as from_game
     from lcpcli.model.problem import Problem as Problem
     from lcpcli.model.reductions import from_osqp as from_osqp
     from lcpcli.model.reductions import from_qp as from_qp
@@ -94,8 +94,8 @@ _HOMES = {  # the module of each public name, loaded on first use
     "check": "solving.checking",
     "error_bound": "verify.error_theorems",
     "exact": "solving.proof",
-    "from_efg": "model.games",
-    "from_game": "model.games",
+    "from_efg": "games.problems",
+    "from_game": "games.problems",
     "from_osqp": "model.reductions",
     "from_qp": "model.reductions",
     "from_qpsolvers": "model.reductions",

@@ -23,22 +23,26 @@ LOOSE = 9  # modules at the root of the package, which every room may use
 # Each room of the package with the rooms that it uses, all of them above it in this table.
 ROOMS = {
     "linalg": "",
+    "expressions": "",
     "model": "linalg",
+    "basis": "linalg model",
+    "presolve": "linalg model",
+    "games": "linalg model",
     "rational": "linalg model",
-    "verify": "linalg model rational",
-    "methods": "linalg model rational verify",
-    "inspection": "linalg model rational verify methods",
-    "kernels": "linalg model verify methods",
-    "solving": "linalg model rational verify methods inspection kernels",
+    "verify": "linalg model basis games rational",
+    "methods": "linalg model basis rational verify",
+    "auto": "linalg model basis presolve rational verify methods",
+    "inspection": "linalg model presolve rational verify methods auto",
+    "kernels": "linalg model basis verify methods auto",
+    "solving": "linalg model basis games rational verify methods auto inspection kernels",
     "enumeration": "linalg model rational verify solving",
     "parametric": "linalg model rational verify inspection solving",
-    "files": "linalg model rational",
-    "gallery": "model",
+    "files": "linalg expressions model games rational",
+    "gallery": "model games",
     "peers": "linalg model",
-    "report": "linalg model rational verify methods inspection solving enumeration parametric files",
+    "report": "linalg model presolve games rational verify methods inspection solving enumeration parametric files",
     "bench": "linalg model verify methods solving files gallery peers report",
-    "cli": "linalg model rational verify methods inspection solving enumeration parametric files gallery peers report "
-    "bench",
+    "cli": "linalg model rational verify methods inspection solving enumeration parametric files gallery peers report bench",
 }
 # Libraries that one room alone imports.
 LIBRARIES = {

@@ -271,7 +271,7 @@ lcp.commands = Commands(
         "compare": "compare",
         "path": "path",
         "bench": "bench",
-        "compare-runs": "compare_runs",
+        "compare-runs": "compare",
         "check": "check",
         "inspect": "check",
         "make": "make",

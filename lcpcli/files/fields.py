@@ -176,14 +176,14 @@ def _game(data: Mapping[str, Any]) -> Problem:
             raise ProblemError(key, "is missing", f"add the key {key}{', -A in a zero-sum game' * (key == 'B')}")
     if any(_depth(data[key]) > 2 for key in ("A", "B")):
         raise ProblemError("", *THREE_PLAYERS)
-    from lcpcli.model.games import from_game
+    from lcpcli.games.problems import from_game
 
     return from_game(**data)
 
 
 def _tree(data: Mapping[str, Any]) -> Problem:
     refuse_unknown("", data, TREE, "a game tree")
-    from lcpcli.model.games import from_efg
+    from lcpcli.games.problems import from_efg
 
     return from_efg(data["efg"], **{key: data[key] for key in TEXTS if key in data})
 

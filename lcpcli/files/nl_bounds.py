@@ -15,7 +15,7 @@ from math import inf, isfinite
 from typing import Any, NamedTuple
 
 from lcpcli.errors import ProblemError, count
-from lcpcli.model.expressions import Graph
+from lcpcli.expressions.graph import Graph
 from lcpcli.rational.numbers import rounded
 
 LOWER, UPPER, BOTH = 1, 2, 3

@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 import numpy as np
 
 from lcpcli.errors import ProblemError, count
+from lcpcli.expressions.intervals import Intervals
+from lcpcli.expressions.tape import DoublePrecision
 from lcpcli.files.contents import content_of, decode, place, within
 from lcpcli.files.fields import LARGEST_DENSE, made
 from lcpcli.files.formats import Exact, Number
@@ -25,10 +27,8 @@ from lcpcli.files.nl_model import Functions, NlModel, model_of
 from lcpcli.files.nl_segments import Header, segments_in
 from lcpcli.files.nl_tokens import in_names, named, names_beside, whole
 from lcpcli.files.reading import WHOLE, name_of
-from lcpcli.model.intervals import Intervals
 from lcpcli.model.nonlinear import Enclosure, NonlinearProblem
 from lcpcli.model.problem import Problem
-from lcpcli.model.tape import DoublePrecision
 from lcpcli.rational.numbers import Doubles, fraction
 from lcpcli.typing import Matrix, Vector
 

@@ -15,13 +15,13 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count
+from lcpcli.expressions.graph import Graph
+from lcpcli.expressions.tape import SUM, Arithmetic, DoublePrecision, Jacobian, Tape
 from lcpcli.files.fields import LARGEST_DENSE
 from lcpcli.files.nl_bounds import BOTH, Conditions, kinds_of
 from lcpcli.files.nl_segments import Header, Linear, Segments, Side, Term
 from lcpcli.files.nl_tokens import MEANINGS
-from lcpcli.model.expressions import Graph
 from lcpcli.model.nonlinear import Enclosure
-from lcpcli.model.tape import SUM, Arithmetic, DoublePrecision, Jacobian, Tape
 from lcpcli.typing import Indices, Matrix, Vector
 
 _Parts = list[tuple[int, Any]]  # the nodes of a sum with their coefficients

@@ -14,7 +14,7 @@ from numpy.random import Generator
 
 from lcpcli.errors import count
 from lcpcli.gallery.families import require
-from lcpcli.model.games import from_efg
+from lcpcli.games.problems import from_efg
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Matrix, Vector
 

@@ -11,6 +11,9 @@ from typing import NamedTuple, overload
 import numpy as np
 
 from lcpcli import clock
+from lcpcli.auto.policy import may_gain_by_presolve
+from lcpcli.auto.structure import Structure
+from lcpcli.auto.table import BRIEF, FIRST, LATER, Row
 from lcpcli.clock import imports
 from lcpcli.inspection import theory
 from lcpcli.inspection.nonlinear import NonlinearInspection, inspect_nonlinear
@@ -22,16 +25,13 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import equilibrate
-from lcpcli.methods.auto_table import BRIEF, FIRST, LATER, Row
-from lcpcli.methods.policy import may_gain_by_presolve
-from lcpcli.methods.structure import Structure
 from lcpcli.model import far_bounds, views
 from lcpcli.model.changes import composed, shifted
 from lcpcli.model.far_bounds import relaxed
 from lcpcli.model.nonlinear import NonlinearProblem
-from lcpcli.model.presolve import Presolved, Refuted, presolved
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import INSPECTION_SECONDS
+from lcpcli.presolve.presolve import Presolved, Refuted, presolved
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 
@@ -207,7 +207,7 @@ def _presolve(problem: Problem) -> Presolved | Refuted | None:
     if not problem.is_mixed:
         return None
     with imports:
-        from lcpcli.methods.policy import clearly_refutes
+        from lcpcli.auto.policy import clearly_refutes
     found = presolved(problem)
     return None if isinstance(found, Refuted) and not clearly_refutes(problem, found.y) else found
 

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numba import njit, types
 
+from lcpcli.basis.free_variables import NEAR_ONE
 from lcpcli.linalg.doubles import FAR_FROM_ONE, LARGEST_DOUBLE
 from lcpcli.linalg.units import EXPONENT_MARGIN, LARGEST_POWER, MOST_SWEEPS, NEAR_UNITS, UNITS_FAR_APART
-from lcpcli.methods.free_variables import NEAR_ONE
 from lcpcli.methods.lemke_path import CORRECTIONS, DEPENDENT, SINGULAR
 from lcpcli.model.box import BASIC, LOWER
 

@@ -10,15 +10,15 @@ import numpy as np
 from numba import njit, types
 from numba.extending import overload, register_jitable
 
+from lcpcli.basis import tableau
+from lcpcli.basis.tableau import NO_ROW, NOISE, SMALL, UNBOUNDED, ZERO, lexicographic_minimum
 from lcpcli.kernels.announcement import announced
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import Units
-from lcpcli.methods import tableau
 from lcpcli.methods.direct import CERTAIN, MOST_COMPILED, DirectAnswer
 from lcpcli.methods.final_states import Confirmed, confirmed
 from lcpcli.methods.lemke_path import LEAST_REFRESHED, cover_of
 from lcpcli.methods.projected_gradient import GRADIENT_BLOCK, GRADIENT_GROWTH, Glance, most_steps
-from lcpcli.methods.tableau import NO_ROW, NOISE, SMALL, UNBOUNDED, ZERO, lexicographic_minimum
 from lcpcli.model.box import Box, of_masks
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, States, Vector

@@ -7,14 +7,14 @@ import numpy as np
 from numba import njit, types
 from numba.extending import register_jitable
 
+from lcpcli.basis import bounded_form
+from lcpcli.basis.free_variables import scaled
+from lcpcli.basis.tableau import SOLVED
 from lcpcli.kernels.announcement import announced
 from lcpcli.kernels.compiled import COVER, OPTIONS, judged, path, rows_of
 from lcpcli.linalg import factors, matrices
-from lcpcli.methods import bounded_form
 from lcpcli.methods.direct import DirectAnswer
-from lcpcli.methods.free_variables import scaled
 from lcpcli.methods.lemke_path import LEAST_REFRESHED
-from lcpcli.methods.tableau import SOLVED
 from lcpcli.model.problem import Problem
 
 with announced():

@@ -12,6 +12,7 @@ from functools import partial
 
 import numpy as np
 
+from lcpcli.basis.basic_solution import BasicSolution, exchanging
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, Solve
 from lcpcli.linalg.krylov import identity
 from lcpcli.linalg.matrices import is_narrow, is_symmetric
@@ -26,7 +27,6 @@ from lcpcli.model.box import BASIC
 from lcpcli.model.changes import in_units
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Mask, Matrix, States, Vector
-from lcpcli.verify.basic_solution import BasicSolution, exchanging
 
 ROUNDS_PATIENCE = 3  # steps without a new minimum of wrong signs
 HOPS = 8  # along entries of M, from wrong signs: the variables that are pivoted by themselves

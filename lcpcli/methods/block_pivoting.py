@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.basis.basic_solution import BasicSolution, exchanging, in_units_of_state
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.factors import solve_principal
 from lcpcli.methods.direct import Safeguard
@@ -25,7 +26,6 @@ from lcpcli.methods.projected_gradient import gradient_steps
 from lcpcli.model.box import BASIC, LOWER, Box
 from lcpcli.model.right_hand_sides import Block
 from lcpcli.typing import Indices, Mask, States, Vector
-from lcpcli.verify.basic_solution import BasicSolution, exchanging, in_units_of_state
 
 STRIDE = 16  # problems of which the first is solved first, for the others to start from its solution
 NEIGHBOUR_DISTANCE = 0.25  # of q from another q, relative to its distance from 0, up to which the two are neighbours

@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from lcpcli.basis.basic_solution import BasicSolution, exchanging
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.factors import SingularMatrix, Solve
@@ -21,7 +22,6 @@ from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Mask, Matrix, States, Vector
-from lcpcli.verify.basic_solution import BasicSolution, exchanging
 
 REDUCTION = 0.1  # of the residual, by one inexact solve
 FINAL_REDUCTION = 1e-3  # of the residual, once P is unchanged from the last step

@@ -17,6 +17,7 @@ from itertools import islice
 
 import numpy as np
 
+from lcpcli.basis.basic_solution import BasicSolution, exchanging
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.matrices import is_sparse, multiplier, plus_diagonal
@@ -28,7 +29,6 @@ from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, NoSoluti
 from lcpcli.model.box import BASIC, of_masks
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, States, Vector
-from lcpcli.verify.basic_solution import BasicSolution, exchanging
 
 FINISH, BEST = "finish", "best"
 MOST_INTERIOR_STEPS = 150  # of an attempt: a few times the tens that it usually takes

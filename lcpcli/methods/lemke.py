@@ -13,11 +13,12 @@ from contextlib import suppress
 
 import numpy as np
 
+from lcpcli.basis import tableau
+from lcpcli.basis.bounded_form import CANCELLED
+from lcpcli.basis.free_variables import Reduction
+from lcpcli.basis.tableau import PAUSED, RAY, SOLVED
 from lcpcli.linalg import matrices
-from lcpcli.methods import tableau
-from lcpcli.methods.bounded_form import CANCELLED
 from lcpcli.methods.direct import as_dense
-from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.lemke_path import Follow, LemkePath, solution_at
 from lcpcli.methods.registry import LARGEST, LEXICOGRAPHIC, METHODS, ONES
 from lcpcli.methods.small_numbers import settled
@@ -29,7 +30,6 @@ from lcpcli.methods.stages import (
     Stage,
     Stalled,
 )
-from lcpcli.methods.tableau import PAUSED, RAY, SOLVED
 from lcpcli.model.problem import Problem
 from lcpcli.rational.dictionary import IntegerTableau
 from lcpcli.typing import Vector

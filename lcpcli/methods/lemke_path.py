@@ -10,19 +10,19 @@ from typing import TypeAlias
 
 import numpy as np
 
+from lcpcli.basis import tableau
+from lcpcli.basis.basic_solution import BasicSolution, BasicSolutions
+from lcpcli.basis.free_variables import Reduction
+from lcpcli.basis.tableau import PAUSED, RAY, SOLVED, begin, refactorize, tableau_of
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import LARGEST_DOUBLE, generator
 from lcpcli.linalg.factors import SingularMatrix, finite
-from lcpcli.methods import tableau
-from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.registry import ONES
 from lcpcli.methods.small_numbers import violations
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
-from lcpcli.methods.tableau import PAUSED, RAY, SOLVED, begin, refactorize, tableau_of
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector
-from lcpcli.verify.basic_solution import BasicSolution, BasicSolutions
 
 Follow: TypeAlias = Callable[..., tuple[int, int, int, float]]
 

@@ -16,7 +16,7 @@ Scientific and Statistical Computing 9 (1988) 341-353, section 3: maximize alpha
 0 <= y <= b, 0 <= alpha <= 1, b binary. Its feasible points with alpha > 0 are the solutions z = y / alpha scaled to
 max(z, w) <= 1 / alpha; the maximum is 0 exactly if there is none. No bound on z is needed.
 
-What this program leaves open is decided by `complementary_tree`.
+What this program leaves open is decided by `candidates`.
 """
 
 from __future__ import annotations
@@ -29,10 +29,11 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from lcpcli.basis.basic_solution import BasicSolutions
+from lcpcli.basis.dual_simplex import MOST_DENSE, DualSimplex
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, check, interruptibly, remaining, silent
 from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
-from lcpcli.linalg.dual_simplex import MOST_DENSE, DualSimplex
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.matrices import dense, is_sparse, stack, unit_columns
@@ -45,7 +46,6 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.alternative import alternative
-from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.certificate import Certificate, farkas_statement, in_range_if_proof, rounded_proof
 
 OPEN, ACTIVE, INACTIVE = 0, 1, 2  # an index: undecided; in P, w_i = 0; not in P, z_i = 0
@@ -196,7 +196,7 @@ def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method h
     with the powers of two of `units.equilibrate`, which rounds nothing: alpha is about 1 /
     max(z, w) in these units, and the solver cannot resolve alpha below 1e-6. In order: a proof that the problem is
     infeasible; the first nodes of branch and bound over complementary sets, whose proofs are in exact arithmetic
-    (`complementary_tree`); the program, for at most half of the time that is left, and the solution on each active set
+    (`candidates`); the program, for at most half of the time that is left, and the solution on each active set
     that it suggests; the rest of the tree. Exponential in n at worst.
 
     Yields (z - w) / 2 for the solution of each complementary set that appears to have one, with step "program" or

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lcpcli.basis.basic_solution import BasicSolutions
 from lcpcli.clock import imports
 from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix
@@ -26,7 +27,6 @@ from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, 
 from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector
-from lcpcli.verify.basic_solution import BasicSolutions
 
 if TYPE_CHECKING:
     from lcpcli.methods.direct import Made

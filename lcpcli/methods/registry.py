@@ -124,7 +124,7 @@ class Method(NamedTuple):
     excludes_exactly : whether it excludes complementary sets only by exact arithmetic, so that it is believed if it has
         excluded all of them.
     max_unknowns : the largest n that it accepts; None for no limit.
-    guaranteed : the classes of M, keys of `inspection.classify.CLASSES` or ANY, for which, in exact arithmetic, it ends
+    guaranteed : the classes of M, keys of `inspection.verdict.CLASSES` or ANY, for which, in exact arithmetic, it ends
         at a solution or with a proof that there is none, each with what it does; the first class that has M counts.
     location : the module, in lcpcli.methods or by its full name, and the function, if they are not named after the
         method.
@@ -153,7 +153,7 @@ METHODS = {
         takes_bounds=True,
         excludes_exactly=True,
         guaranteed={ANY: "it falls back on milp, which needs no property of M; exponential in n at worst"},
-        location=("policy", "auto"),
+        location=("lcpcli.auto.policy", "auto"),
     ),
     "shi": Method(
         "smoothed vector divisions (El foutayeni and Khaladi 2012, after Shi 2008)",

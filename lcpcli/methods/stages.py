@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
+from lcpcli.basis.basic_solution import BasicSolutions
 from lcpcli.clock import imports
 from lcpcli.errors import LCPError, ProblemError, raised
 from lcpcli.interrupts import TimeIsUp
@@ -19,7 +20,6 @@ from lcpcli.methods import registry as methods
 from lcpcli.model.changes import Change, shifted
 from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector
-from lcpcli.verify.basic_solution import BasicSolutions
 
 if TYPE_CHECKING:
     from lcpcli.model.changes import StandardForm

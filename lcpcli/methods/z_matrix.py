@@ -14,6 +14,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from lcpcli.basis.basic_solution import BasicSolutions
 from lcpcli.interrupts import TimeIsUp, check
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.matrices import dense, is_sparse, product
@@ -25,7 +26,6 @@ from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction, whole_multiple
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.certificate import Certificate, exact_certificate, farkas_statement, proof
 from lcpcli.verify.farkas import most_exact
 from lcpcli.verify.point import Criterion, Point

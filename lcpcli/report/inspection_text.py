@@ -15,8 +15,8 @@ from lcpcli.inspection.nonlinear import NonlinearInspection
 from lcpcli.inspection.theory import MOST_WITH_NORM, Rate
 from lcpcli.inspection.verdict import title
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.presolve import Presolved, Refuted
 from lcpcli.options import TOL
+from lcpcli.presolve.presolve import Presolved, Refuted
 from lcpcli.report import json_lines, result_csv, wording
 from lcpcli.report.document import Document, Section, Table, typeset
 from lcpcli.report.wording import PIPE_WIDTH

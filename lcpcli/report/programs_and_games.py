@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.games.behavior import Behavior, InformationSetStrategy, Strategies
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 from lcpcli.report import wording
@@ -19,7 +20,6 @@ from lcpcli.report.document import Table
 from lcpcli.solving.answer import BehaviorEquilibrium, Conclusion, Minimum
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
-from lcpcli.verify.behavior import Behavior, InformationSetStrategy, Strategies
 
 MOST_SETS = 100  # information sets in a table, a few screens
 

@@ -1,6 +1,6 @@
 """The report on results: for each problem the verdict or a comparison, and the iterates laid out as in the paper.
 
-The cost_tab of compared runs: for each, the options that distinguish it, its costs, and how it ended.
+The summary of compared runs: for each, the options that distinguish it, its costs, and how it ended.
 """
 
 from __future__ import annotations
@@ -129,7 +129,7 @@ def build(
         name="Iterates",
         digits=[[_digits(row, held) for row in own] for own in shown] if form == "html" else (),
     )
-    summary = cost_tab(results, room(form, width)) if compared and not chosen else None
+    summary = summary_of_costs(results, room(form, width)) if compared and not chosen else None
     return Section(
         title=_title(problem, "" if disproof else problem.verdict),
         verdict="" if compared else outcome.verdict(first),
@@ -282,12 +282,12 @@ NOTE = "to: errors relative to the solution's largest component"
 FALSE = "FALSE"  # in place of the status of a run whose claim does not hold
 
 
-def cost_tab(results: Sequence[Result], width: int | None) -> Table:
+def summary_of_costs(results: Sequence[Result], width: int | None) -> Table:
     """Return a row for each run: the iterations and the time to each level of error, if these are recorded, and to the
     verified end.
 
     All times are in one unit. Options by which runs differ have columns of their own. width : the width of the
-    terminal, None for no limit; a cost_tab that is too wide leaves out levels, the coarsest first.
+    terminal, None for no limit; a summary that is too wide leaves out levels, the coarsest first.
     """
     are_noted = any(result.curve is not None and result.curve.levels for result in results)
     made = [_summary(results, LEVELS[i:] if are_noted else (), are_noted) for i in range(len(LEVELS) + 1)]
@@ -300,7 +300,7 @@ def _width(each: Table) -> int:
 
 
 def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool) -> Table:
-    """Return the cost_tab with the costs of these levels; if no costs `are_noted`, it has evaluations and residuals."""
+    """Return the summary with the costs of these levels; if no costs `are_noted`, it has evaluations and residuals."""
     settings = [_settings(result) for result in results]
     options = list(dict.fromkeys(name for own in settings for name in own))
     attained = [reached(result) for result in results]

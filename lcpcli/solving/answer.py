@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from fractions import Fraction
 
+    from lcpcli.games.behavior import Behavior, InformationSetStrategy
     from lcpcli.typing import Vector
-    from lcpcli.verify.behavior import Behavior, InformationSetStrategy
 
 UNIQUE, OPTIMUM, SEVERAL, STATIONARY = "unique_optimum", "optimum", "several_optima", "stationary"
 INFEASIBLE, UNBOUNDED, NONE = "infeasible", "unbounded", "no_optimum"

@@ -27,9 +27,9 @@ from lcpcli.verify.point import Criterion, Point
 if TYPE_CHECKING:
     from types import ModuleType
 
-    from lcpcli.methods.free_variables import Reduction
+    from lcpcli.auto.structure import Structure
+    from lcpcli.basis.free_variables import Reduction
     from lcpcli.methods.stages import Iterate, Stage, Tried
-    from lcpcli.methods.structure import Structure
     from lcpcli.model.start import Start
 
 NUMBA = "numba"  # the package of the extra `fast`
@@ -240,10 +240,10 @@ def _by_first_stages(
     loop of `auto` returns it; None if they do not end at a solution that is beyond doubt. lost : the basic solutions of
     newton, if they lead to none."""
     with imports:
-        from lcpcli.methods.auto_table import FIRST, in_rounds
+        from lcpcli.auto.structure import Structure
+        from lcpcli.auto.table import FIRST, in_rounds
         from lcpcli.methods.newton import SLOW, iterates_of
         from lcpcli.methods.stages import Finished, Iterate, Stalled, Turns, advance, ended, recorded
-        from lcpcli.methods.structure import Structure
     made_before = {"newton": [ended(Stalled(SLOW), *iterates_of(lost))]} if lost else None
     structure = Structure(dense, np.zeros(dense.n), made_before)
     if fast is not None:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lcpcli.clock import imports
+from lcpcli.games.behavior import Behavior, Strategies
 from lcpcli.inspection.definite import semidefinite_rank
 from lcpcli.inspection.verdict import NO, YES, classify
 from lcpcli.linalg.doubles import generator
@@ -39,7 +40,6 @@ from lcpcli.solving.answer import (
 from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.solving.result import Status
 from lcpcli.typing import Mask, Matrix, Vector
-from lcpcli.verify.behavior import Behavior, Strategies
 from lcpcli.verify.multipliers import objective
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.strategies import of_solution

@@ -19,8 +19,8 @@ from functools import partial
 
 import numpy as np
 
+from lcpcli.auto.structure import Structure
 from lcpcli.interrupts import TimeIsUp, check, remaining, within
-from lcpcli.methods.structure import Structure
 from lcpcli.methods.z_matrix import EXACT_EFFORT, decided
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import DEFAULTS, Limits

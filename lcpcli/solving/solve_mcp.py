@@ -14,6 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lcpcli.basis import tableau
+from lcpcli.basis.free_variables import WithoutFree
+from lcpcli.basis.tableau import SOLVED
 from lcpcli.clock import MOST_LAPS, Stopwatch, imports, seconds
 from lcpcli.errors import LCPError, ParameterError, ProblemError, kind
 from lcpcli.linalg.doubles import EPS, is_finite, size
@@ -21,15 +24,12 @@ from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse, product
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods import tableau
 from lcpcli.methods.direct import MOST_PIVOTED, MOST_UNKNOWNS, as_dense
-from lcpcli.methods.free_variables import WithoutFree
 from lcpcli.methods.josephy_newton import josephy_newton
 from lcpcli.methods.lemke import path_to_end, reduced
 from lcpcli.methods.lemke_path import solution_at
 from lcpcli.methods.newton import from_states
 from lcpcli.methods.stages import FAULTS, Finished, Iterate, Stalled, advance, ended
-from lcpcli.methods.tableau import SOLVED
 from lcpcli.model.arrays import FROM_0
 from lcpcli.model.box import Box, in_words
 from lcpcli.model.evaluations import Evaluations

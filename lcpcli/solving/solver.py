@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.basis.basic_solution import BasicSolutions
+from lcpcli.basis.free_variables import Reduction
 from lcpcli.clock import Stopwatch, seconds
 from lcpcli.errors import ProblemError, count
 from lcpcli.interrupts import TimeIsUp, within
@@ -22,7 +24,6 @@ from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import MOST_PIVOTED, as_dense, as_sparse, stored
 from lcpcli.methods.elimination import Elimination, elimination
-from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.lemke import reduced
 from lcpcli.methods.stages import FAULTS
 from lcpcli.model.arrays import as_vector
@@ -36,7 +37,6 @@ from lcpcli.solving import direct_run
 from lcpcli.solving.call import run
 from lcpcli.solving.result import Result
 from lcpcli.typing import BoundLike, States, VectorLike
-from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.point import Criterion, Point
 
 MOST_TRIED_BASES = 3  # basic solutions: if they are not enough, the states were not near

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.linalg.dual_simplex import MARGIN, MOST_DENSE, DualSimplex
+from lcpcli.basis.dual_simplex import MARGIN, MOST_DENSE, DualSimplex
 from lcpcli.linalg.linear_program import Optimum, minimized
 from lcpcli.linalg.matrices import is_sparse, stack, unit_columns
 from lcpcli.model.box import ORTHANT, Box

@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lcpcli.basis.basic_solution import BasicSolutions
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.accurate import accurate_residual
@@ -35,7 +36,6 @@ from lcpcli.rational.exact_problem import ExactProblem, bounds_of, fractions_of,
 from lcpcli.rational.numbers import dot, over_one_denominator, rounded, row_integers
 from lcpcli.typing import Indices, Matrix, States, Vector
 from lcpcli.verify import farkas
-from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.farkas import ACTIVE_COLUMN
 from lcpcli.verify.measure import Measure
 from lcpcli.verify.point import Criterion, Point

@@ -15,18 +15,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lcpcli.basis.basic_solution import BasicSolutions
+from lcpcli.basis.dual_simplex import MOST_DENSE
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
-from lcpcli.linalg.dual_simplex import MOST_DENSE
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.model.box import BASIC
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify import enclosure, farkas
-from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.certificate import Certificate, farkas_certificate, in_range_if_proof, rounded_proof
 from lcpcli.verify.exact_solution import is_rounded_solution, refined
 from lcpcli.verify.measure import Measure

@@ -25,6 +25,7 @@ from itertools import islice, product
 
 import numpy as np
 
+from lcpcli.basis.basic_solution import BasicSolutions
 from lcpcli.errors import listed
 from lcpcli.linalg.doubles import ROW_ROUNDING, distinct, size
 from lcpcli.linalg.factors import SingularMatrix
@@ -32,7 +33,6 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import LARGEST_POWER
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, States, Vector
-from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure, Rows
 
 DISTANCE_NOISE = 1e-13  # relative to k, and to the largest distance: what rounding may have made of a distance 0

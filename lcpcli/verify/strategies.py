@@ -18,13 +18,13 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count
+from lcpcli.games.behavior import Behavior, Strategies, allowance, point_of
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.typing import Vector
-from lcpcli.verify.behavior import Behavior, Strategies, allowance, point_of
 from lcpcli.verify.verification import Verification
 
 SUM_TOLERANCE = 1e-6  # by how much probabilities may miss the sum 1, as those do that are printed with seven digits

@@ -21,6 +21,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import count
+from lcpcli.games.behavior import Behavior, Strategies
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.model import views
@@ -28,7 +29,6 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import brief, rounded
 from lcpcli.typing import Vector
-from lcpcli.verify.behavior import Behavior, Strategies
 from lcpcli.verify.certificate import proves_infeasible, rounded_proof
 from lcpcli.verify.error_theorems import Bound, error_bound
 from lcpcli.verify.measure import quotients

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
+from lcpcli.basis.dual_simplex import DualSimplex
 from lcpcli.linalg import linear_program
-from lcpcli.linalg.dual_simplex import DualSimplex
 from lcpcli.linalg.linear_program import Optimum, linprog, minimized
 
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem, Status, run
+from lcpcli.basis.bounded_form import combinations
+from lcpcli.basis.tableau import begin, tableau_of
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.units import PseudoInverse
-from lcpcli.methods.bounded_form import combinations
-from lcpcli.methods.tableau import begin, tableau_of
 
 
 @np.errstate(all="ignore")

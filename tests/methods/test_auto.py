@@ -14,16 +14,18 @@ import pytest
 from scipy.sparse import block_array, block_diag, csr_array, diags_array, identity
 
 from lcpcli import Problem, Status, clock, inspect, plan, run
+from lcpcli.auto import policy
+from lcpcli.auto import table as auto_table
+from lcpcli.auto.policy import _for_half_of_the_time, _search
+from lcpcli.auto.structure import MOST_PIVOTED_BY_NUMPY, Structure
+from lcpcli.auto.table import ROUNDS, TABLE, Row, in_rounds
 from lcpcli.gallery import families
 from lcpcli.interrupts import TimeIsUp, check, remaining, within
-from lcpcli.methods import auto_table, lemke, policy
-from lcpcli.methods.auto_table import ROUNDS, TABLE, Row, in_rounds
+from lcpcli.methods import lemke
 from lcpcli.methods.direct import MOST_PIVOTED
 from lcpcli.methods.milp import milp
-from lcpcli.methods.policy import _for_half_of_the_time, _search
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, Turns, advance
-from lcpcli.methods.structure import MOST_PIVOTED_BY_NUMPY, Structure
 from lcpcli.verify.point import Point
 
 from .. import exact
@@ -91,7 +93,7 @@ def test_a_row_that_is_added_is_tried_and_shown(monkeypatch: pytest.MonkeyPatch)
         return Finished()
 
     new = row("known", known, math.inf)._replace(reason="it is known")
-    monkeypatch.setattr("lcpcli.methods.auto_table.FIRST", (new, *auto_table.FIRST))
+    monkeypatch.setattr("lcpcli.auto.table.FIRST", (new, *auto_table.FIRST))
     for place in ("inspection.inspection", "solving.direct_run"):
         monkeypatch.setattr(f"lcpcli.{place}.FIRST", (new, *auto_table.FIRST), raising=False)
     assert run(problem).route == ("known",)

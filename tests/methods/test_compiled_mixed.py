@@ -14,10 +14,10 @@ from lcpcli.verify.point import Criterion, Point
 
 pytest.importorskip("numba")
 
+from lcpcli.basis.free_variables import NEAR_ONE, scaled
 from lcpcli.kernels.basis_kernels import equilibrated
 from lcpcli.kernels.compiled import rows_of
 from lcpcli.kernels.compiled_mixed import mixed, surely_solves
-from lcpcli.methods.free_variables import NEAR_ONE, scaled
 
 
 def with_bounds_of_all_kinds(seed: int, n: int) -> Problem:

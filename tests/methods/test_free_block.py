@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
+from lcpcli.basis.free_variables import WithoutFree
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.methods.free_variables import WithoutFree
 from lcpcli.model.problem import Problem
 from lcpcli.solving.call import run
 

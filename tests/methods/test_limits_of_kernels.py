@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem
-from lcpcli.methods import tableau
+from lcpcli.basis import tableau
+from lcpcli.basis.tableau import begin, follow, lexicographic_minimum, tableau_of
 from lcpcli.methods.lemke import reduced
 from lcpcli.methods.lemke_path import LemkePath
-from lcpcli.methods.tableau import begin, follow, lexicographic_minimum, tableau_of
 from lcpcli.verify.point import Criterion, Point
 
 pytest.importorskip("numba")

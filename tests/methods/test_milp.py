@@ -14,7 +14,7 @@ from scipy.sparse import csr_array
 from lcpcli import Problem, Result, Status, read
 from lcpcli.files import contents
 from lcpcli.interrupts import TimeIsUp
-from lcpcli.methods import milp as complementary_tree
+from lcpcli.methods import milp as module
 from lcpcli.methods.milp import ComplementarySystem
 from lcpcli.methods.stages import OutOfTime, Stalled, advance
 from lcpcli.model.box import of_masks
@@ -118,12 +118,12 @@ def test_start_of_the_problem_has_no_influence_but_is_checked_first() -> None:
 
 
 def test_solution_is_found_by_the_tree_alone() -> None:
-    assert np.array_equal(next(complementary_tree.candidates(system(SWAP, [-1.0, 0.0]))), [False, True])
+    assert np.array_equal(next(module.candidates(system(SWAP, [-1.0, 0.0]))), [False, True])
 
 
 def test_tree_that_is_too_large_is_no_proof() -> None:
     M, q = np.kron(np.eye(3), SWAP) + 1e-3 * np.ones((6, 6)), np.tile([-1.0, 1.0], 3)
-    tree = complementary_tree.candidates(system(M, q), nodes=1)
+    tree = module.candidates(system(M, q), nodes=1)
     while not isinstance(ending := advance(tree), Stalled):
         assert isinstance(ending, np.ndarray), "no proof"
     assert "1 systems" in ending.reason
@@ -168,10 +168,10 @@ def test_what_was_found_counts_when_the_time_is_up_in_the_middle_of_a_linear_pro
         yield np.array([True])
         raise TimeIsUp
 
-    monkeypatch.setattr(complementary_tree, "_program", lambda *_: [])
-    monkeypatch.setattr(complementary_tree, "_basic_solution", lambda M, q, _: (-q / M[0], False))
-    monkeypatch.setattr(complementary_tree, "candidates", interrupted)
-    iterates, ending = through(complementary_tree.milp(Problem([[2]], [-1]), np.zeros(1)))
+    monkeypatch.setattr(module, "_program", lambda *_: [])
+    monkeypatch.setattr(module, "_basic_solution", lambda M, q, _: (-q / M[0], False))
+    monkeypatch.setattr(module, "candidates", interrupted)
+    iterates, ending = through(module.milp(Problem([[2]], [-1]), np.zeros(1)))
     assert [iterate.x[0] for iterate in iterates] == [0.25]
     assert isinstance(ending, OutOfTime)
 
@@ -199,4 +199,4 @@ def test_several_basic_solutions_are_not_taken_for_the_only_one() -> None:
 
 def test_singular_block_of_a_hundred_thousand_rows_is_not_made_dense() -> None:
     n = 100_000
-    assert not list(complementary_tree._solutions(csr_array((n, n)), -np.ones(n), np.arange(n), np.arange(0)))
+    assert not list(module._solutions(csr_array((n, n)), -np.ones(n), np.arange(n), np.arange(0)))

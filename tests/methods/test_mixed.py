@@ -14,9 +14,9 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Problem, Status, run
+from lcpcli.basis.free_variables import Reduction
 from lcpcli.gallery import families
 from lcpcli.methods.fixed_point import fixed_point
-from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.shi import shi
 from lcpcli.model.box import Box
 from lcpcli.model.changes import shifted

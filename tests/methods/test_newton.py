@@ -12,6 +12,7 @@ import pytest
 from scipy.sparse import csr_array
 
 from lcpcli import Problem, Status, Trace, read
+from lcpcli.basis.basic_solution import BasicSolutions
 from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.linalg import factors, matrices
@@ -23,7 +24,6 @@ from lcpcli.model.box import ORTHANT
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.basic_solution import BasicSolutions
 
 from .grids import line
 from .planted import matrix

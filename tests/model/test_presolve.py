@@ -17,7 +17,7 @@ from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.methods.direct import MOST_PIVOTED
 from lcpcli.model.box import BASIC
 from lcpcli.model.changes import shifted
-from lcpcli.model.presolve import ALL, DEFINITIONS, Presolved, Refuted, presolved, substituted
+from lcpcli.presolve.presolve import ALL, DEFINITIONS, Presolved, Refuted, presolved, substituted
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.tree import first_solution

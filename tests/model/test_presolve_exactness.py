@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli import Problem
-from lcpcli.model.presolve import presolved
-from lcpcli.model.presolve_rules import repeated_equations, signs_of_equations
-from lcpcli.model.presolve_system import System
+from lcpcli.presolve.presolve import presolved
+from lcpcli.presolve.rules import repeated_equations, signs_of_equations
+from lcpcli.presolve.system import System
 from lcpcli.verify.certificate import proves_infeasible
 
 INF = np.inf

@@ -76,8 +76,8 @@ def test_no_z_is_shown_where_there_is_no_solution(lcp: Lcp, tmp_path: Path) -> N
 
 def test_first_to_each_level_stands_out_in_colour_alone(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
     results = [run(read(EXAMPLE), method, curve=Trace(levels=wording.LEVELS)) for method in ("newton", "shi")]
-    assert {column for _, column in tables.cost_tab(results, None).best} == {2, 4, 6, 8}
-    assert tables.cost_tab(results[:1], None).best == set()
+    assert {column for _, column in tables.summary_of_costs(results, None).best} == {2, 4, 6, 8}
+    assert tables.summary_of_costs(results[:1], None).best == set()
     plain = lcp("compare", EXAMPLE).out
     terminal(80, True)
     colored = lcp("compare", EXAMPLE).out

@@ -7,8 +7,8 @@ from fractions import Fraction
 from itertools import product
 from random import Random
 
+from lcpcli.games.behavior import Strategy
 from lcpcli.model.game_tree import CHANCE, GameTree
-from lcpcli.verify.behavior import Strategy
 
 
 class Maker:

@@ -15,10 +15,10 @@ import pytest
 
 import lcpcli
 from lcpcli.gallery.families import make
+from lcpcli.games.behavior import Behavior, Strategy, plan_of, point_of, strategy_of
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.proof import prove
-from lcpcli.verify.behavior import Behavior, Strategy, plan_of, point_of, strategy_of
 
 from . import random_trees
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.model.expressions import Functions
+from lcpcli.expressions.graph import Functions
 from lcpcli.typing import Indices, Mask, Vector
 
 EPS = float(np.finfo(float).eps)

@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.basis import bounded_form
+from lcpcli.basis.bounded_form import DEPENDENT
 from lcpcli.linalg.factors import SingularMatrix, sparse_lu
 from lcpcli.linalg.matrices import product
 from lcpcli.linalg.units import equilibrate
-from lcpcli.methods import bounded_form
-from lcpcli.methods.bounded_form import DEPENDENT
 from lcpcli.model.box import BASIC, Box, of_masks
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Mask, States, Vector

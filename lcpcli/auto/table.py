@@ -14,12 +14,12 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
+from lcpcli.auto import structure as begin
+from lcpcli.auto.structure import Structure
 from lcpcli.linalg import factors
-from lcpcli.methods import structure as begin
 from lcpcli.methods.direct import MOST_AS_DENSE, may_be_program
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Iterate, Stage, Stalled, advance
-from lcpcli.methods.structure import Structure
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 MOST_EARLY_LINEAR = 1000  # unknowns up to which an LP takes no longer than a few attempts of the interior point method

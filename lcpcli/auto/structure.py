@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lcpcli.basis import tableau
+from lcpcli.basis.free_variables import Reduction
 from lcpcli.clock import imports
 from lcpcli.linalg.matrices import has_no_positive_links, is_sparse, thinned, width
-from lcpcli.methods import stages, tableau
+from lcpcli.methods import stages
 from lcpcli.methods.direct import (
     FEW_INDEX_STEPS,
     MOST_AS_DENSE,
@@ -25,7 +27,6 @@ from lcpcli.methods.direct import (
     basic_zeros,
     is_full_band,
 )
-from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.lemke_path import Follow
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, SLOW, dense_route, newton
 from lcpcli.methods.newton import without_w as newton_without_w

@@ -14,14 +14,15 @@ from typing import Any
 import numpy as np
 
 from lcpcli import clock
+from lcpcli.auto.small import exactly, small
+from lcpcli.auto.structure import Structure
+from lcpcli.auto.table import FIRST, LATER, TABLE, Row, in_rounds
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, check, remaining, within
 from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
-from lcpcli.methods.auto_table import FIRST, LATER, TABLE, Row, in_rounds
 from lcpcli.methods.newton import from_start
-from lcpcli.methods.small import exactly, small
 from lcpcli.methods.stages import (
     TIME_LIMIT_REACHED,
     Finished,
@@ -39,7 +40,6 @@ from lcpcli.methods.stages import (
     ended,
     in_given_variables,
 )
-from lcpcli.methods.structure import Structure
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify import measure
@@ -88,7 +88,7 @@ def auto(
         return stages.ended(Finished(), Iterate(trivial, None, "", 0))
     if problem.is_mixed:
         with imports:
-            from lcpcli.model.presolve import substituted
+            from lcpcli.presolve.presolve import substituted
         change = substituted(problem)
         if not change.is_identity:
             return changed(change, x0, partial(auto, presolve=presolve, states=states, near=near))
@@ -236,7 +236,7 @@ def all_stages(
         rows = LATER
     given = in_rounds(structure, rows)
     with imports:
-        from lcpcli.model.presolve import Presolved, Refuted, presolved
+        from lcpcli.presolve.presolve import Presolved, Refuted, presolved
     change = None
     if may_gain_by_presolve(structure):
         change = presolved(problem)

@@ -22,7 +22,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import generator
-from lcpcli.model.presolve_system import Bounds, Contradiction, Entries, Step, System, mask_of, summed
+from lcpcli.presolve.system import Bounds, Contradiction, Entries, Step, System, mask_of, summed
 from lcpcli.typing import Indices, Mask, Vector
 
 CLEAR = 1e-9  # relative to the terms of a row: what is called positive, or inside bounds, is far above rounding

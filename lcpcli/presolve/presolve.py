@@ -19,11 +19,11 @@ from lcpcli.clock import imports
 from lcpcli.errors import ProblemError
 from lcpcli.interrupts import check
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model import presolve_rules as rules
 from lcpcli.model.changes import Change
-from lcpcli.model.presolve_rules import signs_of_equations
-from lcpcli.model.presolve_system import LARGEST_INTEGER, Contradiction, Step, System
 from lcpcli.model.problem import Problem
+from lcpcli.presolve import rules as rules
+from lcpcli.presolve.rules import signs_of_equations
+from lcpcli.presolve.system import LARGEST_INTEGER, Contradiction, Step, System
 from lcpcli.typing import Indices, Mask, Vector
 
 Rule = Callable[[System], Iterator[Step]]

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lcpcli.auto.structure import Structure
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, check
 from lcpcli.linalg.doubles import is_finite
@@ -22,7 +23,6 @@ from lcpcli.methods import stages
 from lcpcli.methods.final_states import MOST_DECIDED, confirmed, is_doubtful
 from lcpcli.methods.newton import from_start
 from lcpcli.methods.stages import Ending, Finished, Iterate, NoSolution, Search, Stage, Stalled, Tried, Turns, advance
-from lcpcli.methods.structure import Structure
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
@@ -125,7 +125,7 @@ def _is_doubtful_solution(problem: Problem, z: Vector) -> bool:
 
 def _pivoting(problem: Problem, turns: Turns, tried: Tried | None, states: bool) -> Stage:
     with imports:
-        from lcpcli.methods.auto_table import BRIEF, FIRST, in_rounds
+        from lcpcli.auto.table import BRIEF, FIRST, in_rounds
     ending: Ending = Finished()
     if states:
         ending = yield from turns.take("newton", from_start(problem, problem.box.basis_of(turns.last.x)))

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from lcpcli.model.expressions import BRANCHES, DOUBLES, Functions, Graph, Sum, has_derivative, partials
+from lcpcli.expressions.graph import BRANCHES, DOUBLES, Functions, Graph, Sum, has_derivative, partials
 from lcpcli.typing import Indices, Vector
 
 SUM = "sum"  # in place of an operator

@@ -1,0 +1,1 @@
+"""Functions that are given as graphs of operations: values, derivatives and enclosures. It uses no other room."""
