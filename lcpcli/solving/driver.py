@@ -1,8 +1,5 @@
 """A run of a method on a problem: its options are checked, and it is set up and run by the loop. Of repeated runs the
-least times count, so that other work on the machine has little effect.
-
-The iterates of a run that keeps none while it is timed: the run is repeated, untimed, to fill its traces.
-"""
+least times count, so that other work on the machine has little effect."""
 
 from __future__ import annotations
 
@@ -22,7 +19,6 @@ from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import as_sparse, may_be_program, stored
-from lcpcli.methods.stages import Iterate
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.changes import Change, composed, shifted
 from lcpcli.model.changes import scale as in_natural_units
@@ -30,7 +26,6 @@ from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS, Limits
 from lcpcli.solving.direct_run import applies, judge, solved_directly, uses_kernels
 from lcpcli.solving.result import Result, Status
-from lcpcli.solving.trace import Trace, TraceRow
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.point import Criterion, Point
 
@@ -170,6 +165,8 @@ def _with_traces(
     result: Result, start: Start | None, chosen: dict[str, Any], traces: tuple[Trace | None, Trace | None]
 ) -> Result:
     """Return the result of a run of the direct route with its traces, for which it is made again."""
+    with imports:
+        from lcpcli.solving.iterates import with_traces
     problem, stopwatch = result.problem, Stopwatch(seconds, seconds())
     again = partial(solved_directly, problem, result.limits, chosen, stopwatch, False, start, None)
     return with_traces(result, problem.start if start is None else start.x, again, *traces)
@@ -306,40 +303,3 @@ def _least(runs: Sequence[Result], kept: Result) -> Result:
     median = (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / 2
     spread = median / sum(parts.values())
     return replace(first, parts=parts, laps=laps, spread=spread, trace=retime(first.trace), curve=retime(first.curve))
-
-
-Again = Callable[[Callable[[Iterate], None]], object]
-
-
-def with_traces(result: Result, start: Vector, again: Again, trace: Trace | None, curve: Trace | None) -> Result:
-    """Return the result of a run with its traces filled, as interrupted if Ctrl-C comes first.
-
-    An iterate has the share of the run's `seconds` that it has in the second run. The last one is that of the result.
-
-    start : the x from which it starts, shape (n,). again : makes the run again, and calls its argument with each
-    iterate.
-    """
-    traces = [own for own in (trace, curve) if own is not None]
-    criterion, interrupted = Criterion(result.problem, result.tol), False
-    try:
-        for row in _rows(result, start, again):
-            for own in traces:
-                own.add(row, criterion)
-        for own in traces:
-            own.close(criterion)
-    except KeyboardInterrupt:
-        interrupted = True
-    return replace(result, trace=trace, curve=curve, interrupted=interrupted)
-
-
-def _rows(result: Result, start: Vector, again: Again) -> Iterator[TraceRow]:
-    began, kept = seconds(), [(Iterate(start, None, "", 0), 0.0)]
-    again(lambda iterate: kept.append((iterate, seconds() - began)))
-    factor, box = result.seconds / (seconds() - began), result.problem.box
-    kept[1:] = kept[max(1, len(kept) - result.iterations) :]  # without those of an attempt that was given up
-    last, at = kept.pop()
-    for k, (step, seconds_before) in enumerate(kept):
-        method = step.method or result.method
-        yield TraceRow(k, box.z_of(step.x), None, None, factor * seconds_before, step.step, method, x=step.x)
-    x, method = box.x_of(result.z, result.w), last.method or result.method
-    yield TraceRow(len(kept), result.z, None, None, factor * at, last.step, method, x=x)
