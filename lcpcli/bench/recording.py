@@ -17,8 +17,8 @@ from lcpcli.errors import ParameterError
 from lcpcli.files.contents import memory
 from lcpcli.linalg import threads
 from lcpcli.linalg.matrices import FEWEST_SHARED_ROWS
-from lcpcli.methods import registry
 from lcpcli.methods import registry as methods
+from lcpcli.methods import variants
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem
 from lcpcli.options import AUTO, THREADS
@@ -108,7 +108,7 @@ def _excludes(problem: Problem | NonlinearProblem, solver: str, is_peer: bool) -
     if is_peer:
         takes = is_linear or solver in peers.NONLINEAR
         return peers.load(solver).excludes(problem) if takes else "solves linear problems only"
-    if solver == AUTO or is_linear != (registry.parse(solver).method in methods.NONLINEAR):
+    if solver == AUTO or is_linear != (variants.parse(solver).method in methods.NONLINEAR):
         return ""
     return f"solves {'non' * is_linear}linear problems only"
 

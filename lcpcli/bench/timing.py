@@ -19,7 +19,7 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import EPS, are_moderate, is_finite
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.methods import registry
+from lcpcli.methods import variants
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem, conditions_of
@@ -85,7 +85,7 @@ def run_method(
     known = bool(problem.solutions)
     levels = LEVELS if known else ()
     trace = Trace(1, MOST_POINTS, nothing, residuals=not known, levels=levels) if with_curve else None
-    variant, limits, began = registry.parse(name), Limits(tol, time_limit=time_limit), seconds()
+    variant, limits, began = variants.parse(name), Limits(tol, time_limit=time_limit), seconds()
     options = {**variant.options, "limits": limits, "curve": trace, "began": began}
     if isinstance(problem, Problem):
         result = driver.run(problem.anew(), variant.method, **options)

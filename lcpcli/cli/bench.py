@@ -24,7 +24,8 @@ from lcpcli.cli.problems import Inputs, same_file, settle_threads, tell, teller
 from lcpcli.cli.request import Request
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.errors import OptionError
-from lcpcli.methods.registry import Variant, meanings
+from lcpcli.methods.registry import meanings
+from lcpcli.methods.variants import Variant
 from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TOL
 from lcpcli.peers.registry import PEERS
 from lcpcli.report.document import MEANINGS as MEANINGS_OF_FORMATS

@@ -18,7 +18,8 @@ from lcpcli.cli.output import Destination
 from lcpcli.cli.problems import Inputs
 from lcpcli.cli.request import Request
 from lcpcli.files import contents
-from lcpcli.methods.registry import NONLINEAR, Variant
+from lcpcli.methods.registry import NONLINEAR
+from lcpcli.methods.variants import Variant
 from lcpcli.options import Option
 from lcpcli.report.document import MEANINGS
 from lcpcli.report.wording import LEVELS

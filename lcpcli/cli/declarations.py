@@ -13,9 +13,10 @@ from lcpcli.cli.terminal import ITERATES, NAMES_OF_OUTPUT
 from lcpcli.errors import OptionError, likely, listed, quoted
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import WRITTEN
-from lcpcli.methods import registry
-from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OPTIONS, SWITCHES, Variant, meanings
+from lcpcli.methods import variants
+from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OPTIONS, SWITCHES, meanings
 from lcpcli.methods.registry import declared as declared_method
+from lcpcli.methods.variants import Variant
 from lcpcli.options import EVERY, INFINITY, LIMITS, THREADS, Option
 from lcpcli.report.columns import CHOICES
 from lcpcli.report.document import MEANINGS
@@ -58,7 +59,7 @@ class MethodChoice(Choice):
             declared_method(name)
         except OptionError as error:
             self.fail(f"{error.fault}; {error.hint}", param, ctx)
-        return registry.parse(value)
+        return variants.parse(value)
 
 
 def declared(*declarations: Declaration) -> Declaration:
@@ -151,7 +152,7 @@ def chosen_variants(
         name = axis.partition("=")[0].strip().replace("-", "_")
         if name in given:
             raise OptionError(SWEEP, f"{flag(name)} is given beside it", "leave one out")
-    return registry.sweep(list(dict.fromkeys(chosen or map(Variant, default))), axes)
+    return variants.sweep(list(dict.fromkeys(chosen or map(Variant, default))), axes)
 
 
 def _columns(_: click.Context, __: click.Parameter, text: str | None) -> tuple[str, ...]:

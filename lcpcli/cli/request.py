@@ -28,12 +28,11 @@ from lcpcli.methods.registry import (
     NONLINEAR,
     OPTIONS,
     SWITCHES,
-    Variant,
     declared,
-    labels,
     options_of,
     parameters_of,
 )
+from lcpcli.methods.variants import Variant, labels
 from lcpcli.options import AUTO, LIMITS, Limits
 from lcpcli.report.wording import flag
 

@@ -9,7 +9,7 @@ from lcpcli.cli import declarations
 from lcpcli.cli.command import EXITS, command, option
 from lcpcli.cli.output import refuse, refuse_given
 from lcpcli.cli.request import Request
-from lcpcli.methods.registry import Variant
+from lcpcli.methods.variants import Variant
 from lcpcli.options import JOBS, MAX_SOLUTIONS
 
 

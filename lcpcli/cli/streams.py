@@ -20,7 +20,7 @@ from lcpcli.files.atomic_write import gradual_writing, refuse_unwritable
 from lcpcli.files.contents import place
 from lcpcli.files.formats import LINES
 from lcpcli.files.inputs import Work
-from lcpcli.methods.registry import Variant
+from lcpcli.methods.variants import Variant
 from lcpcli.report import result_formats
 
 READING_SECONDS = 0.5  # after an interruption, for the number of problems

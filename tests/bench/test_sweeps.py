@@ -12,7 +12,7 @@ import pytest
 
 from lcpcli.bench import record as records
 from lcpcli.files import contents
-from lcpcli.methods.registry import Variant, labels, parse, sweep
+from lcpcli.methods.variants import Variant, labels, parse, sweep
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 

@@ -23,7 +23,7 @@ from lcpcli.cli import pools, tasks
 from lcpcli.cli.problems import Inputs
 from lcpcli.cli.request import Request
 from lcpcli.files.inputs import Input
-from lcpcli.methods.registry import Variant
+from lcpcli.methods.variants import Variant
 
 from .conftest import MAIN, python
 
