@@ -24,8 +24,9 @@ import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent, uncompressed
-from lcpcli.files.fields import KEYS, KNOWN, MATRICES, are_compressed, is_for_bounds, kind_of
+from lcpcli.files.fields import KEYS, KNOWN, MATRICES, is_for_bounds, kind_of
 from lcpcli.files.formats import Exact, Number
+from lcpcli.files.index_arrays import are_compressed
 from lcpcli.files.npy_format import NAME_FIELDS, flat, named, of_arrays, texts, written
 from lcpcli.linalg.matrices import is_sparse
 
