@@ -26,8 +26,8 @@ from lcpcli.errors import ProblemError
 from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent, uncompressed
 from lcpcli.files.fields import KEYS, KNOWN, MATRICES, is_for_bounds, kind_of
 from lcpcli.files.formats import Exact, Number
-from lcpcli.files.index_arrays import are_compressed
 from lcpcli.files.npy_format import NAME_FIELDS, flat, named, of_arrays, texts, written
+from lcpcli.linalg.index_arrays import are_compressed
 from lcpcli.linalg.matrices import is_sparse
 
 MOST_VARIABLES = 6  # that a message names, to keep it on one line

@@ -16,9 +16,9 @@ import numpy as np
 from lcpcli.errors import REAL, ProblemError, count, quoted
 from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent, unpacked
 from lcpcli.files.formats import Exact, Number
-from lcpcli.files.index_arrays import outside
 from lcpcli.files.json_format import repeated
 from lcpcli.files.npy_format import written
+from lcpcli.linalg.index_arrays import outside
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.rational.numbers import decimal
 from lcpcli.typing import Matrix, Vector

@@ -20,8 +20,8 @@ from lcpcli.errors import ProblemError, quoted
 from lcpcli.files.contents import refuse_mostly_absent, within
 from lcpcli.files.fields import KEYS, MATRICES, kind_of, refuse_unknown
 from lcpcli.files.formats import Exact, Number
-from lcpcli.files.index_arrays import fit
 from lcpcli.files.npy_format import checked, named, of_arrays, text, written
+from lcpcli.linalg.index_arrays import fit
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.typing import Matrix
 
