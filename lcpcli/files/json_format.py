@@ -156,7 +156,7 @@ def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
 
 
 def _indices(matrix: str, key: str, given: Any, size: int, n: int) -> Indices:
-    from lcpcli.linalg.index_arrays import outside
+    from lcpcli.linalg.patterns import outside
 
     field = f"{matrix}.{key}"
     numbers = as_vector(field, given)

@@ -27,8 +27,8 @@ from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent, un
 from lcpcli.files.fields import KEYS, KNOWN, MATRICES, is_for_bounds, kind_of
 from lcpcli.files.formats import Exact, Number
 from lcpcli.files.npy_format import NAME_FIELDS, flat, named, of_arrays, texts, written
-from lcpcli.linalg.index_arrays import are_compressed
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.patterns import are_compressed
 
 MOST_VARIABLES = 6  # that a message names, to keep it on one line
 

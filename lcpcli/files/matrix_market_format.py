@@ -18,8 +18,8 @@ from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent, un
 from lcpcli.files.formats import Exact, Number
 from lcpcli.files.json_format import repeated
 from lcpcli.files.npy_format import written
-from lcpcli.linalg.index_arrays import outside
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.patterns import outside
 from lcpcli.rational.numbers import decimal
 from lcpcli.typing import Matrix, Vector
 

@@ -21,8 +21,8 @@ from lcpcli.files.contents import refuse_mostly_absent, within
 from lcpcli.files.fields import KEYS, MATRICES, kind_of, refuse_unknown
 from lcpcli.files.formats import Exact, Number
 from lcpcli.files.npy_format import checked, named, of_arrays, text, written
-from lcpcli.linalg.index_arrays import fit
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.patterns import fit
 from lcpcli.typing import Matrix
 
 COMPRESSED = ("data", "indices", "indptr")
