@@ -127,9 +127,7 @@ def _results(
     inputs.clear()
     chosen = [request.options_for(problem) for problem in problems]
     if request.paths is not None or request.plot is not None:
-        from lcpcli.cli import pictures
-
-        pictures.require(request, problems)
+        _require_pictures(request, problems)
     if request.names:
         from lcpcli.report import selection
 
@@ -203,3 +201,15 @@ def _among_others(source: InputProblem, result: Result) -> Result:
         return result
     findings = others.search_others(result.problem, result.z, source.exactly, source.length)
     return replace(result, others=findings.others, exactly_solvable=findings.solvable)
+
+
+def _require_pictures(request: Request, problems: Sequence[Any]) -> None:
+    """Refuse more problems than a picture has room for, and problems without a picture of paths."""
+    if request.paths is not None:
+        from lcpcli.report import paths
+
+        paths.require(problems)
+    if request.plot is not None:
+        from lcpcli.report import plotting
+
+        plotting.require_room(len(problems))
