@@ -1,28 +1,19 @@
-"""Where a run on a problem starts, and the states of variables in words.
-
-Components of solutions by the names of the unknowns.
-
-Linear expressions in the unknowns of a problem, as texts.
-"""
+"""Where a run on a problem starts, and the states of variables in words."""
 
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
-from fractions import Fraction
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import ParameterError, ProblemError, count, kind, likely, quoted
+from lcpcli.errors import ParameterError, ProblemError, count, kind
 from lcpcli.linalg.doubles import is_finite, size
 from lcpcli.model.arrays import FROM_0, as_vector
 from lcpcli.model.box import BASIC, UPPER, WORDS
 from lcpcli.model.labels import by_names
 from lcpcli.model.problem import Problem
-from lcpcli.model.program import Program
 from lcpcli.typing import States, Vector, VectorLike
 
 FAR_START = 0.5  # of the largest |q_ref|_i: the natural residual from which on a z is no better than none
@@ -127,56 +118,3 @@ def x_in(problem: Problem, basis: States) -> Vector:
     inside = np.where(np.isfinite(low) & np.isfinite(high), low / 2 + high / 2, inside)
     x: Vector = 0.5 * np.where(basis == BASIC, inside, np.where(basis == UPPER, high + 1.0, low - 1.0))
     return x
-
-
-def component(problem: Problem, name: str, z: Vector) -> Vector:
-    """Return the component of z with this name, or of each z in an array of shape (m, n); of a program to be maximized
-    its multiplier in that sense. Raise KeyError if there is none, with a likely name, or several."""
-    names = list(problem.names)
-    if not name or name not in names:
-        raise KeyError(f"{name!r} is not the name of an unknown; {likely(str(name), list(filter(None, names)))}")
-    if (times := names.count(name)) > 1:
-        raise KeyError(f"{name!r} is the name of {times} unknowns; take z, with their indices")
-    i = names.index(name)
-    found: Vector = z[..., i]
-    return 0.0 - found if i in reversed_names(problem) else found
-
-
-def reversed_names(problem: Problem) -> set[int]:
-    """Return the components whose names stand for them with the other sign: multipliers of a program to be
-    maximized."""
-    origin, names = problem.origin, problem.names
-    return {i for i in origin.reversed(problem.n) if names[i]} if isinstance(origin, Program) else set()
-
-
-def in_own_sense(problem: Problem, values: Sequence[Any]) -> list[Any]:
-    """Return z, or w, with the signs for which the names of its components stand."""
-    turned = reversed_names(problem)
-    return [0 - value if i in turned else value for i, value in enumerate(values)]
-
-
-TERM = re.compile(
-    r"\s*(?P<sign>[-+]?)\s*(?P<number>(?:[0-9]{1,300}(?:\.[0-9]{0,300}|/0*[1-9][0-9]{0,300})?|\.[0-9]{1,300})"
-    r"(?:[eE][-+]?[0-9]{1,3})?(?![\w.]))?\s*\*?\s*(?P<name>\"[^\"]+\"|[^\W\d][^\s+*\"-]*)\s*"
-)
-HINT = 'write numbers and names with + and - between them, such as 2 z1 - 1/3 z2 + "a name with blanks"'
-
-
-def coefficients(text: str) -> dict[str, Fraction]:
-    """Return the coefficients of the names in a linear expression, which are added up, or raise ProblemError.
-
-    >>> coefficients('z1 - 2.5 z3 + 1/3*"cost of Ann" + z1')
-    {'z1': Fraction(2, 1), 'z3': Fraction(-5, 2), 'cost of Ann': Fraction(1, 3)}
-    """
-    found: dict[str, Fraction] = {}
-    place = 0
-    while place < len(text) or not found:
-        term = TERM.match(text, place)
-        if term is None or (found and not term["sign"]):
-            raise ProblemError("objective", f"has {quoted(text[place:].strip())} in place of a term", HINT)
-        name, place = term["name"].strip('"'), term.end()
-        number = term["number"] or "1"
-        whole, _, exponent = number.lower().partition("e")
-        value = Fraction(whole) * Fraction(10) ** int(exponent or 0) * (-1 if term["sign"] == "-" else 1)
-        found[name] = found.get(name, Fraction(0)) + value
-    return found

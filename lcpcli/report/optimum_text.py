@@ -11,8 +11,8 @@ from lcpcli.enumeration.optimum import OPTIMAL, Optimum
 from lcpcli.errors import count
 from lcpcli.files.contents import Source
 from lcpcli.linalg.doubles import LARGEST_DOUBLE
+from lcpcli.model.names import in_own_sense
 from lcpcli.model.program import Program
-from lcpcli.model.start import in_own_sense
 from lcpcli.rational.numbers import approximate, brief, rounded
 from lcpcli.report import json_lines, programs_and_games, result_csv, selection, solutions, wording
 from lcpcli.report.document import Document, Section, Table

@@ -15,8 +15,8 @@ from lcpcli.errors import count, visible
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.model.box import WORDS
+from lcpcli.model.names import in_own_sense
 from lcpcli.model.problem import Problem
-from lcpcli.model.start import in_own_sense
 from lcpcli.report import selection, wording
 from lcpcli.report.wording import ELLIPSIS, LEVELS, PIPE_WIDTH, duration, error, name, residual, short
 from lcpcli.solving.result import Exact, Result

@@ -14,8 +14,8 @@ from lcpcli.enumeration.search import SolutionSet, objective
 from lcpcli.errors import count
 from lcpcli.files.contents import Source
 from lcpcli.model.extensive import ExtensiveGame
+from lcpcli.model.names import in_own_sense
 from lcpcli.model.program import Program
-from lcpcli.model.start import in_own_sense
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, rounded, text
 from lcpcli.report import json_lines, path_figure, programs_and_games, result_csv, selection, wording

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lcpcli.model.names import in_own_sense
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
-from lcpcli.model.start import in_own_sense
 from lcpcli.options import AUTO
 from lcpcli.report import columns, outcome, selection, wording
 from lcpcli.report.document import Document, Section, Table
