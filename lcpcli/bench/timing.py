@@ -32,7 +32,7 @@ from lcpcli.solving.solve_mcp import run_nonlinear
 from lcpcli.solving.trace import Trace
 from lcpcli.typing import Vector
 from lcpcli.verify.digits import MOST_INVERTED, sensitivity
-from lcpcli.verify.krawczyk import NonlinearCriterion
+from lcpcli.verify.nonlinear_point import NonlinearCriterion
 from lcpcli.verify.point import Criterion, Point
 
 SOLUTION, NONE = "solution", "none"  # possible claims: z is a solution, or there is none

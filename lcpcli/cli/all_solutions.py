@@ -24,7 +24,8 @@ from lcpcli.files.contents import content_of, within
 from lcpcli.interrupts import TimeIsUp, stopping
 from lcpcli.options import MAX_ITERATIONS, TOL
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.report import document, optimum_text, path_figure, plotting, selection, solutions
+from lcpcli.report import document, optimum_text, plotting, selection, solutions
+from lcpcli.report import pictures as path_figure
 
 if TYPE_CHECKING:
     from lcpcli.cli.problems import InputProblem

@@ -25,7 +25,7 @@ from lcpcli.solving.result import Status
 
 if TYPE_CHECKING:
     from lcpcli.cli.request import Request
-    from lcpcli.cli.tasks import Task
+    from lcpcli.cli.workers import Task
 
 HIDDEN = (*BOUND_OPTIONS, "game", *STARTS, "sequence", "bound", "trace", "every")  # options that a result does not show
 MARKED_TOGETHER = 4096  # q of one M whose marks are made at once: many, to share the cost; few, not to delay the first

@@ -13,8 +13,8 @@ from lcpcli.cli.main import INTERRUPTED, SOLVED, of_several
 from lcpcli.cli.output import Output, refuse, refuse_given
 from lcpcli.cli.problems import tell
 from lcpcli.cli.request import Request
-from lcpcli.cli.tasks import Task, TaskRecord
 from lcpcli.cli.terminal import STANDARD, Line, emit, shows_progress
+from lcpcli.cli.workers import Task, TaskRecord
 from lcpcli.errors import LCPError, OptionError, count
 from lcpcli.files.atomic_write import gradual_writing, refuse_unwritable
 from lcpcli.files.contents import place
@@ -185,7 +185,7 @@ def _records(task: Task, works: Iterator[Work], in_order: bool) -> Iterator[Iter
         yield (record for work in works for record in task.records(work))
         return
     from lcpcli.cli.pools import Cluster, Local
-    from lcpcli.cli.tasks import elsewhere
+    from lcpcli.cli.workers import elsewhere
 
     with closing(Local(jobs) if cluster is None else Cluster(cluster)) as pool:
         yield elsewhere(task, works, pool, in_order)

@@ -60,7 +60,8 @@ def build(
 
 
 def _figure(path: Path, names: Sequence[str]) -> bytes:
-    from lcpcli.report import path_figure, plotting
+    from lcpcli.report import pictures as path_figure
+    from lcpcli.report import plotting
 
     return plotting.response(path_figure.response(path, names), "svg")
 

@@ -18,7 +18,8 @@ from lcpcli.model.names import in_own_sense
 from lcpcli.model.program import Program
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, rounded, text
-from lcpcli.report import json_lines, path_figure, programs_and_games, result_csv, selection, wording
+from lcpcli.report import json_lines, programs_and_games, result_csv, selection, wording
+from lcpcli.report import pictures as path_figure
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.tables import longest
 

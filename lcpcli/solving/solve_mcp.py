@@ -44,7 +44,7 @@ from lcpcli.solving.loop import Loop
 from lcpcli.solving.result import Result, Status
 from lcpcli.solving.trace import Callback, Trace
 from lcpcli.typing import BoundLike, Interrupts, Matrix, States, Vector, VectorLike
-from lcpcli.verify.krawczyk import NonlinearCriterion, NonlinearPoint, proved_bound
+from lcpcli.verify.nonlinear_point import NonlinearCriterion, NonlinearPoint, proved_bound
 
 if TYPE_CHECKING:
     from types import ModuleType

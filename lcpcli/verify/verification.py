@@ -122,7 +122,7 @@ def verify_nonlinear(problem: NonlinearProblem, z: Vector, tol: float) -> Verifi
     linearization there, which z solves if and only if it solves the problem itself; no bound is known."""
     with imports:
         from lcpcli.model.evaluations import Evaluations
-        from lcpcli.verify.krawczyk import NonlinearCriterion, NonlinearPoint
+        from lcpcli.verify.nonlinear_point import NonlinearCriterion, NonlinearPoint
     point = NonlinearPoint(NonlinearCriterion(Evaluations(problem), tol), z, is_admissible=False)
     if (undefined := problem.undefined(z)) is not None:
         i, value = undefined

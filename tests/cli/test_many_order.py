@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli.cli import tasks
+from lcpcli.cli import workers as tasks
 from lcpcli.cli.streams import TaskRecord
 from lcpcli.files.inputs import Input, QColumns
 

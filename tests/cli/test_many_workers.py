@@ -19,7 +19,8 @@ from typing import IO, Any
 import numpy as np
 import pytest
 
-from lcpcli.cli import pools, tasks
+from lcpcli.cli import pools
+from lcpcli.cli import workers as tasks
 from lcpcli.cli.problems import Inputs
 from lcpcli.cli.request import Request
 from lcpcli.files.inputs import Input

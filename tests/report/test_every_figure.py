@@ -16,7 +16,7 @@ from lcpcli.parametric.path import Path as Solutions
 from lcpcli.report import plotting
 from lcpcli.report.figures import cones_figure, game_figure, paths_figure, run_figures, style
 from lcpcli.report.figures.data import Cones, Panel
-from lcpcli.report.path_figure import response
+from lcpcli.report.pictures import response
 
 from . import test_path_figures as paths
 from . import test_solution_figures as cones

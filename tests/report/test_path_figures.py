@@ -19,7 +19,7 @@ from lcpcli.report import paths
 from lcpcli.report.figures import paths_figure, run_figures, style
 from lcpcli.report.figures.data import Trajectories
 from lcpcli.report.figures.data import Trajectory as Run
-from lcpcli.report.path_figure import response
+from lcpcli.report.pictures import response
 from lcpcli.solving.driver import run
 from lcpcli.solving.trace import Trace
 

@@ -13,7 +13,7 @@ import pytest
 import lcpcli
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
-from lcpcli.report import path_figure
+from lcpcli.report import pictures as path_figure
 from lcpcli.report.selection import places
 
 NAMES = ["price n0", "price n1", "flow", "", "price *"]

@@ -21,7 +21,7 @@ from scipy.optimize import nnls
 import lcpcli
 from lcpcli.enumeration.search import SolutionSet
 from lcpcli.model.origins import Game
-from lcpcli.report import path_figure
+from lcpcli.report import pictures as path_figure
 from lcpcli.report.figures import cones_figure, game_figure, style
 from lcpcli.report.figures.cones_figure import LINE, POINT, RAY, SECTOR, SETS
 from lcpcli.report.figures.data import Cones, Replies

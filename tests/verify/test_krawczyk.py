@@ -15,7 +15,7 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.model.nonlinear import Enclosure, NonlinearProblem
 from lcpcli.solving.solve_mcp import run_nonlinear
 from lcpcli.typing import Vector
-from lcpcli.verify.krawczyk import proved_bound
+from lcpcli.verify.nonlinear_point import proved_bound
 
 
 class Interval:
