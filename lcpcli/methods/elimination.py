@@ -106,7 +106,7 @@ def _upper(pivots: Vector, above: Vector) -> Vector:
     return U
 
 
-def elimination(M: Matrix) -> Elimination | None:
+def of_tridiagonal(M: Matrix) -> Elimination | None:
     """Return the elimination of a sparse tridiagonal M-matrix; None for any other M."""
     if not (is_sparse(M) and M.shape[0] > 1 and M.nnz <= 3 * M.shape[0] and width(M) <= 1):
         return None
@@ -118,7 +118,7 @@ def eliminated(problem: Problem) -> Stage:
     """Yield the solution by elimination; M is tridiagonal.
 
     Stalled : M is no M-matrix, or rounding has led to wrong states."""
-    own = elimination(problem.M)
+    own = of_tridiagonal(problem.M)
     if own is None:
         return Stalled("M is no tridiagonal M-matrix")
     z, basic = own.solution(problem.q)

@@ -23,7 +23,7 @@ from lcpcli.linalg.matrices import are_equal
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import MOST_PIVOTED, as_dense, as_sparse, stored
-from lcpcli.methods.elimination import Elimination, elimination
+from lcpcli.methods.elimination import Elimination, of_tridiagonal
 from lcpcli.methods.lemke import reduced
 from lcpcli.methods.stages import FAULTS
 from lcpcli.model.arrays import as_vector
@@ -95,7 +95,7 @@ class Solver:
 
     def _prepare(self, like: Problem) -> None:
         like = as_sparse(like, stored(like.M))
-        self._elimination = elimination(like.M)
+        self._elimination = of_tridiagonal(like.M)
         self._like = as_dense(like) if like.n <= MOST_PIVOTED and not self._elimination else like
         self._principal: PrincipalSolver | None = None
         self._reduction: Reduction | None = None
