@@ -202,7 +202,7 @@ def newton_while_fast(structure: Structure) -> Stage:
 def eliminated(structure: Structure) -> Stage:
     """Eliminate one unknown after another of a tridiagonal M-matrix."""
     with imports:
-        from lcpcli.methods.elimination import eliminated
+        from lcpcli.methods.z_matrix import eliminated
     return eliminated(structure.problem)
 
 

@@ -23,9 +23,9 @@ from lcpcli.linalg.matrices import are_equal
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import MOST_PIVOTED, as_dense, as_sparse, stored
-from lcpcli.methods.elimination import Elimination, of_tridiagonal
 from lcpcli.methods.lemke import reduced
 from lcpcli.methods.stages import FAULTS
+from lcpcli.methods.z_matrix import Elimination, of_tridiagonal
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.box import ORTHANT, Box, as_bounds, of_masks
 from lcpcli.model.labels import by_names

@@ -10,9 +10,9 @@ from scipy.sparse import csr_array, diags_array
 
 import lcpcli
 from lcpcli import Problem
-from lcpcli.methods import elimination
-from lcpcli.methods.elimination import Elimination, eliminated
+from lcpcli.methods import z_matrix
 from lcpcli.methods.stages import Finished, Iterate, advance
+from lcpcli.methods.z_matrix import Elimination, eliminated
 from lcpcli.typing import Matrix, Vector
 
 from .grids import line
@@ -66,7 +66,7 @@ def test_optimal_stopping_with_two_free_boundaries_takes_a_few_passes_on_every_g
     drift: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     passes = list[None]()
-    monkeypatch.setattr(elimination, "check", lambda: passes.append(None))
+    monkeypatch.setattr(z_matrix, "check", lambda: passes.append(None))
     for n in (201, 2001, 20001):
         passes.clear()
         result = lcpcli.solve(*stopping(n, drift))
