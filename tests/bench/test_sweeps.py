@@ -83,9 +83,9 @@ def test_bench_measures_variants_and_resumes_them(lcp: Lcp, tmp_path: Path) -> N
 
 
 MISTAKES = {
-    "--method shi --p 10 --p 100": "--p is given 2 times; give it once",
-    "--tol 1e-6 --tol 1e-8": "--tol is given 2 times; give it once",
-    "--scale --no-scale": "--scale is given 2 times",
+    "--method shi --p 10 --p 100": "--p: is given 2 times; give it once",
+    "--tol 1e-6 --tol 1e-8": "--tol: is given 2 times; give it once",
+    "--scale --no-scale": "--scale: is given 2 times",
     "--sweep p": "'p' lacks a value",
     "--sweep p=1,,2": "lacks a value",
     "--sweep q=1,2": "'q' is not an option of any method",
