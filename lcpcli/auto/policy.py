@@ -95,7 +95,9 @@ def auto(
     search = partial(_searched, presolve=presolve, near=near)
     if problem.may_have_far_bounds:
         return _relaxed_first(problem, x0, search, states)
-    return _from_start(problem, x0, search, states, tried if problem.reference_z is None else None)
+    if tried and problem.reference_z is not None:  # iterates would be in other variables; but piqp has ended
+        tried = {name: made for name, made in tried.items() if name == "piqp"}
+    return _from_start(problem, x0, search, states, tried)
 
 
 def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -> Stage:

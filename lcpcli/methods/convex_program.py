@@ -22,7 +22,7 @@ from lcpcli.model.program import Program
 from lcpcli.typing import Vector
 
 TOLERANCE = 1e-12  # of PIQP: with less of it, the states of a few programs in a hundred are wrong
-MOST_STEPS = 100  # of PIQP: about twice as many as it takes
+MOST_STEPS = 60  # of PIQP: about twice as many as it usually takes
 MOST_OPERATIONS = (
     6e7  # of a factorization: PIQP, which cannot be interrupted, then ends within a few tenths of a second
 )
