@@ -46,13 +46,19 @@ def norm_inf(M: Matrix) -> float:
     return max((float(block.sum(axis=1).max()) for _, block in row_blocks(M)), default=0.0)
 
 
-def row_and_column_maxima(M: Matrix, R: Vector, C: Vector) -> tuple[Vector, Vector]:
-    """Return the largest entry of every row and of every column of R |M| C for diagonals R, C of shape (n,)."""
+def row_and_column_maxima(M: Matrix, R: Vector, C: Vector, symmetric: bool = False) -> tuple[Vector, Vector]:
+    """Return the largest entry of every row and of every column of R |M| C for diagonals R, C of shape (n,).
+
+    symmetric : whether R |M| C is; it then saves time to know that of a sparse M.
+    """
     rows, columns, scale = np.zeros(R.size), np.zeros(R.size), _scaler(R, C)
     if is_sparse(M):
         entries = scale(np.abs(M.data), np.repeat(R, np.diff(M.indptr)), C[M.indices])
+        sizes = _by_rows(np.maximum, M, entries)
+        if symmetric:
+            return sizes, sizes
         np.maximum.at(columns, M.indices, entries)
-        return _by_rows(np.maximum, M, entries), columns
+        return sizes, columns
     for part, block in row_blocks(M):
         entries = scale(block, R[part, np.newaxis], C)
         rows[part] = entries.max(axis=1)

@@ -118,10 +118,7 @@ def _ruiz(M: Matrix, start: Vector, symmetric: bool) -> Vector:
     """Return Ruiz's scaling from a start, within a factor of RUIZ_FARTHEST of the start; symmetric : whether |M| is."""
     d = start
     for _ in range(RUIZ_ROUNDS):
-        if symmetric:
-            sizes = matrices.row_maxima(matrices.scaled(M, d, d))
-        else:
-            sizes = np.maximum(*matrices.row_and_column_maxima(M, d, d))
+        sizes = np.maximum(*matrices.row_and_column_maxima(M, d, d, symmetric))
         sizes[sizes == 0] = 1.0
         d = np.clip(d / np.sqrt(sizes), start / RUIZ_FARTHEST, start * RUIZ_FARTHEST)
         if (np.abs(sizes - 1) < RUIZ_CLOSE).all():
