@@ -1,6 +1,6 @@
-"""The policy: which method is tried first, and which one next if it breaks down, stalls or exhausts its budget.
+"""What surrounds the table of attempts (see `attempts`): starts, few unknowns, far bounds, presolve, and milp at the end.
 
-The stages of auto before milp for a problem as it is and, if it is mixed, first for what presolve leaves of it.
+The stages before milp are those for a problem as it is and, if it is mixed, first for what presolve leaves of it.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from lcpcli import clock
+from lcpcli.auto.attempts import FIRST, LATER, TABLE, Row, in_rounds
 from lcpcli.auto.small import exactly, small
 from lcpcli.auto.structure import Structure
-from lcpcli.auto.table import FIRST, LATER, TABLE, Row, in_rounds
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, check, remaining, within
 from lcpcli.linalg import factors
@@ -67,7 +67,7 @@ def auto(
 ) -> Stage:
     """Solve any LCP, or prove that it has no solution, by the first method that succeeds.
 
-    The table in `auto_table` says which method is tried when; milp comes last, which finds a solution or a proof that
+    The table in `attempts` says which method is tried when; milp comes last, which finds a solution or a proof that
     there is none, or reaches its limits. Free variables that equations define are substituted before. Mixed problems
     that may gain by presolve are first solved by what that leaves. Few unknowns are left to `small`. If there are
     bounds of 1e20 or more, all of these but milp are tried first without them. Where the reference point is a solution,

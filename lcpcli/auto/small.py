@@ -125,7 +125,7 @@ def _is_doubtful_solution(problem: Problem, z: Vector) -> bool:
 
 def _pivoting(problem: Problem, turns: Turns, tried: Tried | None, states: bool) -> Stage:
     with imports:
-        from lcpcli.auto.table import BRIEF, FIRST, in_rounds
+        from lcpcli.auto.attempts import BRIEF, FIRST, in_rounds
     ending: Ending = Finished()
     if states:
         ending = yield from turns.take("newton", from_start(problem, problem.box.basis_of(turns.last.x)))

@@ -1,6 +1,6 @@
 """What auto knows of a problem when it chooses a stage, each fact computed when it is first asked for.
 
-How the attempts of `auto` begin; the table in `auto_table` says when they are made.
+How the attempts of `auto` begin; the table in `attempts` says when they are made.
 """
 
 from __future__ import annotations

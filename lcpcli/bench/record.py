@@ -54,7 +54,7 @@ class Measurement:
     milestones : (level, k, seconds) of the first iterates with an error of each level, relative to the solution.
     condition : the condition of the solution: its `sensitivity` over its largest component; None if unknown.
     forward_error : the error in units of eps times the sensitivity; None if either is unknown.
-    optimality : for a program, as in `verdicts.optimality`, empty without an answer; None for other problems.
+    optimality : for a program, as in `timing.optimality`, empty without an answer; None for other problems.
     """
 
     problem: str

@@ -134,7 +134,7 @@ def names_in(path: str, content: bytes, fields: Mapping[str, Any]) -> Sequence[s
 
 
 def in_order(path: str, content: bytes, names: Names) -> bytes:
-    """Return a file of numbers in the order of these names, by which it may be labelled; see `csv_labels`."""
+    """Return a file of numbers in the order of these names, by which it may be labelled; see `csv_format`."""
     if form_of(path, content) != "csv_format":
         return content
     from lcpcli.files import csv_format

@@ -11,9 +11,9 @@ from typing import NamedTuple, overload
 import numpy as np
 
 from lcpcli import clock
+from lcpcli.auto.attempts import BRIEF, FIRST, LATER, Row
 from lcpcli.auto.policy import may_gain_by_presolve
 from lcpcli.auto.structure import Structure
-from lcpcli.auto.table import BRIEF, FIRST, LATER, Row
 from lcpcli.clock import imports
 from lcpcli.inspection import theory
 from lcpcli.inspection.nonlinear import NonlinearInspection, inspect_nonlinear

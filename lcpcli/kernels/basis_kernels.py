@@ -1,7 +1,7 @@
 """The basic solution of a basis of a mixed problem, also without small distances, the units that its reduction is
 computed in, and the entries of M other than 0, compiled by numba.
 
-They are those of `path_end` and of `linalg.units` once more, for dense M of moderate numbers and few unknowns. As
+They are those of `lemke_path` and of `linalg.units` once more, for dense M of moderate numbers and few unknowns. As
 numba's cache knows of changes in this file alone, it uses no kernels of others.
 """
 

@@ -227,7 +227,7 @@ def with_units(problem: Problem) -> Problem:
 
 
 def direct_many(M: Vector, Q: Vector, largest: Vector, tol: float) -> tuple[Vector, Indices]:
-    """Return for LCPs what `direct_rows.direct_many` returns; M and `largest` may have one row for all problems."""
+    """Return for LCPs what `direct.direct_many` returns; M and `largest` may have one row for all problems."""
     M, Z, found = np.ascontiguousarray(M), np.empty(Q.shape), np.empty((len(Q), 2), dtype=np.int64)
     size = max(NUMBERS_AT_ONCE // max(Q.shape[1] ** 2, 1), 1)
     for rows in (slice(first, first + size) for first in range(0, len(Q), size)):

@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from lcpcli.basis.basic_solution import BasicSolution, exchanging
+from lcpcli.basis.exchanges import BasicSolution, exchanging
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, Solve
 from lcpcli.linalg.krylov import identity
 from lcpcli.linalg.matrices import is_narrow, is_symmetric

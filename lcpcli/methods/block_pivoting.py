@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.basis.basic_solution import BasicSolution, exchanging, in_units_of_state
+from lcpcli.basis.exchanges import BasicSolution, exchanging, in_units_of_state
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.factors import solve_principal
 from lcpcli.methods.direct import Safeguard

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from lcpcli.basis.basic_solution import BasicSolution, exchanging
+from lcpcli.basis.exchanges import BasicSolution, exchanging
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.factors import SingularMatrix, Solve

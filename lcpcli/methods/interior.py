@@ -17,7 +17,7 @@ from itertools import islice
 
 import numpy as np
 
-from lcpcli.basis.basic_solution import BasicSolution, exchanging
+from lcpcli.basis.exchanges import BasicSolution, exchanging
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.matrices import is_sparse, multiplier, plus_diagonal

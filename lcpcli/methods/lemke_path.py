@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 
 from lcpcli.basis import tableau
-from lcpcli.basis.basic_solution import BasicSolution, BasicSolutions
+from lcpcli.basis.exchanges import BasicSolution, BasicSolutions
 from lcpcli.basis.free_variables import Reduction
 from lcpcli.basis.tableau import PAUSED, RAY, SOLVED, begin, refactorize, tableau_of
 from lcpcli.linalg import matrices

@@ -29,8 +29,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from lcpcli.basis.basic_solution import BasicSolutions
 from lcpcli.basis.dual_simplex import MOST_DENSE, DualSimplex
+from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, check, interruptibly, remaining, silent
 from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
-from lcpcli.basis.basic_solution import BasicSolutions
+from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.clock import imports
 from lcpcli.errors import LCPError, ProblemError, raised
 from lcpcli.interrupts import TimeIsUp

@@ -28,7 +28,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from lcpcli.basis.basic_solution import BasicSolutions
+from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, check
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix

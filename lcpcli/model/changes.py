@@ -1,7 +1,7 @@
 """Changes of variables, each with the way back: a problem in other units, or with its reference point moved to 0, and
 several changes one after another.
 
-Others are in `far_bounds`, `presolve` and `standard_form`.
+Others are in `far_bounds` and `presolve`.
 
 A mixed problem as an LCP, for methods that accept only z >= 0.
 

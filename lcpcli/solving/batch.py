@@ -114,7 +114,7 @@ class Batch(Sequence[Result]):
         return self._stack.w(self.z)
 
     @cached_property
-    def _linearizations(self) -> Any:  # the `Linearizations` of `batches`
+    def _linearizations(self) -> Any:  # the `Linearizations` of `derivative`
         return views.derivative.Linearizations(self._stack, self.z, self.solved)
 
     def gradient(self, g: Any, J: Any = None, unsolved: Unsolved = "raise") -> BatchGradient:
@@ -203,7 +203,7 @@ class _RowResult(Result):
 class BlockAnswers:
     """The answers of pivoting to the problems of a block.
 
-    Z : the z of each, shape (m, n). found : what each is, and its steps, as `direct_rows.direct_many` returns them,
+    Z : the z of each, shape (m, n). found : what each is, and its steps, as `direct.direct_many` returns them,
     shape (m, 2). parts : the share of each in the time.
     """
 

@@ -240,8 +240,8 @@ def _by_first_stages(
     loop of `auto` returns it; None if they do not end at a solution that is beyond doubt. lost : the basic solutions of
     newton, if they lead to none."""
     with imports:
+        from lcpcli.auto.attempts import FIRST, in_rounds
         from lcpcli.auto.structure import Structure
-        from lcpcli.auto.table import FIRST, in_rounds
         from lcpcli.methods.newton import SLOW, iterates_of
         from lcpcli.methods.stages import Finished, Iterate, Stalled, Turns, advance, ended, recorded
     made_before = {"newton": [ended(Stalled(SLOW), *iterates_of(lost))]} if lost else None

@@ -1,6 +1,6 @@
 """A reference solution for measuring errors, if the problem has no known solution.
 
-For small n it is exact. Otherwise `auto` finds it, and `refinement.refined` refines it to its last digits, if possible.
+For small n it is exact. Otherwise `auto` finds it, and `exact_solution.refined` refines it to its last digits, if possible.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.basis.basic_solution import BasicSolutions
+from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.basis.free_variables import Reduction
 from lcpcli.clock import Stopwatch, seconds
 from lcpcli.errors import ProblemError, count

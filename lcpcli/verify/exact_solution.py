@@ -1,7 +1,7 @@
 """The exact solution of the complementary basis of a point near a solution.
 
 With P = {i : z_i > 0}, M_PP z_P = -q_P is solved in rational arithmetic, and the signs are checked. If P is not quite
-right, indices that violate them are flipped as in the block principal pivoting of `basic_solution`. Where M_PP is
+right, indices that violate them are flipped as in the block principal pivoting of `exchanges`. Where M_PP is
 singular, an LP finds a vertex of the solutions with that set.
 
 Solutions that are correct to the last digit for ill-conditioned M: their computation and their recognition.
@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.basis.basic_solution import BasicSolutions
+from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.accurate import accurate_residual

@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.basis.basic_solution import BasicSolutions
 from lcpcli.basis.dual_simplex import MOST_DENSE
+from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg import matrices

@@ -25,7 +25,7 @@ from itertools import islice, product
 
 import numpy as np
 
-from lcpcli.basis.basic_solution import BasicSolutions
+from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.errors import listed
 from lcpcli.linalg.doubles import ROW_ROUNDING, distinct, size
 from lcpcli.linalg.factors import SingularMatrix

@@ -42,7 +42,7 @@ class Criterion:
 
     @cached_property
     def is_bounded_cheaply(self) -> bool:
-        """Return whether `cheap_bounds` may decide before the measure is computed."""
+        """Return whether bounds by w alone may decide before the measure is computed."""
         if self.problem.n <= FEW_UNKNOWNS or not self.problem.is_moderate:
             return False
         with imports:

@@ -14,11 +14,11 @@ import pytest
 from scipy.sparse import block_array, block_diag, csr_array, diags_array, identity
 
 from lcpcli import Problem, Status, clock, inspect, plan, run
+from lcpcli.auto import attempts as auto_table
 from lcpcli.auto import policy
-from lcpcli.auto import table as auto_table
+from lcpcli.auto.attempts import ROUNDS, TABLE, Row, in_rounds
 from lcpcli.auto.policy import _for_half_of_the_time, _search
 from lcpcli.auto.structure import MOST_PIVOTED_BY_NUMPY, Structure
-from lcpcli.auto.table import ROUNDS, TABLE, Row, in_rounds
 from lcpcli.gallery import families
 from lcpcli.interrupts import TimeIsUp, check, remaining, within
 from lcpcli.methods import lemke
@@ -93,7 +93,7 @@ def test_a_row_that_is_added_is_tried_and_shown(monkeypatch: pytest.MonkeyPatch)
         return Finished()
 
     new = row("known", known, math.inf)._replace(reason="it is known")
-    monkeypatch.setattr("lcpcli.auto.table.FIRST", (new, *auto_table.FIRST))
+    monkeypatch.setattr("lcpcli.auto.attempts.FIRST", (new, *auto_table.FIRST))
     for place in ("inspection.inspection", "solving.direct_run"):
         monkeypatch.setattr(f"lcpcli.{place}.FIRST", (new, *auto_table.FIRST), raising=False)
     assert run(problem).route == ("known",)

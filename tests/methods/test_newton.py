@@ -12,7 +12,7 @@ import pytest
 from scipy.sparse import csr_array
 
 from lcpcli import Problem, Status, Trace, read
-from lcpcli.basis.basic_solution import BasicSolutions
+from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.linalg import factors, matrices
