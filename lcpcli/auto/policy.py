@@ -1,4 +1,4 @@
-"""What surrounds the table of attempts (see `attempts`): starts, few unknowns, far bounds, presolve, and milp at the end.
+"""What surrounds the table in `attempts`: starts, few unknowns, far bounds, presolve before it, and milp at the end.
 
 The stages before milp are those for a problem as it is and, if it is mixed, first for what presolve leaves of it.
 """

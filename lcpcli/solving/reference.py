@@ -1,6 +1,7 @@
 """A reference solution for measuring errors, if the problem has no known solution.
 
-For small n it is exact. Otherwise `auto` finds it, and `exact_solution.refined` refines it to its last digits, if possible.
+For small n it is exact. Otherwise `auto` finds it, and `exact_solution.refined` refines it, if possible to
+its last digits.
 """
 
 from __future__ import annotations
