@@ -24,8 +24,7 @@ from lcpcli.files.contents import content_of, within
 from lcpcli.interrupts import TimeIsUp, stopping
 from lcpcli.options import MAX_ITERATIONS, TOL
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.report import document, optimum_text, plotting, selection, solutions
-from lcpcli.report import pictures as path_figure
+from lcpcli.report import document, optimum_text, pictures, plotting, selection, solutions
 
 if TYPE_CHECKING:
     from lcpcli.cli.problems import InputProblem
@@ -63,7 +62,7 @@ def outcome(request: Request, work: Work, output: Output) -> Outcome:
     (problem,) = request.inputs.problems(work)
     request.inputs.tell(problem.remarks)
     if request.plot is not None:
-        path_figure.require(problem.problem)
+        pictures.require(problem.problem)
     selection.require(problem.problem, request.names)
     solution_set = _search(request, problem, str(work.sources[0]))
     text = "" if output.silent else _text(solution_set, work.sources[0], request.exact, output, request.names)
@@ -109,7 +108,7 @@ def _text(solution_set: sets.SolutionSet, source: Source, exact: bool, output: O
 
 def _draw(solution_set: sets.SolutionSet, file: str | None) -> None:
     if file is not None:
-        show(path_figure.draw(solution_set, plotting.form_of(file)), file)
+        show(pictures.draw(solution_set, plotting.form_of(file)), file)
 
 
 CODES = {search.OPTIMAL: SOLVED, search.TIME_LIMIT: NOT_SOLVED, search.INTERRUPTED: INTERRUPTED}

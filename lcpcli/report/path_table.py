@@ -60,10 +60,9 @@ def build(
 
 
 def _figure(path: Path, names: Sequence[str]) -> bytes:
-    from lcpcli.report import pictures as path_figure
-    from lcpcli.report import plotting
+    from lcpcli.report import pictures, plotting
 
-    return plotting.response(path_figure.response(path, names), "svg")
+    return plotting.response(pictures.response(path, names), "svg")
 
 
 class _Columns:

@@ -20,7 +20,6 @@ from lcpcli.model.problem import Problem
 from lcpcli.parametric.path import Path
 from lcpcli.rational.numbers import brief
 from lcpcli.report import path_terms, plotting, selection, wording
-from lcpcli.report.figures import game_figure
 from lcpcli.report.figures.data import Cones, Pair, Replies, Response
 from lcpcli.report.path_formats import line
 from lcpcli.report.path_terms import Terms
@@ -141,6 +140,8 @@ def cones(found: SolutionSet) -> Cones:
 def replies(found: SolutionSet) -> Replies:
     """Return the picture of the best replies in a 2 x 2 game. A maximal Nash subset is a rectangle: any pair of its
     strategies is an equilibrium."""
+    from lcpcli.report.figures import game_figure  # which loads matplotlib
+
     game, held = found.game, found.equilibria
     assert game is not None
     assert held is not None

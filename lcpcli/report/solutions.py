@@ -18,8 +18,7 @@ from lcpcli.model.names import in_own_sense
 from lcpcli.model.program import Program
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, rounded, text
-from lcpcli.report import json_lines, programs_and_games, result_csv, selection, wording
-from lcpcli.report import pictures as path_figure
+from lcpcli.report import json_lines, pictures, programs_and_games, result_csv, selection, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.tables import longest
 
@@ -57,7 +56,7 @@ def build(found: SolutionSet, exact: bool, form: str, names: Sequence[str] = ())
         tables=[listing],
         remarks=remarks,
         provenance=made_by,
-        figure=partial(path_figure.draw, found, "svg") if path_figure.exists(problem) else None,
+        figure=partial(pictures.draw, found, "svg") if pictures.exists(problem) else None,
     )
     return Document(section.title, [section])
 

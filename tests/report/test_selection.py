@@ -13,7 +13,7 @@ import pytest
 import lcpcli
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
-from lcpcli.report import pictures as path_figure
+from lcpcli.report import pictures
 from lcpcli.report.selection import places
 
 NAMES = ["price n0", "price n1", "flow", "", "price *"]
@@ -99,11 +99,11 @@ def test_strategies_of_a_game_are_chosen_by_the_headings_of_the_table(lcp: Lcp) 
 
 def test_a_figure_of_a_path_has_the_chosen_lines_alone_and_multipliers_too() -> None:
     first, last = (lcpcli.Problem(MARKET["M"], q, names=MARKET["names"]) for q in (MARKET["q"], [5, 4, 5]))
-    response = path_figure.response(lcpcli.path(first, last), ["flow"])
+    response = pictures.response(lcpcli.path(first, last), ["flow"])
     assert response.names == ["flow"]
     assert response.lines[0][0] == pytest.approx(1)
     programs = [lcpcli.from_qp([[2, 0], [0, 2]], [-2, -5], [[1, 2]], row_upper=[b], rows=["steel"]) for b in (1, 4)]
-    shown = path_figure.response(lcpcli.path(*programs), ["y steel"])
+    shown = pictures.response(lcpcli.path(*programs), ["y steel"])
     assert shown.names == ["y steel"]
     assert abs(shown.lines[0][0]) > 0.1
 

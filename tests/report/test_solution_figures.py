@@ -21,7 +21,7 @@ from scipy.optimize import nnls
 import lcpcli
 from lcpcli.enumeration.search import SolutionSet
 from lcpcli.model.origins import Game
-from lcpcli.report import pictures as path_figure
+from lcpcli.report import pictures
 from lcpcli.report.figures import cones_figure, game_figure, style
 from lcpcli.report.figures.cones_figure import LINE, POINT, RAY, SECTOR, SETS
 from lcpcli.report.figures.data import Cones, Replies
@@ -166,7 +166,7 @@ def replies(name: str, names: list[str]) -> Replies:
     game = Game.of(A, B, (), ())
     search = lcpcli.solutions(lcpcli.Problem(*game.conditions(), origin=game))
     assert list(search)
-    data = path_figure.replies(SolutionSet(search, "time_limit", 0.0))
+    data = pictures.replies(SolutionSet(search, "time_limit", 0.0))
     return Replies(**{**vars(data), "rows": names, "columns": names, "title": "$ " * 30})
 
 
