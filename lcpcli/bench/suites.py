@@ -261,7 +261,7 @@ def _files(asked: Sequence[str], tell: Callable[[str], None], infinity: float | 
     from lcpcli.files import reading
     from lcpcli.files.inputs import nonlinear_in
     from lcpcli.model import far_bounds
-    from lcpcli.verify.verification import without_wrong_solutions
+    from lcpcli.verify.point import without_wrong_solutions
 
     path, known = asked[0], (*SUITES, ALL)
     if path == "-":
@@ -292,7 +292,7 @@ def problem_of(case: Case) -> Problem | NonlinearProblem:
     if case.file:
         from lcpcli.files import reading
         from lcpcli.files.inputs import nonlinear_in
-        from lcpcli.verify.verification import without_wrong_solutions
+        from lcpcli.verify.point import without_wrong_solutions
 
         if (model := nonlinear_in(case.file, content_of(case.file, reading.WHOLE))) is not None:
             return model.nonlinear

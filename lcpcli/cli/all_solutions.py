@@ -16,7 +16,6 @@ from lcpcli import clock, interrupts
 from lcpcli.cli.main import INTERRUPTED, NO_SOLUTION, NOT_SOLVED, SOLVED
 from lcpcli.cli.output import Output, refuse, refuse_given, show
 from lcpcli.cli.request import Request
-from lcpcli.enumeration import optimum as search
 from lcpcli.enumeration import search as sets
 from lcpcli.enumeration.search import refuse_large
 from lcpcli.errors import ProblemError
@@ -24,11 +23,12 @@ from lcpcli.files.contents import content_of, within
 from lcpcli.interrupts import TimeIsUp, stopping
 from lcpcli.options import MAX_ITERATIONS, TOL
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.report import document, optimum_text, pictures, plotting, selection, solutions
+from lcpcli.report import document, pictures, plotting, selection, solutions
 
 if TYPE_CHECKING:
     from lcpcli.cli.problems import InputProblem
     from lcpcli.cli.session import Outcome
+    from lcpcli.enumeration.optimum import Optimum
     from lcpcli.files.contents import Source
     from lcpcli.files.inputs import Work
     from lcpcli.files.nl_format import LinearObjective
@@ -111,9 +111,6 @@ def _draw(solution_set: sets.SolutionSet, file: str | None) -> None:
         show(pictures.draw(solution_set, plotting.form_of(file)), file)
 
 
-CODES = {search.OPTIMAL: SOLVED, search.TIME_LIMIT: NOT_SOLVED, search.INTERRUPTED: INTERRUPTED}
-
-
 def objective_in(path: str) -> LinearObjective | None:
     """Return the objective of the linear model in an .nl file; None if it has none, or is nonlinear."""
     from lcpcli.files.nl_format import Model
@@ -130,6 +127,9 @@ def best_outcome(
 ) -> Outcome:
     """Search for the best solution of a problem, with decimals as written; the exit code reports success if it is
     proved to be the best."""
+    from lcpcli.enumeration import optimum as search
+
+    codes = {search.OPTIMAL: SOLVED, search.TIME_LIMIT: NOT_SOLVED, search.INTERRUPTED: INTERRUPTED}
     (problem,) = request.inputs.problems(work)
     if isinstance(objective, str):
         request.inputs.tell(problem.remarks)
@@ -159,10 +159,12 @@ def best_outcome(
         if signals and found.status == search.TIME_LIMIT:
             found = replace(found, status=search.INTERRUPTED)
     text = "" if output.silent else _best_text(request, work, output, found)
-    return text, CODES.get(found.status, NO_SOLUTION), int
+    return text, codes.get(found.status, NO_SOLUTION), int
 
 
-def _best_text(request: Request, work: Work, output: Output, found: search.Optimum) -> str:
+def _best_text(request: Request, work: Work, output: Output, found: Optimum) -> str:
+    from lcpcli.report import optimum_text
+
     if output.form == "json":
         return optimum_text.in_json(found, work.sources[0], request.exact)
     if output.form == "csv":

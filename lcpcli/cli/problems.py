@@ -256,7 +256,7 @@ def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[
 
     vetted, faults = problem, list[str]()
     if problem.solutions:
-        from lcpcli.verify.verification import without_wrong_solutions
+        from lcpcli.verify.point import without_wrong_solutions
 
         vetted, faults = without_wrong_solutions(problem)
     if os.path.splitext(file)[1] and contents.shipped_file(file):  # perhaps the user meant a file

@@ -9,6 +9,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,12 +18,13 @@ from lcpcli.errors import ParameterError, count
 from lcpcli.linalg import matrices
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
-from lcpcli.parametric.path import Path
 from lcpcli.rational.numbers import brief
-from lcpcli.report import path_terms, plotting, selection, wording
+from lcpcli.report import plotting, selection, wording
 from lcpcli.report.figures.data import Cones, Pair, Replies, Response
-from lcpcli.report.path_formats import line
-from lcpcli.report.path_terms import Terms
+
+if TYPE_CHECKING:
+    from lcpcli.parametric.path import Path
+    from lcpcli.report.path_terms import Terms
 
 SAMPLES = 24  # of the objective on a piece, on which it is a parabola
 MOST_SAMPLES = 4000  # on a path, more than a figure shows
@@ -56,7 +58,10 @@ def response(path: Path, chosen: Sequence[str] = ()) -> Response:
 
     chosen : names of unknowns, or of a program's multipliers, as for `selection.places`, instead.
     """
-    terms = Terms(path)
+    from lcpcli.report import path_terms
+    from lcpcli.report.path_formats import line
+
+    terms = path_terms.Terms(path)
     moving, names, z = terms.moving, terms.names(), path.z
     if chosen:
         shown, z = selection.places(names, chosen), np.array(list(map(terms.values, z)))

@@ -20,7 +20,6 @@ from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector
-from lcpcli.verify import strategies
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
@@ -170,6 +169,8 @@ def checked(result: Result) -> Result:
     problem, game = result.problem, result.problem.origin
     if not result.solved or not isinstance(game, (Game, ExtensiveGame)):
         return result
+    with imports:
+        from lcpcli.verify import strategies
     found = strategies.of_solution(problem, result.z, result.tol)
     if found is None or found.are_equilibrium:
         return result
@@ -195,6 +196,7 @@ def _exact(result: Result) -> Vector | None:
         from lcpcli.rational.exact_problem import ExactProblem, parts_of_game
         from lcpcli.rational.numbers import rounded
         from lcpcli.rational.tree import first_solution
+        from lcpcli.verify import strategies
         from lcpcli.verify.exact_solution import from_point
     problem, game = result.problem, result.problem.origin
     assert isinstance(game, (Game, ExtensiveGame))

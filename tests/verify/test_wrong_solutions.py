@@ -14,7 +14,7 @@ import pytest
 from lcpcli import Problem, read
 from lcpcli.bench.suites import SUITES, problem_of
 from lcpcli.files import contents
-from lcpcli.verify.verification import without_wrong_solutions
+from lcpcli.verify.point import without_wrong_solutions
 
 from ..conftest import Outcome
 
