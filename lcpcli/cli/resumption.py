@@ -160,7 +160,8 @@ def _refuse_other_options(record: Mapping[str, Any], now: Mapping[str, Any], opt
 def _refuse_differences(then: Mapping[str, Any], now: Mapping[str, Any]) -> None:
     for name, value in now.items():
         if then[name] != value:
-            fault = f"was written with {name.replace('_', ' ')} {then[name]}, but here it is {value}"
+            before, here = ("none" if each is None else each for each in (then[name], value))
+            fault = f"was written with {name.replace('_', ' ')} {before}, but here it is {here}"
             raise OptionError("--resume", fault, "give the same options, or begin a new log")
 
 
