@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 HIDDEN = (*BOUND_OPTIONS, "game", *STARTS, "sequence", "bound", "trace", "every")  # options that a result does not show
 MARKED_TOGETHER = 4096  # q of one M whose marks are made at once: many, to share the cost; few, not to delay the first
 FARTHEST_AHEAD = 2**20  # problems by which a record may be ahead of all before it; more is damage, and takes memory
-HINT = "give the same files"
+HINT = "give the same files, or begin a new log"
 
 
 def hidden_options(request: Request) -> dict[str, str]:

@@ -59,7 +59,7 @@ def test_a_log_goes_on_where_it_was_cut_off_and_counts_what_it_had(lcp: Lcp, fol
 
 
 DAMAGED = "good.json that is damaged"
-OTHER = "has good.json as another problem than number 1; give the same files"
+OTHER = "has good.json as another problem than number 1; give the same files, or begin a new log"
 
 
 @pytest.mark.parametrize(
