@@ -130,16 +130,17 @@ def signs(M: Matrix) -> Vector | None:
     (i, -) with these edges, (i, +) and (i, -) must not be connected.
     """
     with imports:
-        from scipy.sparse import csr_array
         from scipy.sparse.csgraph import connected_components
+
+        from lcpcli.linalg.compressed_rows import of_arrays
     pair = mirrored(compressed(M))
     if pair is None or not (np.abs(pair[0].data) == np.abs(pair[1])).all():
         return None
     M, n = pair[0], M.shape[0]
     turned = M.data != pair[1]
-    indices = np.concatenate((M.indices + n * turned, M.indices + n * ~turned))
+    indices = np.concatenate((M.indices + n * turned, M.indices + n * ~turned)).astype(M.indptr.dtype, copy=False)
     indptr = np.concatenate((M.indptr, M.indptr[1:] + M.nnz))
-    graph = csr_array((np.ones(indices.size), indices, indptr), shape=(2 * n, 2 * n))
+    graph = of_arrays((2 * n, 2 * n), indptr, indices, np.ones(indices.size))
     plus, minus = np.split(connected_components(graph, directed=False)[1], 2)
     return None if (plus == minus).any() else np.where(plus < minus, 1.0, -1.0)
 

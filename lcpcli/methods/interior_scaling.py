@@ -91,15 +91,17 @@ def _balanced(M: Matrix, vectors: tuple[Vector, Vector, Vector]) -> Vector:
     Least squares for the logarithms: A. R. Curtis, J. K. Reid, On the automatic scaling of matrices for Gaussian
     elimination, IMA J. Appl. Math. 10 (1972) 118-124.
     """
-    with imports:
-        from scipy.sparse import coo_array, csr_array
-        from scipy.sparse.linalg import lsqr
-    n, entries = M.shape[0], coo_array(M)
-    entries.eliminate_zeros()
-    sizes = np.log2(np.abs(entries.data))
+    n, numbers = M.shape[0], M.data if is_sparse(M) else M
+    sizes = np.log2(np.abs(numbers[numbers != 0]))
     if not sizes.size or np.ptp(sizes) <= ENTRIES_FAR_APART:
         middle = -0.5 * float(sizes.max(initial=0.0))
         return np.full(n, np.exp2(np.rint(middle)) if abs(middle) > ENTRIES_FAR_APART / 2 else 1.0)
+    with imports:
+        from scipy.sparse import coo_array, csr_array
+        from scipy.sparse.linalg import lsqr
+    entries = coo_array(M)
+    entries.eliminate_zeros()
+    sizes = np.log2(np.abs(entries.data))
     used = [np.flatnonzero(np.isfinite(v) & (v != 0)) for v in vectors]
     first = np.concatenate((entries.row, *used))
     second = np.concatenate((entries.col, np.full(sum(each.size for each in used), n)))
