@@ -84,8 +84,8 @@ def test_what_did_not_come_to_its_end_is_not_replaced(lcp: Lcp, folder: Path) ->
 @pytest.mark.parametrize(
     ("then", "now", "words"),
     [
-        ([], ["--upper", "1"], "upper None, but here it is 1"),
-        (["--upper", "1"], [], "upper 1, but here it is None"),
+        ([], ["--upper", "1"], "upper none, but here it is 1"),
+        (["--upper", "1"], [], "upper 1, but here it is none"),
         (["--upper", "u.json"], ["--upper", "u.json"], "upper u.json (digest"),
         (["--z0", "1,1"], ["--z0", "1,2"], "z0 1,1, but here it is 1,2"),
         (["--tol", "1e-9"], [], "tol 1e-09, but here it is 1e-10"),
