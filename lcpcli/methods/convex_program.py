@@ -23,9 +23,7 @@ from lcpcli.typing import Vector
 
 TOLERANCE = 1e-12  # of PIQP: with less of it, the states of a few programs in a hundred are wrong
 MOST_STEPS = 60  # of PIQP: about twice as many as it usually takes
-MOST_OPERATIONS = (
-    6e7  # of a factorization: PIQP, which cannot be interrupted, then ends within a few tenths of a second
-)
+MOST_OPERATIONS = 6e7  # of a factorization: PIQP, which cannot be interrupted, then ends in a few tenths of a second
 
 
 def convex_program(problem: Problem) -> Stage:

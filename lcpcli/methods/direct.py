@@ -32,6 +32,7 @@ from lcpcli.methods.final_states import (
 )
 from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem
+from lcpcli.model.program import Program
 from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
@@ -144,7 +145,7 @@ def as_sparse(problem: Problem, M: Matrix) -> Problem:
 def may_be_program(problem: Problem) -> bool:
     """Return whether PIQP is installed and comes before other methods: for sparse M, or of a program, with zeros on the
     diagonal, as constraints have them, and so many unknowns that it takes less time than pivoting."""
-    if problem.n < FEWEST_FOR_PIQP or not (is_sparse(problem.M) or hasattr(problem.origin, "variables")):
+    if problem.n < FEWEST_FOR_PIQP or not (is_sparse(problem.M) or isinstance(problem.origin, Program)):
         return False
     with imports:
         from lcpcli.linalg.quadratic_program import is_installed
