@@ -22,6 +22,7 @@ from lcpcli.model.program import Program
 from lcpcli.typing import Vector
 
 TOLERANCE = 1e-12  # of PIQP: with less of it, the states of a few programs in a hundred are wrong
+INFINITE = 1e30  # to PIQP, and what is larger
 MOST_STEPS = 60  # of PIQP: about twice as many as it usually takes
 MOST_OPERATIONS = 6e7  # of a factorization: PIQP, which cannot be interrupted, then ends in a few tenths of a second
 
@@ -60,22 +61,25 @@ def _signs(problem: Problem) -> Vector | None:
 
 def _minimizer(problem: Problem, S: Vector) -> Vector | None:
     """Return the minimizer and the multipliers, both approximate; None if there are none, or M has more entries than
-    that of a program."""
+    that of a program, or PIQP would take a bound for none."""
     M, q, lower, upper = conditions_of(problem)
     is_row, is_equation = S < 0, (S < 0) & np.isinf(lower) & np.isinf(upper)
     sides = lower[is_row], upper[is_row]
     if not (np.isin(sides[0], (0.0, -np.inf)) & np.isin(sides[1], (0.0, np.inf))).all():
         return None
-    x, equations, rows = (each.nonzero()[0] for each in (~is_row, is_equation, is_row & ~is_equation))
+    low, high = np.where(upper > 0, -q, -np.inf), np.where(lower < 0, -q, np.inf)
+    has_ends = is_row & ~is_equation & (np.isfinite(low) | np.isfinite(high))  # PIQP prints a line about other rows
+    x, equations, rows, multipliers = (each.nonzero()[0] for each in (~is_row, is_equation, has_ends, is_row))
+    largest = max(float(np.abs(v[np.isfinite(v)]).max(initial=0.0)) for v in (q, lower[x], upper[x]))
+    if largest >= INFINITE or block(M, multipliers, multipliers)[1].size:
+        return None
     parts = [block(M, x, each) for each in (x, equations, rows)]
     Q, A, G = (
         columns((sign * data, indices, ends), (each.size, x.size))
         for sign, each, (ends, indices, data) in zip((1, -1, -1), (x, equations, rows), parts, strict=True)
     )
-    if Q.nnz + 2 * (A.nnz + G.nnz) != M.nnz:
-        return None
-    low, high = np.where(upper > 0, -q, -np.inf)[rows], np.where(lower < 0, -q, np.inf)[rows]
-    ended = minimized(Q, q[x], (A, -q[equations]), (G, low, high), (lower[x], upper[x]), TOLERANCE, MOST_STEPS)
+    of_rows = G, low[rows], high[rows]
+    ended = minimized(Q, q[x], (A, -q[equations]), of_rows, (lower[x], upper[x]), TOLERANCE, MOST_STEPS)
     z: Vector = np.zeros(problem.n)
     z[x], z[equations], z[rows] = ended[:3]
     return z if is_minimum_possible(ended) else None

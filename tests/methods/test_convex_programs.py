@@ -86,6 +86,16 @@ def test_bounds_of_all_kinds_fixed_variables_and_bounds_that_stand_for_none() ->
     assert result.answer.objective == pytest.approx(other.answer.objective, rel=1e-9)
 
 
+def test_a_row_without_ends_is_solved_and_nothing_is_printed(capfd: pytest.CaptureFixture[str]) -> None:
+    """PIQP would print a line about such rows."""
+    rows = random_program(2004, kind="minimum")
+    A, low, high = np.vstack((rows.A, rows.A[:1])), np.append(rows.low, -np.inf), np.append(rows.high, np.inf)
+    expected, result = solved(sparse(rows)), solved(sparse(rows._replace(A=A, low=low, high=high)))
+    assert result.route == ("piqp",)
+    assert result.answer.objective == pytest.approx(expected.answer.objective, rel=1e-9)
+    assert capfd.readouterr() == ("", "")
+
+
 def test_equations_alone() -> None:
     A = csr_array(np.vstack((np.eye(15, 40), np.eye(15, 40, k=3))))
     Q = csr_array(np.diag(np.arange(1.0, 41)))
