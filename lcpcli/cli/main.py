@@ -180,7 +180,7 @@ def _run() -> int:
         if param is None:
             where = error.ctx.command_path if error.ctx else "lcp"
             return _complain(f"lcp: {where.removeprefix('lcp ')}: {_one_line(error.message)}; see {where} --help")
-        name = param.opts[-1] if isinstance(param, click.Option) else param.human_readable_name
+        name = param.opts[-1] if isinstance(param, click.Option) else param.human_readable_name.strip("[]")
         return _complain(f"lcp: {name}: {_one_line(error.message)}")
     except click.ClickException as error:
         return _complain(f"lcp: {_one_line(error.format_message())}")

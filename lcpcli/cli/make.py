@@ -48,6 +48,7 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
     "family",
     {"FAMILY": "A family; lcp make --list shows all families with their parameters and the class of M."},
     required=False,
+    metavar="[FAMILY]",
     type=Choice(gallery.FAMILIES, "lcp make --list shows the families"),
 )
 @option("Family", "--list", "listed", is_flag=True, help="List the families instead of writing a problem.")
