@@ -145,7 +145,12 @@ def as_sparse(problem: Problem, M: Matrix) -> Problem:
 def may_be_program(problem: Problem) -> bool:
     """Return whether PIQP is installed and comes before other methods: for sparse M, or of a program, with zeros on the
     diagonal, as constraints have them, and so many unknowns that it takes less time than pivoting."""
-    if problem.n < FEWEST_FOR_PIQP or not (is_sparse(problem.M) or isinstance(problem.origin, Program)):
+    if problem.n < FEWEST_FOR_PIQP:
+        return False
+    if isinstance(problem.origin, Program):
+        if problem.n == problem.origin.variables:  # no constraints but bounds
+            return False
+    elif not is_sparse(problem.M):
         return False
     with imports:
         from lcpcli.linalg.quadratic_program import is_installed

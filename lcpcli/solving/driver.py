@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
 BRIEF = 0.02  # seconds of a first run up to which it is repeated, for as long: the wait goes unnoticed
 LONGEST_REPEATED = 1.0  # seconds of a compared run; in a longer run, pauses of the machine hardly count
+MOST_BY_KERNELS = 100  # unknowns of a program up to which kernels for mixed problems take less time than PIQP
 MOST_REPETITIONS = 20  # after which the least time of a step hardly decreases
 REPETITION_SECONDS = 0.3  # after which no repetition is begun, so that a comparison of many runs stays short
 ROUNDING = 1e-9  # relative error of sums of seconds, far above that of doubles and below that of the clock
@@ -90,7 +91,8 @@ def run(
         if applies(problem, compiled):
             first = [partial(solved_directly, problem, limits, chosen, stopwatch, compiled, given, tried=tried)]
         if may_be_program(problem) and not (has_start or keeps or observe):
-            first.insert(0, partial(_as_program, problem, limits, chosen, stopwatch, tried))
+            is_later = compiled and problem.n <= MOST_BY_KERNELS
+            first.insert(len(first) * is_later, partial(_as_program, problem, limits, chosen, stopwatch, tried))
         try:
             result = next((found for attempt in first if (found := attempt()) is not None), None)
         except KeyboardInterrupt:
