@@ -1,4 +1,4 @@
-"""The table of `auto`: which attempts it makes on a problem, when each is made, and how far at first.
+"""The attempts of `auto`: how each begins, and the table that says which are made, when, and how far at first.
 
 Attempts are made in the order of the table, in rounds. One with a share is suspended when that is used up; in each
 later round it goes on with twice the share, after M. Luby, A. Sinclair and D. Zuckerman, Optimal speedup of Las Vegas
@@ -14,12 +14,19 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
-from lcpcli.auto import structure as begin
+import numpy as np
+
 from lcpcli.auto.structure import Structure
+from lcpcli.clock import imports
 from lcpcli.linalg import factors
-from lcpcli.methods.direct import MOST_AS_DENSE, may_be_program
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.methods import stages
+from lcpcli.methods.direct import FEW_INDEX_STEPS, MOST_AS_DENSE, MOST_PIVOTED, may_be_program
+from lcpcli.methods.newton import LEAST_INDEX_STEPS, SLOW, dense_route, newton
+from lcpcli.methods.newton import without_w as newton_without_w
 from lcpcli.methods.registry import METHODS
-from lcpcli.methods.stages import Iterate, Stage, Stalled, advance
+from lcpcli.methods.stages import Iterate, Stage, Stalled, advance, ended
+from lcpcli.model.problem import Problem
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 MOST_EARLY_LINEAR = 1000  # unknowns up to which an LP takes no longer than a few attempts of the interior point method
@@ -30,6 +37,13 @@ MOST_PIVOTED_GAME = 60  # unknowns of a game up to which Lemke's path takes less
 MOST_HELD = 4000  # unknowns up to which a suspended attempt may keep its dense matrices, at most 300 MB
 ROUNDS, ROUNDS_BEFORE_MILP = 6, 5  # fewer where milp, which comes after them, can do more
 MOST_FOR_MILP = 100  # unknowns up to which it does
+# Iterations of the simplex method, by the seconds that so many usually take: for each entry of M, for a linear program
+# before the interior point method has its turn; after first attempts of that, by the order of M; and at least.
+SIMPLEX_EFFORT, SIMPLEX_EFFORT_BY_ORDER, LEAST_SIMPLEX_EFFORT = 4e-5, 1e-9, 0.1
+NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relative to the last step, if it is to go on
+SETTLED_CHANGES = 3  # of state in a step of newton: so few do not end it
+MOST_BAND_STEPS = 5  # of newton with factors of a band: it settles in these, or takes as many as there are unknowns
+MOST_SMALL_BAND_STEPS = 25  # the same for a small M, where other attempts take longer
 
 
 class Row(NamedTuple):
@@ -65,66 +79,250 @@ def _has_few_nodes(structure: Structure) -> bool:
     return FEW_UNKNOWNS < n <= MOST_FOR_MILP and not (is_mixed or structure.is_semidefinite)
 
 
+def newton_while_fast(structure: Structure) -> Stage:
+    """Run newton until a step changes more than NEWTON_SETTLING_FACTOR of the states that the last step changed.
+
+    Circuits need three steps, each with one factorization; most programs end it at the first one.
+    """
+    box, stage = structure.problem.box, usual_newton(structure)
+    basis, most = box.basis_of(np.zeros(structure.problem.n)), math.inf
+    while isinstance(step := stages.advance(stage), Iterate):
+        before, basis = basis, box.basis_of(step.x)
+        changes = np.count_nonzero(basis != before)
+        yield step
+        if changes > most:
+            return Stalled(SLOW)
+        most = max(NEWTON_SETTLING_FACTOR * changes, SETTLED_CHANGES)
+    return step
+
+
+def eliminated(structure: Structure) -> Stage:
+    """Eliminate one unknown after another of a tridiagonal M-matrix."""
+    with imports:
+        from lcpcli.methods.z_matrix import eliminated
+    return eliminated(structure.problem)
+
+
+def newton_in_band(structure: Structure) -> Stage:
+    """Run newton for MOST_BAND_STEPS while it settles fast."""
+    return stages.limited(newton_while_fast(structure), MOST_BAND_STEPS)
+
+
+def basic_in_band(structure: Structure) -> Stage:
+    """Run newton from w = 0 for as many steps with factors of a narrow band as take no longer than coarse versions of
+    a small M."""
+    return stages.limited(all_basic(structure), MOST_SMALL_BAND_STEPS)
+
+
+def usual_newton(structure: Structure) -> Stage:
+    """Run newton; on dense M its exchanges of single indices, which advance only for P-matrices, are few or none."""
+    problem = structure.problem
+    if is_sparse(problem.M):
+        return newton(problem, structure.x0, problem.n)
+    patience = _single_exchanges(structure) if problem.M.diagonal().min() > 0 else 0
+    return dense_route(problem, structure.x0, patience, structure.gradient_steps, _is_hasty(problem))
+
+
+def _is_hasty(problem: Problem) -> bool:
+    """Return whether newton is given up as soon as it is hopeless: where Lemke's path follows."""
+    return problem.n <= MOST_PIVOTED
+
+
+def _single_exchanges(structure: Structure) -> int:
+    """Return how many exchanges of single indices on dense M are made before other methods have their turn: few where
+    Lemke's path follows, which advances by one index at a time too, for a fraction of the cost, or interior."""
+    return FEW_INDEX_STEPS if _is_hasty(structure.problem) else LEAST_INDEX_STEPS
+
+
+def without_w(structure: Structure) -> Stage:
+    """Solve M z = -q once."""
+    return newton_without_w(structure.problem)
+
+
+def all_basic(structure: Structure) -> Stage:
+    """Solve M z = -q, and exchange the signs that are wrong.
+
+    Pivoting from q < 0 may miss a solution with w = 0 and many z_i at bounds, as these have no definite states, and may
+    take n steps where M is an M-matrix, as for options, and each step finds only the neighbours of the last variables.
+    """
+    problem = structure.problem
+    lower, upper = (np.clip(bound, -1.0, 1.0) for bound in problem.box.vectors(problem.n))  # 0 is within the bounds
+    patience = problem.n if is_sparse(problem.M) else _single_exchanges(structure)
+    return newton(problem, (lower + upper) / 4, patience, _is_hasty(problem))
+
+
+def from_basic_zeros(structure: Structure) -> Stage:
+    """Run newton from w = 0 where q <= 0."""
+    problem = structure.thin
+    return newton(problem, np.where(problem.q <= 0, 0.5, -0.5), _single_exchanges(structure), _is_hasty(problem))
+
+
+def of_z_matrix(structure: Structure) -> Stage:
+    """Run Chandrasekaran's method."""
+    with imports:
+        from lcpcli.methods.z_matrix import z_matrix
+    return z_matrix(structure.problem)
+
+
+def sparse(structure: Structure) -> Stage:
+    """Run the route for sparse M; where there are zeros on the diagonal, only the part that needs no factors."""
+    with imports:
+        from lcpcli.methods.active_set import sparse_route
+    problem = structure.problem
+    return sparse_route(problem, structure.x0, krylov_only=not problem.M.diagonal().all())
+
+
+def convex_program(structure: Structure) -> Stage:
+    """Solve a convex program by PIQP."""
+    with imports:
+        from lcpcli.methods.convex_program import convex_program
+    return convex_program(structure.given)
+
+
+def linear(structure: Structure, effort: float = math.inf) -> Stage:
+    """Run linear, for a proof of infeasibility, or for the solution if M is skew-symmetric."""
+    with imports:
+        from lcpcli.methods.linear import linear
+    return linear(structure.given, max(effort, LEAST_SIMPLEX_EFFORT))
+
+
+def half_linear(structure: Structure) -> Stage:
+    """Run linear with iterations by the entries of M, as it takes far fewer than interior, or far more."""
+    return linear(structure, SIMPLEX_EFFORT * structure.problem.M.nnz)
+
+
+def briefly_linear(structure: Structure) -> Stage:
+    """Run linear: where the first attempts of interior stall, there is often no solution, as an LP shows at once."""
+    return linear(structure, SIMPLEX_EFFORT_BY_ORDER * structure.problem.n**3)
+
+
+def pivoted(structure: Structure) -> Stage:
+    """Follow Lemke's path to its end without iterates in between."""
+    with imports:
+        from lcpcli.methods.lemke import pivoted
+    reduction = None if structure.reduced is None else structure.reduced(structure.problem)
+    return pivoted(structure.problem, structure.follow, reduction, lambda: structure.is_semidefinite)
+
+
+def lemke(structure: Structure) -> Stage:
+    """Follow Lemke's path, not much longer than those that end at a solution."""
+    with imports:
+        from lcpcli.methods.lemke import MAX_PIVOTS
+    return stages.limited(stages.begin("lemke", structure.problem, structure.x0), MAX_PIVOTS * structure.problem.n)
+
+
+def pure_equilibrium(structure: Structure) -> Stage:
+    """Look for an equilibrium of a bimatrix game in pure strategies."""
+    with imports:
+        from lcpcli.methods.bimatrix import pure_equilibrium
+    return pure_equilibrium(structure.problem, structure.game)
+
+
+def lemke_howson(structure: Structure) -> Stage:
+    """Follow the paths of Lemke and Howson from several labels."""
+    with imports:
+        from lcpcli.methods.bimatrix import lemke_howson
+    return ended(Stalled()) if structure.game is None else lemke_howson(structure.problem, structure.game)
+
+
+def interior(structure: Structure) -> Stage:
+    """Make all attempts of interior."""
+    return stages.begin("interior", structure.problem, structure.x0)
+
+
+def first_attempts(structure: Structure) -> Stage:
+    """Make the attempts of interior that give up early."""
+    with imports:
+        from lcpcli.methods.interior import FIRST_ATTEMPTS, attempts
+    return attempts(structure.thin, FIRST_ATTEMPTS)
+
+
+def further_attempts(structure: Structure) -> Stage:
+    """Make the attempts of interior that follow these."""
+    with imports:
+        from lcpcli.methods.interior import FURTHER_ATTEMPTS, attempts
+    return attempts(structure.thin, FURTHER_ATTEMPTS)
+
+
+def reflections(structure: Structure) -> Stage:
+    """Search by reflections."""
+    return stages.begin("reflections", structure.problem, structure.x0)
+
+
+def few_nodes(structure: Structure) -> Stage:
+    """Examine a few nodes of the tree of milp, which take about as long as Lemke's path."""
+    with imports:
+        from lcpcli.methods.milp import FEW_ENTRIES, first_nodes
+    return first_nodes(structure.problem, FEW_ENTRIES)
+
+
+def first_nodes(structure: Structure) -> Stage:
+    """Examine the first nodes of the tree of milp."""
+    with imports:
+        from lcpcli.methods.milp import FIRST_ENTRIES, first_nodes
+    return first_nodes(structure.problem, FIRST_ENTRIES)
+
+
 FIRST = (
     Row(
         *("piqp", "", "M may be that of a convex program, and the package PIQP is installed"),
         lambda s: may_be_program(s.given),
-        begin.convex_program,
+        convex_program,
     ),
     Row(
         *("linear", "of half of the variables", "M is large, sparse and skew-symmetric, as for a linear program"),
         lambda s: s.program == "linear",
-        begin.half_linear,
+        half_linear,
     ),
     Row(
         *("elimination", "", "M is tridiagonal, and no entry off the diagonal is positive"),
         lambda s: s.is_tridiagonal,
-        begin.eliminated,
+        eliminated,
     ),
     Row(
         *("newton", "while it settles fast", "the entries of M are near the diagonal, so that its factors cost little"),
         lambda s: s.is_narrow and not s.program,
-        begin.newton_in_band,
+        newton_in_band,
     ),
     Row(
         *("newton", "from w = 0", "its factors cost little, and no entry off the diagonal is positive"),
         lambda s: s.is_narrow and s.problem.n <= MOST_AS_DENSE and s.is_z_matrix,
-        begin.basic_in_band,
+        basic_in_band,
     ),
     Row(
         *("newton", "from w = 0 where q <= 0", "no entry off the diagonal is positive, and some of q are 0"),
         lambda s: s.basic_zeros is not None,
-        begin.from_basic_zeros,
+        from_basic_zeros,
     ),
     Row(
         *("sparse", "products with M, coarse versions of M, factors", "M is large and sparse, of no convex program"),
         lambda s: s.is_large_and_sparse and not s.program,
-        begin.sparse,
+        sparse,
     ),
     Row(
         *("pure", "", "M is that of a bimatrix game, most of which have an equilibrium in pure strategies"),
         lambda s: s.game is not None,
-        begin.pure_equilibrium,
+        pure_equilibrium,
     ),
     Row(
         *("newton", "while it settles fast", "there are bounds, and zeros on the diagonal of M"),
         lambda s: s.is_no_p_matrix and s.problem.is_mixed and not s.program,
-        begin.newton_while_fast,
+        newton_while_fast,
     ),
     Row(
         *("newton", "", "it takes a few steps where M is a P-matrix, or nearly one"),
         lambda s: not (s.is_no_p_matrix or s.is_large_and_sparse),
-        begin.usual_newton,
+        usual_newton,
     ),
     Row(
         *("newton", "at w = 0", "M is dense, and a solution with w = 0 has no definite states where z is at bounds"),
         lambda s: not (s.is_large_and_sparse or s.is_z_matrix) and (s.is_unsure or not s.is_no_p_matrix),
-        begin.without_w,
+        without_w,
     ),
     Row(
         *("newton", "from w = 0", "no entry off the diagonal is positive, and all on it are"),
         _is_first_basic,
-        begin.all_basic,
+        all_basic,
     ),
     Row(
         *(
@@ -133,102 +331,102 @@ FIRST = (
             "no entry off the diagonal is positive, and z >= 0 alone is asked for",
         ),
         lambda s: s.has_no_positive_links and not (s.problem.is_mixed or _is_too_large_for_fractions(s)),
-        begin.of_z_matrix,
+        of_z_matrix,
     ),
     Row(
         *("lemke", "", "there are few unknowns, with numbers of usual size"),
         lambda s: s.is_pivoted and not (s.game and s.problem.n > MOST_PIVOTED_GAME),
-        begin.pivoted,
+        pivoted,
     ),
 )
 BRIEF = (
     Row(
         *("lemke-howson", "from several labels", "M is that of a bimatrix game"),
         lambda s: s.game is not None,
-        begin.lemke_howson,
+        lemke_howson,
     ),
     Row(
         *("linear", "few iterations", "no known property of M excludes that the problem is infeasible"),
         lambda s: s.problem.n <= MOST_EARLY_LINEAR and not (s.is_semidefinite or _has_few_nodes(s)),
-        begin.briefly_linear,
+        briefly_linear,
     ),
     Row(
         *("milp", "a few nodes", f"there are at most {MOST_FOR_MILP} unknowns, and perhaps no solution"),
         _has_few_nodes,
-        begin.few_nodes,
+        few_nodes,
     ),
 )
 LATER = (
     Row(
         *("newton", "from w = 0", "no known property of M excludes it"),
         lambda s: not (s.program or s.game or _is_first_basic(s) or (s.is_no_p_matrix and s.is_semidefinite)),
-        begin.all_basic,
+        all_basic,
     ),
     Row(
         *("newton", "", "M is large and sparse; it takes a few steps where M is a P-matrix"),
         lambda s: s.is_large_and_sparse and not s.is_no_p_matrix,
-        begin.usual_newton,
+        usual_newton,
     ),
     Row(
         *("interior", "two attempts", "M + M' is positive semidefinite, or M has the structure of a contact problem"),
         lambda s: s.is_semidefinite or s.is_frictional,
-        begin.first_attempts,
+        first_attempts,
     ),
     Row(
         *("newton", "Chandrasekaran's method", "M is large and sparse, and no entry off the diagonal is positive"),
         lambda s: s.has_no_positive_links and _is_too_large_for_fractions(s) and not s.problem.is_mixed,
-        begin.of_z_matrix,
+        of_z_matrix,
     ),
     *BRIEF,
     Row(
         *("linear", "few iterations", "the problem may be infeasible"),
         lambda s: s.is_semidefinite and s.problem.n <= MOST_EARLY_LINEAR,
-        begin.briefly_linear,
+        briefly_linear,
     ),
     Row(
         *("interior", "further attempts", "M + M' is positive semidefinite"),
         lambda s: s.is_semidefinite,
-        begin.further_attempts,
+        further_attempts,
     ),
     Row(
         *("newton", "", "there are zeros on the diagonal of M"),
         lambda s: s.is_no_p_matrix,
-        begin.usual_newton,
+        usual_newton,
     ),
     Row(
         *("linear", "", "the problem may be infeasible"),
         lambda s: s.problem.n > MOST_SURELY_LINEAR,
-        begin.linear,
+        linear,
         first_round=1,
     ),
     Row(
         *("milp", "first nodes", f"there are at most {factors.MOST_NUMPY_ROWS} unknowns, and it applies to any M"),
         lambda s: s.problem.n <= factors.MOST_NUMPY_ROWS,
-        begin.first_nodes,
+        first_nodes,
         first_round=2,
     ),
     Row(
         *("lemke", "", "there are many unknowns, or numbers of unusual size"),
         lambda s: not (s.is_pivoted or s.is_unsure),
-        begin.lemke,
+        lemke,
         lambda s: s.problem.n,
     ),
     Row(
         *("lemke", "", "its path may be long, or end anywhere"),
         lambda s: s.is_pivoted or s.is_unsure,
-        begin.lemke,
+        lemke,
         lambda s: s.problem.n,
         first_round=2,
     ),
     Row(
         *("interior", "", "there are bounds, and M + M' is indefinite, as for programs that are not convex"),
         lambda s: s.problem.is_mixed and not s.is_semidefinite,
-        begin.interior,
+        interior,
     ),
     Row(
         *("reflections", "", f"there are at most {MOST_REFLECTED} unknowns, and it applies to any M"),
         lambda s: s.problem.n <= MOST_REFLECTED,
-        begin.reflections,
+        reflections,
         lambda _: LOOKS,
     ),
 )

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numba import njit, types
 
-from lcpcli.auto.structure import NEWTON_SETTLING_FACTOR, SETTLED_CHANGES
+from lcpcli.auto.attempts import NEWTON_SETTLING_FACTOR, SETTLED_CHANGES
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.methods.direct import BLOCK_PATIENCE, FEW_INDEX_STEPS, HASTY_PATIENCE, MANY_WRONG, MOST_PIVOTED
 from lcpcli.methods.newton import LEAST_INDEX_STEPS

@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.typing import Indices, Vector
+from lcpcli.linalg.shifted_systems import has_qdldl
+from lcpcli.typing import Vector
 
 MODULE = "piqp"
 
@@ -29,9 +30,9 @@ class Ended(NamedTuple):
 
 @cache
 def is_installed() -> bool:
-    """Return whether PIQP is installed, without loading it."""
+    """Return whether PIQP is installed, and QDLDL, which tells how much work it has, without loading them."""
     with imports:
-        return find_spec(MODULE) is not None
+        return find_spec(MODULE) is not None and has_qdldl()
 
 
 def minimized(
@@ -65,15 +66,3 @@ def minimized(
     solver.setup(Q, c, **constraints)
     status, result = solver.solve(), solver.result
     return Ended(np.array(result.x), -np.array(result.y), np.array(result.z_l) - np.array(result.z_u), str(status.name))
-
-
-def columns(arrays: tuple[Vector, Indices, Indices], shape: tuple[int, int]) -> Any:
-    """Return the matrix with this data, row indices and ends of columns in the form that PIQP takes."""
-    with imports:
-        from scipy.sparse import csc_matrix
-    return csc_matrix(arrays, shape=shape)
-
-
-def is_minimum_possible(ended: Ended) -> bool:
-    """Return whether there may be a minimum near x: PIQP does not call the program or its dual infeasible."""
-    return "INFEASIBLE" not in ended.status and bool(np.isfinite(ended.x).all())

@@ -36,7 +36,7 @@ def systems(M: Matrix, S: Vector | None) -> Systems:
     """Return the systems of M, dense or in compressed sparse rows, with signs S if there are any."""
     if not is_sparse(M):
         return _Dense(M)
-    if S is None or not _has_qdldl():
+    if S is None or not has_qdldl():
         dense = dense_places(M)
         return Bordered(M, dense, SuperLU) if dense.size else SuperLU(M)
     return _ByFill(M, S)
@@ -51,7 +51,8 @@ def operations(systems: Systems) -> float:
     return systems.operations
 
 
-def _has_qdldl() -> bool:
+def has_qdldl() -> bool:
+    """Return whether QDLDL is installed, without loading it."""
     with imports:
         return find_spec("qdldl") is not None
 

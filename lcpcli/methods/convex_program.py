@@ -7,12 +7,13 @@ multiplier of a constraint if S_i = -1: see `program.ProgramData.conditions`.
 from __future__ import annotations
 
 import numpy as np
+from scipy.sparse import csc_matrix
 
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.compressed_rows import block
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import compressed
-from lcpcli.linalg.quadratic_program import columns, is_minimum_possible, minimized
+from lcpcli.linalg.quadratic_program import minimized
 from lcpcli.linalg.shifted_systems import operations
 from lcpcli.methods.direct import as_sparse
 from lcpcli.methods.interior import EXCHANGE_ROUNDS, FAR_RESIDUAL, Run
@@ -75,11 +76,11 @@ def _minimizer(problem: Problem, S: Vector) -> Vector | None:
         return None
     parts = [block(M, x, each) for each in (x, equations, rows)]
     Q, A, G = (
-        columns((sign * data, indices, ends), (each.size, x.size))
+        csc_matrix((sign * data, indices, ends), shape=(each.size, x.size))
         for sign, each, (ends, indices, data) in zip((1, -1, -1), (x, equations, rows), parts, strict=True)
     )
     of_rows = G, low[rows], high[rows]
     ended = minimized(Q, q[x], (A, -q[equations]), of_rows, (lower[x], upper[x]), TOLERANCE, MOST_STEPS)
     z: Vector = np.zeros(problem.n)
     z[x], z[equations], z[rows] = ended[:3]
-    return z if is_minimum_possible(ended) else None
+    return None if "INFEASIBLE" in ended.status or not np.isfinite(z).all() else z

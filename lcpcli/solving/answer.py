@@ -24,10 +24,8 @@ from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from fractions import Fraction
 
     from lcpcli.games.behavior import Behavior, InformationSetStrategy
-    from lcpcli.typing import Vector
 
 UNIQUE, OPTIMUM, SEVERAL, STATIONARY = "unique_optimum", "optimum", "several_optima", "stationary"
 INFEASIBLE, UNBOUNDED, NONE = "infeasible", "unbounded", "no_optimum"

@@ -31,7 +31,7 @@ from lcpcli.verify.point import Criterion, Point
 if TYPE_CHECKING:
     from types import ModuleType
 
-    from lcpcli.model.right_hand_sides import Block, Stack
+    from lcpcli.model.right_hand_sides import Block
     from lcpcli.solving.derivatives import BatchDerivative, BatchGradient
 
 FEW_TOGETHER = 12  # unknowns up to which all bounded problems together take less time than kernels for each

@@ -30,7 +30,6 @@ from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
     from lcpcli.solving.trace import Callback, Observer, Trace, TraceRow
-    from lcpcli.verify.certificate import Certificate
 
 MEASURED_FROM = 100  # times the tolerance: the bound on the residual from which on the residual itself is computed
 MEASURED_EVERY = 16  # iterations, if the method gives no bound on the residual

@@ -20,7 +20,6 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolutions
-from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import EPS, distinct
@@ -279,8 +278,6 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
         return False
     if not Point(Criterion(problem), z).nearly_solves():
         return False
-    with imports:
-        from fractions import Fraction
 
     found = exact_basis(problem.M, problem.q, basis, problem.box)
     if found is None or not (found.unique and found.solves):

@@ -21,7 +21,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from itertools import islice
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -37,9 +37,6 @@ from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import LARGEST_INTEGER, rounded, rounded_direction, shortest_decimal, whole_multiple
 from lcpcli.rational.tree import Unknowns
 from lcpcli.typing import Indices, Mask, Matrix, Vector
-
-if TYPE_CHECKING:
-    from fractions import Fraction
 
 ACTIVE_COLUMN = 1e-8  # a column with |A'y| below this times |A|'|y| counts as one with A'y = 0
 SNAP = 1e-9  # entries of y below this times the largest one count as 0
@@ -98,8 +95,6 @@ def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT, rows: Box | Non
         active = np.flatnonzero(excess >= -error - ACTIVE_COLUMN * size)
     if _is_near_proof(A, b, y, box, rows):
         return True
-    with imports:
-        from fractions import Fraction
     support = np.flatnonzero(y)
     exact = [Fraction(value) for value in y[support].tolist()]
     if (excess <= error).all() and _holds(A, b, bounds, support, exact, certain):
@@ -214,8 +209,6 @@ def _holds(
     """Return whether the rational y on a support, with the right signs, is a proof, in exact arithmetic; certain :
     columns that certainly have the right sign and add nothing to the total."""
     with imports:
-        from fractions import Fraction
-
         from lcpcli.rational import numbers
     rows, (multiple, _) = A[support], numbers.over_one_denominator(y)
     total = numbers.product(b[support], multiple)
@@ -260,8 +253,6 @@ def _beyond(rows: Sequence[Sequence[int]], y: Sequence[Fraction]) -> list[Fracti
     """Return a vector with A'y < 0 in the columns of a nonsingular part of A, the rows here, if it is y but for
     rounding: where they are nearly dependent, it is nearly their null vector, whose sign rounding of A decides."""
     with imports:
-        from fractions import Fraction
-
         from lcpcli.rational import elimination
     terms = [sum(abs(value * factor) for value, factor in zip(row, y, strict=True)) for row in rows]
     common = max(term.denominator for term in terms)
