@@ -60,7 +60,7 @@ def test_programs_with_dense_rows_are_solved_by_scipy_alone(monkeypatch: pytest.
     low, high = (np.append(A[:3] @ np.ones(n), np.full(n - 1, end)) for end in (-0.5, 0.5))
     problem = from_qp(sparse.eye_array(n).tocsr(), random.normal(size=n), A, row_lower=low, row_upper=high)
     by_qdldl = run(problem, "interior")
-    monkeypatch.setattr(shifted_systems, "_has_qdldl", lambda: False)
+    monkeypatch.setattr(shifted_systems, "has_qdldl", lambda: False)
     assert isinstance(shifted_systems.systems(problem.M, problem.signs), Bordered)
     by_scipy = run(problem, "interior")
     assert by_scipy.solved
