@@ -59,9 +59,12 @@ class SlackForm(Change):
 
 
 @np.errstate(over="ignore", under="ignore", invalid="ignore")
-def slack_form(problem: Problem) -> SlackForm:
+def slack_form(problem: Problem, by_units: bool = False) -> SlackForm:
     """Scale symmetrically: D M D has largest entries of about 1 in rows and columns (D. Ruiz, A scaling algorithm to
     equilibrate both rows and columns norms in matrices, RAL-TR-2001-034); q and the bounds are divided by the largest.
+
+    by_units : whether D are the units by which solutions are verified, where S M is symmetric: there D is the same for
+        rows and columns, and the logarithms of the entries of D M D have the least sum of squares.
     """
     given = conditions_of(problem)
     kept = np.flatnonzero(given.lower < given.upper)
@@ -70,7 +73,10 @@ def slack_form(problem: Problem) -> SlackForm:
         fixed = np.where(lower == upper, lower, 0.0)
         q, M = (problem.q + M @ fixed)[kept], M[kept][:, kept]
         lower, upper = lower[kept], upper[kept]
-    d = _ruiz(M, _balanced(M, (q, lower, upper)), problem.signs is not None)
+    if by_units and problem.signs is not None:
+        d = problem.units.diagonals()[0][kept]
+    else:
+        d = _ruiz(M, _balanced(M, (q, lower, upper)), problem.signs is not None)
     M = matrices.scaled(M, d, d)
     q, lower, upper = q * d, lower / d, upper / d
     finite = [v[np.isfinite(v)] for v in (lower, upper)]
