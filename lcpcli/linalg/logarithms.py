@@ -21,9 +21,9 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 # rho, gamma, the components of rows and columns, each of shape (n,), and the number of components
 Fitted: TypeAlias = tuple[Vector, Vector, Indices, Indices, int]
-SETTLED_ERROR = 1e-12  # of the first step of conjugate gradients, or of 1: the last step
+SETTLED_ERROR = 1e-9  # of the first step of conjugate gradients, or of 1: the last step
 FEW_CG_STEPS = 100  # after which elimination is tried
-MOST_CG_STEPS = 500  # for so many rows that elimination may take too long, and for few rows that are also the columns
+MOST_CG_STEPS = 250  # for so many rows that elimination may take too long, and for few rows that are also the columns
 FEW_SYMMETRIC, LARGEST_ELIMINATED = 10_000, 100_000  # rows
 BAND = 5  # how far entries are from the diagonal in a band whose factors take less time than conjugate gradients
 MOST_DENSE = 64  # rows up to which the normal equations are dense
