@@ -205,7 +205,7 @@ class Measure:
         return self.violations(self.reference, self.data.q_ref)
 
     @cached_property
-    def _reference_w(self) -> Vector:
+    def reference_w(self) -> Vector:
         """Return q_ref, with 0 for entries that are only rounding."""
         data = self.data
         if data.reference_z is None:
@@ -228,7 +228,7 @@ class Measure:
     @np.errstate(divide="ignore")
     def _violated_sizes(self) -> Vector:
         """Return log2 of the part of k that comes from the violations at the reference point, for each component."""
-        units, violations = self.data.units, self.violations(self.reference, self._reference_w)
+        units, violations = self.data.units, self.violations(self.reference, self.reference_w)
         return units.largest_of_rows(np.log2(violations) + units.rows)
 
     def component_sizes(self, z: Vector) -> Vector:
@@ -245,7 +245,7 @@ class Measure:
     def _reference_sizes(self) -> Vector:
         """Return log2 of the largest R_j |q_ref|_j of each component."""
         units = self.data.units
-        return units.largest_of_rows(np.log2(np.abs(self._reference_w)) + units.rows)
+        return units.largest_of_rows(np.log2(np.abs(self.reference_w)) + units.rows)
 
     @np.errstate(over="ignore")
     def caps(self, z: Vector) -> Vector:

@@ -54,12 +54,19 @@ def on_bounds(measure: Measure, z: Vector, w: Vector) -> Vector:
 @np.errstate(divide="ignore")
 def without_small_distances(measure: Measure, z: Vector) -> Vector:
     """Return z with the reference point in place of components at distances from it that are small beside k and beside
-    the largest in their component of M, and of all in components that the reference point solves."""
+    the largest in their component of M, and of all in components whose rows the reference point satisfies, as they are
+    with the other z_i in place."""
     units, reference = measure.data.units, measure.reference
     distances, sizes = np.log2(np.abs(z - reference)) - units.columns, measure.unsolved_sizes(z)
     small = np.minimum(units.largest_of_columns(distances), sizes) + np.log2(DISTANCE_NOISE)
-    small = np.where(sizes > -np.inf, small, np.inf)
-    return np.where(distances <= small[..., units.column_part], reference, z)
+    is_solved = ~(sizes > -np.inf)
+    near = np.where(distances <= small[units.column_part], reference, z)
+    while True:
+        cleaned = np.where(is_solved[units.column_part], reference, near)
+        violated = is_solved[units.row_part] & (measure.violations(cleaned, measure.reference_w) > 0)
+        if not violated.any():
+            return cleaned
+        is_solved[units.row_part[violated]] = False
 
 
 def violated_rows(measure: Measure, z: Vector, rows: Rows, tol: float) -> Mask:
