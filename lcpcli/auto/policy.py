@@ -121,10 +121,13 @@ def _from_start(problem: Problem, x0: Vector, search: Search, states: bool, trie
 
 
 def _searched(problem: Problem, x0: Vector, milp: bool = True, **how: Any) -> Stage:
-    """Take the methods in turn, as `_search` does, in the variables in which the reference point is 0, and then milp,
-    if it is among them, on the problem as given."""
-    turns = Turns(x0)
-    ending = yield from turns.take("", stages.from_reference(problem, x0, partial(_search, milp=milp, **how)))
+    """Take the methods in turn, as `_search` does, in the variables in which the reference point is 0, or else in those
+    of the problem, where rounding to these spoils the solution, and then milp, if it is among them, on the problem as
+    given."""
+    turns, search = Turns(x0), partial(_search, milp=milp, **how)
+    ending = yield from turns.take("", stages.from_reference(problem, x0, search))
+    if isinstance(ending, Finished) and problem.reference_z is not None and not _is_solved(problem, turns):
+        ending = yield from turns.take("", search(problem, Turns(x0), tried=None))
     if milp and isinstance(ending, Undecided):
         return (yield from turns.take("milp", stages.begin("milp", problem, turns.last.x)))
     return ending
@@ -182,6 +185,17 @@ def _search(
         if left <= 0 and isinstance(last, NoSolution):
             break
     return Undecided("no other method is tried") if last is None else last
+
+
+def _is_solved(problem: Problem, turns: Turns) -> bool:
+    """Return whether the last iterate solves the problem, perhaps up to its last digits."""
+    point = Point(Criterion(problem), problem.box.z_of(turns.last.x))
+    if point.solution() is not None:
+        return True
+    with imports:
+        from lcpcli.verify.ill_posed import settled
+    doubt = settled(problem, point.z, point.criterion.tol)
+    return doubt is not None and not doubt.fault
 
 
 def _patience(turns: Turns) -> float:
