@@ -28,7 +28,6 @@ from lcpcli.report.figures.data import (
     Profile,
     Replies,
     Response,
-    Stiffness,
     Trajectories,
 )
 
@@ -57,10 +56,8 @@ def bench(
     growth_panels: Sequence[GrowthPanel],
     form: str,
     provenance: Sequence[str] = (),
-    stiffness: Sequence[Stiffness] = (),
 ) -> bytes:
-    """Return a picture of a benchmark: the performance profile, error against run time, the growth of time with n, and
-    error and time against the condition.
+    """Return a picture of a benchmark: the performance profile, error against run time, and the growth of time with n.
 
     An empty part is left out; at least one must have data. provenance : lines on the measurements, for the file's
     metadata.
@@ -68,9 +65,7 @@ def bench(
     require()
     from lcpcli.report.figures import run_figures, style
 
-    return style.file(
-        lambda: run_figures.draw_bench(profiles, panels, growth_panels, stiffness), form, "Benchmark", provenance
-    )
+    return style.file(lambda: run_figures.draw_bench(profiles, panels, growth_panels), form, "Benchmark", provenance)
 
 
 def cones(picture: Cones, form: str) -> bytes:

@@ -10,10 +10,11 @@ from typing import Any
 import pytest
 
 from lcpcli.bench import record as records
-from lcpcli.bench import report
 from lcpcli.bench.record import BenchRecord
 from lcpcli.files import contents
 from lcpcli.report.wording import LEVELS
+
+from ..benchmarks import accuracy
 
 FILES = [contents.shipped_path(name) for name in contents.PAPER_EXAMPLES]
 
@@ -32,7 +33,7 @@ def record(lcp: Lcp, tmp_path: Path) -> BenchRecord:
 def test_milestones_are_the_first_of_the_curve_and_times_to_an_error_those_of_the_milestones(
     record: BenchRecord,
 ) -> None:
-    section = report.reached(record)
+    section = accuracy.reached(record)
     (sheet,) = section.tables
     assert sheet.header == ["problem", "fixed-point", "shi"]
     unit = {"s": 1.0, "ms": 1e-3, "us": 1e-6}[section.title.split()[2]]
@@ -44,7 +45,7 @@ def test_milestones_are_the_first_of_the_curve_and_times_to_an_error_those_of_th
             for level in LEVELS
         }
         assert {level: (k, seconds) for level, k, seconds in row.milestones or []} == firsts
-        _, seconds = firsts[report.LISTED_LEVEL]
+        _, seconds = firsts[accuracy.LISTED_LEVEL]
         assert float(cells[row.key]) * unit == pytest.approx(seconds, rel=6e-3)
 
 

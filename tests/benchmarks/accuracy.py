@@ -1,7 +1,8 @@
 """What a bench says of accuracy beyond its own tables: accuracy.py RECORD.json, a file written by lcp bench -o
 
-Two tables: how often each method is first to reach an error, and the convergence factors of fixed-point, measured and
-from theory.
+Tables: how far each solver gets as the problems of `lcp bench stiff` and `extreme` become stiffer; the times to an
+error of 1e-6; how often each method is first to reach an error; and the convergence factors of fixed-point, measured
+and from theory.
 """
 
 from __future__ import annotations
@@ -9,15 +10,15 @@ from __future__ import annotations
 import math
 import sys
 from collections import Counter
-from collections.abc import Sequence
-from itertools import product
+from collections.abc import Iterator, Sequence
+from itertools import groupby, product
 
 import numpy as np
 
 from lcpcli.bench import record as records
 from lcpcli.bench.record import BenchRecord
-from lcpcli.bench.report import competing, sheet
-from lcpcli.bench.suites import prepare
+from lcpcli.bench.report import sheet
+from lcpcli.bench.suites import EXTREME, STIFF, Case, prepare
 from lcpcli.errors import count
 from lcpcli.inspection.theory import contraction
 from lcpcli.model.problem import Problem
@@ -25,11 +26,86 @@ from lcpcli.report import wording
 from lcpcli.report.document import Document, Section, typeset
 from lcpcli.report.wording import LEVELS
 
+NO_ENTRY = "-"
+LISTED_LEVEL = LEVELS[1]  # the level of error whose times are listed: the accuracy that most users want
 ALIKE = 1.02  # times within this factor count as equal, as repeated measurements differ by as much
 RATE_BEGINS, RATE_ENDS = 1e-2, 1e-9  # errors, relative to the solution: after the first phase, and before rounding
 MOST_WITH_RATE = 400  # unknowns up to which the theoretical factors, from dense eigenvalues, take less than a second
 LEAST_ITERATES = 8  # for a rate by least squares, which fewer would leave uncertain
 Curve = Sequence[tuple[int, float, float | None]]
+
+
+def reached(record: BenchRecord) -> Section:
+    """Return the time that each method needs to reach an error of LISTED_LEVEL on each problem."""
+    times = {
+        name: [own.get(method, {}).get(LISTED_LEVEL) for method in record.methods] for name, own in competing(record)
+    }
+    length, unit = wording.common_unit(seconds for own in times.values() for seconds in own if seconds is not None)
+    rows = [
+        [name, *(NO_ENTRY if seconds is None else wording.digits(seconds / length) for seconds in own)]
+        for name, own in times.items()
+    ]
+    title = f"Time in {unit} to an error of {wording.level(LISTED_LEVEL)} relative to the solution's largest component"
+    return sheet(title, ["problem", *record.methods], [rows])
+
+
+def competing(record: BenchRecord) -> Iterator[tuple[str, dict[str, dict[float, float]]]]:
+    """Yield the problems with a known solution on which at least two methods ran: the name, and the seconds of each
+    method until each level of error."""
+    for name, group in groupby(record.measurements, key=lambda row: row.problem):
+        measured = {row.solver: row.milestones for row in group if row.milestones is not None}
+        if len(measured) >= 2:
+            yield name, {solver: {level: at for level, _, at in own} for solver, own in measured.items()}
+
+
+def stability(record: BenchRecord) -> Section:
+    """Return one row per family and solver, of families whose cases are in order of stiffness."""
+    ordered = [each for each in record.cases if each in (*STIFF, *EXTREME)]
+    groups = [_rungs(record, *ladder) for ladder in ladders(ordered)]
+    header = ["family", "up", "solver", "to", "error", "cond.", "then"]
+    notes = [
+        "to: the last value up to which all problems are solved, by recomputed residuals. error: the largest error on "
+        "them, against the exact solution, in units of eps times the condition: the effect of rounding the data. "
+        "cond.: the largest condition of their solutions. then: how the run on the next problem ends."
+    ]
+    return sheet("Stability", header, [group for group in groups if group], notes)
+
+
+def ladders(cases: Sequence[Case]) -> list[tuple[str, str, dict[str, str]]]:
+    """Return the families of the cases, the parameter that varies in each, and its values by case, in order of
+    stiffness; a problem in a file belongs to no family."""
+    families: dict[tuple[str, ...], list[Case]] = {}
+    for case in cases:
+        if case.family:
+            families.setdefault((case.family, *case.parameters), []).append(case)
+    found = []
+    for (family, *parameters), own in families.items():
+        axis = next((name for name in parameters if len({str(case.parameters[name]) for case in own}) > 1), "n")
+        values = {case.name: str(case.parameters[axis] if axis in parameters else case.n) for case in own}
+        found.append((family, axis, values))
+    return found
+
+
+def _rungs(record: BenchRecord, family: str, axis: str, values: dict[str, str]) -> list[list[str]]:
+    """Return up to what stiffness each solver measured on a ladder succeeds, and how it ends at the next step."""
+    group: list[list[str]] = []
+    for solver in record.solvers:
+        rows = {row.problem: row for row in record.measurements if row.solver == solver}
+        own = [rows[problem] for problem in values if problem in rows]
+        if len(own) < len(values) or any(row.excluded for row in own):
+            continue
+        good = next((i for i, row in enumerate(own) if not row.success), len(own))
+        cells, then = [NO_ENTRY, "", ""], "all"
+        if good:
+            measures = ([row.forward_error for row in own[:good]], [row.condition for row in own[:good]])
+            largest = (max((size for size in sizes if size is not None), default=None) for sizes in measures)
+            cells = [values[own[good - 1].problem], *map(wording.short, largest)]
+        if good < len(own):
+            row = own[good]
+            outcome = row.status.replace("_", " ") if row.kind == "method" or not row.claimed else "claims to solve it"
+            then = f"{values[row.problem]}: {'wrong' if row.false_success else outcome}"
+        group.append([*(["", ""] if group else [family, axis]), solver, *cells, then])
+    return group
 
 
 def firsts(record: BenchRecord) -> Section:
@@ -96,7 +172,7 @@ def empirical_rate(k: Sequence[int], errors: Sequence[float], largest: float, sm
 
 def main(path: str) -> None:
     record = records.read(path)
-    tables = [own for own in (firsts(record), rates(record)) if own.tables[0].rows]
+    tables = [own for own in (stability(record), reached(record), firsts(record), rates(record)) if own.tables[0].rows]
     print(typeset(Document(path, tables), "table", None, False), end="")
 
 

@@ -21,7 +21,7 @@ from lcpcli.report.pictures import response
 from . import test_path_figures as paths
 from . import test_solution_figures as cones
 from .drawn_texts import assert_no_text_is_on_another_or_leaves
-from .figure_samples import bench, convergence, crowd, decaying, growth, odd, paper_panel, profiles, stiffness, strange
+from .figure_samples import bench, convergence, crowd, decaying, growth, odd, paper_panel, profiles, strange
 from .path_samples import cornered, entering, frontier, small
 from .test_solution_figures import GAMES, replies
 
@@ -32,7 +32,6 @@ RUNS: dict[str, Callable[[], Figure]] = {
     "paper": lambda: convergence(paper_panel()),
     "7 panels": lambda: convergence(*(crowd(1 + i) for i in range(6)), paper_panel()),
     "profile alone": lambda: bench(profiles(4)),
-    "stiffness": lambda: bench(profiles(3), [], [growth(2)], stiffness(6)),
     "growth alone": lambda: bench([], [], [growth(11), growth(2)]),
     "nothing measured": lambda: convergence(NOTHING_MEASURED),
     "no curves": lambda: convergence(Panel("p", "error", [])),

@@ -105,18 +105,6 @@ class Profile:
 
 
 @dataclass(frozen=True)
-class Stiffness:
-    """How one solver fares as problems become stiffer: for each problem that it solves, the condition of the solution,
-    the error relative to its largest component, and the median run time in seconds."""
-
-    name: str
-    label: str
-    conditions: Sequence[float]
-    errors: Sequence[float]
-    seconds: Sequence[float]
-
-
-@dataclass(frozen=True)
 class Cones:
     """The complementary cones of an LCP with two unknowns, and which of them contain q.
 
