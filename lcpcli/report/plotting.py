@@ -26,7 +26,6 @@ from lcpcli.report.figures.data import (
     GrowthPanel,
     Panel,
     Profile,
-    Replies,
     Response,
     Trajectories,
 )
@@ -74,14 +73,6 @@ def cones(picture: Cones, form: str) -> bytes:
     from lcpcli.report.figures import cones_figure, style
 
     return style.file(lambda: cones_figure.draw(picture), form, "Complementary cones", picture.provenance)
-
-
-def replies(picture: Replies, form: str) -> bytes:
-    """Return a picture of the best replies of both players of a 2 x 2 game; they meet in its equilibria."""
-    require()
-    from lcpcli.report.figures import game_figure, style
-
-    return style.file(lambda: game_figure.draw(picture), form, "Best replies", picture.provenance)
 
 
 def paths(pictures: Sequence[Trajectories], form: str) -> bytes:

@@ -170,31 +170,6 @@ class Response:
     provenance: Sequence[str] = ()
 
 
-@dataclass(frozen=True)
-class Replies:
-    """The best replies of both players of a 2 x 2 game, and its equilibria. Points are (p, q): the probabilities that
-    the row and the column player play their first strategies.
-
-    A, B : the payoffs, as texts. rows, columns : the names of the strategies.
-    row, column : the best replies of each player, as lines; a line around the square stands for all of it.
-    equilibria : the extreme ones. subsets : the least and the largest p and q of each maximal Nash subset.
-    count : the number of equilibria, in words.
-    provenance : lines on the problem and the program, for the file's metadata.
-    """
-
-    title: str
-    A: Sequence[Sequence[str]]
-    B: Sequence[Sequence[str]]
-    rows: Sequence[str]
-    columns: Sequence[str]
-    row: Sequence[Pair]
-    column: Sequence[Pair]
-    equilibria: Sequence[Pair]
-    subsets: Sequence[tuple[Pair, Pair]]
-    count: str
-    provenance: Sequence[str] = ()
-
-
 SMALLEST_ERROR = 1e-17  # relative to the start: a smaller error, below rounding, is drawn at the lower end, like 0
 LARGEST_ERROR = 1e4  # relative to the start: a larger error, of a divergent run, is drawn at the upper end, like inf
 MARGIN = 0.06  # of the length of the data, on both sides of them, where values off the scale are drawn
