@@ -17,6 +17,7 @@ from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
     from lcpcli.cli.request import AnyProblem, Request
+    from lcpcli.report.document import Report
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace
     from lcpcli.typing import Indices
@@ -143,6 +144,10 @@ class Output:
         from lcpcli.report import plotting
 
         show(plotting.convergence(plotting.panels(runs), plotting.form_of(self.plot)), self.plot)
+
+    def text_of(self, report: Report) -> str:
+        """Return a report in the format of the output; "" if nothing is shown."""
+        return "" if self.silent else report.render(self.form, self.width, self.destination.color)
 
     def _selection(self, problem: AnyProblem) -> tuple[int, int | None, Indices | None]:
         """Return the selection of a table: the step and the largest number of its iterates, and their components."""

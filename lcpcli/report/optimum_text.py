@@ -14,12 +14,22 @@ from lcpcli.linalg.doubles import LARGEST_DOUBLE
 from lcpcli.model.names import in_own_sense
 from lcpcli.model.program import Program
 from lcpcli.rational.numbers import approximate, brief, rounded
-from lcpcli.report import json_lines, programs_and_games, result_csv, selection, solutions, wording
-from lcpcli.report.document import Document, Section, Table
+from lcpcli.report import json_lines, programs_and_games, selection, solutions, wording
+from lcpcli.report.document import Document, Report, Section, Table
+from lcpcli.report.json_lines import numbers
 from lcpcli.report.tables import longest
 
 KEYS = ("status", "message", "sense", "value", "bound", "gap", "z", "w", "x", "y", "equilibrium", "nodes", "seconds")
 MOST_LINES = 500  # rows of a table; JSON and CSV have all
+
+
+def report(found: Optimum, source: Source, exact: bool, names: Sequence[str] = ()) -> Report:
+    """Return the report on the best solution of a problem at a place. exact, names : as for `build`."""
+    return Report(
+        lambda form, _: build(found, exact, form, names),
+        lambda: [_record(found, source, exact)],
+        lambda: _rows(found, exact, names),
+    )
 
 
 def build(found: Optimum, exact: bool, form: str, names: Sequence[str] = ()) -> Document:
@@ -57,10 +67,9 @@ def build(found: Optimum, exact: bool, form: str, names: Sequence[str] = ()) -> 
     return Document(section.title, [section])
 
 
-def in_json(found: Optimum, source: Source, exact: bool) -> str:
-    """Return the best solution as an object in a line. exact : whether numbers are texts of fractions."""
+def _record(found: Optimum, source: Source, exact: bool) -> dict[str, Any]:
     problem = found.data.problem
-    values = {name: _plain(getattr(found, name), exact) for name in ("z", "w")}
+    values = {name: numbers(getattr(found, name), exact) for name in ("z", "w")}
     for name, toward in found.outward.items():
         number = getattr(found, name)
         values[name] = json_lines.plain(number if number is None or exact else _outward(number, toward))
@@ -71,23 +80,23 @@ def in_json(found: Optimum, source: Source, exact: bool) -> str:
         own["equilibrium"] = solutions.of_tree(problem.origin, found.z, exact)
     if isinstance(problem.origin, Program) and found.z:
         parts = zip("xy", problem.origin.own_parts(found.z), strict=False)
-        own |= {key: _plain(part, exact) for key, part in parts}
+        own |= {key: numbers(part, exact) for key, part in parts}
     record = {name: own[name] if name in own else getattr(found, name, None) for name in KEYS}
-    return json_lines.line({**json_lines.place(source, problem), **record})
+    return {**json_lines.place(source, problem), **record}
 
 
-def in_csv(found: Optimum, exact: bool, names: Sequence[str] = ()) -> str:
-    """Return z and w as CSV, as `lcp check` reads them, below a comment."""
+def _rows(found: Optimum, exact: bool, names: Sequence[str]) -> tuple[list[Sequence[Any]], list[str]]:
+    """Return z and w as `lcp check` reads them, with a comment."""
     problem, z, origin = found.data.problem, found.z or [], found.data.problem.origin
     header, own = ["component", "z", "w"], list[Sequence[Any]]([()] * len(z))
     if isinstance(origin, Program):
         header += solutions.PROGRAM_COLUMNS
         own = [*solutions.of_program(origin, z, exact)] if z else []
-    columns = _plain(z, exact), _plain(found.w or [], exact), own, problem.names
+    columns = numbers(z, exact), numbers(found.w or [], exact), own, problem.names
     lines = [(i, a, b, *cells, name) for i, (a, b, cells, name) in enumerate(zip(*columns, strict=False), 1)]
     kept = selection.places(selection.labels_of(problem)[: problem.n], names)[: len(lines)]
     comment = ": ".join(filter(None, [problem.name, found.message(brief)]))
-    return result_csv.written([(*header, "name"), *(lines[i] for i in kept)], [comment])
+    return [(*header, "name"), *(lines[i] for i in kept)], [comment]
 
 
 def _outward(value: Fraction, toward: int) -> float:
@@ -97,7 +106,3 @@ def _outward(value: Fraction, toward: int) -> float:
     if math.isinf(nearest):
         return nearest if toward * nearest > 0 else math.copysign(LARGEST_DOUBLE, nearest)
     return nearest if toward * (Fraction(nearest) - value) >= 0 else math.nextafter(nearest, toward * math.inf)
-
-
-def _plain(values: Sequence[Fraction] | None, exact: bool) -> Any:
-    return None if values is None else json_lines.plain(values if exact else rounded(values))

@@ -119,7 +119,7 @@ def runs_text(results: Sequence[Result]) -> str:
     return written(rows, wording.provenance(results))
 
 
-def records_text(records: Sequence[Mapping[str, Any]]) -> str:
+def records_text(records: Iterable[Mapping[str, Any]]) -> str:
     """Return objects for JSON as CSV, one below the other: a row for each key, with its value as JSON unless it is a
     text."""
     from lcpcli.report.json_lines import text

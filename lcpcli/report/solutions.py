@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import partial
 from itertools import cycle, islice
@@ -17,9 +17,10 @@ from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.names import in_own_sense
 from lcpcli.model.program import Program
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import approximate, brief, rounded, text
-from lcpcli.report import json_lines, pictures, programs_and_games, result_csv, selection, wording
-from lcpcli.report.document import Document, Section, Table
+from lcpcli.rational.numbers import approximate, brief
+from lcpcli.report import json_lines, pictures, programs_and_games, selection, wording
+from lcpcli.report.document import Document, Report, Section, Table
+from lcpcli.report.json_lines import numbers
 from lcpcli.report.tables import longest
 
 HEADER = ("piece", "kind", "number", "component", "z", "w")
@@ -33,6 +34,15 @@ MOST_SUBSETS = 50  # in a remark, which more would make unreadable
 Values: TypeAlias = Sequence[Fraction]
 Cells: TypeAlias = tuple[Any, ...]
 Listing: TypeAlias = tuple[Table, list[str]]  # and remarks
+
+
+def report(found: SolutionSet, source: Source, exact: bool, names: Sequence[str] = ()) -> Report:
+    """Return the report on a solution set, of a problem at a place. exact, names : as for `build`."""
+    return Report(
+        lambda form, _: build(found, exact, form, names),
+        lambda: [_record(found, source, exact)],
+        lambda: _rows(found, exact, names),
+    )
 
 
 def build(found: SolutionSet, exact: bool, form: str, names: Sequence[str] = ()) -> Document:
@@ -179,17 +189,10 @@ def _equilibria(
     return _table(header, groups), [remark, *left_out]
 
 
-def _numbers(values: Values, exact: bool) -> list[Any]:
-    """Return numbers for JSON and CSV: texts of fractions, or doubles, None for a number beyond double precision."""
-    own: list[Any] = list(map(text, values)) if exact else json_lines.plain(rounded(values))
-    return own
-
-
-def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
-    """Return the solutions as one object in one line. exact : whether numbers are texts of fractions."""
+def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
     data, points, equilibria = found.data, found.points, found.equilibria
     place = {point: k for k, point in enumerate(points)}
-    record = {
+    return {
         **json_lines.place(source, data.problem),
         "status": found.status,
         "message": found.message,
@@ -199,8 +202,8 @@ def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
         "pieces": [
             {
                 "vertices": [place[vertex] for vertex in piece.vertices],
-                "rays": [_numbers(ray, exact) for ray in piece.rays],
-                "lines": [_numbers(line, exact) for line in piece.lines],
+                "rays": [numbers(ray, exact) for ray in piece.rays],
+                "lines": [numbers(line, exact) for line in piece.lines],
                 "states": piece.states,
             }
             for piece in found.pieces
@@ -209,22 +212,27 @@ def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
         "degenerate": equilibria and equilibria.is_degenerate,
         "seconds": found.seconds,
     }
-    return json_lines.line(record)
 
 
 def _solution(found: SolutionSet, k: int, z: Values, exact: bool) -> dict[str, Any]:
     origin, value, parts = found.data.problem.origin, None, {}
     if isinstance(origin, Program):
-        (value,) = _numbers([objective(found.data, origin, z)], exact)
-        parts = {key: _numbers(each, exact) for key, each in zip("xy", origin.own_parts(z), strict=False)}
+        (value,) = numbers([objective(found.data, origin, z)], exact)
+        parts = {key: numbers(each, exact) for key, each in zip("xy", origin.own_parts(z), strict=False)}
     own = of_tree(origin, z, exact) if found.equilibria is None else equilibrium(found.equilibria.extreme[k], exact)
     w = found.data.w(z)
-    return {"z": _numbers(z, exact), "w": _numbers(w, exact), "objective": value, **parts, "equilibrium": own}
+    return {
+        "z": numbers(z, exact),
+        "w": numbers(w, exact),
+        "objective": value,
+        **parts,
+        "equilibrium": own,
+    }
 
 
 def equilibrium(each: ExactEquilibrium, exact: bool) -> dict[str, Any]:
     """Return an equilibrium for JSON. exact : whether numbers are texts of fractions."""
-    vectors = {key: _numbers(getattr(each, key), exact) for key in ("row", "column", "payoffs")}
+    vectors = {key: numbers(getattr(each, key), exact) for key in ("row", "column", "payoffs")}
     return {**vectors, "pure": each.is_pure, "index": each.index}
 
 
@@ -237,8 +245,8 @@ def of_tree(origin: Any, z: Values, exact: bool) -> dict[str, Any] | None:
     return made
 
 
-def in_csv(found: SolutionSet, exact: bool, shown: Sequence[str] = ()) -> str:
-    """Return the solutions as CSV.
+def _rows(found: SolutionSet, exact: bool, shown: Sequence[str]) -> tuple[Iterable[Cells], list[str]]:
+    """Return the solutions as rows of CSV, with a comment.
 
     There is a line for each component of each vertex, ray and line: z and w, or their changes for a direction; for a
     program, also whether it is x, y or s, and its value in the program's own sense. For a game there is a line for each
@@ -257,14 +265,14 @@ def in_csv(found: SolutionSet, exact: bool, shown: Sequence[str] = ()) -> str:
         own = cycle(name for i, name in enumerate(names) if i in kept)
         header, rows = (*header, "name"), ((*row, name) for row, name in zip(rows, own, strict=False))
     comment = ": ".join(filter(None, [found.data.problem.name, found.message]))
-    return result_csv.written([header, *rows], [comment])
+    return [header, *rows], [comment]
 
 
 def _of_equilibria(equilibria: Equilibria, exact: bool) -> Iterator[Cells]:
     for number, each in enumerate(equilibria.extreme, 1):
-        payoffs = _numbers(each.payoffs, exact)
+        payoffs = numbers(each.payoffs, exact)
         for player, strategy, payoff in zip(("row", "column"), (each.row, each.column), payoffs, strict=True):
-            for i, probability in enumerate(_numbers(strategy, exact), 1):
+            for i, probability in enumerate(numbers(strategy, exact), 1):
                 yield number, player, i, probability, payoff
 
 
@@ -273,11 +281,11 @@ def _of_pieces(found: SolutionSet, exact: bool) -> Iterator[Cells]:
     for number, piece in enumerate(found.pieces, 1):
         for k, (kind, z, w) in enumerate(_parts(found.data, piece), 1):
             own = of_program(origin, z, exact) if isinstance(origin, Program) else [()] * len(z)
-            for i, (a, b, cells) in enumerate(zip(_numbers(z, exact), _numbers(w, exact), own, strict=True), 1):
+            for i, (a, b, cells) in enumerate(zip(numbers(z, exact), numbers(w, exact), own, strict=True), 1):
                 yield number, kind, k, i, a, b, *cells
 
 
 def of_program(program: Program, z: Values, exact: bool) -> list[Cells]:
     """Return for each component of z whether it is x, y or s, and its value in the program's own sense."""
     parts = zip("xys", program.own_parts(z), strict=True)
-    return [(letter, value) for letter, own in parts for value in _numbers(own, exact)]
+    return [(letter, value) for letter, own in parts for value in numbers(own, exact)]

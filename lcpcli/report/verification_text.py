@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.report.document import Document, Section, Table, typeset
+from lcpcli.report.document import Document, Report, Section, Table
 from lcpcli.report.wording import above, short, size, title
 
 if TYPE_CHECKING:
@@ -23,13 +23,9 @@ def render(
     verifications: Sequence[Verification], form: str = "table", width: int | None = None, color: bool = False
 ) -> str:
     """Return verifications of one problem as text in a format. width, color : as for `formats.typeset`."""
-    if form in ("json", "csv"):
-        from lcpcli.report import json_lines, result_csv
-
-        records = list(map(_record, verifications))
-        return "".join(map(json_lines.line, records)) if form == "json" else result_csv.records_text(records)
     name = title(verifications[0].problem) or "verification"
-    return typeset(Document(name, list(map(_section, verifications))), form, width, color)
+    report = Report(lambda *_: Document(name, list(map(_section, verifications))), lambda: map(_record, verifications))
+    return report.render(form, width, color)
 
 
 def _section(verification: Verification) -> Section:

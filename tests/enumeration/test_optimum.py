@@ -173,7 +173,10 @@ def test_every_number_that_is_shown_of_an_optimum_is_a_bound(p: int, d: int, sen
     problem = lcpcli.Problem([[d]], [-p], lower=-np.inf)
     found = lcpcli.optimum(problem, [1], sense=sense)
     side = 1 if sense == "max" else -1
-    report, record = optimum_text.build(found, False, "table"), json.loads(optimum_text.in_json(found, SOURCE, False))
+    report, record = (
+        optimum_text.build(found, False, "table"),
+        json.loads(optimum_text.report(found, SOURCE, False).render("json")),
+    )
     words = " ".join([report.sections[0].verdict, *report.sections[0].facts[:2], record["message"]])
     shown = [Fraction(word) for word in re.findall(r"-?[0-9][0-9.]*(?:e[-+]?[0-9]+)?", words)]
     assert len(shown) == 4
@@ -186,7 +189,7 @@ def test_at_a_limit_the_best_so_far_and_the_bound_are_rounded_apart() -> None:
     third = Fraction(1, 3)
     for sense, value, bound in (("min", 2 * third, third), ("max", third, 2 * third)):
         found = Optimum(ExactProblem.of_floats(make("murty", 2)), sense, TIME_LIMIT, None, value, bound, 1, 0.0)
-        record = json.loads(optimum_text.in_json(found, SOURCE, False))
+        record = json.loads(optimum_text.report(found, SOURCE, False).render("json"))
         low, high = sorted((record["value"], record["bound"]))
         assert Fraction(low) <= third
         assert Fraction(high) >= 2 * third
