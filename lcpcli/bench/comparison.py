@@ -15,7 +15,8 @@ from lcpcli.bench import record, statistics
 from lcpcli.errors import OptionError, count
 from lcpcli.files.contents import content_of, decode, place
 from lcpcli.report import wording
-from lcpcli.report.document import Document, Report, Section, Table
+from lcpcli.report.document import Document, Section, Table
+from lcpcli.report.result_formats import Report
 from lcpcli.solving.result import Status
 
 ALIKE = 1.1  # medians within this factor are as before, as from one process to the next they differ by as much

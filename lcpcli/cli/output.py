@@ -17,7 +17,7 @@ from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
     from lcpcli.cli.request import AnyProblem, Request
-    from lcpcli.report.document import Report
+    from lcpcli.report.result_formats import Report
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace
     from lcpcli.typing import Indices

@@ -6,7 +6,7 @@ The formats of reports, each a row of a table; nothing heavy is imported, so tha
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from importlib import import_module
 from typing import Any, NamedTuple
 
@@ -121,31 +121,6 @@ RECORD_MEANINGS = {
 }
 TABLES = [name for name, form in FORMATS.items() if form.renderer]  # they show a selection of iterates and components
 SUFFIXES = {"": "table", **{form.suffix: name for name, form in FORMATS.items()}, **dict.fromkeys(LINES, "json")}
-
-
-class Report(NamedTuple):
-    """What a command reports, of which each format shows a part: JSON the records, CSV the rows, the others a document.
-
-    document : returns the document for a format and the width of a terminal, None if there is none.
-    records : returns objects of plain values. rows : returns rows of cells, and lines of comments above them; None if
-    CSV has the keys and values of the records.
-    """
-
-    document: Callable[[str, int | None], Document]
-    records: Callable[[], Iterable[Mapping[str, Any]]]
-    rows: Callable[[], tuple[Iterable[Sequence[Any]], Iterable[str]]] | None = None
-
-    def render(self, form: str, width: int | None = None, color: bool = False) -> str:
-        """Return the report as text in a format. width, color : as for `typeset`."""
-        if form == "json":
-            from lcpcli.report import json_lines
-
-            return "".join(map(json_lines.line, self.records()))
-        if form == "csv":
-            from lcpcli.report import result_csv
-
-            return result_csv.records_text(self.records()) if self.rows is None else result_csv.written(*self.rows())
-        return typeset(self.document(form, width), form, width, color)
 
 
 def typeset(document: Document, form: str, width: int | None = None, color: bool = False) -> str:

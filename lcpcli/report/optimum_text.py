@@ -15,8 +15,9 @@ from lcpcli.model.names import in_own_sense
 from lcpcli.model.program import Program
 from lcpcli.rational.numbers import approximate, brief, rounded
 from lcpcli.report import json_lines, programs_and_games, selection, solutions, wording
-from lcpcli.report.document import Document, Report, Section, Table
+from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.json_lines import numbers
+from lcpcli.report.result_formats import Report
 from lcpcli.report.tables import longest
 
 KEYS = ("status", "message", "sense", "value", "bound", "gap", "z", "w", "x", "y", "equilibrium", "nodes", "seconds")

@@ -12,9 +12,10 @@ import numpy as np
 from lcpcli.errors import visible
 from lcpcli.parametric.path import INFEASIBLE, REACHED, TURN, Path
 from lcpcli.report import path_formats, path_terms, programs_and_games, selection, wording
-from lcpcli.report.document import Document, Report, Section, Table
+from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.path_formats import At
 from lcpcli.report.path_terms import Points, Terms
+from lcpcli.report.result_formats import Report
 from lcpcli.report.tables import (
     CELL,
     OTHER_COLUMNS,

@@ -1,13 +1,13 @@
-"""Results in each of the formats."""
+"""What is reported, in each of the formats: any report, and results, one or many."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli.errors import visible
-from lcpcli.report.document import typeset
+from lcpcli.report.document import Document, typeset
 
 if TYPE_CHECKING:
     from lcpcli.files.contents import Source
@@ -18,6 +18,31 @@ FORMS = ("table", "json", "csv")  # the formats in which each of many problems h
 BAD_INPUT = "bad_input"  # the status of a problem that could not be read
 ROW = "{:{width}}  {:>6}  {:15}  {:>5}  {:>8}  {:>7}  {}"  # the row of one of many problems
 WIDEST_NAME, ITEM = 40, len(":1000")  # columns for the name of a problem, half a line; for the item in a file within it
+
+
+class Report(NamedTuple):
+    """What a command reports, of which each format shows a part: JSON the records, CSV the rows, the others a document.
+
+    document : returns the document for a format and the width of a terminal, None if there is none.
+    records : returns objects of plain values. rows : returns rows of cells, and lines of comments above them; None if
+    CSV has the keys and values of the records.
+    """
+
+    document: Callable[[str, int | None], Document]
+    records: Callable[[], Iterable[Mapping[str, Any]]]
+    rows: Callable[[], tuple[Iterable[Sequence[Any]], Iterable[str]]] | None = None
+
+    def render(self, form: str, width: int | None = None, color: bool = False) -> str:
+        """Return the report as text in a format. width, color : as for `typeset`."""
+        if form == "json":
+            from lcpcli.report import json_lines
+
+            return "".join(map(json_lines.line, self.records()))
+        if form == "csv":
+            from lcpcli.report import result_csv
+
+            return result_csv.records_text(self.records()) if self.rows is None else result_csv.written(*self.rows())
+        return typeset(self.document(form, width), form, width, color)
 
 
 def render(

@@ -19,8 +19,9 @@ from lcpcli.model.program import Program
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief
 from lcpcli.report import json_lines, pictures, programs_and_games, selection, wording
-from lcpcli.report.document import Document, Report, Section, Table
+from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.json_lines import numbers
+from lcpcli.report.result_formats import Report
 from lcpcli.report.tables import longest
 
 HEADER = ("piece", "kind", "number", "component", "z", "w")

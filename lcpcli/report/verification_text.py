@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.report.document import Document, Report, Section, Table
+from lcpcli.report.document import Document, Section, Table
+from lcpcli.report.result_formats import Report
 from lcpcli.report.wording import above, short, size, title
 
 if TYPE_CHECKING:
