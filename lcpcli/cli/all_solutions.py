@@ -143,7 +143,5 @@ def best_outcome(
             found = within(where, search.best, data, *objective, left)
         if signals and found.status == search.TIME_LIMIT:
             found = replace(found, status=search.INTERRUPTED)
-    from lcpcli.report import optimum_text
-
-    report = optimum_text.report(found, work.sources[0], request.exact, request.names)
+    report = solutions.report(found, work.sources[0], request.exact, request.names)
     return output.text_of(report), codes.get(found.status, NO_SOLUTION), int

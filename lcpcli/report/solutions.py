@@ -1,7 +1,8 @@
-"""All solutions of a problem as a report, as JSON and as CSV."""
+"""All solutions of a problem, or the best one by a linear objective, as a report, as JSON and as CSV."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import partial
@@ -9,15 +10,17 @@ from itertools import cycle, islice
 from typing import Any, TypeAlias
 
 from lcpcli.enumeration.equilibria import Equilibria, ExactEquilibrium
+from lcpcli.enumeration.optimum import OPTIMAL, Optimum
 from lcpcli.enumeration.pieces import Piece
 from lcpcli.enumeration.search import SolutionSet, objective
 from lcpcli.errors import count
 from lcpcli.files.contents import Source
+from lcpcli.linalg.doubles import LARGEST_DOUBLE
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.names import in_own_sense
 from lcpcli.model.program import Program
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import approximate, brief
+from lcpcli.rational.numbers import approximate, brief, rounded
 from lcpcli.report import json_lines, pictures, programs_and_games, selection, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.json_lines import numbers
@@ -25,11 +28,13 @@ from lcpcli.report.result_formats import Report
 from lcpcli.report.tables import longest
 
 HEADER = ("piece", "kind", "number", "component", "z", "w")
+BEST_KEYS = "status message sense value bound gap z w x y equilibrium nodes seconds"
 PROGRAM_COLUMNS = ("part", "value")
 EQUILIBRIUM_COLUMNS = ("equilibrium", "player", "strategy", "probability", "payoff")
 MOST_LINES = 1000  # rows; typesetting more takes longer than the search for the solutions
 FEWEST_LINES = 20  # however wide a table is
 MOST_CELLS = 6000  # of a table; a terminal's takes a tenth of a millisecond for each, and more is hardly read
+MOST_UNKNOWNS = 500  # in the table of the best solution; JSON and CSV have all
 MOST_SUBSETS = 50  # in a remark, which more would make unreadable
 
 Values: TypeAlias = Sequence[Fraction]
@@ -37,39 +42,63 @@ Cells: TypeAlias = tuple[Any, ...]
 Listing: TypeAlias = tuple[Table, list[str]]  # and remarks
 
 
-def report(found: SolutionSet, source: Source, exact: bool, names: Sequence[str] = ()) -> Report:
-    """Return the report on a solution set, of a problem at a place. exact, names : as for `build`."""
+def report(found: SolutionSet | Optimum, source: Source, exact: bool, names: Sequence[str] = ()) -> Report:
+    """Return the report on a solution set or on the best solution, of a problem at a place. exact, names : as for
+    `build`."""
+    record: Callable[..., dict[str, Any]] = _best_record if isinstance(found, Optimum) else _record
+    rows: Callable[..., tuple[Iterable[Cells], list[str]]] = _best_rows if isinstance(found, Optimum) else _rows
     return Report(
         lambda form, _: build(found, exact, form, names),
-        lambda: [_record(found, source, exact)],
-        lambda: _rows(found, exact, names),
+        lambda: [record(found, source, exact)],
+        lambda: rows(found, exact, names),
     )
 
 
-def build(found: SolutionSet, exact: bool, form: str, names: Sequence[str] = ()) -> Document:
-    """Return the report on a solution set, or on the equilibria of a game, for a format.
+def build(found: SolutionSet | Optimum, exact: bool, form: str, names: Sequence[str] = ()) -> Document:
+    """Return the report on a solution set, on the equilibria of a game, or on the best solution, for a format.
 
     exact : whether numbers are shown as fractions instead of seven digits. names : of the unknowns that are shown, as
     for `selection.places`; empty for all.
     """
-
-    def cell(value: Fraction) -> str:
-        return brief(value) if exact else approximate(value)
-
-    made = _pieces if found.equilibria is None else _equilibria
-    listing, remarks = made(found, cell, longest(form), names)
-    problem = found.data.problem
+    cell: Callable[..., str] = brief if exact else approximate
+    problem, facts, remarks, figure = found.data.problem, list[str](), list[str](), None
+    if isinstance(found, Optimum):
+        message, settled = found.message(cell), found.status == OPTIMAL
+        facts, tables = _best(found, cell, longest(form), names)
+    else:
+        message, settled = found.message, found.complete
+        listing, remarks = (_pieces if found.equilibria is None else _equilibria)(found, cell, longest(form), names)
+        tables, figure = [listing], partial(pictures.draw, found, "svg") if pictures.exists(problem) else None
+    title = f"{wording.title(problem) or 'problem'}: {wording.size(problem)}"
     made_by = f"{wording.PROGRAM}, in exact arithmetic{wording.took(found.seconds, form)}"
-    section = Section(
-        f"{wording.title(problem) or 'problem'}: {wording.size(problem)}",
-        found.message,
-        found.complete,
-        tables=[listing],
-        remarks=remarks,
-        provenance=made_by,
-        figure=partial(pictures.draw, found, "svg") if pictures.exists(problem) else None,
-    )
-    return Document(section.title, [section])
+    return Document(title, [Section(title, message, settled, facts, tables, remarks, made_by, figure)])
+
+
+def _best(found: Optimum, cell: Callable[..., str], most: float, names: Sequence[str]) -> tuple[list[str], list[Table]]:
+    """Return lines with the objective, its bound and what the best solution means, and the tables of its numbers."""
+    problem = found.data.problem
+    shown = (("objective", "value"), ("bound", "bound"), ("gap", "gap"))
+    facts = [
+        f"{word} {cell(value, found.outward[name])}"
+        for word, name in shown
+        if (value := getattr(found, name)) is not None
+    ]
+    if each := found.equilibrium:
+        facts += programs_and_games.strategies(problem.origin, [*each.row], [*each.column], each.payoffs, cell)
+    tree = programs_and_games.behavior_of(problem.origin, found.z) if found.z else None
+    facts += [programs_and_games.payoffs_of(tree)] if tree else []
+    own = wording.headings(problem, most)
+    chosen = selection.places(selection.labels_of(problem)[: problem.n], names)
+    kept = chosen[:MOST_UNKNOWNS]
+    if len(kept) < len(chosen):
+        facts.append(
+            f"the first {MOST_UNKNOWNS} of {count(len(chosen), 'unknown')}; --format json and csv have all of them"
+        )
+    z, w = (in_own_sense(problem, values or []) for values in (found.z, found.w))
+    rows = [[own[i], cell(z[i]), cell(w[i])] for i in kept] if z else []
+    facts.append(f"{count(found.nodes, 'node')} of the tree over the states")
+    strategies = [programs_and_games.behavior(tree.information_sets)] if tree else []
+    return facts, [*strategies, Table(["", "z", "w"], [rows])]
 
 
 def _parts(data: ExactProblem, piece: Piece) -> Iterator[tuple[str, Values, Values]]:
@@ -290,3 +319,44 @@ def of_program(program: Program, z: Values, exact: bool) -> list[Cells]:
     """Return for each component of z whether it is x, y or s, and its value in the program's own sense."""
     parts = zip("xys", program.own_parts(z), strict=True)
     return [(letter, value) for letter, own in parts for value in numbers(own, exact)]
+
+
+def _best_record(found: Optimum, source: Source, exact: bool) -> dict[str, Any]:
+    problem = found.data.problem
+    values = {name: numbers(getattr(found, name), exact) for name in ("z", "w")}
+    for name, toward in found.outward.items():
+        number = getattr(found, name)
+        values[name] = json_lines.plain(number if number is None or exact else _outward(number, toward))
+    own = {**values, "message": found.message(brief if exact else approximate), "equilibrium": None}
+    if each := found.equilibrium:
+        own["equilibrium"] = equilibrium(each, exact)
+    elif found.z:
+        own["equilibrium"] = of_tree(problem.origin, found.z, exact)
+    if isinstance(problem.origin, Program) and found.z:
+        parts = zip("xy", problem.origin.own_parts(found.z), strict=False)
+        own |= {key: numbers(part, exact) for key, part in parts}
+    record = {name: own[name] if name in own else getattr(found, name, None) for name in BEST_KEYS.split()}
+    return {**json_lines.place(source, problem), **record}
+
+
+def _best_rows(found: Optimum, exact: bool, names: Sequence[str]) -> tuple[list[Cells], list[str]]:
+    """Return z and w as `lcp check` reads them, with a comment."""
+    problem, z, origin = found.data.problem, found.z or [], found.data.problem.origin
+    header, own = ["component", "z", "w"], list[Sequence[Any]]([()] * len(z))
+    if isinstance(origin, Program):
+        header += PROGRAM_COLUMNS
+        own = [*of_program(origin, z, exact)] if z else []
+    columns = numbers(z, exact), numbers(found.w or [], exact), own, problem.names
+    lines = [(i, a, b, *cells, name) for i, (a, b, cells, name) in enumerate(zip(*columns, strict=False), 1)]
+    kept = selection.places(selection.labels_of(problem)[: problem.n], names)[: len(lines)]
+    comment = ": ".join(filter(None, [problem.name, found.message(brief)]))
+    return [(*header, "name"), *(lines[i] for i in kept)], [comment]
+
+
+def _outward(value: Fraction, toward: int) -> float:
+    """Return the nearest double that is not below a number if `toward` is 1, and not above it if it is -1; an infinity
+    where there is none."""
+    nearest = float(rounded([value])[0])
+    if math.isinf(nearest):
+        return nearest if toward * nearest > 0 else math.copysign(LARGEST_DOUBLE, nearest)
+    return nearest if toward * (Fraction(nearest) - value) >= 0 else math.nextafter(nearest, toward * math.inf)
