@@ -136,9 +136,9 @@ class Output:
     def draw(self, runs: Sequence[Sequence[Result]]) -> None:
         """Draw the runs, one panel per problem."""
         if self.paths is not None:
-            from lcpcli.report import paths, plotting
+            from lcpcli.report import pictures, plotting
 
-            show(plotting.paths(paths.of_runs(runs), plotting.form_of(self.paths, paths.PATHS)), self.paths)
+            show(plotting.paths(pictures.trajectories(runs), plotting.form_of(self.paths, pictures.PATHS)), self.paths)
         if self.plot is None:
             return
         from lcpcli.report import plotting

@@ -206,9 +206,9 @@ def _among_others(source: InputProblem, result: Result) -> Result:
 def _require_pictures(request: Request, problems: Sequence[Any]) -> None:
     """Refuse more problems than a picture has room for, and problems without a picture of paths."""
     if request.paths is not None:
-        from lcpcli.report import paths
+        from lcpcli.report import pictures
 
-        paths.require(problems)
+        pictures.require_paths(problems)
     if request.plot is not None:
         from lcpcli.report import plotting
 

@@ -1,6 +1,8 @@
 """The picture of a path: its data, and writing it to a file.
 
 The picture of all solutions: complementary cones of an LCP in two unknowns.
+
+The picture of the paths of runs on LCPs with two unknowns.
 """
 
 from __future__ import annotations
@@ -18,14 +20,18 @@ from lcpcli.errors import ParameterError, count
 from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
 from lcpcli.report import plotting, selection, wording
-from lcpcli.report.figures.data import Cones, Pair, Response
+from lcpcli.report.figures.data import Cones, Pair, Response, Trajectories, Trajectory
 
 if TYPE_CHECKING:
     from lcpcli.parametric.path import Path
     from lcpcli.report.path_terms import Terms
+    from lcpcli.solving.result import Result
+    from lcpcli.typing import Vector
 
 SAMPLES = 24  # of the objective on a piece, on which it is a parabola
 MOST_SAMPLES = 4000  # on a path, more than a figure shows
+PATHS = "paths"
+MOST_PROBLEMS = 6  # whose paths of iterates are on a page, two in a row
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -129,3 +135,41 @@ def cones(found: SolutionSet) -> Cones:
         names=tuple(problem.names),
         provenance=[f"{wording.PROGRAM}: {found.message}"],
     )
+
+
+def require_paths(problems: Sequence[Problem]) -> None:
+    """Refuse problems whose F is not linear in the quadrants of a plane, and more problems than a page has room for."""
+    if len(problems) > MOST_PROBLEMS:
+        fault = f"would draw {len(problems)} problems, and a page has room for {MOST_PROBLEMS}"
+        raise ParameterError(PATHS, fault, "draw fewer at a time")
+    for problem in problems:
+        if problem.is_mixed or problem.n != 2:
+            fault = f"draws LCPs with two unknowns, not one with {wording.size(problem)}"
+            raise ParameterError(PATHS, fault, "leave it out")
+
+
+def trajectories(runs: Sequence[Sequence[Result]]) -> list[Trajectories]:
+    """Return the paths of runs, grouped by problem; the curve of each run must have kept x."""
+    return [_trajectories(results) for results in runs]
+
+
+def _trajectories(results: Sequence[Result]) -> Trajectories:
+    problem, own = results[0].problem, []
+    for result in results:
+        rows = result.curve.rows if result.curve else []
+        x = [_pair(row.x) for row in rows if row.x is not None]
+        own.append(Trajectory(result.method, wording.name(result), [row.k for row in rows], x))
+    known = [*problem.solutions, *(result.z for result in results if result.solved)]
+    return Trajectories(
+        title=wording.title(problem),
+        M=matrices.dense(problem.M).tolist(),
+        q=problem.q.tolist(),
+        solutions=[_pair((z - problem.w(z)) / 2) for z in known],
+        paths=own,
+        provenance="; ".join(wording.provenance(results)),
+    )
+
+
+def _pair(x: Vector) -> Pair:
+    first, second = x.tolist()
+    return first, second

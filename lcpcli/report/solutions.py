@@ -46,7 +46,7 @@ def report(found: SolutionSet | Optimum, source: Source, exact: bool, names: Seq
     """Return the report on a solution set or on the best solution, of a problem at a place. exact, names : as for
     `build`."""
     record: Callable[..., dict[str, Any]] = _best_record if isinstance(found, Optimum) else _record
-    rows: Callable[..., tuple[Iterable[Cells], list[str]]] = _best_rows if isinstance(found, Optimum) else _rows
+    rows: Callable[..., tuple[Iterable[Sequence[Any]], list[str]]] = _best_rows if isinstance(found, Optimum) else _rows
     return Report(
         lambda form, _: build(found, exact, form, names),
         lambda: [record(found, source, exact)],
@@ -245,19 +245,17 @@ def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
 
 
 def _solution(found: SolutionSet, k: int, z: Values, exact: bool) -> dict[str, Any]:
-    origin, value, parts = found.data.problem.origin, None, {}
-    if isinstance(origin, Program):
-        (value,) = numbers([objective(found.data, origin, z)], exact)
-        parts = {key: numbers(each, exact) for key, each in zip("xy", origin.own_parts(z), strict=False)}
-    own = of_tree(origin, z, exact) if found.equilibria is None else equilibrium(found.equilibria.extreme[k], exact)
-    w = found.data.w(z)
-    return {
-        "z": numbers(z, exact),
-        "w": numbers(w, exact),
-        "objective": value,
-        **parts,
-        "equilibrium": own,
-    }
+    origin, each = found.data.problem.origin, None if found.equilibria is None else found.equilibria.extreme[k]
+    value = numbers([objective(found.data, origin, z)], exact)[0] if isinstance(origin, Program) else None
+    vectors = {"z": numbers(z, exact), "w": numbers(found.data.w(z), exact)}
+    return {**vectors, "objective": value, **_meaning(origin, z, each, exact)}
+
+
+def _meaning(origin: Any, z: Values, each: ExactEquilibrium | None, exact: bool) -> dict[str, Any]:
+    """Return x and y of a program, and the equilibrium of a game, for JSON."""
+    parts = zip("xy", origin.own_parts(z), strict=False) if isinstance(origin, Program) else ()
+    own = equilibrium(each, exact) if each else of_tree(origin, z, exact)
+    return {**{key: numbers(part, exact) for key, part in parts}, "equilibrium": own}
 
 
 def equilibrium(each: ExactEquilibrium, exact: bool) -> dict[str, Any]:
@@ -310,15 +308,17 @@ def _of_pieces(found: SolutionSet, exact: bool) -> Iterator[Cells]:
     origin = found.data.problem.origin
     for number, piece in enumerate(found.pieces, 1):
         for k, (kind, z, w) in enumerate(_parts(found.data, piece), 1):
-            own = of_program(origin, z, exact) if isinstance(origin, Program) else [()] * len(z)
-            for i, (a, b, cells) in enumerate(zip(numbers(z, exact), numbers(w, exact), own, strict=True), 1):
-                yield number, kind, k, i, a, b, *cells
+            for cells in _components(origin, z, w, exact):
+                yield number, kind, k, *cells
 
 
-def of_program(program: Program, z: Values, exact: bool) -> list[Cells]:
-    """Return for each component of z whether it is x, y or s, and its value in the program's own sense."""
-    parts = zip("xys", program.own_parts(z), strict=True)
-    return [(letter, value) for letter, own in parts for value in numbers(own, exact)]
+def _components(origin: Any, z: Values, w: Values, exact: bool) -> Iterator[Cells]:
+    """Yield for each component its number, z and w and, of a program, whether it is x, y or s, and its value in the
+    program's own sense."""
+    parts = zip("xys", origin.own_parts(z), strict=True) if isinstance(origin, Program) else ()
+    own: list[Cells] = [(letter, value) for letter, part in parts for value in numbers(part, exact)] or [()] * len(z)
+    for i, (a, b, cells) in enumerate(zip(numbers(z, exact), numbers(w, exact), own, strict=True), 1):
+        yield i, a, b, *cells
 
 
 def _best_record(found: Optimum, source: Source, exact: bool) -> dict[str, Any]:
@@ -328,29 +328,20 @@ def _best_record(found: Optimum, source: Source, exact: bool) -> dict[str, Any]:
         number = getattr(found, name)
         values[name] = json_lines.plain(number if number is None or exact else _outward(number, toward))
     own = {**values, "message": found.message(brief if exact else approximate), "equilibrium": None}
-    if each := found.equilibrium:
-        own["equilibrium"] = equilibrium(each, exact)
-    elif found.z:
-        own["equilibrium"] = of_tree(problem.origin, found.z, exact)
-    if isinstance(problem.origin, Program) and found.z:
-        parts = zip("xy", problem.origin.own_parts(found.z), strict=False)
-        own |= {key: numbers(part, exact) for key, part in parts}
+    own |= _meaning(problem.origin, found.z, found.equilibrium, exact) if found.z else {}
     record = {name: own[name] if name in own else getattr(found, name, None) for name in BEST_KEYS.split()}
     return {**json_lines.place(source, problem), **record}
 
 
-def _best_rows(found: Optimum, exact: bool, names: Sequence[str]) -> tuple[list[Cells], list[str]]:
+def _best_rows(found: Optimum, exact: bool, names: Sequence[str]) -> tuple[list[Sequence[Any]], list[str]]:
     """Return z and w as `lcp check` reads them, with a comment."""
-    problem, z, origin = found.data.problem, found.z or [], found.data.problem.origin
-    header, own = ["component", "z", "w"], list[Sequence[Any]]([()] * len(z))
-    if isinstance(origin, Program):
-        header += PROGRAM_COLUMNS
-        own = [*of_program(origin, z, exact)] if z else []
-    columns = numbers(z, exact), numbers(found.w or [], exact), own, problem.names
-    lines = [(i, a, b, *cells, name) for i, (a, b, cells, name) in enumerate(zip(*columns, strict=False), 1)]
+    problem = found.data.problem
+    header = ["component", "z", "w", *PROGRAM_COLUMNS * isinstance(problem.origin, Program), "name"]
+    rows = _components(problem.origin, found.z, found.w or [], exact) if found.z else iter(())
+    lines = [(*cells, name) for cells, name in zip(rows, problem.names, strict=False)]
     kept = selection.places(selection.labels_of(problem)[: problem.n], names)[: len(lines)]
     comment = ": ".join(filter(None, [problem.name, found.message(brief)]))
-    return [(*header, "name"), *(lines[i] for i in kept)], [comment]
+    return [header, *(lines[i] for i in kept)], [comment]
 
 
 def _outward(value: Fraction, toward: int) -> float:
