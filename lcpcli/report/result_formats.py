@@ -45,12 +45,10 @@ class Report(NamedTuple):
         return typeset(self.document(form, width), form, width, color)
 
 
-def render(
+def report(
     runs: Sequence[Sequence[Result]],
     sources: Sequence[Source],
-    form: str,
-    width: int | None,
-    color: bool,
+    faults: Sequence[tuple[Source, Exception]] = (),
     *,
     compared: bool = True,
     swept: bool = False,
@@ -58,11 +56,11 @@ def render(
     iterates: bool = False,
     columns: Sequence[str] = (),
     names: Sequence[str] = (),
-) -> str:
-    """Return the results as text in a format.
+) -> Report:
+    """Return the report on results.
 
     runs : the results, grouped by problem. sources : the place of each problem.
-    width, color : the width of the terminal, None if there is none, and whether it shows colours.
+    faults : the places of problems that could not be read, with their errors, which JSON has too.
     compared : whether the iterates come first and then one line per result; else the result comes first.
     swept : whether the runs differ by values of options, so that CSV has a row for each.
     whole : whether a result that comes first shows all components of z.
@@ -70,25 +68,28 @@ def render(
     columns : the columns of the iterates in a table, as for `tables.build`. names : of the unknowns that are shown, as
     for `selection.places`.
     """
-    if form == "json":
-        pairs = zip(runs, sources, strict=True)
-        return "".join(of_result(result, source, form) for own, source in pairs for result in own)
-    if form == "csv":
+
+    def document(form: str, width: int | None) -> Document:
+        from lcpcli.report import tables
+
+        sections = [tables.build(run, width, compared, whole, form, columns, names) for run in runs]
+        return tables.document(runs, sections)
+
+    def records() -> Iterable[Mapping[str, Any]]:
+        from lcpcli.report import json_lines
+
+        yield from (json_lines.data(each, place) for own, place in zip(runs, sources, strict=True) for each in own)
+        yield from (json_lines.without_result(place, BAD_INPUT, str(fault)) for place, fault in faults)
+
+    def rows() -> tuple[Iterable[Sequence[Any]], Iterable[str]]:
         from lcpcli.report import result_csv
 
         results = list(chain.from_iterable(runs))
         if iterates:
-            return result_csv.iterates_text(results, columns, names)
-        return result_csv.runs_text(results) if swept else result_csv.answers_text(results, compared, names)
-    from lcpcli.report import tables
+            return result_csv.iterates(results, columns, names)
+        return result_csv.runs(results) if swept else result_csv.answers(results, compared, names)
 
-    sections = [tables.build(run, width, compared, whole, form, columns, names) for run in runs]
-    return typeset(tables.document(runs, sections), form, width, color)
-
-
-def errors_text(faults: Sequence[tuple[Source, Exception]]) -> str:
-    """Return the problems that could not be read, with their errors, as JSON."""
-    return "".join(without_result(source, BAD_INPUT, str(fault), "json") for source, fault in faults)
+    return Report(document, records, rows)
 
 
 def width_of(files: Sequence[str]) -> int:
