@@ -320,7 +320,7 @@ def _panels(record: BenchRecord) -> list[Panel]:
 
 COPIED = (
     *("problem", "family", "n", "seed", "parameters", "solver", "kind", "status", "statement", "claimed", "success"),
-    *("false_success", "residual", "scaled_residual", "error", "condition", "forward_error", "optimality"),
+    *("false_success", "residual", "scaled_residual", "error", "optimality"),
     *("iterations", "evaluations", "setup_seconds"),
 )
 COMPUTED = ("median_seconds", "lower_quartile", "upper_quartile", "repeats")

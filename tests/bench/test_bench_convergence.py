@@ -30,7 +30,7 @@ def record(lcp: Lcp, tmp_path: Path) -> BenchRecord:
     return records.read(file)
 
 
-def test_milestones_are_the_first_of_the_curve_and_times_to_an_error_those_of_the_milestones(
+def test_times_to_an_error_are_those_of_the_first_iterates_with_it(
     record: BenchRecord,
 ) -> None:
     section = accuracy.reached(record)
@@ -44,7 +44,7 @@ def test_milestones_are_the_first_of_the_curve_and_times_to_an_error_those_of_th
             level: next(point[:2] for point in row.curve or [] if point[2] is not None and point[2] <= level * size)
             for level in LEVELS
         }
-        assert {level: (k, seconds) for level, k, seconds in row.milestones or []} == firsts
+        assert dict(accuracy.firsts_of(row.curve or [], size)) == {level: at for level, (_, at) in firsts.items()}
         _, seconds = firsts[accuracy.LISTED_LEVEL]
         assert float(cells[row.key]) * unit == pytest.approx(seconds, rel=6e-3)
 
