@@ -19,7 +19,7 @@ import numpy as np
 from lcpcli.bench import record as records
 from lcpcli.bench.record import BenchRecord
 from lcpcli.bench.report import sheet
-from lcpcli.bench.suites import EXTREME, STIFF, Case, prepare
+from lcpcli.bench.suites import Case, prepare
 from lcpcli.errors import count
 from lcpcli.inspection.theory import contraction
 from lcpcli.linalg import matrices
@@ -34,6 +34,7 @@ from lcpcli.report.document import Document, Section, typeset
 from lcpcli.report.wording import LEVELS
 from lcpcli.typing import Indices, Matrix, Vector
 
+ORDERED = {"stiff", "extreme", "all"}  # the suites whose families are in order of stiffness
 NO_ENTRY = "-"
 LISTED_LEVEL = LEVELS[1]  # the level of error whose times are listed: the accuracy that most users want
 ALIKE = 1.02  # times within this factor count as equal, as repeated measurements differ by as much
@@ -131,9 +132,8 @@ def _inverse(problem: Problem, P: Indices) -> Matrix | None:
 
 
 def stability(record: BenchRecord) -> Section:
-    """Return one row per family and solver, of families whose cases are in order of stiffness."""
-    ordered = [each for each in record.cases if each in (*STIFF, *EXTREME)]
-    groups = [_rungs(record, *ladder) for ladder in ladders(ordered)]
+    """Return one row per family and solver, or no rows if the suite is not in order of stiffness."""
+    groups = [_rungs(record, *ladder) for ladder in ladders(record.cases)] if ORDERED & {*record.suite} else []
     header = ["family", "up", "solver", "to", "error", "cond.", "then"]
     notes = [
         "to: the last value up to which all problems are solved, by recomputed residuals. error: the largest error on "
