@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from fractions import Fraction
 from functools import partial
 from typing import Any
 
@@ -150,11 +149,7 @@ class _Columns:
 
 
 def _cell(value: Any, largest: float = 0.0) -> str:
-    if isinstance(value, Fraction):
-        from lcpcli.rational.numbers import brief
-
-        return brief(value)
-    return "0" if abs(value) <= NOISE * largest else f"{value:.7g}"
+    return wording.number(0.0 if isinstance(value, float) and abs(value) <= NOISE * largest else value)
 
 
 def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.result_formats import Report
-from lcpcli.report.wording import above, short, size, title
+from lcpcli.report.wording import above, number, short, size, title
 
 if TYPE_CHECKING:
     from lcpcli.verify.verification import Verification
@@ -43,7 +42,7 @@ def _section(verification: Verification) -> Section:
         rows.append(["proved bound on the error", above(bound.value), bound.source])
     names = [f"{v.index + 1} {problem.names[v.index]}".rstrip() for v in verification.violations]
     violations = [
-        [name, v.kind, _size(v.z), _size(v.w)] for name, v in zip(names, verification.violations, strict=True)
+        [name, v.kind, number(v.z), number(v.w)] for name, v in zip(names, verification.violations, strict=True)
     ]
     left_out = f"the worst {len(violations)} of {verification.violated}"
     return Section(
@@ -87,20 +86,14 @@ def _of_origin(verification: Verification) -> list[str]:
         return [programs_and_games.payoffs_of(own), *lines]
     if own is not None:
         return [
-            ", ".join(programs_and_games.strategies(origin, own.row.tolist(), own.column.tolist(), own.payoffs, _size)),
+            ", ".join(
+                programs_and_games.strategies(origin, own.row.tolist(), own.column.tolist(), own.payoffs, number)
+            ),
             *lines,
         ]
     if multipliers is None:
         return [*lines, *programs_and_games.no_optimum(verification.answer, origin)]
     return [*lines, f"found y = {programs_and_games.named(multipliers.tolist(), getattr(origin, 'rows', ()))}"]
-
-
-def _size(value: float | Fraction) -> str:
-    if isinstance(value, float):
-        return f"{value:.7g}"
-    from lcpcli.rational.numbers import brief
-
-    return brief(value)
 
 
 def _record(verification: Verification) -> dict[str, Any]:
