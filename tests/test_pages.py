@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 
-from lcpcli.bench import report, suites
+from lcpcli.bench import suites
 from lcpcli.bench.timing import run_method
 from lcpcli.cli import command as group
 from lcpcli.cli.command import GONE
@@ -31,7 +31,7 @@ from lcpcli.report import document
 from lcpcli.report.wording import flag
 from lcpcli.solving import result
 
-from .benchmarks.accuracy import rate_of_fixed_point
+from .benchmarks.accuracy import ladders, rate_of_fixed_point
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -236,7 +236,7 @@ def test_tables_have_rates_of_several_families_and_the_ladders_of_the_suites() -
     assert len({row[0] for row in RATES}) >= 8
     shown = {row[0]: row[1:] for row in re.findall(LADDER, PAGES["stability"], re.MULTILINE)}
     stiff = [*suites.STIFF, *suites.EXTREME]
-    assert shown == {family: (axis, [*values.values()][-1]) for family, axis, values in report.ladders(stiff)}
+    assert shown == {family: (axis, [*values.values()][-1]) for family, axis, values in ladders(stiff)}
 
 
 def test_page_of_formats_has_those_of_problems_and_of_results() -> None:

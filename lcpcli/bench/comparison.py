@@ -14,8 +14,9 @@ from typing import Any, NamedTuple
 from lcpcli.bench import record, statistics
 from lcpcli.errors import OptionError, count
 from lcpcli.files.contents import content_of, decode, place
-from lcpcli.report import json_lines, result_csv, wording
-from lcpcli.report.document import Document, Section, Table, typeset
+from lcpcli.report import wording
+from lcpcli.report.document import Document, Section, Table
+from lcpcli.report.result_formats import Report
 from lcpcli.solving.result import Status
 
 ALIKE = 1.1  # medians within this factor are as before, as from one process to the next they differ by as much
@@ -111,23 +112,16 @@ class Comparison:
 
     def render(self, form: str, width: int | None = None, color: bool = False) -> str:
         """Return the comparison as text in a format; only JSON and CSV have the runs that are as before."""
-        if form == "json":
-            return "".join(json_lines.line(change.data()) for change in self.changes)
-        if form == "csv":
-            return result_csv.written([self._heading(), *map(_cells, self.changes)])
-        rows = [_row(change) for change in self.changes if change.verdict != SAME]
-        table = Table(NAMES, [rows], words=(0, 1, 2, 3))
-        section = Section(
-            f"{place(self.paths[1])} against {place(self.paths[0])}",
-            self._verdict(),
-            not self.failures,
-            tables=[table],
-        )
-        return typeset(Document(section.title, [section]), form, width, color)
-
-    def _heading(self) -> list[str]:
         pairs = (f"{age}_{name}" for name in NAMES[3:6] for age in ("old", "new"))
-        return [*NAMES[:3], *pairs, NAMES[-1]]
+        cells = [[*NAMES[:3], *pairs, NAMES[-1]], *map(_cells, self.changes)]
+        records = (change.data() for change in self.changes)
+        return Report(self._document, lambda: records, lambda: (cells, ())).render(form, width, color)
+
+    def _document(self, *_: Any) -> Document:
+        rows = [_row(change) for change in self.changes if change.verdict != SAME]
+        title = f"{place(self.paths[1])} against {place(self.paths[0])}"
+        table = Table(NAMES, [rows], words=(0, 1, 2, 3))
+        return Document(title, [Section(title, self._verdict(), not self.failures, tables=[table])])
 
     def _verdict(self) -> str:
         counts = Counter(change.verdict for change in self.changes)

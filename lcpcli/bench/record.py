@@ -13,7 +13,7 @@ from lcpcli.bench.suites import Case
 from lcpcli.errors import OptionError, visible_json
 
 EXCLUDED = "excluded"
-GONE = {"rate"}  # fields of records of earlier versions
+GONE = {"rate", "milestones", "condition", "forward_error"}  # fields of records of earlier versions
 
 
 @dataclass(frozen=True)
@@ -51,9 +51,6 @@ class Measurement:
     residual, scaled_residual, error : recomputed; None if there is no z, or if they are not finite.
     seconds : the time of each repeat, set-up included; empty if excluded. setup_seconds : for the run with the curve.
     curve : (k, seconds, error) of the iterates; curve_of is "error" or "residual", whichever the curve shows.
-    milestones : (level, k, seconds) of the first iterates with an error of each level, relative to the solution.
-    condition : the condition of the solution: its `sensitivity` over its largest component; None if unknown.
-    forward_error : the error in units of eps times the sensitivity; None if either is unknown.
     optimality : for a program, as in `timing.optimality`, empty without an answer; None for other problems.
     """
 
@@ -78,9 +75,6 @@ class Measurement:
     setup_seconds: float | None = None
     curve_of: str | None = None
     curve: list[tuple[int, float, float | None]] | None = None
-    milestones: list[tuple[float, int, float]] | None = None
-    condition: float | None = None
-    forward_error: float | None = None
     optimality: dict[str, float] | None = None
 
     @property

@@ -26,7 +26,7 @@ from lcpcli.peers import registry as peers
 from lcpcli.report.wording import finite
 from lcpcli.version import VERSION
 
-COPIED = ("status", "statement", "iterations", "evaluations", "setup_seconds", "milestones")  # the fields of an answer
+COPIED = ("status", "statement", "iterations", "evaluations", "setup_seconds")  # the fields of an answer
 
 
 def start(

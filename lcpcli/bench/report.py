@@ -6,34 +6,32 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import partial
 from itertools import groupby
 
 from lcpcli.bench import statistics
 from lcpcli.bench.record import BenchRecord, Measurement, to_json
 from lcpcli.bench.statistics import SHIFT, method_of, performance_ratios, shifted_geometric_mean, summary, times
-from lcpcli.bench.suites import ALL, SUITES, Case, series
+from lcpcli.bench.suites import SUITES, series
 from lcpcli.bench.timing import ABSOLUTE, NATURAL, RELATIVE
 from lcpcli.errors import count
-from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
+from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.model.problem import WITHOUT_SOLUTION
 from lcpcli.report import plotting as figures
 from lcpcli.report import wording
 from lcpcli.report.document import Document, Section, Table, typeset
-from lcpcli.report.figures.data import Curve, Panel, Profile, Stiffness
+from lcpcli.report.figures.data import Curve, Panel, Profile
 from lcpcli.report.result_csv import written
-from lcpcli.report.wording import LEVELS, PIPE_WIDTH
+from lcpcli.report.wording import PIPE_WIDTH
 
-NO_ENTRY = "-"
-LISTED_LEVEL = LEVELS[1]  # the level of error whose times are listed: the accuracy that most users want
 COLUMNS = ((RELATIVE, 1e-6), (RELATIVE, 1e-9), (ABSOLUTE, 1e-6), (ABSOLUTE, 1e-9), (NATURAL, 1e-9))
 NAMES = {RELATIVE: "rel.", ABSOLUTE: "abs.", NATURAL: "natural"}
 SOLVED_TO = 1e-6  # relative residual of a program up to which a time counts: about the default tolerance of the peers
 PROGRAM_SHIFT = 1e-2  # seconds, as programs take longer than complementarity problems of a few unknowns
 
 
-WORDS = ("solver", "problem", "family", "how it ended", "why", "up", "then", "beside")  # headings of words
+WORDS = ("solver", "problem", "family", "how it ended", "why", "up", "then")  # headings of words
 SENTENCES = ("how it ended", "why")  # among them
 
 
@@ -43,83 +41,6 @@ def sheet(
     """Return the section of one table, with notes below it."""
     words, texts = ([j for j, name in enumerate(header) if name in names] for names in (WORDS, SENTENCES))
     return Section(title, tables=[Table(header, groups, words, texts, notes=notes)])
-
-
-def reached(record: BenchRecord) -> Section:
-    """Return the time that each method needs to reach an error of LISTED_LEVEL on each problem."""
-    times = {
-        name: [own.get(method, {}).get(LISTED_LEVEL) for method in record.methods] for name, own in competing(record)
-    }
-    length, unit = wording.common_unit(seconds for own in times.values() for seconds in own if seconds is not None)
-    rows = [
-        [name, *(NO_ENTRY if seconds is None else wording.digits(seconds / length) for seconds in own)]
-        for name, own in times.items()
-    ]
-    title = f"Time in {unit} to an error of {wording.level(LISTED_LEVEL)} relative to the solution's largest component"
-    return sheet(title, ["problem", *record.methods], [rows])
-
-
-def competing(record: BenchRecord) -> Iterator[tuple[str, dict[str, dict[float, float]]]]:
-    """Yield the problems with a known solution on which at least two methods ran: the name, and the seconds of each
-    method until each level of error."""
-    for name, group in groupby(record.measurements, key=lambda row: row.problem):
-        measured = {row.solver: row.milestones for row in group if row.milestones is not None}
-        if len(measured) >= 2:
-            yield name, {solver: {level: at for level, _, at in own} for solver, own in measured.items()}
-
-
-def is_ordered(record: BenchRecord) -> bool:
-    """Return whether the suite is in order of stiffness."""
-    return any(name == ALL or (name in SUITES and SUITES[name].ladders) for name in record.suite)
-
-
-def stability(record: BenchRecord) -> Section:
-    """Return one row per family and solver, or no rows if the suite is not in order of stiffness."""
-    groups = [_rungs(record, *ladder) for ladder in ladders(record.cases)] if is_ordered(record) else []
-    header = ["family", "up", "solver", "to", "error", "cond.", "then"]
-    notes = [
-        "to: the last value up to which all problems are solved, by recomputed residuals. error: the largest error on "
-        "them, against the exact solution, in units of eps times the condition: the effect of rounding the data. "
-        "cond.: the largest condition of their solutions. then: how the run on the next problem ends."
-    ]
-    return sheet("Stability", header, [group for group in groups if group], notes)
-
-
-def ladders(cases: Sequence[Case]) -> list[tuple[str, str, dict[str, str]]]:
-    """Return the families of the cases, the parameter that varies in each, and its values by case, in order of
-    stiffness; a problem in a file belongs to no family."""
-    families: dict[tuple[str, ...], list[Case]] = {}
-    for case in cases:
-        if case.family:
-            families.setdefault((case.family, *case.parameters), []).append(case)
-    found = []
-    for (family, *parameters), own in families.items():
-        axis = next((name for name in parameters if len({str(case.parameters[name]) for case in own}) > 1), "n")
-        values = {case.name: str(case.parameters[axis] if axis in parameters else case.n) for case in own}
-        found.append((family, axis, values))
-    return found
-
-
-def _rungs(record: BenchRecord, family: str, axis: str, values: dict[str, str]) -> list[list[str]]:
-    """Return up to what stiffness each solver measured on a ladder succeeds, and how it ends at the next step."""
-    group: list[list[str]] = []
-    for solver in record.solvers:
-        rows = {row.problem: row for row in record.measurements if row.solver == solver}
-        own = [rows[problem] for problem in values if problem in rows]
-        if len(own) < len(values) or any(row.excluded for row in own):
-            continue
-        good = next((i for i, row in enumerate(own) if not row.success), len(own))
-        cells, then = [NO_ENTRY, "", ""], "all"
-        if good:
-            measures = ([row.forward_error for row in own[:good]], [row.condition for row in own[:good]])
-            largest = (max((size for size in sizes if size is not None), default=None) for sizes in measures)
-            cells = [values[own[good - 1].problem], *map(wording.short, largest)]
-        if good < len(own):
-            row = own[good]
-            outcome = row.status.replace("_", " ") if row.kind == "method" or not row.claimed else "claims to solve it"
-            then = f"{values[row.problem]}: {'wrong' if row.false_success else outcome}"
-        group.append([*(["", ""] if group else [family, axis]), solver, *cells, then])
-    return group
 
 
 def optimality(record: BenchRecord) -> Section:
@@ -177,8 +98,6 @@ def sheets(record: BenchRecord, width: int | None) -> list[Section]:
         _beside(record),
         _over_time(record),
         _times(record, width),
-        reached(record),
-        stability(record),
         optimality(record),
         _failures(record),
         _exclusions(record),
@@ -358,31 +277,15 @@ LEAST_PROBLEMS = 5  # for a performance profile, whose steps are shares of the p
 
 def draw_figure(record: BenchRecord, form: str) -> bytes:
     """Return the figure of a bench with at least one measurement; form is one of `figures.FORMS`."""
-    stiffness = stiffness_of(record) if is_ordered(record) else []
-    panels = [] if stiffness else _panels(record)
+    panels = _panels(record)
     growth_panels = statistics.growths(record)[:PANELS_OF_A_KIND]
     medians, in_seconds = times(record), is_over_time(record)
     ratios = {name: list(own.values()) for name, own in medians.items()} if in_seconds else performance_ratios(medians)
     profiles = [Profile(method_of(name), name, own, in_seconds) for name, own in ratios.items() if own]
     measured = len({row.problem for row in record.measurements})
-    if measured < LEAST_PROBLEMS and (panels or growth_panels or stiffness):
+    if measured < LEAST_PROBLEMS and (panels or growth_panels):
         profiles = []
-    return figures.bench(profiles, panels, growth_panels, form, conditions(record), stiffness)
-
-
-def stiffness_of(record: BenchRecord) -> list[Stiffness]:
-    """Return the errors and times of each solver on the problems that it solves, where the condition is known."""
-    found = []
-    for solver in record.solvers:
-        rows = [row for row in record.measurements if row.solver == solver and row.success]
-        points = [
-            (row.condition, EPS * row.forward_error * row.condition, summary(row.seconds).median)
-            for row in rows
-            if row.condition is not None and row.forward_error is not None and row.seconds
-        ]
-        if points:
-            found.append(Stiffness(method_of(solver), solver, *zip(*points, strict=True)))
-    return found
+    return figures.bench(profiles, panels, growth_panels, form, conditions(record))
 
 
 def _panels(record: BenchRecord) -> list[Panel]:
@@ -417,7 +320,7 @@ def _panels(record: BenchRecord) -> list[Panel]:
 
 COPIED = (
     *("problem", "family", "n", "seed", "parameters", "solver", "kind", "status", "statement", "claimed", "success"),
-    *("false_success", "residual", "scaled_residual", "error", "condition", "forward_error", "optimality"),
+    *("false_success", "residual", "scaled_residual", "error", "optimality"),
     *("iterations", "evaluations", "setup_seconds"),
 )
 COMPUTED = ("median_seconds", "lower_quartile", "upper_quartile", "repeats")

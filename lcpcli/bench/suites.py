@@ -51,7 +51,6 @@ class Suite:
     """Cases under one name.
 
     budget : default number of seconds for a measurement.
-    ladders : whether the cases of each family are in order of stiffness, for a report on stability.
     over_time : whether the report shows what is solved within which time.
     methods : those that are measured by default.
     """
@@ -59,7 +58,6 @@ class Suite:
     meaning: str
     cases: tuple[Case, ...]
     budget: float = 2.0
-    ladders: bool = False
     over_time: bool = False
     methods: tuple[str, ...] = DEFAULT_METHODS
 
@@ -200,8 +198,8 @@ SUITES = {
     "programs": Suite("linear and quadratic programs", PROGRAMS),
     "nonlinear": Suite("nonlinear problems of the literature", NONLINEAR, methods=("josephy-newton",)),
     "speed": Suite("the problems of lcp help speed: small and large, dense and sparse", SPEED),
-    "stiff": Suite("ill-conditioned, badly scaled and nearly degenerate problems", STIFF, 0.0, ladders=True),
-    "extreme": Suite("problems constructed to defeat a method, and problems without a solution", EXTREME, 0.0, True),
+    "stiff": Suite("ill-conditioned, badly scaled and nearly degenerate problems", STIFF, 0.0),
+    "extreme": Suite("problems constructed to defeat a method, and problems without a solution", EXTREME, 0.0),
 }
 ALL = "all"
 GONE = {  # suites of earlier versions

@@ -17,7 +17,7 @@ from lcpcli.clock import least_steps, seconds
 from lcpcli.interrupts import hides_interrupt
 from lcpcli.linalg import matrices
 from lcpcli.linalg.accurate import accurate_residual
-from lcpcli.linalg.doubles import EPS, are_moderate, is_finite
+from lcpcli.linalg.doubles import are_moderate, is_finite
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import variants
 from lcpcli.model.evaluations import Evaluations
@@ -26,12 +26,11 @@ from lcpcli.model.problem import WITHOUT_SOLUTION, Problem, conditions_of
 from lcpcli.model.program import Conditions, Program
 from lcpcli.options import Limits
 from lcpcli.peers import registry as peers
-from lcpcli.report.wording import LEVELS, finite
+from lcpcli.report.wording import finite
 from lcpcli.solving import driver as driver
 from lcpcli.solving.solve_mcp import run_nonlinear
 from lcpcli.solving.trace import Trace
 from lcpcli.typing import Vector
-from lcpcli.verify.digits import MOST_INVERTED, sensitivity
 from lcpcli.verify.nonlinear_point import NonlinearCriterion
 from lcpcli.verify.point import Criterion, Point
 
@@ -58,7 +57,6 @@ class TimedAnswer:
     iterations, evaluations : as in `result.Result`; None if unknown.
     curve : (k, seconds, error) of the iterates or of a selection of them, with the residual for the error if no
         solution is known; empty if there are none.
-    milestones : (level, k, seconds) of the first iterate with an error of each of LEVELS; None without a solution.
     """
 
     z: Vector | None
@@ -70,7 +68,6 @@ class TimedAnswer:
     iterations: int | None = None
     evaluations: int | None = None
     curve: Curve | None = None
-    milestones: list[tuple[float, int, float]] | None = None
 
 
 def run_method(
@@ -83,8 +80,7 @@ def run_method(
     """
     nothing = np.array([], dtype=np.intp)
     known = bool(problem.solutions)
-    levels = LEVELS if known else ()
-    trace = Trace(1, MOST_POINTS, nothing, residuals=not known, levels=levels) if with_curve else None
+    trace = Trace(1, MOST_POINTS, nothing, residuals=not known) if with_curve else None
     variant, limits, began = variants.parse(name), Limits(tol, time_limit=time_limit), seconds()
     options = {**variant.options, "limits": limits, "curve": trace, "began": began}
     if isinstance(problem, Problem):
@@ -93,7 +89,7 @@ def run_method(
         result = run_nonlinear(problem, interrupts="return", **options)
     if result.interrupted:
         raise KeyboardInterrupt
-    rows, milestones = (result.curve.rows, result.curve.milestones) if result.curve else ((), ())
+    rows = result.curve.rows if result.curve else ()
     return TimedAnswer(
         z=result.z,
         claim=SOLUTION if result.solved else NONE if result.status.has_no_solution else "",
@@ -104,7 +100,6 @@ def run_method(
         iterations=result.iterations,
         evaluations=result.evaluations,
         curve=[(row.k, row.seconds, row.error if known else row.residual) for row in rows],
-        milestones=[(m.level, m.k, m.seconds) for m in milestones] if with_curve and known else None,
     )
 
 
@@ -185,17 +180,15 @@ def measure(
 def _lasting(seconds: float, runs: Sequence[TimedAnswer]) -> TimedAnswer:
     """Return the first of several equal runs, with the least time of its set-up and of each step of the curve in any
     of them, all in proportion, so that the run takes so many seconds."""
-    points = [[*(run.curve or ()), *((k, at, level) for level, k, at in run.milestones or ())] for run in runs]
-    end = max((k for k, *_ in points[0]), default=0) + 1
-    steps = [{k: at for k, at, _ in own} | {end: run.seconds} for own, run in zip(points, runs, strict=True)]
+    end = max((k for k, *_ in runs[0].curve or ()), default=0) + 1
+    steps = [{k: at for k, at, _ in run.curve or ()} | {end: run.seconds} for run in runs]
     least = least_steps(steps)
     factor = seconds / least[end]
     least = {k: factor * at for k, at in least.items()}
     curve = [(k, least[k], error) for k, _, error in runs[0].curve or ()]
-    milestones = runs[0].milestones and [(level, k, least[k]) for level, k, _ in runs[0].milestones]
     setups = [run.setup_seconds for run in runs if run.setup_seconds is not None]
     setup = factor * min(setups) if setups else None
-    return replace(runs[0], curve=curve, milestones=milestones, setup_seconds=setup)
+    return replace(runs[0], curve=curve, setup_seconds=setup)
 
 
 ABSOLUTE, RELATIVE, NATURAL = "absolute", "relative", "natural"
@@ -219,8 +212,6 @@ class Checker:
             self._nonlinear = NonlinearCriterion(Evaluations(problem), accept)
             problem = self._nonlinear.linearization(z, problem.values(z))
         self._problem, self._accept = problem, accept
-        one = len(problem.solutions) == 1 and problem.n <= MOST_INVERTED
-        self._sensitivity = sensitivity(problem, problem.solutions[0]) if one else None
 
     @np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite
     def check(self, answer: TimedAnswer) -> dict[str, Any]:
@@ -248,9 +239,6 @@ class Checker:
         is_nearly_true = point.residual <= self._accept * float(terms.max(initial=0.0)) < np.inf and not hopeless
         error = problem.error(z)
         numbers = {"residual": point.residual, "scaled_residual": point.scaled_residual, "error": error}
-        if self._sensitivity and error is not None:
-            numbers["condition"] = self._sensitivity / problem.size_of_solutions
-            numbers["forward_error"] = error / EPS / self._sensitivity
         found = {name: finite(value) for name, value in numbers.items()}
         false = claimed and not success and not is_nearly_true
         return {"success": success, "false_success": false, "optimality": optimality(problem, z), **found}

@@ -6,7 +6,6 @@ lcp solve --minimize and --maximize: the best of all solutions by a linear objec
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -23,13 +22,11 @@ from lcpcli.files.contents import content_of, within
 from lcpcli.interrupts import TimeIsUp, stopping
 from lcpcli.options import MAX_ITERATIONS, TOL
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.report import document, pictures, plotting, selection, solutions
+from lcpcli.report import pictures, plotting, selection, solutions
 
 if TYPE_CHECKING:
     from lcpcli.cli.problems import InputProblem
     from lcpcli.cli.session import Outcome
-    from lcpcli.enumeration.optimum import Optimum
-    from lcpcli.files.contents import Source
     from lcpcli.files.inputs import Work
     from lcpcli.files.nl_format import LinearObjective
 
@@ -65,9 +62,9 @@ def outcome(request: Request, work: Work, output: Output) -> Outcome:
         pictures.require(problem.problem)
     selection.require(problem.problem, request.names)
     solution_set = _search(request, problem, str(work.sources[0]))
-    text = "" if output.silent else _text(solution_set, work.sources[0], request.exact, output, request.names)
+    report = solutions.report(solution_set, work.sources[0], request.exact, request.names)
     codes = {sets.TIME_LIMIT: NOT_SOLVED, sets.INTERRUPTED: INTERRUPTED, sets.UNSOLVABLE: NO_SOLUTION}
-    return text, codes.get(solution_set.status, SOLVED), partial(_draw, solution_set, request.plot)
+    return output.text_of(report), codes.get(solution_set.status, SOLVED), partial(_draw, solution_set, request.plot)
 
 
 def _search(request: Request, problem: InputProblem, where: str) -> sets.SolutionSet:
@@ -92,18 +89,6 @@ def _search(request: Request, problem: InputProblem, where: str) -> sets.Solutio
         is_interrupted = bool(signals)
     ended = sets.INTERRUPTED if is_interrupted else sets.ENOUGH if len(search.pieces) == most else sets.TIME_LIMIT
     return sets.SolutionSet(search, ended, clock.seconds() - began)
-
-
-def _text(solution_set: sets.SolutionSet, source: Source, exact: bool, output: Output, names: Sequence[str]) -> str:
-    """Return the solutions in the format of the output. exact : whether to show fractions. names : of the
-    unknowns that are shown."""
-    if output.form == "json":
-        return solutions.in_json(solution_set, source, exact)
-    if output.form == "csv":
-        return solutions.in_csv(solution_set, exact, names)
-    destination = output.destination
-    report = solutions.build(solution_set, exact, output.form, names)
-    return document.typeset(report, output.form, destination.width, destination.color)
 
 
 def _draw(solution_set: sets.SolutionSet, file: str | None) -> None:
@@ -158,16 +143,5 @@ def best_outcome(
             found = within(where, search.best, data, *objective, left)
         if signals and found.status == search.TIME_LIMIT:
             found = replace(found, status=search.INTERRUPTED)
-    text = "" if output.silent else _best_text(request, work, output, found)
-    return text, codes.get(found.status, NO_SOLUTION), int
-
-
-def _best_text(request: Request, work: Work, output: Output, found: Optimum) -> str:
-    from lcpcli.report import optimum_text
-
-    if output.form == "json":
-        return optimum_text.in_json(found, work.sources[0], request.exact)
-    if output.form == "csv":
-        return optimum_text.in_csv(found, request.exact, request.names)
-    report = optimum_text.build(found, request.exact, output.form, request.names)
-    return document.typeset(report, output.form, output.destination.width, output.destination.color)
+    report = solutions.report(found, work.sources[0], request.exact, request.names)
+    return output.text_of(report), codes.get(found.status, NO_SOLUTION), int

@@ -17,6 +17,7 @@ from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
     from lcpcli.cli.request import AnyProblem, Request
+    from lcpcli.report.result_formats import Report
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace
     from lcpcli.typing import Indices
@@ -135,14 +136,18 @@ class Output:
     def draw(self, runs: Sequence[Sequence[Result]]) -> None:
         """Draw the runs, one panel per problem."""
         if self.paths is not None:
-            from lcpcli.report import paths, plotting
+            from lcpcli.report import pictures, plotting
 
-            show(plotting.paths(paths.of_runs(runs), plotting.form_of(self.paths, paths.PATHS)), self.paths)
+            show(plotting.paths(pictures.trajectories(runs), plotting.form_of(self.paths, pictures.PATHS)), self.paths)
         if self.plot is None:
             return
         from lcpcli.report import plotting
 
         show(plotting.convergence(plotting.panels(runs), plotting.form_of(self.plot)), self.plot)
+
+    def text_of(self, report: Report) -> str:
+        """Return a report in the format of the output; "" if nothing is shown."""
+        return "" if self.silent else report.render(self.form, self.width, self.destination.color)
 
     def _selection(self, problem: AnyProblem) -> tuple[int, int | None, Indices | None]:
         """Return the selection of a table: the step and the largest number of its iterates, and their components."""

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from lcpcli import options
@@ -27,9 +26,8 @@ from lcpcli.cli.output import Destination, refuse, require_plot
 from lcpcli.cli.problems import Inputs
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files.contents import parsed, place, within
-from lcpcli.files.formats import LINES
 from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL
-from lcpcli.report.document import MEANINGS, SUFFIXES
+from lcpcli.report.document import MEANINGS
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -41,10 +39,8 @@ Number: TypeAlias = "float | Fraction"
 FORMATS = {
     **MEANINGS,
     "json": "one object, for scripts",
-    "jsonl": "an object for each breakpoint, and one for the path",
     "csv": "a row for each breakpoint, with all digits",
 }
-PATH_SUFFIXES = {**SUFFIXES, **dict.fromkeys(LINES, "jsonl")}
 LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative residual is at most this."), TIME_LIMIT)
 
 
@@ -108,7 +104,7 @@ def path(
     form, output, quiet, exact = (given.pop(name) for name in ("form", "output", "quiet", "exact"))
     bounds = {name: given.pop(name) for name in ("lower", "upper", "infinity")}
     inputs = _inputs(files, direction, {**bounds, "quiet": quiet})
-    destination = Destination.of(form, output, quiet, PATH_SUFFIXES)
+    destination = Destination.of(form, output, quiet)
     Inputs(files, **bounds, others=[direction] if direction else []).prepare({"--output": output, "--plot": plot})
     options.check((*LIMITS, MAX_BREAKPOINTS), given)
     refuse(direction is not None and given["stop"] is None, "--direction", "has no end", "add --to, the last t")
@@ -128,7 +124,9 @@ def path(
 
         selection.places(Ends(*(each.problem for each in ends)).names(), names)  # refuses a name of none
     found, code = _followed(ends, file, span, **given)
-    destination.show(partial(_render, found, asked, files_read, names))
+    from lcpcli.report import path_table
+
+    destination.show(path_table.report(found, asked, files_read, names).render)
     if plot is not None:
         found.plot(plot, names)
     return code
@@ -261,20 +259,3 @@ def _followed(ends: Sequence[_End], file: str, span: tuple[Any, Any], **given: A
     except ProblemError as fault:
         raise fault.inside(file) from None
     return found, _exit_code(found)
-
-
-def _render(
-    path: Path,
-    at: Sequence[Number],
-    files: Sequence[str],
-    names: Sequence[str],
-    form: str,
-    width: int | None,
-    color: bool,
-) -> str:
-    """Return the path in a format. at : further values of t. files : of both problems. names : of the unknowns."""
-    from lcpcli.report import document, path_formats, path_table
-
-    if form in path_formats.WRITERS:
-        return path_formats.WRITERS[form](path, at, files, names)
-    return document.typeset(path_table.build(path, form, at, width, names), form, width, color)

@@ -83,7 +83,7 @@ def _outcome(request: Request, works: Iterator[Work], output: Output) -> Outcome
     if output.trace_path is not None:
         from lcpcli.report import result_csv
 
-        show(result_csv.iterates_text(list(chain.from_iterable(results))), output.trace_path)
+        show(result_csv.written(*result_csv.iterates(list(chain.from_iterable(results)))), output.trace_path)
     text = ""
     if not output.silent:
         results, text = _with_conclusions(request, results, None if interrupted else among, text_of)
@@ -175,24 +175,18 @@ def _with_conclusions(
 def _text(request: Request, results: Results, sources: Sequence[Source], faults: Faults, output: Output) -> str:
     shown = [[output.with_visible_trace(result) for result in own] for own in results]
     places = sources[: len(shown)]  # the others were not reached
-    text = (
-        ""
-        if not shown
-        else result_formats.render(
-            shown,
-            places,
-            output.form,
-            output.destination.width,
-            output.destination.color,
-            compared=bool(request.levels),
-            swept=bool(request.sweep),
-            whole=output.path is not None,
-            iterates=output.with_iterates,
-            columns=request.columns,
-            names=request.names,
-        )
+    report = result_formats.report(
+        shown,
+        places,
+        faults,
+        compared=bool(request.levels),
+        swept=bool(request.sweep),
+        whole=output.path is not None,
+        iterates=output.with_iterates,
+        columns=request.columns,
+        names=request.names,
     )
-    return text + result_formats.errors_text(faults) * (output.form == "json")
+    return output.text_of(report) if shown or output.form == "json" else ""
 
 
 def _among_others(source: InputProblem, result: Result) -> Result:
@@ -206,9 +200,9 @@ def _among_others(source: InputProblem, result: Result) -> Result:
 def _require_pictures(request: Request, problems: Sequence[Any]) -> None:
     """Refuse more problems than a picture has room for, and problems without a picture of paths."""
     if request.paths is not None:
-        from lcpcli.report import paths
+        from lcpcli.report import pictures
 
-        paths.require(problems)
+        pictures.require_paths(problems)
     if request.plot is not None:
         from lcpcli.report import plotting
 

@@ -12,7 +12,7 @@ import os
 import re
 import struct
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import Any, TypeAlias
 
 from lcpcli.errors import ProblemError, count, quoted
 from lcpcli.files.contents import STANDARD_INPUT, content_of, decode, within
@@ -32,28 +32,6 @@ def whole(text: str) -> int:
     return int(text)
 
 
-class Tokens(Protocol):
-    """The tokens of a file behind its header."""
-
-    def code(self) -> str:
-        """Return the letter with which a segment or a term of an expression begins; "" at the end of the file."""
-
-    def integer(self) -> int:
-        """Return an integer."""
-
-    def number(self, letter: str = "n") -> Any:
-        """Return a number; `letter` says how it is stored where it is a term of an expression."""
-
-    def kind(self) -> str:
-        """Return the digit for the kind of a bound."""
-
-    def name(self) -> str:
-        """Return a name."""
-
-    def error(self, fault: str, hint: str = "") -> ProblemError:
-        """Return the error at the token that was read last."""
-
-
 class TextTokens:
     """The tokens of a text: words between blanks, without comments. A letter and what follows it are two tokens."""
 
@@ -67,9 +45,11 @@ class TextTokens:
         self._constant = constant
 
     def error(self, fault: str, hint: str = "") -> ProblemError:
+        """Return the error at the token that was read last."""
         return ProblemError(f"line {self._lines[self._next - 1]}" if self._next else "", fault, hint)
 
     def code(self) -> str:
+        """Return the letter with which a segment or a term of an expression begins; "" at the end of the file."""
         if self._next == len(self._words):
             return ""
         word = self._word()
@@ -93,6 +73,7 @@ class TextTokens:
             raise self.error(f"has {quoted(word)} in place of a whole number", COUNTS) from None
 
     def number(self, letter: str = "n") -> Any:  # noqa: ARG002 (all are written alike)
+        """Return a number; `letter` says how a binary file stores it where it is a term of an expression."""
         word = self._word()
         try:
             return self._constant(word)
@@ -100,6 +81,7 @@ class TextTokens:
             raise self.error(f"has {quoted(word)} in place of a number", COUNTS) from None
 
     def kind(self) -> str:
+        """Return the digit for the kind of a bound."""
         return self._word()
 
     def name(self) -> str:
@@ -140,6 +122,8 @@ class BinaryTokens:
     def name(self) -> str:
         return bytes(self._unpack(f"{max(self.integer(), 0)}s")).decode("utf-8", "replace")
 
+
+Tokens: TypeAlias = "TextTokens | BinaryTokens"
 
 PIECEWISE_LINEAR = 64
 REFUSED = {"mod", "floor", "ceil", "div", "precision", "round", "trunc", "count", "numberof", "atleast", "atmost"}

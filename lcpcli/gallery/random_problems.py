@@ -94,7 +94,6 @@ def near_singular(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
     return Problem(M, q, name=f"near-singular-{n}", source=ORIGINAL, note=f"The condition of M is {2 / epsilon:.3g}.")
 
 
-ORIGINAL = "random, original to lcp"
 KINDS = 5  # the kinds of bounds: boxed, only a lower bound, only an upper bound, free, fixed
 
 

@@ -118,6 +118,13 @@ def plain(value: Any) -> Any:
     return text(value)
 
 
+def numbers(values: Any, exact: bool) -> Any:
+    """Return fractions for JSON and CSV, as texts or as doubles, None for a number beyond double precision."""
+    from lcpcli.rational.numbers import rounded
+
+    return None if values is None else plain(values if exact else rounded(values))
+
+
 def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:
     """Return a certificate, with its vector in fractions if doubles are only near the proof."""
     if certificate is None:

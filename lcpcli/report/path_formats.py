@@ -1,9 +1,9 @@
-"""A path as a line, as CSV, as JSON lines and as one JSON object; for tables see `path_table`."""
+"""A path as a line, and as CSV and JSON; for tables see `path_table`."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from itertools import chain, zip_longest
 from typing import Any, TypeAlias
@@ -12,7 +12,7 @@ from lcpcli.errors import count
 from lcpcli.files.contents import NO_SOURCE
 from lcpcli.interrupts import in_time
 from lcpcli.parametric.path import Path
-from lcpcli.report import json_lines, path_terms, result_csv, selection
+from lcpcli.report import json_lines, path_terms, selection
 from lcpcli.report.path_terms import Points, Terms
 
 KEYS = (
@@ -20,10 +20,8 @@ KEYS = (
     "direction certificate exact at seconds"
 )
 NO_POINTS = Points([], [], [])
-POINTWISE = {"t", "z", "w", "changes", "values", "x", "y", "objective"}  # keys of lists with an entry per breakpoint
 
 At: TypeAlias = Sequence["float | Fraction"]  # further values of t, for whose points a text has room too
-Key: TypeAlias = tuple[str, ...]  # of a value in nested objects
 
 
 def line(path: Path) -> str:
@@ -68,9 +66,9 @@ def _answer(terms: Terms, points: Points) -> dict[str, Any] | None:
     }
 
 
-def write_csv(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] = ()) -> str:  # noqa: ARG001
+def rows(path: Path, at: At, names: Sequence[str]) -> tuple[Iterable[Sequence[Any]], list[str]]:
     """Return a row for each breakpoint, and then for each further point: its number, t, the number that moves, what
-    changes, z (x and y of a program), w, and the objective of a program. names : of the unknowns; empty for all."""
+    changes, z (x and y of a program), w, and the objective of a program; and comments. names : as for `report`."""
     terms = Terms(path)
     kept = selection.places(terms.names(), names) if names else None
 
@@ -88,64 +86,13 @@ def write_csv(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str
     header = ["breakpoint", "t", *moving, "change", *chosen(terms.names()), *chosen(w_names)]
     notes = path_terms.notes(path, terms.names(), math.inf)
     breakpoints = (row(k + 1, notes[k], *(part[k] for part in terms.points)) for k in range(path.t.size))
-    further = (row("", "", *point) for point in zip(*_further(terms, at), strict=True))
+    others = (row("", "", *point) for point in zip(*further(terms, at), strict=True))
     comments = [path_terms.title(path), path_terms.verdict(path, path.t.size)]
-    table = chain([[*header, *["objective"] * bool(terms.program)]], in_time(breakpoints), further)
-    return result_csv.written(table, comments)
+    return chain([[*header, *["objective"] * bool(terms.program)]], in_time(breakpoints), others), comments
 
 
-def write_json(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] = ()) -> str:  # noqa: ARG001
-    """Return one object, as `Path.to_dict` does, in a line."""
-    return json_lines.line(data(path, _further(Terms(path), at), files))
-
-
-def write_lines(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] = ()) -> str:  # noqa: ARG001
-    """Return a line of JSON for each breakpoint, with the states on the piece after it, and a last one for the path."""
-    own = data(path, _further(Terms(path), at), files)
-    pieces = [*own["basis"], None]
-    lines = ({"breakpoint": k + 1, **_nested(own, k), "basis": pieces[k]} for k in range(path.t.size))
-    whole = {**_without_lists(own), "breakpoints": path.t.size}
-    return "".join(map(json_lines.line, in_time(chain(lines, [whole]))))
-
-
-WRITERS: dict[str, Callable[[Path, At, Sequence[str], Sequence[str]], str]] = {
-    "csv": write_csv,
-    "json": write_json,
-    "jsonl": write_lines,
-}
-
-
-def _further(terms: Terms, at: At) -> Points:
+def further(terms: Terms, at: At) -> Points:
     """Return the points at further values of t."""
     found = [(t, *pair) for t in at for pair in zip(*terms.at(t)[1:], strict=True)]
     t, z, w = ([point[k] for point in found] for k in range(3))
     return Points(t, z, w)
-
-
-def _lists(own: dict[str, Any], key: Key = ()) -> Iterator[tuple[Key, list[Any]]]:
-    """Yield the lists that have an entry for each breakpoint."""
-    for name, value in own.items():
-        if isinstance(value, dict) and name != "at":
-            yield from _lists(value, (*key, name))
-        elif name in POINTWISE and isinstance(value, list):
-            yield (*key, name), value
-
-
-def _nested(own: dict[str, Any], k: int) -> dict[str, Any]:
-    """Return the entries of breakpoint k."""
-    entries: dict[str, Any] = {}
-    for key, values in _lists(own):
-        place = entries
-        for name in key[:-1]:
-            place = place.setdefault(name, {})
-        place[key[-1]] = values[k]
-    return entries
-
-
-def _without_lists(own: dict[str, Any]) -> dict[str, Any]:
-    """Return the values that are those of the whole path."""
-    return {
-        name: _without_lists(value) if isinstance(value, dict) and name != "at" else value
-        for name, value in own.items()
-        if name not in {*POINTWISE, "basis"} or not isinstance(value, list)
-    }

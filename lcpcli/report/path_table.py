@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from fractions import Fraction
 from functools import partial
 from typing import Any
 
@@ -11,9 +10,11 @@ import numpy as np
 
 from lcpcli.errors import visible
 from lcpcli.parametric.path import INFEASIBLE, REACHED, TURN, Path
-from lcpcli.report import path_terms, programs_and_games, selection, wording
+from lcpcli.report import path_formats, path_terms, programs_and_games, selection, wording
 from lcpcli.report.document import Document, Section, Table
+from lcpcli.report.path_formats import At
 from lcpcli.report.path_terms import Points, Terms
+from lcpcli.report.result_formats import Report
 from lcpcli.report.tables import (
     CELL,
     OTHER_COLUMNS,
@@ -31,9 +32,19 @@ MOST_MEASURED = 20_000  # components whose widths are measured, in milliseconds;
 NOISE = 1e-12  # relative to the largest entry: what is shown as 0
 
 
-def build(
-    path: Path, form: str, at: Sequence[float | Fraction], width: int | None, names: Sequence[str] = ()
-) -> Document:
+def report(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] = ()) -> Report:
+    """Return the report on a path, of which JSON has one object, as `Path.to_dict`, with the points at further t.
+
+    files : of the problems that were read. names : as for `build`; JSON has all.
+    """
+    return Report(
+        lambda form, width: build(path, form, at, width, names),
+        lambda: [path_formats.data(path, path_formats.further(Terms(path), at), files)],
+        lambda: path_formats.rows(path, at, names),
+    )
+
+
+def build(path: Path, form: str, at: At, width: int | None, names: Sequence[str] = ()) -> Document:
     """Return the report on a path for a format: a row for each breakpoint, and the further points below them.
 
     names : of the unknowns that are shown, as for `selection.places`; empty for as many as fit.
@@ -138,11 +149,7 @@ class _Columns:
 
 
 def _cell(value: Any, largest: float = 0.0) -> str:
-    if isinstance(value, Fraction):
-        from lcpcli.rational.numbers import brief
-
-        return brief(value)
-    return "0" if abs(value) <= NOISE * largest else f"{value:.7g}"
+    return wording.number(0.0 if isinstance(value, float) and abs(value) <= NOISE * largest else value)
 
 
 def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:
@@ -172,6 +179,6 @@ def _named(terms: Terms, values: Vector, cell: Callable[[Any], str]) -> str:
     return programs_and_games.named(values.tolist(), terms.names() if has_names else (), cell, sparing=has_names)
 
 
-def _missed(at: Sequence[float | Fraction], found: Points) -> list[str]:
+def _missed(at: At, found: Points) -> list[str]:
     missed = [f"{float(t):.7g}" for t in at if t not in found.t]
     return [f"the path does not come to t = {', '.join(missed)}"] * bool(missed)

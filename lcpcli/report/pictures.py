@@ -1,6 +1,8 @@
 """The picture of a path: its data, and writing it to a file.
 
-The picture of all solutions: complementary cones of an LCP in two unknowns, or best replies of a 2 x 2 game.
+The picture of all solutions: complementary cones of an LCP in two unknowns.
+
+The picture of the paths of runs on LCPs with two unknowns.
 """
 
 from __future__ import annotations
@@ -16,18 +18,20 @@ import numpy as np
 from lcpcli.enumeration.search import SolutionSet
 from lcpcli.errors import ParameterError, count
 from lcpcli.linalg import matrices
-from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
-from lcpcli.rational.numbers import brief
 from lcpcli.report import plotting, selection, wording
-from lcpcli.report.figures.data import Cones, Pair, Replies, Response
+from lcpcli.report.figures.data import Cones, Pair, Response, Trajectories, Trajectory
 
 if TYPE_CHECKING:
     from lcpcli.parametric.path import Path
     from lcpcli.report.path_terms import Terms
+    from lcpcli.solving.result import Result
+    from lcpcli.typing import Vector
 
 SAMPLES = 24  # of the objective on a piece, on which it is a parabola
 MOST_SAMPLES = 4000  # on a path, more than a figure shows
+PATHS = "paths"
+MOST_PROBLEMS = 6  # whose paths of iterates are on a page, two in a row
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -100,29 +104,20 @@ def _objective(terms: Terms) -> list[Pair]:
 
 
 def require(problem: Problem) -> None:
-    """Raise ParameterError for a problem that has no picture, of cones or of best replies."""
+    """Raise ParameterError for a problem that has no picture of cones."""
     if not exists(problem):
-        fault = (
-            "draws the complementary cones of an LCP with two unknowns, or the best replies of a 2 x 2 game, "
-            f"not a problem with {wording.size(problem)}"
-        )
+        fault = f"draws the complementary cones of an LCP with two unknowns, not a problem with {wording.size(problem)}"
         raise ParameterError("plot", fault, "leave it out")
 
 
 def draw(found: SolutionSet, form: str) -> bytes:
     """Draw the picture of a problem that has one, in a format of pictures."""
-    if _is_small_game(found.data.problem):
-        return plotting.replies(replies(found), form)
     return plotting.cones(cones(found), form)
 
 
 def exists(problem: Problem) -> bool:
-    """Return whether a problem has a picture of its complementary cones or of best replies."""
-    return _is_small_game(problem) or (not problem.is_mixed and problem.n == 2)
-
-
-def _is_small_game(problem: Problem) -> bool:
-    return isinstance(problem.origin, Game) and problem.origin.A.shape == (2, 2)
+    """Return whether a problem has a picture of its complementary cones."""
+    return not problem.is_mixed and problem.n == 2
 
 
 def cones(found: SolutionSet) -> Cones:
@@ -142,30 +137,39 @@ def cones(found: SolutionSet) -> Cones:
     )
 
 
-def replies(found: SolutionSet) -> Replies:
-    """Return the picture of the best replies in a 2 x 2 game. A maximal Nash subset is a rectangle: any pair of its
-    strategies is an equilibrium."""
-    from lcpcli.report.figures import game_figure  # which loads matplotlib
+def require_paths(problems: Sequence[Problem]) -> None:
+    """Refuse problems whose F is not linear in the quadrants of a plane, and more problems than a page has room for."""
+    if len(problems) > MOST_PROBLEMS:
+        fault = f"would draw {len(problems)} problems, and a page has room for {MOST_PROBLEMS}"
+        raise ParameterError(PATHS, fault, "draw fewer at a time")
+    for problem in problems:
+        if problem.is_mixed or problem.n != 2:
+            fault = f"draws LCPs with two unknowns, not one with {wording.size(problem)}"
+            raise ParameterError(PATHS, fault, "leave it out")
 
-    game, held = found.game, found.equilibria
-    assert game is not None
-    assert held is not None
-    A, B = game.payoffs()
-    rows, columns = list(game.rows or ("x1", "x2")), list(game.columns or ("y1", "y2"))
-    corners = []
-    for subset in held.subsets:
-        p, q = ([float(strategy[0]) for strategy in part] for part in (subset.rows, subset.columns))
-        corners.append(((min(p), min(q)), (max(p), max(q))))
-    return Replies(
-        title=wording.title(found.data.problem),
-        A=[list(map(brief, row)) for row in A],
-        B=[list(map(brief, row)) for row in B],
-        rows=rows,
-        columns=columns,
-        row=[(float(p), float(q)) for p, q in game_figure.of_row(A)],
-        column=[(float(p), float(q)) for p, q in game_figure.of_column(B)],
-        equilibria=[(float(each.row[0]), float(each.column[0])) for each in held.extreme],
-        subsets=corners,
-        count=found.count,
-        provenance=[f"{wording.PROGRAM}: {found.message}"],
+
+def trajectories(runs: Sequence[Sequence[Result]]) -> list[Trajectories]:
+    """Return the paths of runs, grouped by problem; the curve of each run must have kept x."""
+    return [_trajectories(results) for results in runs]
+
+
+def _trajectories(results: Sequence[Result]) -> Trajectories:
+    problem, own = results[0].problem, []
+    for result in results:
+        rows = result.curve.rows if result.curve else []
+        x = [_pair(row.x) for row in rows if row.x is not None]
+        own.append(Trajectory(result.method, wording.name(result), [row.k for row in rows], x))
+    known = [*problem.solutions, *(result.z for result in results if result.solved)]
+    return Trajectories(
+        title=wording.title(problem),
+        M=matrices.dense(problem.M).tolist(),
+        q=problem.q.tolist(),
+        solutions=[_pair((z - problem.w(z)) / 2) for z in known],
+        paths=own,
+        provenance="; ".join(wording.provenance(results)),
     )
+
+
+def _pair(x: Vector) -> Pair:
+    first, second = x.tolist()
+    return first, second

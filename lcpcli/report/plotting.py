@@ -26,9 +26,7 @@ from lcpcli.report.figures.data import (
     GrowthPanel,
     Panel,
     Profile,
-    Replies,
     Response,
-    Stiffness,
     Trajectories,
 )
 
@@ -57,10 +55,8 @@ def bench(
     growth_panels: Sequence[GrowthPanel],
     form: str,
     provenance: Sequence[str] = (),
-    stiffness: Sequence[Stiffness] = (),
 ) -> bytes:
-    """Return a picture of a benchmark: the performance profile, error against run time, the growth of time with n, and
-    error and time against the condition.
+    """Return a picture of a benchmark: the performance profile, error against run time, and the growth of time with n.
 
     An empty part is left out; at least one must have data. provenance : lines on the measurements, for the file's
     metadata.
@@ -68,9 +64,7 @@ def bench(
     require()
     from lcpcli.report.figures import run_figures, style
 
-    return style.file(
-        lambda: run_figures.draw_bench(profiles, panels, growth_panels, stiffness), form, "Benchmark", provenance
-    )
+    return style.file(lambda: run_figures.draw_bench(profiles, panels, growth_panels), form, "Benchmark", provenance)
 
 
 def cones(picture: Cones, form: str) -> bytes:
@@ -79,14 +73,6 @@ def cones(picture: Cones, form: str) -> bytes:
     from lcpcli.report.figures import cones_figure, style
 
     return style.file(lambda: cones_figure.draw(picture), form, "Complementary cones", picture.provenance)
-
-
-def replies(picture: Replies, form: str) -> bytes:
-    """Return a picture of the best replies of both players of a 2 x 2 game; they meet in its equilibria."""
-    require()
-    from lcpcli.report.figures import game_figure, style
-
-    return style.file(lambda: game_figure.draw(picture), form, "Best replies", picture.provenance)
 
 
 def paths(pictures: Sequence[Trajectories], form: str) -> bytes:

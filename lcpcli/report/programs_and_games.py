@@ -6,7 +6,6 @@ import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from fractions import Fraction
 from itertools import islice
 from typing import Any
 
@@ -73,15 +72,7 @@ def strategies(
 def payoffs_of(own: Any) -> str:
     """Return the payoffs of the players of a game tree, of a `Behavior` or an answer, in a line."""
     pairs = zip(own.players, own.payoffs, strict=True)
-    return f"payoffs {', '.join(f'{name} {_number(value)}' for name, value in pairs)}"
-
-
-def _number(value: Any) -> str:
-    if isinstance(value, float):
-        return wording.plain_number(value)
-    from lcpcli.rational.numbers import brief
-
-    return brief(Fraction(value))
+    return f"payoffs {', '.join(f'{name} {wording.number(value)}' for name, value in pairs)}"
 
 
 def behavior_of(game: Any, z: Sequence[Any]) -> Behavior | None:
@@ -107,7 +98,12 @@ def doubles(own: Behavior) -> Behavior:
 def behavior(sets: Sequence[InformationSetStrategy]) -> Table:
     """Return a table of what players do at their information sets, actions that are not chosen left out."""
     rows = [
-        [own.player, own.label, _number(own.reached), named(list(own.probabilities), own.actions, _number, True)[1:-1]]
+        [
+            own.player,
+            own.label,
+            wording.number(own.reached),
+            named(list(own.probabilities), own.actions, wording.number, True)[1:-1],
+        ]
         for own in sets[:MOST_SETS]
     ]
     left_out = f"the first {MOST_SETS} of {len(sets)} information sets; JSON has all"

@@ -27,11 +27,12 @@ ITERATES = "iterates, "
 OPENING = f"# {ITERATES}"  # by which a file is recognised as a trace
 
 Cells: TypeAlias = Sequence[Any]
+Rows: TypeAlias = tuple[list[Cells], list[str]]  # and lines of comments above them
 Part: TypeAlias = tuple[Sequence[str], Callable[[Result], Sequence[Cells]]]  # names of columns, and cells of each row
 
 
-def answers_text(results: Sequence[Result], compared: bool, shown: Sequence[str] = ()) -> str:
-    """Return the answers as CSV.
+def answers(results: Sequence[Result], compared: bool, shown: Sequence[str] = ()) -> Rows:
+    """Return the answers.
 
     The columns are component, z, w (fractions if proved) and, if a problem has bounds, state; for compared results,
     problem and method come first. The names of components, if there are any, and for programs and games the meaning of
@@ -51,7 +52,7 @@ def answers_text(results: Sequence[Result], compared: bool, shown: Sequence[str]
     for result in results:
         own = _rows(result, [result.problem.name, wording.name(result)] * compared, parts)
         rows += [own[i] for i in selection.places(selection.labels_of(result.problem)[: len(own)], shown)]
-    return written(rows, wording.provenance(results))
+    return rows, wording.provenance(results)
 
 
 def part(result: Result, source: str) -> str:
@@ -61,8 +62,8 @@ def part(result: Result, source: str) -> str:
     return written(_rows(result, [source], [_STATES, (("name",), lambda _: names)]), comments)
 
 
-def iterates_text(results: Sequence[Result], chosen: Sequence[str] = (), names: Sequence[str] = ()) -> str:
-    """Return the iterates as CSV.
+def iterates(results: Sequence[Result], chosen: Sequence[str] = (), names: Sequence[str] = ()) -> Rows:
+    """Return the iterates.
 
     The columns are problem, method, k, z1 ... zn, residual, error, seconds, step, status; missing values are empty.
     Times are as in the figures. For one game, or several with the same strategies, strategies and payoffs take the
@@ -96,11 +97,11 @@ def iterates_text(results: Sequence[Result], chosen: Sequence[str] = (), names: 
             own |= {columns.called(name): [value] for name, value in columns.values(row).items()}
             lines.append([*start, *(cell for name in shown for cell in own[name]), status])
     head, *others = wording.provenance(results)
-    return written(lines, [f"{ITERATES}{head}", *others])
+    return lines, [f"{ITERATES}{head}", *others]
 
 
-def runs_text(results: Sequence[Result]) -> str:
-    """Return the runs as CSV, one row per run.
+def runs(results: Sequence[Result]) -> Rows:
+    """Return the runs, one row per run.
 
     The columns are problem, method (the run's name, as among the iterates), the options of all runs, status,
     iterations, evaluations, seconds, spread, residual, relative_residual, error, and for each level of error the
@@ -116,10 +117,10 @@ def runs_text(results: Sequence[Result]) -> str:
         values = [getattr(result, name) for name in measures]
         cells = [given.get(option) for option in options]
         rows.append([result.problem.name, wording.name(result), *cells, result.status.word, *values, *costs])
-    return written(rows, wording.provenance(results))
+    return rows, wording.provenance(results)
 
 
-def records_text(records: Sequence[Mapping[str, Any]]) -> str:
+def records_text(records: Iterable[Mapping[str, Any]]) -> str:
     """Return objects for JSON as CSV, one below the other: a row for each key, with its value as JSON unless it is a
     text."""
     from lcpcli.report.json_lines import text

@@ -1,13 +1,13 @@
-"""Results in each of the formats."""
+"""What is reported, in each of the formats: any report, and results, one or many."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli.errors import visible
-from lcpcli.report.document import typeset
+from lcpcli.report.document import Document, typeset
 
 if TYPE_CHECKING:
     from lcpcli.files.contents import Source
@@ -20,12 +20,35 @@ ROW = "{:{width}}  {:>6}  {:15}  {:>5}  {:>8}  {:>7}  {}"  # the row of one of m
 WIDEST_NAME, ITEM = 40, len(":1000")  # columns for the name of a problem, half a line; for the item in a file within it
 
 
-def render(
+class Report(NamedTuple):
+    """What a command reports, of which each format shows a part: JSON the records, CSV the rows, the others a document.
+
+    document : returns the document for a format and the width of a terminal, None if there is none.
+    records : returns objects of plain values. rows : returns rows of cells, and lines of comments above them; None if
+    CSV has the keys and values of the records.
+    """
+
+    document: Callable[[str, int | None], Document]
+    records: Callable[[], Iterable[Mapping[str, Any]]]
+    rows: Callable[[], tuple[Iterable[Sequence[Any]], Iterable[str]]] | None = None
+
+    def render(self, form: str, width: int | None = None, color: bool = False) -> str:
+        """Return the report as text in a format. width, color : as for `typeset`."""
+        if form == "json":
+            from lcpcli.report import json_lines
+
+            return "".join(map(json_lines.line, self.records()))
+        if form == "csv":
+            from lcpcli.report import result_csv
+
+            return result_csv.records_text(self.records()) if self.rows is None else result_csv.written(*self.rows())
+        return typeset(self.document(form, width), form, width, color)
+
+
+def report(
     runs: Sequence[Sequence[Result]],
     sources: Sequence[Source],
-    form: str,
-    width: int | None,
-    color: bool,
+    faults: Sequence[tuple[Source, Exception]] = (),
     *,
     compared: bool = True,
     swept: bool = False,
@@ -33,11 +56,11 @@ def render(
     iterates: bool = False,
     columns: Sequence[str] = (),
     names: Sequence[str] = (),
-) -> str:
-    """Return the results as text in a format.
+) -> Report:
+    """Return the report on results.
 
     runs : the results, grouped by problem. sources : the place of each problem.
-    width, color : the width of the terminal, None if there is none, and whether it shows colours.
+    faults : the places of problems that could not be read, with their errors, which JSON has too.
     compared : whether the iterates come first and then one line per result; else the result comes first.
     swept : whether the runs differ by values of options, so that CSV has a row for each.
     whole : whether a result that comes first shows all components of z.
@@ -45,25 +68,28 @@ def render(
     columns : the columns of the iterates in a table, as for `tables.build`. names : of the unknowns that are shown, as
     for `selection.places`.
     """
-    if form == "json":
-        pairs = zip(runs, sources, strict=True)
-        return "".join(of_result(result, source, form) for own, source in pairs for result in own)
-    if form == "csv":
+
+    def document(form: str, width: int | None) -> Document:
+        from lcpcli.report import tables
+
+        sections = [tables.build(run, width, compared, whole, form, columns, names) for run in runs]
+        return tables.document(runs, sections)
+
+    def records() -> Iterable[Mapping[str, Any]]:
+        from lcpcli.report import json_lines
+
+        yield from (json_lines.data(each, place) for own, place in zip(runs, sources, strict=True) for each in own)
+        yield from (json_lines.without_result(place, BAD_INPUT, str(fault)) for place, fault in faults)
+
+    def rows() -> tuple[Iterable[Sequence[Any]], Iterable[str]]:
         from lcpcli.report import result_csv
 
         results = list(chain.from_iterable(runs))
         if iterates:
-            return result_csv.iterates_text(results, columns, names)
-        return result_csv.runs_text(results) if swept else result_csv.answers_text(results, compared, names)
-    from lcpcli.report import tables
+            return result_csv.iterates(results, columns, names)
+        return result_csv.runs(results) if swept else result_csv.answers(results, compared, names)
 
-    sections = [tables.build(run, width, compared, whole, form, columns, names) for run in runs]
-    return typeset(tables.document(runs, sections), form, width, color)
-
-
-def errors_text(faults: Sequence[tuple[Source, Exception]]) -> str:
-    """Return the problems that could not be read, with their errors, as JSON."""
-    return "".join(without_result(source, BAD_INPUT, str(fault), "json") for source, fault in faults)
+    return Report(document, records, rows)
 
 
 def width_of(files: Sequence[str]) -> int:

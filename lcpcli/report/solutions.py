@@ -1,33 +1,40 @@
-"""All solutions of a problem as a report, as JSON and as CSV."""
+"""All solutions of a problem, or the best one by a linear objective, as a report, as JSON and as CSV."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import partial
 from itertools import cycle, islice
 from typing import Any, TypeAlias
 
 from lcpcli.enumeration.equilibria import Equilibria, ExactEquilibrium
+from lcpcli.enumeration.optimum import OPTIMAL, Optimum
 from lcpcli.enumeration.pieces import Piece
 from lcpcli.enumeration.search import SolutionSet, objective
 from lcpcli.errors import count
 from lcpcli.files.contents import Source
+from lcpcli.linalg.doubles import LARGEST_DOUBLE
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.names import in_own_sense
 from lcpcli.model.program import Program
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import approximate, brief, rounded, text
-from lcpcli.report import json_lines, pictures, programs_and_games, result_csv, selection, wording
+from lcpcli.rational.numbers import approximate, brief, rounded
+from lcpcli.report import json_lines, pictures, programs_and_games, selection, wording
 from lcpcli.report.document import Document, Section, Table
+from lcpcli.report.json_lines import numbers
+from lcpcli.report.result_formats import Report
 from lcpcli.report.tables import longest
 
 HEADER = ("piece", "kind", "number", "component", "z", "w")
+BEST_KEYS = "status message sense value bound gap z w x y equilibrium nodes seconds"
 PROGRAM_COLUMNS = ("part", "value")
 EQUILIBRIUM_COLUMNS = ("equilibrium", "player", "strategy", "probability", "payoff")
 MOST_LINES = 1000  # rows; typesetting more takes longer than the search for the solutions
 FEWEST_LINES = 20  # however wide a table is
 MOST_CELLS = 6000  # of a table; a terminal's takes a tenth of a millisecond for each, and more is hardly read
+MOST_UNKNOWNS = 500  # in the table of the best solution; JSON and CSV have all
 MOST_SUBSETS = 50  # in a remark, which more would make unreadable
 
 Values: TypeAlias = Sequence[Fraction]
@@ -35,30 +42,63 @@ Cells: TypeAlias = tuple[Any, ...]
 Listing: TypeAlias = tuple[Table, list[str]]  # and remarks
 
 
-def build(found: SolutionSet, exact: bool, form: str, names: Sequence[str] = ()) -> Document:
-    """Return the report on a solution set, or on the equilibria of a game, for a format.
+def report(found: SolutionSet | Optimum, source: Source, exact: bool, names: Sequence[str] = ()) -> Report:
+    """Return the report on a solution set or on the best solution, of a problem at a place. exact, names : as for
+    `build`."""
+    record: Callable[..., dict[str, Any]] = _best_record if isinstance(found, Optimum) else _record
+    rows: Callable[..., tuple[Iterable[Sequence[Any]], list[str]]] = _best_rows if isinstance(found, Optimum) else _rows
+    return Report(
+        lambda form, _: build(found, exact, form, names),
+        lambda: [record(found, source, exact)],
+        lambda: rows(found, exact, names),
+    )
+
+
+def build(found: SolutionSet | Optimum, exact: bool, form: str, names: Sequence[str] = ()) -> Document:
+    """Return the report on a solution set, on the equilibria of a game, or on the best solution, for a format.
 
     exact : whether numbers are shown as fractions instead of seven digits. names : of the unknowns that are shown, as
     for `selection.places`; empty for all.
     """
-
-    def cell(value: Fraction) -> str:
-        return brief(value) if exact else approximate(value)
-
-    made = _pieces if found.equilibria is None else _equilibria
-    listing, remarks = made(found, cell, longest(form), names)
-    problem = found.data.problem
+    cell: Callable[..., str] = brief if exact else approximate
+    problem, facts, remarks, figure = found.data.problem, list[str](), list[str](), None
+    if isinstance(found, Optimum):
+        message, settled = found.message(cell), found.status == OPTIMAL
+        facts, tables = _best(found, cell, longest(form), names)
+    else:
+        message, settled = found.message, found.complete
+        listing, remarks = (_pieces if found.equilibria is None else _equilibria)(found, cell, longest(form), names)
+        tables, figure = [listing], partial(pictures.draw, found, "svg") if pictures.exists(problem) else None
+    title = f"{wording.title(problem) or 'problem'}: {wording.size(problem)}"
     made_by = f"{wording.PROGRAM}, in exact arithmetic{wording.took(found.seconds, form)}"
-    section = Section(
-        f"{wording.title(problem) or 'problem'}: {wording.size(problem)}",
-        found.message,
-        found.complete,
-        tables=[listing],
-        remarks=remarks,
-        provenance=made_by,
-        figure=partial(pictures.draw, found, "svg") if pictures.exists(problem) else None,
-    )
-    return Document(section.title, [section])
+    return Document(title, [Section(title, message, settled, facts, tables, remarks, made_by, figure)])
+
+
+def _best(found: Optimum, cell: Callable[..., str], most: float, names: Sequence[str]) -> tuple[list[str], list[Table]]:
+    """Return lines with the objective, its bound and what the best solution means, and the tables of its numbers."""
+    problem = found.data.problem
+    shown = (("objective", "value"), ("bound", "bound"), ("gap", "gap"))
+    facts = [
+        f"{word} {cell(value, found.outward[name])}"
+        for word, name in shown
+        if (value := getattr(found, name)) is not None
+    ]
+    if each := found.equilibrium:
+        facts += programs_and_games.strategies(problem.origin, [*each.row], [*each.column], each.payoffs, cell)
+    tree = programs_and_games.behavior_of(problem.origin, found.z) if found.z else None
+    facts += [programs_and_games.payoffs_of(tree)] if tree else []
+    own = wording.headings(problem, most)
+    chosen = selection.places(selection.labels_of(problem)[: problem.n], names)
+    kept = chosen[:MOST_UNKNOWNS]
+    if len(kept) < len(chosen):
+        facts.append(
+            f"the first {MOST_UNKNOWNS} of {count(len(chosen), 'unknown')}; --format json and csv have all of them"
+        )
+    z, w = (in_own_sense(problem, values or []) for values in (found.z, found.w))
+    rows = [[own[i], cell(z[i]), cell(w[i])] for i in kept] if z else []
+    facts.append(f"{count(found.nodes, 'node')} of the tree over the states")
+    strategies = [programs_and_games.behavior(tree.information_sets)] if tree else []
+    return facts, [*strategies, Table(["", "z", "w"], [rows])]
 
 
 def _parts(data: ExactProblem, piece: Piece) -> Iterator[tuple[str, Values, Values]]:
@@ -179,17 +219,10 @@ def _equilibria(
     return _table(header, groups), [remark, *left_out]
 
 
-def _numbers(values: Values, exact: bool) -> list[Any]:
-    """Return numbers for JSON and CSV: texts of fractions, or doubles, None for a number beyond double precision."""
-    own: list[Any] = list(map(text, values)) if exact else json_lines.plain(rounded(values))
-    return own
-
-
-def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
-    """Return the solutions as one object in one line. exact : whether numbers are texts of fractions."""
+def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
     data, points, equilibria = found.data, found.points, found.equilibria
     place = {point: k for k, point in enumerate(points)}
-    record = {
+    return {
         **json_lines.place(source, data.problem),
         "status": found.status,
         "message": found.message,
@@ -199,8 +232,8 @@ def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
         "pieces": [
             {
                 "vertices": [place[vertex] for vertex in piece.vertices],
-                "rays": [_numbers(ray, exact) for ray in piece.rays],
-                "lines": [_numbers(line, exact) for line in piece.lines],
+                "rays": [numbers(ray, exact) for ray in piece.rays],
+                "lines": [numbers(line, exact) for line in piece.lines],
                 "states": piece.states,
             }
             for piece in found.pieces
@@ -209,22 +242,25 @@ def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
         "degenerate": equilibria and equilibria.is_degenerate,
         "seconds": found.seconds,
     }
-    return json_lines.line(record)
 
 
 def _solution(found: SolutionSet, k: int, z: Values, exact: bool) -> dict[str, Any]:
-    origin, value, parts = found.data.problem.origin, None, {}
-    if isinstance(origin, Program):
-        (value,) = _numbers([objective(found.data, origin, z)], exact)
-        parts = {key: _numbers(each, exact) for key, each in zip("xy", origin.own_parts(z), strict=False)}
-    own = of_tree(origin, z, exact) if found.equilibria is None else equilibrium(found.equilibria.extreme[k], exact)
-    w = found.data.w(z)
-    return {"z": _numbers(z, exact), "w": _numbers(w, exact), "objective": value, **parts, "equilibrium": own}
+    origin, each = found.data.problem.origin, None if found.equilibria is None else found.equilibria.extreme[k]
+    value = numbers([objective(found.data, origin, z)], exact)[0] if isinstance(origin, Program) else None
+    vectors = {"z": numbers(z, exact), "w": numbers(found.data.w(z), exact)}
+    return {**vectors, "objective": value, **_meaning(origin, z, each, exact)}
+
+
+def _meaning(origin: Any, z: Values, each: ExactEquilibrium | None, exact: bool) -> dict[str, Any]:
+    """Return x and y of a program, and the equilibrium of a game, for JSON."""
+    parts = zip("xy", origin.own_parts(z), strict=False) if isinstance(origin, Program) else ()
+    own = equilibrium(each, exact) if each else of_tree(origin, z, exact)
+    return {**{key: numbers(part, exact) for key, part in parts}, "equilibrium": own}
 
 
 def equilibrium(each: ExactEquilibrium, exact: bool) -> dict[str, Any]:
     """Return an equilibrium for JSON. exact : whether numbers are texts of fractions."""
-    vectors = {key: _numbers(getattr(each, key), exact) for key in ("row", "column", "payoffs")}
+    vectors = {key: numbers(getattr(each, key), exact) for key in ("row", "column", "payoffs")}
     return {**vectors, "pure": each.is_pure, "index": each.index}
 
 
@@ -237,8 +273,8 @@ def of_tree(origin: Any, z: Values, exact: bool) -> dict[str, Any] | None:
     return made
 
 
-def in_csv(found: SolutionSet, exact: bool, shown: Sequence[str] = ()) -> str:
-    """Return the solutions as CSV.
+def _rows(found: SolutionSet, exact: bool, shown: Sequence[str]) -> tuple[Iterable[Cells], list[str]]:
+    """Return the solutions as rows of CSV, with a comment.
 
     There is a line for each component of each vertex, ray and line: z and w, or their changes for a direction; for a
     program, also whether it is x, y or s, and its value in the program's own sense. For a game there is a line for each
@@ -257,14 +293,14 @@ def in_csv(found: SolutionSet, exact: bool, shown: Sequence[str] = ()) -> str:
         own = cycle(name for i, name in enumerate(names) if i in kept)
         header, rows = (*header, "name"), ((*row, name) for row, name in zip(rows, own, strict=False))
     comment = ": ".join(filter(None, [found.data.problem.name, found.message]))
-    return result_csv.written([header, *rows], [comment])
+    return [header, *rows], [comment]
 
 
 def _of_equilibria(equilibria: Equilibria, exact: bool) -> Iterator[Cells]:
     for number, each in enumerate(equilibria.extreme, 1):
-        payoffs = _numbers(each.payoffs, exact)
+        payoffs = numbers(each.payoffs, exact)
         for player, strategy, payoff in zip(("row", "column"), (each.row, each.column), payoffs, strict=True):
-            for i, probability in enumerate(_numbers(strategy, exact), 1):
+            for i, probability in enumerate(numbers(strategy, exact), 1):
                 yield number, player, i, probability, payoff
 
 
@@ -272,12 +308,46 @@ def _of_pieces(found: SolutionSet, exact: bool) -> Iterator[Cells]:
     origin = found.data.problem.origin
     for number, piece in enumerate(found.pieces, 1):
         for k, (kind, z, w) in enumerate(_parts(found.data, piece), 1):
-            own = of_program(origin, z, exact) if isinstance(origin, Program) else [()] * len(z)
-            for i, (a, b, cells) in enumerate(zip(_numbers(z, exact), _numbers(w, exact), own, strict=True), 1):
-                yield number, kind, k, i, a, b, *cells
+            for cells in _components(origin, z, w, exact):
+                yield number, kind, k, *cells
 
 
-def of_program(program: Program, z: Values, exact: bool) -> list[Cells]:
-    """Return for each component of z whether it is x, y or s, and its value in the program's own sense."""
-    parts = zip("xys", program.own_parts(z), strict=True)
-    return [(letter, value) for letter, own in parts for value in _numbers(own, exact)]
+def _components(origin: Any, z: Values, w: Values, exact: bool) -> Iterator[Cells]:
+    """Yield for each component its number, z and w and, of a program, whether it is x, y or s, and its value in the
+    program's own sense."""
+    parts = zip("xys", origin.own_parts(z), strict=True) if isinstance(origin, Program) else ()
+    own: list[Cells] = [(letter, value) for letter, part in parts for value in numbers(part, exact)] or [()] * len(z)
+    for i, (a, b, cells) in enumerate(zip(numbers(z, exact), numbers(w, exact), own, strict=True), 1):
+        yield i, a, b, *cells
+
+
+def _best_record(found: Optimum, source: Source, exact: bool) -> dict[str, Any]:
+    problem = found.data.problem
+    values = {name: numbers(getattr(found, name), exact) for name in ("z", "w")}
+    for name, toward in found.outward.items():
+        number = getattr(found, name)
+        values[name] = json_lines.plain(number if number is None or exact else _outward(number, toward))
+    own = {**values, "message": found.message(brief if exact else approximate), "equilibrium": None}
+    own |= _meaning(problem.origin, found.z, found.equilibrium, exact) if found.z else {}
+    record = {name: own[name] if name in own else getattr(found, name, None) for name in BEST_KEYS.split()}
+    return {**json_lines.place(source, problem), **record}
+
+
+def _best_rows(found: Optimum, exact: bool, names: Sequence[str]) -> tuple[list[Sequence[Any]], list[str]]:
+    """Return z and w as `lcp check` reads them, with a comment."""
+    problem = found.data.problem
+    header = ["component", "z", "w", *PROGRAM_COLUMNS * isinstance(problem.origin, Program), "name"]
+    rows = _components(problem.origin, found.z, found.w or [], exact) if found.z else iter(())
+    lines = [(*cells, name) for cells, name in zip(rows, problem.names, strict=False)]
+    kept = selection.places(selection.labels_of(problem)[: problem.n], names)[: len(lines)]
+    comment = ": ".join(filter(None, [problem.name, found.message(brief)]))
+    return [header, *(lines[i] for i in kept)], [comment]
+
+
+def _outward(value: Fraction, toward: int) -> float:
+    """Return the nearest double that is not below a number if `toward` is 1, and not above it if it is -1; an infinity
+    where there is none."""
+    nearest = float(rounded([value])[0])
+    if math.isinf(nearest):
+        return nearest if toward * nearest > 0 else math.copysign(LARGEST_DOUBLE, nearest)
+    return nearest if toward * (Fraction(nearest) - value) >= 0 else math.nextafter(nearest, toward * math.inf)

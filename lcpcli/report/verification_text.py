@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.report.document import Document, Section, Table, typeset
-from lcpcli.report.wording import above, short, size, title
+from lcpcli.report.document import Document, Section, Table
+from lcpcli.report.result_formats import Report
+from lcpcli.report.wording import above, number, short, size, title
 
 if TYPE_CHECKING:
     from lcpcli.verify.verification import Verification
@@ -23,13 +23,9 @@ def render(
     verifications: Sequence[Verification], form: str = "table", width: int | None = None, color: bool = False
 ) -> str:
     """Return verifications of one problem as text in a format. width, color : as for `formats.typeset`."""
-    if form in ("json", "csv"):
-        from lcpcli.report import json_lines, result_csv
-
-        records = list(map(_record, verifications))
-        return "".join(map(json_lines.line, records)) if form == "json" else result_csv.records_text(records)
     name = title(verifications[0].problem) or "verification"
-    return typeset(Document(name, list(map(_section, verifications))), form, width, color)
+    report = Report(lambda *_: Document(name, list(map(_section, verifications))), lambda: map(_record, verifications))
+    return report.render(form, width, color)
 
 
 def _section(verification: Verification) -> Section:
@@ -46,7 +42,7 @@ def _section(verification: Verification) -> Section:
         rows.append(["proved bound on the error", above(bound.value), bound.source])
     names = [f"{v.index + 1} {problem.names[v.index]}".rstrip() for v in verification.violations]
     violations = [
-        [name, v.kind, _size(v.z), _size(v.w)] for name, v in zip(names, verification.violations, strict=True)
+        [name, v.kind, number(v.z), number(v.w)] for name, v in zip(names, verification.violations, strict=True)
     ]
     left_out = f"the worst {len(violations)} of {verification.violated}"
     return Section(
@@ -90,20 +86,14 @@ def _of_origin(verification: Verification) -> list[str]:
         return [programs_and_games.payoffs_of(own), *lines]
     if own is not None:
         return [
-            ", ".join(programs_and_games.strategies(origin, own.row.tolist(), own.column.tolist(), own.payoffs, _size)),
+            ", ".join(
+                programs_and_games.strategies(origin, own.row.tolist(), own.column.tolist(), own.payoffs, number)
+            ),
             *lines,
         ]
     if multipliers is None:
         return [*lines, *programs_and_games.no_optimum(verification.answer, origin)]
     return [*lines, f"found y = {programs_and_games.named(multipliers.tolist(), getattr(origin, 'rows', ()))}"]
-
-
-def _size(value: float | Fraction) -> str:
-    if isinstance(value, float):
-        return f"{value:.7g}"
-    from lcpcli.rational.numbers import brief
-
-    return brief(value)
 
 
 def _record(verification: Verification) -> dict[str, Any]:

@@ -46,6 +46,17 @@ def plain_number(value: float) -> str:
     return f"{value + 0.0:.7g}"
 
 
+def number(value: Any) -> str:
+    """Return a double by `plain_number`, or a fraction as far as it is short."""
+    if isinstance(value, float):
+        return plain_number(value)
+    from fractions import Fraction
+
+    from lcpcli.rational.numbers import brief
+
+    return brief(Fraction(value))
+
+
 def objective(result: Result) -> list[str]:
     """Return the objective of a solved program in words; nothing for other problems."""
     value = getattr(result.answer, "objective", None) if result.solved else None

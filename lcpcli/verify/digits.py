@@ -22,11 +22,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import EPS, LARGEST_DOUBLE, ROW_ROUNDING
-from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, well_conditioned_inverse
+from lcpcli.linalg.doubles import EPS, LARGEST_DOUBLE
+from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.box import Box
 from lcpcli.model.changes import scale
@@ -44,9 +43,6 @@ MOST_KINKS = 100  # that are exchanged: their linear systems take about a tenth 
 MOST_COMBINED = 8  # kinks up to which each set of them is exchanged
 RANDOM_PARTS = 250  # of more kinks, which are exchanged besides single ones
 NEGLIGIBLE_COMPONENT = 1e-13  # relative to the largest, as it is and in the units of M: z_i is 0 but for rounding
-MOST_INVERTED = 400  # the size of M_PP up to which the inverse is formed, in a few hundredths of a second
-MOST_INVERTED_EXACTLY = 64  # the size of M_PP up to which it is inverted in rational arithmetic, in about a second
-LARGEST_CONDITION = 1e-3 / EPS  # the condition number up to which an inverse in doubles has three correct digits
 
 
 @np.errstate(all="ignore")
@@ -200,44 +196,3 @@ def _distances(box: Box, z: Vector, w: Vector, basic: Mask) -> Vector:
 def signs(n: int, samples: int = SAMPLES) -> Vector:
     """Return columns of signs, shape (n, samples), that look random but are the same each time; not to be changed."""
     return np.sign(np.sin(np.outer((np.arange(n) + 1.0) ** 2, np.arange(samples) + 1.234)))
-
-
-@np.errstate(all="ignore")
-def sensitivity(problem: Problem, z: Vector) -> float | None:
-    """Return the largest component of |M_PP^-1| (|M| |z| + |q|)_P at the solution z, shape (n,), in units of z, for
-    P with l_i < z_i < u_i or w_i = 0; None if M_PP is singular or too large, or too ill-conditioned where it is not
-    small."""
-    w = problem.w(z)
-    terms = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
-    box = problem.box
-    between, vanishing = (z > box.lower) & (z < box.upper), ~box.fixed & (np.abs(w) <= ROW_ROUNDING * terms)
-    for active in (between | vanishing, between):
-        P = np.flatnonzero(active)
-        if not P.size:
-            return 0.0
-        inverse = _inverse(problem, P)
-        if inverse is not None:
-            largest = float((inverse @ terms[P]).max())
-            return largest if np.isfinite(largest) else None
-    return None
-
-
-def _inverse(problem: Problem, P: Indices) -> Matrix | None:
-    """Return |M_PP^-1|, shape (k, k); None if M_PP is singular, too large or too ill-conditioned."""
-    if P.size > MOST_INVERTED:
-        return None
-    units = scale(problem)
-    A = matrices.dense(units.problem.M[P][:, P])
-    if P.size <= MOST_INVERTED_EXACTLY:
-        with imports:
-            from fractions import Fraction
-
-            from lcpcli.rational import elimination
-            from lcpcli.rational.numbers import in_integers, rounded
-        whole, power = in_integers(A.ravel())
-        found = elimination.inverse(np.array(whole, dtype=object).reshape(A.shape).tolist())
-        unit = Fraction(2) ** -power
-        inverse = None if found is None else np.array([rounded(unit * value for value in row) for row in found])
-    else:
-        inverse = well_conditioned_inverse(A, LARGEST_CONDITION)
-    return None if inverse is None else np.abs(units.C[P, np.newaxis] * inverse * units.R[P])

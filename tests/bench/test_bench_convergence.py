@@ -10,10 +10,11 @@ from typing import Any
 import pytest
 
 from lcpcli.bench import record as records
-from lcpcli.bench import report
 from lcpcli.bench.record import BenchRecord
 from lcpcli.files import contents
 from lcpcli.report.wording import LEVELS
+
+from ..benchmarks import accuracy
 
 FILES = [contents.shipped_path(name) for name in contents.PAPER_EXAMPLES]
 
@@ -29,10 +30,10 @@ def record(lcp: Lcp, tmp_path: Path) -> BenchRecord:
     return records.read(file)
 
 
-def test_milestones_are_the_first_of_the_curve_and_times_to_an_error_those_of_the_milestones(
+def test_times_to_an_error_are_those_of_the_first_iterates_with_it(
     record: BenchRecord,
 ) -> None:
-    section = report.reached(record)
+    section = accuracy.reached(record)
     (sheet,) = section.tables
     assert sheet.header == ["problem", "fixed-point", "shi"]
     unit = {"s": 1.0, "ms": 1e-3, "us": 1e-6}[section.title.split()[2]]
@@ -43,8 +44,8 @@ def test_milestones_are_the_first_of_the_curve_and_times_to_an_error_those_of_th
             level: next(point[:2] for point in row.curve or [] if point[2] is not None and point[2] <= level * size)
             for level in LEVELS
         }
-        assert {level: (k, seconds) for level, k, seconds in row.milestones or []} == firsts
-        _, seconds = firsts[report.LISTED_LEVEL]
+        assert dict(accuracy.firsts_of(row.curve or [], size)) == {level: at for level, (_, at) in firsts.items()}
+        _, seconds = firsts[accuracy.LISTED_LEVEL]
         assert float(cells[row.key]) * unit == pytest.approx(seconds, rel=6e-3)
 
 

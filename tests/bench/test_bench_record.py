@@ -36,7 +36,6 @@ FIELDS = {
     "seconds": st.lists(SECONDS, min_size=1),
     "curve_of": st.none() | st.sampled_from(["error", "residual"]),
     "curve": st.none() | st.lists(st.tuples(st.integers(0, 99), SECONDS, NUMBERS)),
-    "milestones": st.none() | st.lists(st.tuples(st.sampled_from([1e-3, 1e-6]), st.integers(0, 99), SECONDS)),
 }
 EMPTY: dict[str, Any] = {
     "suite": ["quick"],

@@ -1,7 +1,8 @@
 """What a bench says of accuracy beyond its own tables: accuracy.py RECORD.json, a file written by lcp bench -o
 
-Two tables: how often each method is first to reach an error, and the convergence factors of fixed-point, measured and
-from theory.
+Tables: how far each solver gets as the problems of `lcp bench stiff` and `extreme` become stiffer; the times to an
+error of 1e-6; how often each method is first to reach an error; and the convergence factors of fixed-point, measured
+and from theory.
 """
 
 from __future__ import annotations
@@ -9,27 +10,177 @@ from __future__ import annotations
 import math
 import sys
 from collections import Counter
-from collections.abc import Sequence
-from itertools import product
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from itertools import groupby, product
 
 import numpy as np
 
 from lcpcli.bench import record as records
 from lcpcli.bench.record import BenchRecord
-from lcpcli.bench.report import competing, sheet
-from lcpcli.bench.suites import prepare
+from lcpcli.bench.report import sheet
+from lcpcli.bench.suites import Case, prepare
 from lcpcli.errors import count
 from lcpcli.inspection.theory import contraction
+from lcpcli.linalg import matrices
+from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
+from lcpcli.linalg.factors import well_conditioned_inverse
+from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
+from lcpcli.rational import elimination
+from lcpcli.rational.numbers import in_integers, rounded
 from lcpcli.report import wording
 from lcpcli.report.document import Document, Section, typeset
 from lcpcli.report.wording import LEVELS
+from lcpcli.typing import Indices, Matrix, Vector
 
+ORDERED = {"stiff", "extreme", "all"}  # the suites whose families are in order of stiffness
+NO_ENTRY = "-"
+LISTED_LEVEL = LEVELS[1]  # the level of error whose times are listed: the accuracy that most users want
 ALIKE = 1.02  # times within this factor count as equal, as repeated measurements differ by as much
 RATE_BEGINS, RATE_ENDS = 1e-2, 1e-9  # errors, relative to the solution: after the first phase, and before rounding
 MOST_WITH_RATE = 400  # unknowns up to which the theoretical factors, from dense eigenvalues, take less than a second
 LEAST_ITERATES = 8  # for a rate by least squares, which fewer would leave uncertain
+MOST_INVERTED = 400  # the size of M_PP up to which the inverse is formed, in a few hundredths of a second
+MOST_INVERTED_EXACTLY = 64  # the size of M_PP up to which it is inverted in rational arithmetic, in about a second
+LARGEST_CONDITION = 1e-3 / EPS  # the condition number up to which an inverse in doubles has three correct digits
 Curve = Sequence[tuple[int, float, float | None]]
+
+
+def reached(record: BenchRecord) -> Section:
+    """Return the time that each method needs to reach an error of LISTED_LEVEL on each problem."""
+    times = {
+        name: [own.get(method, {}).get(LISTED_LEVEL) for method in record.methods] for name, own in competing(record)
+    }
+    length, unit = wording.common_unit(seconds for own in times.values() for seconds in own if seconds is not None)
+    rows = [
+        [name, *(NO_ENTRY if seconds is None else wording.digits(seconds / length) for seconds in own)]
+        for name, own in times.items()
+    ]
+    title = f"Time in {unit} to an error of {wording.level(LISTED_LEVEL)} relative to the solution's largest component"
+    return sheet(title, ["problem", *record.methods], [rows])
+
+
+def competing(record: BenchRecord) -> Iterator[tuple[str, dict[str, dict[float, float]]]]:
+    """Yield the problems with a known solution on which at least two methods ran: the name, and the seconds of each
+    method until each level of error, by the iterates that the record has."""
+    cases = {case.name: case for case in record.cases}
+    for name, group in groupby(record.measurements, key=lambda row: row.problem):
+        curves = {row.solver: row.curve for row in group if row.curve and row.curve_of == "error"}
+        if len(curves) >= 2:
+            size = prepare(cases[name]).size_of_solutions
+            yield name, {solver: dict(firsts_of(curve, size)) for solver, curve in curves.items()}
+
+
+def firsts_of(curve: Curve, size: float) -> Iterator[tuple[float, float]]:
+    """Yield each level of error that a run reaches, with the seconds until then. size : of the solution."""
+    for level in LEVELS:
+        times = [seconds for _, seconds, error in curve if error is not None and error <= level * size]
+        if times:
+            yield level, times[0]
+
+
+def condition(problem: object) -> float | None:
+    """Return the condition of the only solution of a linear problem, its `sensitivity` over its largest component; None
+    if it is unknown, or 0."""
+    if not isinstance(problem, Problem) or len(problem.solutions) != 1 or problem.n > MOST_INVERTED:
+        return None
+    found = sensitivity(problem, problem.solutions[0])
+    return found / problem.size_of_solutions if found else None
+
+
+def forward_error(problem: Problem, error: float | None) -> float | None:
+    """Return an error in units of eps times the condition: the effect of rounding the data."""
+    own = condition(problem)
+    return None if own is None or error is None else error / EPS / (own * problem.size_of_solutions)
+
+
+@np.errstate(all="ignore")
+def sensitivity(problem: Problem, z: Vector) -> float | None:
+    """Return the largest component of |M_PP^-1| (|M| |z| + |q|)_P at the solution z, shape (n,), in units of z, for
+    P with l_i < z_i < u_i or w_i = 0; None if M_PP is singular or too large, or too ill-conditioned where it is not
+    small."""
+    w = problem.w(z)
+    terms = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
+    box = problem.box
+    between, vanishing = (z > box.lower) & (z < box.upper), ~box.fixed & (np.abs(w) <= ROW_ROUNDING * terms)
+    for active in (between | vanishing, between):
+        P = np.flatnonzero(active)
+        if not P.size:
+            return 0.0
+        inverse = _inverse(problem, P)
+        if inverse is not None:
+            largest = float((inverse @ terms[P]).max())
+            return largest if np.isfinite(largest) else None
+    return None
+
+
+def _inverse(problem: Problem, P: Indices) -> Matrix | None:
+    """Return |M_PP^-1|, shape (k, k); None if M_PP is singular, too large or too ill-conditioned."""
+    if P.size > MOST_INVERTED:
+        return None
+    units = scale(problem)
+    A = matrices.dense(units.problem.M[P][:, P])
+    if P.size <= MOST_INVERTED_EXACTLY:
+        whole, power = in_integers(A.ravel())
+        found = elimination.inverse(np.array(whole, dtype=object).reshape(A.shape).tolist())
+        unit = Fraction(2) ** -power
+        inverse = None if found is None else np.array([rounded(unit * value for value in row) for row in found])
+    else:
+        inverse = well_conditioned_inverse(A, LARGEST_CONDITION)
+    return None if inverse is None else np.abs(units.C[P, np.newaxis] * inverse * units.R[P])
+
+
+def stability(record: BenchRecord) -> Section:
+    """Return one row per family and solver, or no rows if the suite is not in order of stiffness."""
+    groups = [_rungs(record, *ladder) for ladder in ladders(record.cases)] if ORDERED & {*record.suite} else []
+    header = ["family", "up", "solver", "to", "error", "cond.", "then"]
+    notes = [
+        "to: the last value up to which all problems are solved, by recomputed residuals. error: the largest error on "
+        "them, against the exact solution, in units of eps times the condition: the effect of rounding the data. "
+        "cond.: the largest condition of their solutions. then: how the run on the next problem ends."
+    ]
+    return sheet("Stability", header, [group for group in groups if group], notes)
+
+
+def ladders(cases: Sequence[Case]) -> list[tuple[str, str, dict[str, str]]]:
+    """Return the families of the cases, the parameter that varies in each, and its values by case, in order of
+    stiffness; a problem in a file belongs to no family."""
+    families: dict[tuple[str, ...], list[Case]] = {}
+    for case in cases:
+        if case.family:
+            families.setdefault((case.family, *case.parameters), []).append(case)
+    found = []
+    for (family, *parameters), own in families.items():
+        axis = next((name for name in parameters if len({str(case.parameters[name]) for case in own}) > 1), "n")
+        values = {case.name: str(case.parameters[axis] if axis in parameters else case.n) for case in own}
+        found.append((family, axis, values))
+    return found
+
+
+def _rungs(record: BenchRecord, family: str, axis: str, values: dict[str, str]) -> list[list[str]]:
+    """Return up to what stiffness each solver measured on a ladder succeeds, and how it ends at the next step."""
+    group: list[list[str]] = []
+    cases = {case.name: case for case in record.cases}
+    for solver in record.solvers:
+        rows = {row.problem: row for row in record.measurements if row.solver == solver}
+        own = [rows[problem] for problem in values if problem in rows]
+        if len(own) < len(values) or any(row.excluded for row in own):
+            continue
+        good = next((i for i, row in enumerate(own) if not row.success), len(own))
+        cells, then = [NO_ENTRY, "", ""], "all"
+        if good:
+            problems = [prepare(cases[row.problem]) for row in own[:good]]
+            errors = [forward_error(each, row.error) for each, row in zip(problems, own, strict=False)]
+            measures = errors, list(map(condition, problems))
+            largest = (max((size for size in sizes if size is not None), default=None) for sizes in measures)
+            cells = [values[own[good - 1].problem], *map(wording.short, largest)]
+        if good < len(own):
+            row = own[good]
+            outcome = row.status.replace("_", " ") if row.kind == "method" or not row.claimed else "claims to solve it"
+            then = f"{values[row.problem]}: {'wrong' if row.false_success else outcome}"
+        group.append([*(["", ""] if group else [family, axis]), solver, *cells, then])
+    return group
 
 
 def firsts(record: BenchRecord) -> Section:
@@ -96,7 +247,7 @@ def empirical_rate(k: Sequence[int], errors: Sequence[float], largest: float, sm
 
 def main(path: str) -> None:
     record = records.read(path)
-    tables = [own for own in (firsts(record), rates(record)) if own.tables[0].rows]
+    tables = [own for own in (stability(record), reached(record), firsts(record), rates(record)) if own.tables[0].rows]
     print(typeset(Document(path, tables), "table", None, False), end="")
 
 

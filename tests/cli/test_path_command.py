@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 from typing import Any
@@ -165,17 +164,6 @@ def test_suffix_of_the_output_gives_its_format(suffix: str, form: str, lcp: Lcp,
     assert (len(written), written[0][:60]) == (len(shown), shown[0][:60])
     late = lcp("path", "first.json", "last.json", "--exact", "--time-limit", "1e-9", "--format", form)
     assert (late.code, late.err, "stopped at the time limit" in late.out) == (1, "", True)
-
-
-@pytest.mark.parametrize("words", ["--format jsonl", "-o path.jsonl"])
-def test_lines_of_json_have_a_breakpoint_each_and_the_end(words: str, lcp: Lcp, files: Path) -> None:
-    outcome = lcp("path", "first.json", "last.json", *words.split())
-    text = (files / "path.jsonl").read_text() if words.startswith("-o") else outcome.out
-    *points, end = map(json.loads, text.splitlines())
-    assert (outcome.code, outcome.err, len(points)) == (0, "", 4)
-    assert [point["t"] for point in points] == pytest.approx([0, 1 / 7, 1 / 5, 1])
-    assert points[-1]["z"] == pytest.approx([4 / 3, 7 / 3])
-    assert (end["end"], end["verified"], end["breakpoints"]) == ("reached", True, 4)
 
 
 def test_picture_is_written_whole(lcp: Lcp, files: Path) -> None:

@@ -21,7 +21,7 @@ from lcpcli.files.contents import Source
 from lcpcli.gallery.families import make
 from lcpcli.model.names import coefficients
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.report import optimum_text
+from lcpcli.report import solutions
 
 Lcp = Callable[..., Any]
 SOURCE = Source("best.json")
@@ -173,7 +173,10 @@ def test_every_number_that_is_shown_of_an_optimum_is_a_bound(p: int, d: int, sen
     problem = lcpcli.Problem([[d]], [-p], lower=-np.inf)
     found = lcpcli.optimum(problem, [1], sense=sense)
     side = 1 if sense == "max" else -1
-    report, record = optimum_text.build(found, False, "table"), json.loads(optimum_text.in_json(found, SOURCE, False))
+    report, record = (
+        solutions.build(found, False, "table"),
+        json.loads(solutions.report(found, SOURCE, False).render("json")),
+    )
     words = " ".join([report.sections[0].verdict, *report.sections[0].facts[:2], record["message"]])
     shown = [Fraction(word) for word in re.findall(r"-?[0-9][0-9.]*(?:e[-+]?[0-9]+)?", words)]
     assert len(shown) == 4
@@ -186,7 +189,7 @@ def test_at_a_limit_the_best_so_far_and_the_bound_are_rounded_apart() -> None:
     third = Fraction(1, 3)
     for sense, value, bound in (("min", 2 * third, third), ("max", third, 2 * third)):
         found = Optimum(ExactProblem.of_floats(make("murty", 2)), sense, TIME_LIMIT, None, value, bound, 1, 0.0)
-        record = json.loads(optimum_text.in_json(found, SOURCE, False))
+        record = json.loads(solutions.report(found, SOURCE, False).render("json"))
         low, high = sorted((record["value"], record["bound"]))
         assert Fraction(low) <= third
         assert Fraction(high) >= 2 * third
@@ -213,7 +216,7 @@ def test_what_does_not_go_together_is_refused_in_a_line(
 
 
 def test_a_table_of_an_optimum_says_where_it_is_cut(lcp: Lcp, tmp_path: Path) -> None:
-    n, file = optimum_text.MOST_LINES + 1, tmp_path / "p.json"
+    n, file = solutions.MOST_UNKNOWNS + 1, tmp_path / "p.json"
     diagonal = {"format": "coo", "shape": [n, n], "rows": [*range(n)], "cols": [*range(n)], "values": [1] * n}
     file.write_text(json.dumps({"M": diagonal, "q": [-1] * n}))
     shown = lcp("solve", str(file), "--minimize", "z1").out

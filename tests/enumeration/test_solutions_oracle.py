@@ -106,7 +106,7 @@ def check(found: Solutions, whole: Whole, ended: str) -> tuple[bool, bool | None
     assert found.others is not True or len(pieces) < len(whole)
     assert not found.complete or set(pieces) == whole
     shown = SolutionSet(found, ended, 0.0)
-    held = json.loads(solutions.in_json(shown, Source("file", None), exact=True))
+    held = json.loads(solutions.report(shown, Source("file", None), exact=True).render("json"))
     assert (held["complete"], held["others"], len(held["pieces"])) == (found.complete, found.others, len(pieces))
     assert (held["status"] == ended) == (not found.complete)
     vertices = {vertex for piece in found.pieces for vertex in piece.vertices}

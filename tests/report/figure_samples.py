@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from lcpcli import Trace, read, run
 from lcpcli.files import contents
 from lcpcli.report.figures import run_figures, style
-from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile, Stiffness
+from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile
 
 METHODS = ("auto", "shi", "fixed-point", "newton", "lemke", "milp")
 PEERS = ("piqp", "clarabel", "quantecon", "osqp", "daqp")
@@ -28,11 +28,10 @@ def bench(
     profiles: Sequence[Profile],
     panels: Sequence[Panel] = (),
     growths: Sequence[GrowthPanel] = (),
-    stiffness: Sequence[Stiffness] = (),
 ) -> Figure:
     """The figure of a benchmark."""
     with style.context():
-        return run_figures.draw_bench(profiles, panels, growths, stiffness)
+        return run_figures.draw_bench(profiles, panels, growths)
 
 
 def decaying(name: str, rate: float = 0.5, count: int = 40, label: str = "", solved: bool = True) -> Curve:
@@ -46,15 +45,6 @@ def crowd(count: int) -> Panel:
     runs = [decaying(name, 0.2 + 0.12 * i, 5 + 17 * i, solved=i != 1) for i, name in enumerate(METHODS)]
     runs += [Curve(name, name, [None], [1e-4 * (i + 1)], [1e-9 * i], i != 2) for i, name in enumerate(PEERS)]
     return Panel(f"{count} solvers, n = 100", "error", runs[:count])
-
-
-def stiffness(count: int) -> list[Stiffness]:
-    """As many methods on problems whose conditions grow, each less accurate than the one before."""
-    conditions = [10.0 ** (3 * i) for i in range(9)]
-    return [
-        Stiffness(name, name, conditions, [0.0, *(1e-16 * 10.0**j * c for c in conditions[1:])], [1e-4 * (j + 1)] * 9)
-        for j, name in enumerate(METHODS[:count])
-    ]
 
 
 def paper_panel() -> Panel:

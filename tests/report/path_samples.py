@@ -15,7 +15,7 @@ from lcpcli import Problem
 from lcpcli.files import contents
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.parametric.path import ENDS, ExactPath, Family, Path
-from lcpcli.report.path_formats import WRITERS
+from lcpcli.report.path_table import report
 
 SMALL = [Problem([[2, 1], [1, 2]], q, name="small") for q in ([1, 1], [-5, -6])]
 
@@ -71,4 +71,4 @@ def frontier(**changes: Any) -> Path:
 
 def written(form: str, path: Path, *at: float, files: tuple[str, str] = ("a", "b")) -> str:
     """A path as a text in a format with all numbers."""
-    return WRITERS[form](path, at, files, ())
+    return report(path, at, files).render(form)

@@ -14,16 +14,15 @@ import lcpcli
 from lcpcli import Problem
 from lcpcli.parametric.path import Path as Solutions
 from lcpcli.report import plotting
-from lcpcli.report.figures import cones_figure, game_figure, paths_figure, run_figures, style
+from lcpcli.report.figures import cones_figure, paths_figure, run_figures, style
 from lcpcli.report.figures.data import Cones, Panel
 from lcpcli.report.pictures import response
 
 from . import test_path_figures as paths
 from . import test_solution_figures as cones
 from .drawn_texts import assert_no_text_is_on_another_or_leaves
-from .figure_samples import bench, convergence, crowd, decaying, growth, odd, paper_panel, profiles, stiffness, strange
+from .figure_samples import bench, convergence, crowd, decaying, growth, odd, paper_panel, profiles, strange
 from .path_samples import cornered, entering, frontier, small
-from .test_solution_figures import GAMES, replies
 
 NOTHING_MEASURED = Panel("p", "residual", [odd("shi", [None, None])])
 RUNS: dict[str, Callable[[], Figure]] = {
@@ -32,7 +31,6 @@ RUNS: dict[str, Callable[[], Figure]] = {
     "paper": lambda: convergence(paper_panel()),
     "7 panels": lambda: convergence(*(crowd(1 + i) for i in range(6)), paper_panel()),
     "profile alone": lambda: bench(profiles(4)),
-    "stiffness": lambda: bench(profiles(3), [], [growth(2)], stiffness(6)),
     "growth alone": lambda: bench([], [], [growth(11), growth(2)]),
     "nothing measured": lambda: convergence(NOTHING_MEASURED),
     "no curves": lambda: convergence(Panel("p", "error", [])),
@@ -87,14 +85,6 @@ def test_texts_of_paths_of_iterates_are_apart(name: str) -> None:
     assert_no_text_is_on_another_or_leaves(figure)
 
 
-@pytest.mark.parametrize("name", GAMES)
-@pytest.mark.parametrize("names", [["x1", "x2"], ["a very long name of a strategy " * 2, "$another_ " * 9]])
-def test_texts_of_games_are_apart(name: str, names: list[str]) -> None:
-    with style.context():
-        figure = game_figure.draw(replies(name, names))
-    assert_no_text_is_on_another_or_leaves(figure)
-
-
 @pytest.mark.parametrize("name", RESPONSES)
 def test_texts_of_paths_of_solutions_are_apart(name: str) -> None:
     with style.context():
@@ -115,7 +105,6 @@ FILES: dict[str, Callable[[str], bytes]] = {
     "convergence": lambda form: plotting.convergence([Panel("p", "error", [decaying("shi")], MADE_BY)], form),
     "bench": lambda form: plotting.bench(profiles(3), [crowd(2)], [growth(3)], form),
     "cones": lambda form: plotting.cones(cones.picture(cones.MURTY, (-1, -1), provenance=[MADE_BY]), form),
-    "game": lambda form: plotting.replies(replies("coordination", ["a", "b"]), form),
     "paths": lambda form: plotting.paths([paths.data(paths.TWO)], form),
     "response": lambda form: plotting.response(response(frontier()), form),
 }

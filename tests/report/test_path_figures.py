@@ -15,7 +15,7 @@ import lcpcli
 from lcpcli import Problem
 from lcpcli.errors import OptionError
 from lcpcli.parametric.path import Path as Solutions
-from lcpcli.report import paths
+from lcpcli.report import pictures
 from lcpcli.report.figures import paths_figure, run_figures, style
 from lcpcli.report.figures.data import Trajectories
 from lcpcli.report.figures.data import Trajectory as Run
@@ -31,7 +31,7 @@ METHODS = ("fixed-point", "shi")
 
 
 def data(problem: Problem, methods: tuple[str, ...] = METHODS, **trace: Any) -> Trajectories:
-    (made,) = paths.of_runs([[run(problem, method, curve=Trace(keeps_x=True, **trace)) for method in methods]])
+    (made,) = pictures.trajectories([[run(problem, method, curve=Trace(keeps_x=True, **trace)) for method in methods]])
     return made
 
 

@@ -16,7 +16,6 @@ import lcpcli
 from lcpcli import Problem
 from lcpcli.parametric.path import Path
 from lcpcli.report import document, path_formats, path_table
-from lcpcli.report.path_formats import KEYS
 from lcpcli.report.path_terms import Terms
 
 from .path_samples import SMALL, cornered, frontier, portfolio, small, small_in_fractions, written
@@ -209,20 +208,3 @@ def jumping() -> tuple[Problem, Problem]:
     M = np.eye(18)
     M[16:, 16:] = [[0, 1], [-1, 0]]
     return Problem(M, [*k, 1, 1]), Problem(M, [*k - 1, -1, 1])
-
-
-@pytest.mark.parametrize("path", [small_in_fractions, frontier, cornered])
-def test_lines_have_what_the_object_has(path: Any) -> None:
-    own = json.loads(written("json", path()))
-    *points, end = (json.loads(line) for line in written("jsonl", path()).splitlines())
-    assert [point["breakpoint"] for point in points] == list(range(1, len(own["t"]) + 1))
-    assert end["breakpoints"] == len(points)
-    for name in ("t", "z", "w", "changes"):
-        assert [point[name] for point in points] == own[name]
-    assert [point["basis"] for point in points] == [*own["basis"], None]
-    assert {*end, *points[0]} - {"breakpoint", "breakpoints"} == set(KEYS.split())
-    if own["answer"]:
-        assert [point["answer"]["x"] for point in points] == own["answer"]["x"]
-        assert end["answer"]["columns"] == own["answer"]["columns"]
-    if own["exact"]:
-        assert [point["exact"]["z"] for point in points] == own["exact"]["z"]

@@ -15,8 +15,9 @@ from scipy.sparse import csr_array
 
 from lcpcli import Problem, run
 from lcpcli.gallery import families
-from lcpcli.verify.digits import DOUBLE_DIGITS, fewest, sensitivity
+from lcpcli.verify.digits import DOUBLE_DIGITS, fewest
 
+from ..benchmarks.accuracy import sensitivity
 from ..conftest import Outcome
 from ..exact import positive_definite, solution
 

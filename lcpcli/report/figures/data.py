@@ -105,18 +105,6 @@ class Profile:
 
 
 @dataclass(frozen=True)
-class Stiffness:
-    """How one solver fares as problems become stiffer: for each problem that it solves, the condition of the solution,
-    the error relative to its largest component, and the median run time in seconds."""
-
-    name: str
-    label: str
-    conditions: Sequence[float]
-    errors: Sequence[float]
-    seconds: Sequence[float]
-
-
-@dataclass(frozen=True)
 class Cones:
     """The complementary cones of an LCP with two unknowns, and which of them contain q.
 
@@ -179,31 +167,6 @@ class Response:
     turns: Sequence[int] = ()
     objective: Sequence[Pair] | None = None
     is_frontier: bool = False
-    provenance: Sequence[str] = ()
-
-
-@dataclass(frozen=True)
-class Replies:
-    """The best replies of both players of a 2 x 2 game, and its equilibria. Points are (p, q): the probabilities that
-    the row and the column player play their first strategies.
-
-    A, B : the payoffs, as texts. rows, columns : the names of the strategies.
-    row, column : the best replies of each player, as lines; a line around the square stands for all of it.
-    equilibria : the extreme ones. subsets : the least and the largest p and q of each maximal Nash subset.
-    count : the number of equilibria, in words.
-    provenance : lines on the problem and the program, for the file's metadata.
-    """
-
-    title: str
-    A: Sequence[Sequence[str]]
-    B: Sequence[Sequence[str]]
-    rows: Sequence[str]
-    columns: Sequence[str]
-    row: Sequence[Pair]
-    column: Sequence[Pair]
-    equilibria: Sequence[Pair]
-    subsets: Sequence[tuple[Pair, Pair]]
-    count: str
     provenance: Sequence[str] = ()
 
 

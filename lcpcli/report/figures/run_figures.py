@@ -2,8 +2,7 @@
 
 The figure of convergence has one row per problem, with the error against run time on the left and against the iteration
 on the right. Curves have few markers, a ring around each point beyond the axes, and a cross where a run failed. The
-figure of a benchmark has the performance profile, error against run time, the growth of time with n and, for a suite in
-order of stiffness, error and time against the condition.
+figure of a benchmark has the performance profile, error against run time, and the growth of time with n.
 
 The solutions along a path: z(t), or x of a program, as lines that break at the breakpoints, and the objective.
 
@@ -24,7 +23,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter
 
-from lcpcli.linalg.doubles import EPS
 from lcpcli.report.figures import data
 from lcpcli.report.figures.data import (
     Curve,
@@ -35,7 +33,6 @@ from lcpcli.report.figures.data import (
     Profile,
     Range,
     Response,
-    Stiffness,
 )
 from lcpcli.report.figures.style import (
     BEYOND,
@@ -45,7 +42,6 @@ from lcpcli.report.figures.style import (
     PAGE_HEIGHT,
     PEERS,
     RAMP,
-    ROUNDING,
     ROW,
     SIGNS,
     UNSOLVED,
@@ -62,8 +58,6 @@ MEASURES = {
     "error": r"error $\|z - z^*\|_\infty$",
     "residual": r"residual $\|\min(z, Mz + q)\|_\infty$",
 }
-RELATIVE_ERROR = r"error $\|z - z^*\|_\infty / \|z^*\|_\infty$"
-SMALLEST_RELATIVE = 1e-17  # a smaller relative error is drawn at the lower end, like 0
 MOST_MARKERS = 12  # on a curve: enough to follow it where curves cross, few enough to see the line
 MOST_TICKS = 6  # labelled ticks on an axis, whose labels would touch if there were more
 ROOM = 0.04  # of the length of an axis
@@ -158,7 +152,7 @@ def _marks(at: Any, turn: int) -> list[int]:
     return [0, *np.searchsorted(length, wanted).tolist(), len(at) - 1]
 
 
-def _drawn(chosen: Looks, panels: Sequence[Panel], others: Sequence[Profile | Growth | Stiffness] = ()) -> Looks:
+def _drawn(chosen: Looks, panels: Sequence[Panel], others: Sequence[Profile | Growth] = ()) -> Looks:
     """Return the looks of the runs that have a curve in the figure."""
     entries = [*others, *(curve for panel in panels for curve in panel.curves if curve.is_measured)]
     names = {(entry.name, entry.label) for entry in entries}
@@ -174,14 +168,13 @@ def draw_bench(
     profiles: Sequence[Profile],
     panels: Sequence[Panel],
     growth_panels: Sequence[GrowthPanel],
-    stiffness: Sequence[Stiffness] = (),
 ) -> Figure:
     """Draw the figure: axes in two columns; if their number is odd, the first ones are as wide as the figure."""
     growths = [growth for panel in growth_panels for growth in panel.growths]
     runs = [curve for panel in panels for curve in panel.curves]
-    entries: list[Profile | Curve | Growth | Stiffness] = [*profiles, *runs, *growths, *stiffness]
+    entries: list[Profile | Curve | Growth] = [*profiles, *runs, *growths]
     chosen = looks((one.name, one.label) for one in entries)
-    count = bool(profiles) + len(panels) + len(growth_panels) + 2 * bool(stiffness)
+    count = bool(profiles) + len(panels) + len(growth_panels)
     places = [0] * (count % 2) + list(range(count))
     rows = len(places) // 2
     figure = Figure(figsize=(WIDTH if count > 1 else WIDTH / 2, min(ROW * rows, PAGE_HEIGHT)))
@@ -189,33 +182,11 @@ def draw_bench(
     free = (mosaic[i] for i in range(count))
     if profiles:
         _profile(next(free), profiles, chosen)
-    for measure in ("errors", "seconds") if stiffness else ():
-        _against_condition(next(free), measure, stiffness, chosen)
     for panel in panels:
         _against_time(next(free), panel, chosen, WIDTH / 2)
     for growth_panel in growth_panels:
         _growth(next(free), growth_panel, chosen)
-    return add_legend(figure, _drawn(chosen, panels, [*profiles, *growths, *stiffness]))
-
-
-def _against_condition(axes: Axes, measure: str, stiffness: Sequence[Stiffness], chosen: Looks) -> None:
-    """Draw the relative errors, beside the effect of rounding the data once, or the run times of solved problems over
-    the condition of their solutions."""
-    is_error = measure == "errors"
-    axes.set_title("Error of what is solved" if is_error else "Time of what is solved")
-    axes.set(xlabel="condition of the solution", ylabel=RELATIVE_ERROR if is_error else "run time (s)")
-    across = data.times(condition for one in stiffness for condition in one.conditions)
-    up = data.times((value for one in stiffness for value in getattr(one, measure)), SMALLEST_RELATIVE)
-    _log_axis(axes, "x", across)
-    _log_axis(axes, "y", up)
-    if is_error:
-        ends = np.array([across.low, across.high])
-        axes.plot(ends, EPS * ends, color=GREY, linewidth=0.8, linestyle="--", zorder=1, label=ROUNDING)
-        axes.set_ylim(up.low, up.high)
-    for one in stiffness:
-        points = data.inside(one.conditions, getattr(one, measure), across, up)
-        xs, ys = [p.x for p in points], [p.y for p in points]
-        axes.plot(xs, ys, linestyle="", clip_on=False, zorder=3, **chosen[one.name, one.label].points)
+    return add_legend(figure, _drawn(chosen, panels, [*profiles, *growths]))
 
 
 def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:

@@ -258,11 +258,10 @@ def fitted(text: str, size: float, inches: float) -> str:
 
 
 SAMPLE = 0.6  # inches that a sample takes in front of its label
-BEYOND, UNSOLVED, ROUNDING = "0 or beyond the axis", "not solved", "eps times the condition"
+BEYOND, UNSOLVED = "0 or beyond the axis", "not solved"
 SIGNS: dict[str, dict[str, Any]] = {  # by their labels, which no other artist in axes has
     BEYOND: {"linestyle": "", "marker": "o", "markersize": 8, "markerfacecolor": "none", "markeredgewidth": 0.7},
     UNSOLVED: {"linestyle": "", "marker": "x", "markersize": 8, "markeredgewidth": 1.3},
-    ROUNDING: {"linestyle": "--", "linewidth": 0.8},
 }
 Entry: TypeAlias = tuple[Line2D, str]
 EMPTY: Entry = (Line2D([], [], linestyle=""), "")
