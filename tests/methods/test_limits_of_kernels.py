@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -62,6 +64,25 @@ def test_the_compiled_check_has_the_caps_of_the_one_in_numpy() -> None:
     assert not solves(problem, z, 1e-10)
 
 
+def test_a_product_that_underflows_to_zero_decides_nothing() -> None:
+    """In exact arithmetic w_1 = -1e-330 at z = (0, 1e-160), which the doubles do not hold."""
+    q = np.array([0.0, -1e-160])
+    assert solve_one(np.array([[1.0, -1e-170], [0, 1]]), q, q < 0, False, 1.0, 1e-10)[0] != CERTAIN
+
+
+def test_the_compiled_check_takes_rounding_at_the_reference_point_for_no_size_of_q() -> None:
+    """Row 1 at the lower bounds is 4e-12, and -1.5e-11 as doubles sum it up; the last two rows are infeasible."""
+    M, lower = np.zeros((5, 5)), np.zeros(5)
+    M[0, :4] = 0.42717905926330113, 0.5768579307407304, 0.8747103493618308, 1.0
+    M[1, 1] = M[2, 2] = 1.0
+    M[3:, 3:] = [[1, -1], [-1, 1]]
+    lower[:3] = 84718.05368988577, 79721.55013113268, 92199.35749096583
+    problem = Problem(M, [-162825.5191238109, 1 - lower[1], 1 - lower[2], -1e-22, -1e-22], lower=lower)
+    z = lower + [0, 0, 0, 1e-8, 1e-8]
+    assert not Point(Criterion(problem), z).solves()
+    assert not solves(problem, z, 1e-10)
+
+
 def test_the_compiled_check_refuses_a_positive_w_beside_a_positive_z() -> None:
     assert not solves(Problem([[1]], [-1]), np.array([3.0]), 1e-10)  # z = 3 and w = 2
 
@@ -83,6 +104,50 @@ def test_a_tableau_that_is_made_again_has_its_values_with_variables_at_upper_bou
     assert path.tableau.at_upper.tolist() == [True, False]
     path._refresh()
     assert np.allclose(path.tableau.values, before)
+
+
+def test_a_tableau_that_is_made_again_has_all_digits_of_a_variable_that_has_left_a_far_bound() -> None:
+    problem = Problem([[2, 1], [1, 2]], [-9, -5], lower=[0, 0], upper=[2.0**52, 2.0**52])
+    path = LemkePath(reduced(problem), problem.q, 0, False)
+    path.advance(10)
+    path.tableau.at_upper[:] = True  # where basic variables have last been
+    path._refresh()
+    assert np.allclose(path.point()[0], [13 / 3, 1 / 3], rtol=1e-14)
+
+
+def test_a_ray_is_believed_only_of_a_tableau_that_is_made_again() -> None:
+    def spoiled(tableau_: tableau.Tableau, *how: Any) -> tuple[int, int, int, float]:
+        end, pivots, entering, way = tableau.follow(tableau_, *how[:-1], 1)
+        return (tableau.RAY, pivots, entering, way) if end == tableau.PAUSED else (end, pivots, entering, way)
+
+    M = 2 * np.eye(4) + np.ones((4, 4))
+    problem = Problem(M, -np.arange(1.0, 5.0))
+    path = LemkePath(reduced(problem), problem.q, 0, False, spoiled)
+    path.advance(100)
+    assert path.end == tableau.SOLVED
+
+
+def test_w_on_a_path_is_that_of_the_problem_in_its_units() -> None:
+    R = np.array([1e-6, 1e6, 1.0])
+    problem = Problem(
+        R[:, np.newaxis] * [[4, 1, 0], [1, 3, 2], [0, 2, 5]], R * [-4, 1, 6], lower=0, upper=[9, 9, np.inf]
+    )
+    path = LemkePath(reduced(problem), problem.q, 0, False)
+    path.advance(10)
+    z, w, _ = path.point()
+    np.testing.assert_allclose(w, np.where(z > 0, 0.0, problem.w(z)), rtol=1e-9)
+    assert w.tolist() != [0, 0, 0]
+
+
+@pytest.mark.parametrize("follows", [tableau.follow, compiled.follow])
+def test_the_noise_of_a_variable_that_leaves_is_not_that_of_the_one_that_enters(follows: Any) -> None:
+    M, q, cover, d = np.eye(2), np.array([-2.0, -1]), np.ones(2), np.full(2, np.inf)
+    own = tableau_of(M, q, cover)
+    row, entering, way = begin(own, d, cover, False)
+    own.noise[:] = 1e-3
+    follows(own, d, entering, way, row, False, 1)
+    (entered,) = (own.basic == 2).nonzero()[0]
+    assert own.noise[entered] < 1e-9
 
 
 def test_the_lexicographic_minimum_is_the_row_that_blocks_first_after_a_perturbation() -> None:

@@ -121,6 +121,7 @@ def test_coarse_versions_leave_little_to_be_pivoted() -> None:
     states = z - problem.w(z) / M.diagonal() > 0
     assert np.count_nonzero(states != (expected > 0)) <= 0.05 * problem.n
     assert len(through(multilevel(problem))[0]) <= 8
+    assert len(through(multilevel(families.make("american-put", 5000)))[0]) <= 4
 
 
 def test_factors_serve_in_place_of_coarse_versions() -> None:

@@ -10,6 +10,8 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli.errors import OptionError, ProblemError
+from lcpcli.model.box import Box
+from lcpcli.model.differences import rounding
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.solving.result import Status
@@ -102,3 +104,10 @@ def test_differences_where_F_is_infinite_are_undefined_and_no_breakdown() -> Non
     J = Evaluations(NonlinearProblem(np.log, x0=[0, 1])).jacobian(np.array([0.0, 1.0]))
     assert not np.isfinite(J[0, 0])
     assert J[1, 1] == pytest.approx(1)
+
+
+@pytest.mark.parametrize(("noise", "is_rounding"), [(1e-12, True), (0.3, False)])
+def test_noise_that_is_large_beside_F_is_not_taken_for_rounding(noise: float, is_rounding: bool) -> None:
+    generator, z = np.random.default_rng(0), np.full(3, 0.7)
+    found = rounding(lambda z: z + 1 + noise * generator.standard_normal(z.size), Box(0.0, np.inf), z, 1e-6)
+    assert (found > 0).tolist() == [is_rounding] * 3
