@@ -214,7 +214,11 @@ RATE = r"^\| ([a-z][\w-]+) (\d+)(?: (\w+)=(\S+))? \| (\d+) \| (0\.\d+) \| (0\.\d
 RATES = re.findall(RATE, PAGES["paper"], re.MULTILINE)
 
 
-@pytest.mark.parametrize("row", [row for row in RATES if int(row[4]) < 2000], ids=lambda row: row[0])
+SLOWLY = pytest.mark.slow("takes hundreds of iterations many times")
+MEASURED = [pytest.param(row, id=f"{row[0]}-{row[1]}", marks=[SLOWLY] * (int(row[4]) > 200)) for row in RATES]
+
+
+@pytest.mark.parametrize("row", [row for row in MEASURED if int(row.values[0][4]) < 2000])
 def test_rates_of_fixed_point_are_what_the_bench_measures(row: tuple[str, ...]) -> None:
     family, n, parameter, value, iterations, *factors = row
     known = gallery.parameters_of(family)

@@ -104,7 +104,7 @@ def test_a_row_that_is_added_is_tried_and_shown(monkeypatch: pytest.MonkeyPatch)
 @pytest.mark.parametrize("name", ["harker-pang", "bimatrix", "lp", "contact", "planted", "obstacle", "circuit"])
 @pytest.mark.parametrize("n", [8, 18, 60, 500])
 def test_the_route_of_a_run_is_a_part_of_its_plan(name: str, n: int) -> None:
-    problem = families.make(name, min(n, 200) if name in ("bimatrix", "planted") else n)
+    problem = families.make(name, min(n, {"bimatrix": 200, "planted": 60}.get(name, n)))
     planned = {attempt.method for attempt in plan(problem)} | {"auto"}
     inside = {"krylov", "multilevel", "gradient"} if planned & {"sparse", "newton"} else set()
     assert set(run(problem, trace=True).route) <= planned | inside
@@ -129,6 +129,7 @@ def test_a_plan_says_that_presolve_and_exact_arithmetic_take_part() -> None:
     assert methods.index("exact") < methods.index("milp")
 
 
+@pytest.mark.slow("takes 1500 iterations of all methods")
 def test_iterations_of_all_rounds_count_and_a_method_stands_in_the_route_once() -> None:
     result = run(families.make("gaussian", 310), max_iterations=1500, trace=True)
     assert result.status.word == "iteration_limit"

@@ -12,6 +12,8 @@ from lcpcli import Problem
 from lcpcli.linalg.units import UNITS_FAR_APART
 from lcpcli.verify.point import Criterion, Point
 
+from .. import kernels_together  # noqa: F401
+
 pytest.importorskip("numba")
 
 from lcpcli.basis.free_variables import NEAR_ONE, scaled

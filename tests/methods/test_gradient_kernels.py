@@ -10,6 +10,8 @@ from lcpcli.gallery import families
 from lcpcli.methods.projected_gradient import projected_gradient, single_steps
 from lcpcli.methods.stages import Finished, Iterate, advance
 
+from .. import kernels_together  # noqa: F401
+
 compiled = pytest.importorskip("lcpcli.kernels.compiled")
 
 

@@ -14,6 +14,8 @@ from lcpcli.methods.lemke import reduced
 from lcpcli.methods.lemke_path import LemkePath
 from lcpcli.verify.point import Criterion, Point
 
+from .. import kernels_together  # noqa: F401
+
 pytest.importorskip("numba")
 
 from lcpcli.kernels import compiled
@@ -78,7 +80,7 @@ def test_the_compiled_check_takes_rounding_at_the_reference_point_for_no_size_of
     M[3:, 3:] = [[1, -1], [-1, 1]]
     lower[:3] = 84718.05368988577, 79721.55013113268, 92199.35749096583
     problem = Problem(M, [-162825.5191238109, 1 - lower[1], 1 - lower[2], -1e-22, -1e-22], lower=lower)
-    z = lower + [0, 0, 0, 1e-8, 1e-8]
+    z = lower + np.array([0, 0, 0, 1e-8, 1e-8])
     assert not Point(Criterion(problem), z).solves()
     assert not solves(problem, z, 1e-10)
 

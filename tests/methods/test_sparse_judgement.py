@@ -14,6 +14,8 @@ from lcpcli import Problem, run
 from lcpcli.gallery import families
 from lcpcli.verify.point import Criterion, Point
 
+from .. import kernels_together  # noqa: F401
+
 compiled = pytest.importorskip("lcpcli.kernels.compiled")
 
 

@@ -39,7 +39,10 @@ from lcpcli.methods.direct import (
 from lcpcli.solving import direct_run, driver
 from lcpcli.typing import Vector
 
-from .. import exact
+from .. import (
+    exact,
+    kernels_together,  # noqa: F401
+)
 from ..conftest import Outcome
 from .test_many_columns import assert_same
 

@@ -178,7 +178,15 @@ def test_a_few_large_numbers_do_not_make_rounding_of_the_others(size: float, man
     assert Point(Criterion(Problem(np.eye(UNKNOWNS), q)), z).solution() is None
 
 
-@pytest.mark.parametrize(("method", "n"), [("auto", 12), ("auto", 21), ("newton", 40), ("milp", 21)])
+@pytest.mark.parametrize(
+    ("method", "n"),
+    [
+        ("auto", 12),
+        ("auto", 21),
+        ("newton", 40),
+        pytest.param("milp", 21, marks=pytest.mark.slow("searches for seconds")),
+    ],
+)
 def test_no_row_is_solved_by_the_size_of_another(method: str, n: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """M_00 asks for a large z_0; two rows, w_1 = z_2 - 1 and w_2 = z_1 + 1, exclude each other."""
     M, q = np.eye(n), np.full(n, -5.0)
