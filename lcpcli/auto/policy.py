@@ -124,7 +124,8 @@ def _searched(problem: Problem, x0: Vector, milp: bool = True, **how: Any) -> St
     """Take the methods in turn, as `_search` does, in the variables in which the reference point is 0, or else in those
     of the problem, where rounding to these spoils the solution, and then milp, if it is among them, on the problem as
     given."""
-    turns, search = Turns(x0), partial(_search, milp=milp, **how)
+    turns = Turns(x0)
+    search: Search = partial(_search, milp=milp, **how)
     ending = yield from turns.take("", stages.from_reference(problem, x0, search))
     if isinstance(ending, Finished) and problem.reference_z is not None and not _is_solved(problem, turns):
         ending = yield from turns.take("", search(problem, Turns(x0), tried=None))

@@ -67,7 +67,7 @@ def _most_operations(M: Matrix, is_row: Mask) -> float:
     squares = float(counts @ counts)
     has_diagonal_Q = M.nnz - 2 * counts[is_row].sum() <= np.count_nonzero(M.diagonal()[~is_row])
     left = min(counts.size - rows, rows) if has_diagonal_Q else counts.size - rows
-    return squares + left**3 / 3
+    return float(squares + left**3 / 3)
 
 
 def _minimizer(problem: Problem, S: Vector) -> Vector | None:
