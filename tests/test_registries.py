@@ -205,7 +205,7 @@ def test_what_is_added_passes_the_tests_of_all_of_its_kind(copy: Path) -> None:
 
 def test_method_with_two_options(lcp: Lcp) -> None:
     solve = "solve toy.json --method toy --format json"
-    plain, other, *helps = lcp(solve, f"{solve} --omega 1.5 --sweeps 2", "solve --help", "compare --help")
+    plain, other, *helps = lcp(solve, f"{solve} --omega 1.5 --sweeps 2", "help solve --all", "help compare --all")
     records = list(map(json.loads, (plain, other)))
     assert [(record["status"], record["method"], record["options"]) for record in records] == [
         ("solved", "toy", {"omega": 1.0, "sweeps": 1}),

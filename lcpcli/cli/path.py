@@ -52,6 +52,10 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
         "lcp make torsion -n 100 --set angle=4 -o strong.json",
         "lcp path slight.json strong.json --at 0.5 --plot torsion.svg",
     ),
+    common=(
+        *("--direction", "--from", "--to", "--turns", "--exact", "--time-limit", "--at", "--show"),
+        *("--format", "--plot", "--output", "--quiet"),
+    ),
     epilog="lcp help paths has examples, also for programs. Components are counted from 1; indices in JSON, from 0.",
     exits={
         **EXITS,
@@ -82,7 +86,7 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
     "Path", "--to", "stop", metavar="NUMBER", help="t at the last problem.  [default: 1; required with --direction]"
 )
 @option("Path", "--turns", is_flag=True, help="Continue with decreasing t where the path turns.")
-@option("Path", "--exact", is_flag=True, help="Prove the path in rational arithmetic, decimals taken as written.")
+@option("Path", "--exact", is_flag=True, help="Prove the path in exact fractions; 0.1 means 1/10.")
 @numeric("Path", LIMITS[0])
 @numeric("Stopping", LIMITS[1])
 @numeric("Stopping", MAX_BREAKPOINTS)
