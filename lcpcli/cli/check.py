@@ -176,10 +176,17 @@ def _verification(
 )
 @problem_file
 @numeric("Stopping", TIME_LIMIT)
+@option("Output", "--all", "whole", is_flag=True, help="Show everything; JSON and CSV always do.")
 @format_option(RECORD_MEANINGS)
 @output_file()
 def inspect(
-    file: str, q_file: str | None, time_limit: float | None, form: str | None, output: str | None, **given: Any
+    file: str,
+    q_file: str | None,
+    time_limit: float | None,
+    whole: bool,
+    form: str | None,
+    output: str | None,
+    **given: Any,
 ) -> int:
     """Report the classes of M, its scaling, and which methods are guaranteed to solve the problem; of a nonlinear model
     the rows and operators, and what is known of F and its Jacobian at the start."""
@@ -194,12 +201,12 @@ def inspect(
         from lcpcli.inspection.inspection import inspect as inspected
         from lcpcli.report import inspection_text
 
-        destination.show(partial(inspection_text.render, inspected(problem, seconds)))
+        destination.show(partial(inspection_text.render, inspected(problem, seconds), whole=whole))
     else:
         from lcpcli.inspection.nonlinear import inspect_nonlinear
         from lcpcli.report import inspection_text
 
         model = _model(file).model
         found = inspect_nonlinear(problem, model.operators, model.header.common, len(model.fixed), seconds)
-        destination.show(partial(inspection_text.render_nonlinear, found))
+        destination.show(partial(inspection_text.render_nonlinear, found, whole=whole))
     return 0

@@ -104,6 +104,10 @@ class Command(click.Command):
         given, hint = list(args), f"see {ctx.command_path} --help"
         if ctx.allow_interspersed_args and "--all" in args and not {"-h", "--help"}.isdisjoint(args):
             ctx.meta[WHOLE], args = True, ["--help"]
+        options = {flag for param in self.get_params(ctx) for flag in param.opts}
+        for word in args if ctx.allow_interspersed_args else []:  # -max-iterations is not -m ax-iterations
+            if word[:2] != "--" and word.startswith("-") and f"-{word}" in options:
+                raise OptionError(word, f"is no option of {ctx.command_path}", f"did you mean -{word}?")
         if ctx.allow_interspersed_args:  # otherwise the words belong to another command
             args = [" " * bool(NEGATIVE.match(word)) + word for word in args]  # with a blank, a number is no option
         try:

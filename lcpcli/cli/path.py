@@ -105,6 +105,8 @@ def path(
     **given: Any,
 ) -> int:
     """Follow the solution z(t) as q and the bounds of one problem change to those of another."""
+    from lcpcli.parametric.path import REACHED
+
     form, output, quiet, exact = (given.pop(name) for name in ("form", "output", "quiet", "exact"))
     bounds = {name: given.pop(name) for name in ("lower", "upper", "infinity")}
     inputs = _inputs(files, direction, {**bounds, "quiet": quiet})
@@ -130,6 +132,8 @@ def path(
     found, code = _followed(ends, file, span, **given)
     from lcpcli.report import path_table
 
+    if direction is not None and found.end == REACHED:  # there is no second problem
+        found = replace(found, message=f"the path reaches t = {float(span[1]):g}")
     destination.show(path_table.report(found, asked, files_read, names).render)
     if plot is not None:
         found.plot(plot, names)

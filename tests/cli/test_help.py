@@ -128,7 +128,7 @@ def run(line: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> Outcome:
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(outcome.out.encode())))
         outcome = lcp(*arguments)
         assert outcome.code == 0 or arguments[0] == "compare-runs", line  # which finds today's runs slower by chance
-        assert re.fullmatch(r"(lcp: \d+ problems: \d+ solved\n)?", outcome.err), line
+        assert re.fullmatch(r"(lcp: .*solved.*\n)?", outcome.err), line
     return outcome
 
 
