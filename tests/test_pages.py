@@ -168,7 +168,7 @@ def test_commands_and_options_named_in_the_text_exist(page: str) -> None:
     flags = {name: {"--help"} for name, _ in commands}
     for name, its in commands:
         flags[name] |= {flag for param in its.params for flag in (*param.opts, *param.secondary_opts)}
-    flags["help"] |= {*TOPICS, *METHODS, *flags, "TOPIC"}
+    flags["help"] |= {*TOPICS, *METHODS, *flags, "TOPIC", "METHOD"}
     text = BLOCK.sub("", PAGES[page])
     for name, rest in re.findall(r"`lcp\s+([a-z]\w*)([^`]*)`", text):
         assert name in flags, name
@@ -247,7 +247,10 @@ def test_page_of_formats_has_those_of_problems_and_of_results() -> None:
     assert [row for row in rows if row not in PAGES["formats"]] == []
 
 
-def test_readme_is_short_and_leads_to_every_page() -> None:
-    assert len(README.splitlines()) <= 130
-    for topic in TOPICS:
-        assert f"| [`{topic}`](lcpcli/topics/{topic}.md) |" in README
+def test_readme_is_short_and_a_problem_of_ones_own_comes_first() -> None:
+    assert len(README.splitlines()) <= 120
+    assert README.index("lcp solve mine.json") < README.index("lcp compare paper-example-1")
+    links = re.findall(r"(?<!!)\[[^\]]*\]\((.*?)\)", README)
+    assert len(links) == 8
+    assert all((ROOT / link).is_file() for link in links)
+    assert [topic for topic in TOPICS if topic != "tasks" and f"`{topic}`" not in README + PAGES["tasks"]] == []

@@ -53,7 +53,8 @@ def render(
         decisive = [(text, f"{word}: {reason}") for text, word, reason in classes if text in DECISIVE]
         tried = [("auto tries", ", ".join(dict.fromkeys(attempt.method for attempt in found.plan or ())))]
         rest = [("the rest", f"--all shows {len(classes)} classes, sizes, rates and why auto tries what")]
-        shown = [("condition", _condition(found)), *decisive, *tried, *rest]
+        removed = [("presolve", _presolve(found.presolve))] if found.presolve is not None else []
+        shown = [("condition", _condition(found)), *decisive, *removed, *tried, *rest]
         tables = [_table(("", ""), shown if found.problem.n else []), guaranteed]
     facts = [text for text in (found.obvious, *found.hints) if text]
     section = Section(f"{name}: {wording.size(found.problem)}", facts=facts, tables=tables)
