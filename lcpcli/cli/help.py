@@ -90,7 +90,7 @@ def help(context: click.Context, topic: str | None, section: str | None, whole: 
 
             page = formatted(page, min(width, WIDEST_LINE), color)
         emit(page, color)
-        if topic in METHODS or topic in NONLINEAR:
+        if topic not in PAGES and (topic in METHODS or topic in NONLINEAR):
             emit(_options(context, topic), False)
     elif found := _places(topic):
         formatter = context.make_formatter()
