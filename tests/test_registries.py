@@ -256,7 +256,7 @@ def test_peer(lcp: Lcp) -> None:
 
 def test_class_and_page(lcp: Lcp) -> None:
     given = '{"M": [[1, 3], [0, 1]], "q": [-2, -4], "lower": [null, 0]}'
-    record, table, page = lcp("inspect toy.json --format json", "inspect toy.json", "help toy", problem=given)
+    record, table, page = lcp("inspect toy.json --format json", "inspect toy.json --all", "help toy", problem=given)
     found = json.loads(record)
     assert found["classes"]["toy"]["verdict"] == "yes"
     assert found["methods"]["toy"]["reason"] == "no theorem about it is known here"
