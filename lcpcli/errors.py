@@ -135,10 +135,10 @@ def count(n: int, noun: str) -> str:
     return f"{n} {noun if n == 1 else plural}"
 
 
-def listed(words: Sequence[str]) -> str:
+def listed(words: Iterable[str], joint: str = "and") -> str:
     """Return words in a sentence: "a", "a and b", "a, b and c"."""
     *others, last = words
-    return f"{', '.join(others)} and {last}" if others else last
+    return f"{', '.join(others)} {joint} {last}" if others else last
 
 
 def kind(value: Any) -> str:

@@ -56,11 +56,11 @@ class Option(NamedTuple):
         return f"{self.default:g}" if self.default < math.inf else "no limit"
 
     @property
-    def metavar(self) -> str | None:
-        """Return NUMBER|AUTO for an option that takes a number or the word "auto", or the words if it takes no number;
-        None if it takes numbers alone."""
-        words = [word.upper() for word in self.words]
-        return "|".join(words if isinstance(self.default, str) else ["NUMBER", *words]) if words else None
+    def metavar(self) -> str:
+        """Return N for an option that takes a whole number, NUMBER|AUTO for one that takes a number or the word "auto",
+        and the words if it takes no number."""
+        number = "N" if self.kind is int else "NUMBER"
+        return "|".join([*[number] * (not isinstance(self.default, str)), *map(str.upper, self.words)])
 
     def check(self, value: float | str) -> None:
         """Raise ParameterError unless the value is of this option's kind and in its range."""
@@ -101,9 +101,7 @@ def up_to(most: int) -> tuple[str, Callable[[float], bool]]:
     return f"whole number from 1 to {most}", lambda number: 1 <= number <= most
 
 
-TOL = Option(
-    "tol", float, 1e-10, "0 < tol < 1", lambda tol: 0 < tol < 1, "Solved when the relative residual is at most this."
-)
+TOL = Option("tol", float, 1e-10, "0 < tol < 1", lambda tol: 0 < tol < 1, "Accepted relative residual.")
 MAX_ITERATIONS = Option("max_iterations", int, 10_000, *NATURAL, "Stop after this many iterations.")
 TIME_LIMIT = Option(
     "time_limit",
@@ -111,7 +109,7 @@ TIME_LIMIT = Option(
     math.inf,
     "seconds > 0",
     lambda seconds: seconds > 0,
-    "Stop after this many seconds of set-up and iterations.",
+    "Stop after this many seconds, set-up included.",
 )
 LIMITS = (TOL, MAX_ITERATIONS, TIME_LIMIT)
 MAX_BREAKPOINTS = Option("max_breakpoints", int, 100_000, *POSITIVE, "Stop after this many breakpoints of the path.")
@@ -158,14 +156,14 @@ INFINITY = Option(
     None,
     "size > 0",
     lambda size: size > 0,
-    "Bounds of this size or more, also on a program's rows, count as infinite; by default only infinite bounds do.",
+    "Treat bounds of at least SIZE (such as 1e20) as none, on a program's rows too; by default infinite ones.",
 )
 EVERY = Option(
     "every",
     int,
     5,
     *POSITIVE,
-    "Show every Nth iterate, besides the first and the last three; CSV and --trace have all unless it is given.",
+    "Show every Nth iterate; always the first and the last three; CSV and --trace have all unless it is given.",
 )
 
 

@@ -124,14 +124,14 @@ ADDITIONS = {
     "column": ("", "", "report/columns.py", "COLUMNS", f'"positive": {COLUMN}'),
     "peer": ("peers/toy.py", PEER, "peers/registry.py", "REGISTRY", '"toy": ("toy", "our own")'),
     "class": ("inspection/toy.py", CLASS, "inspection/verdict.py", "CLASSES", '"toy": "toy"'),
-    "page": ("topics/toy.md", PAGE, "../README.md", "", "| [`toy`](lcpcli/topics/toy.md) | what a toy is |"),
+    "page": ("topics/toy.md", PAGE, "topics/tasks.md", "", "| what a toy is | `lcp help` | `toy` |"),
 }
 GENERAL = ("looks", "help", "completion")  # tests of all of a kind
 OF_ALL = (
     "inspect.py::test_facts_of_the_first_example_are_those_of_its_matrix",
     "inspect.py::test_kostrevas_matrix_is_no_h_matrix_so_the_modulus_iteration_is_not_guaranteed",
     "pages.py::test_every_start_and_every_option_of_a_method_with_a_section_of_its_own_is_documented",
-    "pages.py::test_readme_is_short_and_leads_to_every_page",
+    "pages.py::test_readme_is_short_and_a_problem_of_ones_own_comes_first",
     "mixed_peers.py::test_quadratic_programming_solvers_get_the_bounds[boxes-toy]",
     "gallery.py::test_families_say_what_they_are_and_auto_comes_to_what_is_known[toy]",
     "convert_programs.py::test_numbers_are_the_same_in_all_formats",
@@ -160,13 +160,13 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def register(registry: Path, table: str, line: str) -> None:
-    """Add one line to the dictionary of that name in a file, or to the table of pages."""
+    """Add one line to the dictionary of that name in a file, or to the end of a page."""
     text = registry.read_text()
     if table:
         place = text.index("\n}\n", text.index(f"\n{table} = {{")) + 1
         line = f"    {line},"
     else:
-        place = text.index("| [`changes`]")
+        place = len(text)
     registry.write_text(f"{text[:place]}{line}\n{text[place:]}")
 
 
@@ -205,7 +205,7 @@ def test_what_is_added_passes_the_tests_of_all_of_its_kind(copy: Path) -> None:
 
 def test_method_with_two_options(lcp: Lcp) -> None:
     solve = "solve toy.json --method toy --format json"
-    plain, other, *helps = lcp(solve, f"{solve} --omega 1.5 --sweeps 2", "solve --help", "compare --help")
+    plain, other, *helps = lcp(solve, f"{solve} --omega 1.5 --sweeps 2", "help solve --all", "help compare --all")
     records = list(map(json.loads, (plain, other)))
     assert [(record["status"], record["method"], record["options"]) for record in records] == [
         ("solved", "toy", {"omega": 1.0, "sweeps": 1}),
@@ -256,7 +256,7 @@ def test_peer(lcp: Lcp) -> None:
 
 def test_class_and_page(lcp: Lcp) -> None:
     given = '{"M": [[1, 3], [0, 1]], "q": [-2, -4], "lower": [null, 0]}'
-    record, table, page = lcp("inspect toy.json --format json", "inspect toy.json", "help toy", problem=given)
+    record, table, page = lcp("inspect toy.json --format json", "inspect toy.json --all", "help toy", problem=given)
     found = json.loads(record)
     assert found["classes"]["toy"]["verdict"] == "yes"
     assert found["methods"]["toy"]["reason"] == "no theorem about it is known here"

@@ -22,6 +22,7 @@ from lcpcli.files.contents import content_of, within
 from lcpcli.interrupts import TimeIsUp, stopping
 from lcpcli.options import MAX_ITERATIONS, TOL
 from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.numbers import approximate
 from lcpcli.report import pictures, plotting, selection, solutions
 
 if TYPE_CHECKING:
@@ -63,6 +64,7 @@ def outcome(request: Request, work: Work, output: Output) -> Outcome:
     selection.require(problem.problem, request.names)
     solution_set = _search(request, problem, str(work.sources[0]))
     report = solutions.report(solution_set, work.sources[0], request.exact, request.names)
+    output.verdict = f"{work.sources[0]}: {solution_set.message}"
     codes = {sets.TIME_LIMIT: NOT_SOLVED, sets.INTERRUPTED: INTERRUPTED, sets.UNSOLVABLE: NO_SOLUTION}
     return output.text_of(report), codes.get(solution_set.status, SOLVED), partial(_draw, solution_set, request.plot)
 
@@ -144,4 +146,5 @@ def best_outcome(
         if signals and found.status == search.TIME_LIMIT:
             found = replace(found, status=search.INTERRUPTED)
     report = solutions.report(found, work.sources[0], request.exact, request.names)
+    output.verdict = f"{where}: {found.message(approximate)}"
     return output.text_of(report), codes.get(found.status, NO_SOLUTION), int

@@ -83,7 +83,7 @@ def _options(words: Sequence[str]) -> dict[str, Any]:
         name, is_there, text = word.partition("=")
         name = name.replace("-", "_")
         if name not in OPTIONS or not is_there:
-            raise OptionError(quoted(word), "is no option of lcp -AMPL", likely(name, [f"{each}=" for each in OPTIONS]))
+            raise OptionError(quoted(word), "unknown option", likely(name, [f"{each}=" for each in OPTIONS]))
         try:
             given[name] = OPTIONS[name].kind(text)
         except ValueError:

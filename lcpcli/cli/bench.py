@@ -23,7 +23,7 @@ from lcpcli.cli.output import Destination, refuse_given, require_plot, show
 from lcpcli.cli.problems import Inputs, same_file, settle_threads, tell, teller
 from lcpcli.cli.request import Request
 from lcpcli.cli.terminal import Line, shows_progress
-from lcpcli.errors import OptionError
+from lcpcli.errors import OptionError, listed
 from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
 from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TOL
@@ -59,6 +59,10 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
         "lcp bench dense --peer piqp -o dense.json --plot dense.svg",
         "lcp bench --resume dense.json --format markdown",
     ),
+    common=(
+        *("--method", "--sweep", "--peer", "--tol", "--time-limit", "--budget", "--resume"),
+        *("--format", "--output", "--plot", "--quiet"),
+    ),
     lists={"Suites": MEANINGS, "Methods": meanings(), "Other solvers": PEERS},
     exits=EXITS,
     epilog=EPILOG,
@@ -68,7 +72,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     "suite",
     "[SUITE|FILE [Q_FILE]|FOLDER]...",
     {
-        "SUITE": f"One of the suites below.  [default: {DEFAULT_SUITE}]",
+        "SUITE": f"{listed(MEANINGS, 'or')}.  [default: {DEFAULT_SUITE}]",
         "FILE [Q_FILE]": f"As for lcp compare, but not standard input. {declarations.OTHERS}",
     },
     declarations.FILES._replace(words=MEANINGS),
@@ -82,8 +86,8 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     metavar="NAME",
     multiple=True,
     shell_complete=Candidates({**PEERS, **PEER_GROUPS}),
-    help="Another solver to measure, if it is installed; repeatable. The part of a name before a dash selects "
-    "all solvers whose names begin with it.  [default: none]",
+    help=f"Another solver to measure, if it is installed; repeatable: {listed(PEERS, 'or')}. The part of a name before "
+    "a dash selects all solvers whose names begin with it.  [default: none]",
 )
 @declarations.numeric("Stopping", TOL)
 @declarations.numeric("Stopping", TIME_LIMIT)

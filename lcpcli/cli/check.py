@@ -54,15 +54,10 @@ TIME_LIMIT = options.TIME_LIMIT._replace(
     "paths",
     {
         "FILE [Q_FILE]": f"As for lcp solve. {OTHERS}",
-        "SOLUTION": "A result of lcp solve in JSON or CSV (of several results in JSON lines, the one with this file, "
-        "digest or name, else the first), or z as a list in JSON, as a row, a column or a table of "
-        "numbers, or typed here, such as 1,0,15/29; fractions too. If a result has fractions, these are "
-        "verified; if it has a proof that no z >= 0 has Mz + q >= 0, the proof; from lcp solve --all, "
-        "each solution. For a game also strategies: the probabilities of rows, then of columns, or a "
-        "JSON object with row and column; for a game tree the probabilities of all actions. For a program "
-        "also x alone, or x followed by y, or "
-        '{"x": [...], "y": [...]} in JSON. For a model in an .nl file also what a solver has written to a .sol file. '
-        "- is standard input.",
+        "SOLUTION": "A result of lcp solve in JSON or CSV, with its fractions or its proof if it has them, each "
+        "solution of --all; or z as a list in JSON, as a row, a column or a table of numbers, or typed here, such as "
+        "1,0,15/29. Also the strategies of a game, x or x and y of a program, and a .sol file of an .nl model; lcp "
+        "help proofs has the forms. - is standard input.",
     },
     metavar="FILE [Q_FILE] SOLUTION",
     nargs=-1,
@@ -70,7 +65,7 @@ TIME_LIMIT = options.TIME_LIMIT._replace(
 )
 @with_bounds
 @numeric("Verification", TOL)
-@option("Verification", "--exact", is_flag=True, help="Verify in rational arithmetic, decimals taken as written.")
+@option("Verification", "--exact", is_flag=True, help="Verify in exact fractions; 0.1 means 1/10.")
 @format_option(RECORD_MEANINGS)
 @output_file()
 @quiet_option()
@@ -181,10 +176,17 @@ def _verification(
 )
 @problem_file
 @numeric("Stopping", TIME_LIMIT)
+@option("Output", "--all", "whole", is_flag=True, help="Show everything; JSON and CSV always do.")
 @format_option(RECORD_MEANINGS)
 @output_file()
 def inspect(
-    file: str, q_file: str | None, time_limit: float | None, form: str | None, output: str | None, **given: Any
+    file: str,
+    q_file: str | None,
+    time_limit: float | None,
+    whole: bool,
+    form: str | None,
+    output: str | None,
+    **given: Any,
 ) -> int:
     """Report the classes of M, its scaling, and which methods are guaranteed to solve the problem; of a nonlinear model
     the rows and operators, and what is known of F and its Jacobian at the start."""
@@ -199,12 +201,12 @@ def inspect(
         from lcpcli.inspection.inspection import inspect as inspected
         from lcpcli.report import inspection_text
 
-        destination.show(partial(inspection_text.render, inspected(problem, seconds)))
+        destination.show(partial(inspection_text.render, inspected(problem, seconds), whole=whole))
     else:
         from lcpcli.inspection.nonlinear import inspect_nonlinear
         from lcpcli.report import inspection_text
 
         model = _model(file).model
         found = inspect_nonlinear(problem, model.operators, model.header.common, len(model.fixed), seconds)
-        destination.show(partial(inspection_text.render_nonlinear, found))
+        destination.show(partial(inspection_text.render_nonlinear, found, whole=whole))
     return 0

@@ -33,9 +33,11 @@ GONE = {  # options of earlier versions
     "warm": "it has gone: give a start near the solution by --z0",
     "stop": "it has gone: in Python a callback= ends a run",
 }
+WHOLE = "lcpcli.whole"  # in the context: help shows all options
 HELP = "Help"  # the heading of options that click declares
 WIDEST_LINE = 100  # columns of help on a wide terminal, as longer lines are hard to read
 NEGATIVE = re.compile(r"-[.\d]")  # the beginning of a negative number, which is no option
+SIGNALS = 128  # exit codes above it follow a signal
 WIDEST_TERM = 26  # columns, a quarter of a line; the meaning of a longer term begins on the next line
 EXITS = {  # of the commands that solve
     0: "solved",
@@ -80,6 +82,8 @@ class Command(click.Command):
     """A command whose help has sections.
 
     examples : command lines that run anywhere.
+    common : the options that its help shows unless it is called with --all, so that it fits on a screen; by default
+        all, and the lists.
     lists : the names that are accepted: under each heading, the names with their meanings.
     exits : the exit codes with their meanings.
     """
@@ -88,15 +92,22 @@ class Command(click.Command):
         self,
         *positional: Any,
         examples: Sequence[str],
+        common: Sequence[str] = (),
         lists: Mapping[str, Mapping[str, str]] | None = None,
         exits: Mapping[int, str] | None = None,
         **attributes: Any,
     ) -> None:
         super().__init__(*positional, **attributes)
-        self.examples, self.lists, self.exits = examples, lists or {}, exits or {}
+        self.examples, self.common, self.lists, self.exits = examples, common, lists or {}, exits or {}
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         given, hint = list(args), f"see {ctx.command_path} --help"
+        if ctx.allow_interspersed_args and "--all" in args and not {"-h", "--help"}.isdisjoint(args):
+            ctx.meta[WHOLE], args = True, ["--help"]
+        options = {flag for param in self.get_params(ctx) for flag in param.opts}
+        for word in args if ctx.allow_interspersed_args else []:  # -max-iterations is not -m ax-iterations
+            if word[:2] != "--" and word.startswith("-") and f"-{word}" in options:
+                raise OptionError(word, f"is no option of {ctx.command_path}", f"did you mean -{word}?")
         if ctx.allow_interspersed_args:  # otherwise the words belong to another command
             args = [" " * bool(NEGATIVE.match(word)) + word for word in args]  # with a blank, a number is no option
         try:
@@ -143,23 +154,44 @@ class Command(click.Command):
                 formatter.write(" \\\n".join(" " * formatter.current_indent + part for part in parts) + "\n")
         write_tables(formatter, self.tables(ctx))
 
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        if not self.common or WHOLE in ctx.meta:
+            super().format_epilog(ctx, formatter)
+
     def tables(self, ctx: click.Context) -> dict[str, Rows]:
         """Return the tables that help shows after the examples: under each heading, terms with their meanings."""
         tables: dict[str, list[tuple[str, str]]] = {}
-        for param in self.get_params(ctx):
+        params = self.get_params(ctx)
+        is_brief = bool(self.common) and WHOLE not in ctx.meta
+        for param in params:
+            if is_brief and isinstance(param, CommandOption) and param.opts[-1] not in self.common:
+                continue
             rows = tables.setdefault(getattr(param, "heading", HELP), [])
             if isinstance(param, Argument):
                 rows.extend(param.words.items())
             elif record := param.get_help_record(ctx):
-                rows.append(record)
+                rows.append((record[0], _brief(record[1])) if is_brief and param.name != "help" else record)
         last = {HELP: tables.pop(HELP)}
-        exits = {"Exit codes": [(str(code), meaning) for code, meaning in self.exits.items()]} if self.exits else {}
+        codes = {code: meaning for code, meaning in self.exits.items() if not is_brief or code < SIGNALS}
+        exits = {"Exit codes": [(str(code), meaning) for code, meaning in codes.items()]} if codes else {}
+        if is_brief:
+            number = sum(isinstance(param, click.Option) for param in params)
+            more = f"Show this message. lcp help {ctx.info_name} --all shows all {number} options"
+            more += ", and lcp help METHOD a method and its options." if "--method" in self.common else "."
+            return {**tables, HELP: [(last[HELP][0][0], more)], **exits}
         return {
             **tables,
             **last,
             **{heading: list(meanings.items()) for heading, meanings in self.lists.items()},
             **exits,
         }
+
+
+def _brief(meaning: str) -> str:
+    """Return the first clause of what an option means, with its default if that is a single word."""
+    text, _, bracket = meaning.partition("  [")
+    default = re.search(r"default:? \S+\]$", bracket)
+    return re.split(r"[.;] ", text)[0].rstrip(".") + (f".  [{default[0]}" if default else ".")
 
 
 def command(**attributes: Any) -> Callable[[Function], Command]:
@@ -203,7 +235,7 @@ class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
 def write_tables(formatter: click.HelpFormatter, tables: Mapping[str, Rows]) -> None:
     """Write each table under its heading, all meanings in one column."""
     terms = [len(term) for rows in tables.values() for term, _ in rows]
-    widest = max(width for width in terms if width <= WIDEST_TERM)
+    widest = max((width for width in terms if width <= WIDEST_TERM), default=0)
     for heading, rows in tables.items():
         with formatter.section(heading):
             formatter.write_dl([(f"{term:{widest}}", meaning) for term, meaning in rows], widest)
@@ -256,7 +288,7 @@ class Group(Command, click.Group):
     exits={**EXITS, 141: "the reader of a pipe has closed it"},
 )
 @click.version_option(
-    VERSION, "-v", "--version", prog_name="lcp", message=f"%(prog)s, version %(version)s\n\n{CITATION}"
+    VERSION, "-V", "-v", "--version", prog_name="lcp", message=f"%(prog)s, version %(version)s\n\n{CITATION}"
 )
 @click.pass_context
 def lcp(context: click.Context) -> None:

@@ -37,6 +37,7 @@ AS_PUBLISHED = ("fixed-point", "shi")
         "lcp compare --method shi --k-star 1 --format csv",
         "lcp compare paper-example-1 --plot errors.svg",
     ),
+    common=(*declarations.COMMON, "--sweep"),
     lists={"Methods": declarations.METHOD.meanings},
     exits={**EXITS, 0: "every method solved every problem"},
     epilog="An option applies to the methods that have it. Errors refer to a known solution, else to a computed one. "
@@ -46,11 +47,7 @@ AS_PUBLISHED = ("fixed-point", "shi")
     "Problem",
     "files",
     "[FILE [Q_FILE]|FOLDER]...",
-    {
-        "FILE [Q_FILE]": f"As for lcp solve. {declarations.OTHERS} "
-        "A file that contains M alone is followed by the file of q.  "
-        "[default: the paper's two examples]"
-    },
+    {"FILE [Q_FILE]": f"As for lcp solve. {declarations.OTHERS}  [default: the paper's two examples]"},
 )
 @declarations.with_bounds
 @declarations.several_methods("Method", "compare", AS_PUBLISHED)

@@ -30,6 +30,10 @@ STARTS = {
 }
 
 SWEEP = "--sweep"
+COMMON = (  # options of a command that solves which its help shows on one screen: the paper's, limits and output
+    *("--lower", "--upper", "--method", "--p", "--k-star", "--rho", "--sigma", "--tol", "--max-iterations"),
+    *("--time-limit", "--format", "--every", "--plot", "--output", "--quiet"),
+)
 TO_FILE = "Write to a file instead, completely or not at all."
 Declaration = Callable[[Any], Any]
 
@@ -72,7 +76,8 @@ def numeric(heading: str, declared: Option) -> Declaration:
     default = "" if declared.default is None else f"; default {declared.written_default}"
     kind = _number_or_word(declared) if declared.words else declared.kind
     meaning = f"{declared.meaning}  [{declared.range}{default}]"
-    return option(heading, flag(declared.name), declared.name, type=kind, metavar=declared.metavar, help=meaning)
+    metavar = declared.range.split()[0].upper() if declared is INFINITY else declared.metavar
+    return option(heading, flag(declared.name), declared.name, type=kind, metavar=metavar, help=meaning)
 
 
 def vector_option(heading: str, name: str, kind: str, meaning: str) -> Declaration:
@@ -82,9 +87,10 @@ def vector_option(heading: str, name: str, kind: str, meaning: str) -> Declarati
 
 def format_option(formats: Mapping[str, str], default: str | None = None) -> Declaration:
     """Declare --format, one of these formats; without a default, None leaves it to the suffix of -o."""
-    text = ", ".join(f"{name} ({meaning})" for name, meaning in formats.items())
-    text += f".  [default: {default or 'by the suffix of -o, else table'}]"
-    return option("Output", "--format", "form", metavar="FORMAT", type=Choice(formats), default=default, help=text)
+    text = f"{listed(formats, 'or')}.  [default: {default or 'by the suffix of -o, else table'}]"
+    return option(
+        "Output", "-f", "--format", "form", metavar="FORMAT", type=Choice(formats), default=default, help=text
+    )
 
 
 def file_option(heading: str, name: str, meaning: str, **attributes: Any) -> Declaration:
@@ -107,6 +113,7 @@ def quiet_option(
 
 
 METHOD = MethodChoice()
+METHOD_NAMES = listed(METHOD.meanings, "or")
 show_option = option(
     "Output",
     "--show",
@@ -120,14 +127,15 @@ show_option = option(
 
 def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Declaration:
     """Declare a repeatable --method, for a purpose, and --sweep; see `chosen_variants`."""
-    one = f"A method to {purpose}, from the list below, with options of its own as in shi:p=10,k-star=5; repeatable."
+    one = f"A method to {purpose}: {METHOD_NAMES}, with options of its own as in shi:p=10,k-star=5; repeatable."
     every = "Run the methods that have this option once for each value, as in p=1,10,100; several make a grid."
     return declared(
         option(
             heading,
+            "-m",
             "--method",
             "methods",
-            metavar="NAME[:OPTION=VALUE,...]",
+            metavar="NAME[:...]",
             multiple=True,
             type=METHOD,
             help=f"{one}  [default: {', '.join(default)}]",
@@ -140,7 +148,7 @@ def files_argument(
     heading: str, name: str, metavar: str, words: Mapping[str, str], offered: Candidates = FILES, **attributes: Any
 ) -> Declaration:
     """Declare an argument of files and folders, among other words."""
-    words = {**words, "FOLDER": "All files in it that hold one problem, in order of their names."}
+    words = {**words, "FOLDER": "All files in it that hold one problem, by name."}
     return argument(heading, name, words, metavar=metavar, nargs=-1, shell_complete=offered, **attributes)
 
 
@@ -164,8 +172,8 @@ def _columns(_: click.Context, __: click.Parameter, text: str | None) -> tuple[s
     return names
 
 
-BOUND_MEANING = "a number for all, none, or one each, typed or a file.  [default: the problem's]"
-OTHERS = "A program as .mps, .qps or .lp; a model as .nl; a game as .nfg or .efg."  # that a file may hold
+BOUND_MEANING = "a number, none, a list or a file.  [default: the problem's]"
+OTHERS = "Programs: .mps, .qps, .lp; models: .nl; games: .nfg, .efg."  # that a file may hold
 bounds_options = declared(
     *(vector_option("Problem", name, "NUMBER", f"{name.capitalize()} bound of z: {BOUND_MEANING}") for name in BOUNDS),
     numeric("Problem", INFINITY),
@@ -179,7 +187,7 @@ problem_file = declared(  # the problem of a command that takes one: its file, a
         "Problem",
         "file",
         {
-            "FILE": "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; or M alone, also as .mtx or .npy. "
+            "FILE": "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; M alone, also as .mtx or .npy. "
             f"{OTHERS} "
             "- is standard input, and the name of a shipped problem stands for it."
         },
@@ -200,9 +208,10 @@ problem_files = declared(  # the problems of a command that takes one or several
         "files",
         "FILE [Q_FILE]|FOLDER...",
         {
-            "FILE [Q_FILE]": "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; M alone, also as .mtx or "
-            ".npy, followed by q, or by several q in columns; .jsonl with a problem in each line. "
-            f"{OTHERS} - is standard input, and the name of a shipped problem stands for it."
+            "FILE": "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; M alone, also as .mtx or .npy; "
+            f".jsonl with a problem in each line. {OTHERS} - is standard input, and the name of a shipped problem "
+            "stands for it.",
+            "Q_FILE": "q, or several q in columns, if FILE contains M alone.",
         },
         required=True,
     ),
@@ -243,7 +252,7 @@ solving = declared(  # the options of the methods, the limits and the output of 
     ),
     *(numeric("Stopping", limit) for limit in LIMITS),
     numeric("Computing", THREADS),
-    option("Proof", "--bound", is_flag=True, help="Prove a bound on the error of z; this costs more than solving."),
+    option("Answer", "--bound", is_flag=True, help="Prove a bound on the error of z; this costs more than solving."),
     format_option(MEANINGS),
     option(
         "Output",
@@ -264,7 +273,7 @@ solving = declared(  # the options of the methods, the limits and the output of 
         callback=_columns,
         help=f"Show only these columns of the iterates, and no summary: {', '.join(CHOICES)}.  [default: all]",
     ),
-    file_option("Output", "--plot", "Draw error against time and iteration: .png, .svg or .pdf."),
+    file_option("Output", "--plot", "Draw error over time and iteration: .png, .svg, .pdf."),
     file_option(
         "Output",
         "--paths",

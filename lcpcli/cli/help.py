@@ -8,10 +8,22 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem, shell_complete
 
-from lcpcli.cli.command import VARIABLE, WIDEST_LINE, Candidates, Choice, argument, command, lcp, write_tables
+from lcpcli.cli.command import (
+    VARIABLE,
+    WHOLE,
+    WIDEST_LINE,
+    Candidates,
+    Choice,
+    argument,
+    command,
+    lcp,
+    option,
+    write_tables,
+)
+from lcpcli.cli.output import refuse
 from lcpcli.cli.terminal import emit, terminal
 from lcpcli.errors import OptionError, folded, likely, quoted
-from lcpcli.methods.registry import METHODS
+from lcpcli.methods.registry import METHODS, NONLINEAR, known_options
 
 FOLDER = Path(__file__).parent.parent / "topics"  # one page per topic, in Markdown; its title is shown as its meaning
 PAGES = {page.stem: page.read_text(encoding="utf-8") for page in sorted(FOLDER.glob("*.md"))}
@@ -24,7 +36,7 @@ OTHER_WORDS = {  # for topics
     **dict.fromkeys(("citing", "citation", "bibtex"), "cite"),
     **dict.fromkeys(("residual", "residuals"), "statuses"),
     **dict.fromkeys(("bounds", "equations"), "mixed"),
-    **dict.fromkeys(("qp", "lp", "mps", "game", "games", "nfg", "efg"), "programs"),
+    **dict.fromkeys(("qp", "lp", "mps", "qps", "game", "games", "nfg", "efg"), "programs"),
     **dict.fromkeys(("figures", "plot"), "measuring"),
     **dict.fromkeys(("ncp", "mcp", "josephy-newton"), "nonlinear"),
     **dict.fromkeys(("nl", "sol", "ampl", "pyomo", "jump", "gams"), "models"),
@@ -40,38 +52,46 @@ def _candidates(context: click.Context, parameter: click.Parameter, incomplete: 
 
 @command(
     short_help=f"Explain a topic: {', '.join(TOPICS)}.",
-    examples=("lcp help", "lcp help methods", "lcp help solve", "lcp help degenerate"),
+    examples=("lcp help", "lcp help methods", "lcp help lemke", "lcp help solve --all", "lcp help degenerate"),
     lists={"Topics": TOPICS},
     exits={0: "shown", 2: "the word is on no page (one-line message)"},
 )
 @argument(
     "Topic",
     "topic",
-    {"TOPIC": "One of the topics below, a command, or a word to search for.  [default: list them]"},
+    {"TOPIC": "A topic below, a command, a method, or a word to search for.  [default: list them]"},
     required=False,
     shell_complete=_candidates,
 )
+@argument("Topic", "section", {"SECTION": "Only the sections of a page whose headings have this word."}, required=False)
+@option("Topic", "--all", "whole", is_flag=True, help="Show all options of a command, and all names that they take.")
 @click.pass_context
-def help(context: click.Context, topic: str | None) -> None:
+def help(context: click.Context, topic: str | None, section: str | None, whole: bool) -> None:
     """Show the page on TOPIC, or the sections on a word that has some, formatted on a terminal and as Markdown in a
     pipe; or list the pages that have a word."""
     commands = lcp.commands
+    refuse(whole and topic not in commands, "--all", "shows all options of a command", "name one: lcp help solve --all")
+    refuse(section is not None and topic not in PAGES, "SECTION", f"{quoted(topic or '')} is no page", "leave it out")
     if topic is None:
         meanings = [row for row in lcp.meanings().items() if row[0] != context.info_name]
         formatter = context.make_formatter()
         write_tables(formatter, {"Topics": list(TOPICS.items()), "Commands": meanings})
         click.echo(f"Usage: {context.command_path} TOPIC\n\n{formatter.getvalue()}", nl=False)
     elif topic in commands:
-        named = commands[topic]
-        click.echo(named.get_help(click.Context(named, context.find_root(), topic)))
+        named = click.Context(commands[topic], context.find_root(), topic)
+        if whole:
+            named.meta[WHOLE] = True
+        click.echo(named.command.get_help(named))
     elif (page := PAGES.get(topic, PAGES.get(OTHER_WORDS.get(topic, "")))) is not None:
-        page = page if topic in PAGES else _sections(page, topic)
+        page = page if topic in PAGES and section is None else _sections(page, section or topic)
         width, color = terminal()
         if width is not None:
             from lcpcli.report.terminal import page as formatted
 
             page = formatted(page, min(width, WIDEST_LINE), color)
         emit(page, color)
+        if topic not in PAGES and (topic in METHODS or topic in NONLINEAR):
+            emit(_options(context, topic), False)
     elif found := _places(topic):
         formatter = context.make_formatter()
         write_tables(formatter, {f"Pages with {quoted(topic)}, and their sections": found})
@@ -87,6 +107,15 @@ def _sections(page: str, word: str) -> str:
     _, _, *parts = SECTIONS.split(page)
     own = [part for part in parts if has_word.search(folded(part.partition("\n")[0]))]
     return "\n".join(part.strip("\n") + "\n" for part in own) or page
+
+
+def _options(context: click.Context, method: str) -> str:
+    """Return the table of the options of a method, and of the starts that it uses."""
+    params = lcp.commands["solve"].params
+    records = [param.get_help_record(context) for param in params if param.name in known_options(method)]
+    formatter = context.make_formatter()
+    write_tables(formatter, {f"Options of lcp solve for {method}": [row for row in records if row]} if records else {})
+    return formatter.getvalue()
 
 
 def _places(word: str) -> list[tuple[str, str]]:

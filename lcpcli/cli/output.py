@@ -67,6 +67,8 @@ class Output:
     plot : the file of the figure, whose suffix gives its format, None for no figure.
     paths : the file of the figure of paths, None for none.
     levels : for a comparison, the relative errors whose first attainment is recorded.
+    tells_verdict, verdict : whether a line on standard error says how the run ended, as the results go to a file; and
+    that line.
     """
 
     def __init__(self, request: Request) -> None:
@@ -75,6 +77,7 @@ class Output:
         self.form, self.path, self.silent, self.width, _ = self.destination
         self.plot, self.paths, self.levels, self._every = request.plot, request.paths, request.levels, request.every
         self._names = request.names
+        self.tells_verdict, self.verdict = self.path is not None and not request.quiet, ""
         self.trace_path = request.trace or None
         names = [name for name in ("every", "columns") if getattr(request, name)]  # options that ask for iterates
         asks = request.trace == ITERATES or (bool(names) and self.trace_path is None)

@@ -52,6 +52,10 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
         "lcp make torsion -n 100 --set angle=4 -o strong.json",
         "lcp path slight.json strong.json --at 0.5 --plot torsion.svg",
     ),
+    common=(
+        *("--direction", "--from", "--to", "--turns", "--exact", "--time-limit", "--at", "--show"),
+        *("--format", "--plot", "--output", "--quiet"),
+    ),
     epilog="lcp help paths has examples, also for programs. Components are counted from 1; indices in JSON, from 0.",
     exits={
         **EXITS,
@@ -82,7 +86,7 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
     "Path", "--to", "stop", metavar="NUMBER", help="t at the last problem.  [default: 1; required with --direction]"
 )
 @option("Path", "--turns", is_flag=True, help="Continue with decreasing t where the path turns.")
-@option("Path", "--exact", is_flag=True, help="Prove the path in rational arithmetic, decimals taken as written.")
+@option("Path", "--exact", is_flag=True, help="Prove the path in exact fractions; 0.1 means 1/10.")
 @numeric("Path", LIMITS[0])
 @numeric("Stopping", LIMITS[1])
 @numeric("Stopping", MAX_BREAKPOINTS)
@@ -101,6 +105,8 @@ def path(
     **given: Any,
 ) -> int:
     """Follow the solution z(t) as q and the bounds of one problem change to those of another."""
+    from lcpcli.parametric.path import REACHED
+
     form, output, quiet, exact = (given.pop(name) for name in ("form", "output", "quiet", "exact"))
     bounds = {name: given.pop(name) for name in ("lower", "upper", "infinity")}
     inputs = _inputs(files, direction, {**bounds, "quiet": quiet})
@@ -126,6 +132,8 @@ def path(
     found, code = _followed(ends, file, span, **given)
     from lcpcli.report import path_table
 
+    if direction is not None and found.end == REACHED:  # there is no second problem
+        found = replace(found, message=f"the path reaches t = {float(span[1]):g}")
     destination.show(path_table.report(found, asked, files_read, names).render)
     if plot is not None:
         found.plot(plot, names)

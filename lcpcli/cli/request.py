@@ -27,10 +27,11 @@ from lcpcli.methods.registry import (
     METHODS,
     NONLINEAR,
     OPTIONS,
+    START_OPTIONS,
     SWITCHES,
     declared,
+    known_options,
     options_of,
-    parameters_of,
 )
 from lcpcli.methods.variants import Variant, labels
 from lcpcli.options import AUTO, LIMITS, Limits
@@ -45,7 +46,6 @@ if TYPE_CHECKING:
 
 
 OF_LINEAR = ("exact", "paths")  # options that concern linear problems
-START_OPTIONS = ("x0", "z0", "basis")  # of which one may be given
 _methods: set[str] = set()  # the methods that this process has run
 Values = dict[str, Any]  # options of a method, by name
 AnyProblem: TypeAlias = "Problem | NonlinearProblem"
@@ -196,7 +196,7 @@ class Request(NamedTuple):
         first, *others = [name for name in START_OPTIONS if name in given] or [""]
         if others:
             raise OptionError(flag(others[0]), f"gives the starting point, and so does {flag(first)}", "leave one out")
-        known = [_known(variant.method) - set(variant.options) for variant in self.variants]
+        known = [known_options(variant.method) - set(variant.options) for variant in self.variants]
         for name in (name for name in given if not any(name in own for own in known)):
             self._refuse(name, given[name])
         chosen = []
@@ -237,18 +237,13 @@ class Request(NamedTuple):
         if name in START_OPTIONS:
             fault += f", which use{'s' * (len(self.variants) == 1)} no starting point"
             raise OptionError(flag(name), fault, "leave it out")
-        owners = [method for method in METHODS if name in _known(method)]
+        owners = [method for method in METHODS if name in known_options(method)]
         if not owners:
             raise OptionError(flag(name), fault, "it is for nonlinear models: leave it out")
         is_chosen = len(self.variants) == 1 and self.variants[0].method != "auto"
         cure = "leave it out, or give" if is_chosen else "add"
         hint = f"it belongs to {listed(owners)}: {cure} --method {' or '.join(owners)}"
         raise OptionError(flag(f"no-{name}" if value is False else name), fault, hint)
-
-
-def _known(method: str) -> set[str]:
-    own = declared(method)
-    return {*parameters_of(method), *(START_OPTIONS * own.uses_start), *(ADDITIONS if own.iterates else ())}
 
 
 def _value(name: str, given: Any, problem: AnyProblem) -> Any:

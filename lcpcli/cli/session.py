@@ -66,6 +66,8 @@ def run(request: Request, of_one: Callable[[Request, Work, Output], Outcome] | N
     if not output.silent:
         show(text, output.path, output.destination.color)
     draw()
+    if output.tells_verdict and output.verdict:
+        tell(output.verdict)
     return exit_code
 
 
@@ -88,6 +90,11 @@ def _outcome(request: Request, works: Iterator[Work], output: Output) -> Outcome
     if not output.silent:
         results, text = _with_conclusions(request, results, None if interrupted else among, text_of)
     made = list(chain.from_iterable(results))
+    if made and output.tells_verdict:
+        from lcpcli.report import outcome
+
+        solved = f"{sum(result.solved for result in made)} of {len(made)} runs solved"
+        output.verdict = f"{sources[0].file}: {outcome.verdict(made[0])}" if len(made) == 1 else solved
     if interrupted or any(result.interrupted for result in made):
         return text, INTERRUPTED, partial(output.draw, results)
     added = {AUTO} if request.adds_auto else set()

@@ -19,36 +19,36 @@ from lcpcli.options import JOBS, MAX_SOLUTIONS
         "lcp solve paper-example-1",
         "lcp make obstacle -n 100 | lcp solve -",
         "lcp solve paper-example-2 --method shi --every 10",
-        "lcp solve paper-example-2 --exact",
-        "lcp solve tridiagonal-100 --format json -o result.json",
+        "lcp solve tridiagonal-100 -o result.json",
         "lcp solve tridiagonal-100 --z0 result.json --quiet",
         "lcp solve bimatrix --all",
-        "lcp solve bimatrix diode-bridge --jobs 2",
     ),
+    common=(*declarations.COMMON, "--exact", "--all"),
     lists={"Methods": declarations.METHOD.meanings},
     exits=EXITS,
 )
 @declarations.problem_files
 @option(
     "Method",
+    "-m",
     "--method",
     metavar="NAME",
     type=declarations.METHOD,
     default="auto",
     show_default=True,
-    help="Solution method, one of those listed below.",
+    help=f"{declarations.METHOD_NAMES}, with options of its own as in shi:p=10.",
 )
-@option("Proof", "--exact", is_flag=True, help="Prove the result in rational arithmetic, decimals taken as written.")
+@option("Answer", "--exact", is_flag=True, help="Prove it in exact fractions; 0.1 means 1/10.")
 @declarations.solving
-@option("All solutions", "--all", "all_of_them", is_flag=True, help="List every solution; see lcp help solutions.")
-@declarations.numeric("All solutions", MAX_SOLUTIONS)
+@option("Answer", "--all", "all_of_them", is_flag=True, help="List every solution; see lcp help solutions.")
+@declarations.numeric("Answer", MAX_SOLUTIONS)
 @option(
-    "All solutions",
+    "Answer",
     "--minimize",
     metavar="EXPRESSION",
     help='Find the solution with the least value of an expression such as "z1 + 2 z3".  [default: none]',
 )
-@option("All solutions", "--maximize", metavar="EXPRESSION", help="The same for the largest value.  [default: none]")
+@option("Answer", "--maximize", metavar="EXPRESSION", help="The same for the largest value.  [default: none]")
 @declarations.numeric("Many problems", JOBS)
 @option(
     "Many problems",

@@ -179,7 +179,7 @@ class Optimum:
         if self.status == UNBOUNDED:
             return f"solutions have {better} and {better} objectives without limit"
         if self.status == OPTIMAL:
-            return f"optimal: the objective of no solution is {better} than {value}, proved in rational arithmetic"
+            return f"optimal: {'least' if better == 'smaller' else 'largest'} value {value} (exact)"
         found = "no solution was found" if self.value is None else f"the best objective found is {value}"
         proved = "no bound is proved" if self.bound is None else f"the proved {side} bound is {bound}"
         return f"{self.status.replace('_', ' ')}: {found}, {proved}"

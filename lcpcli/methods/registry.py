@@ -27,6 +27,7 @@ ADDITIONS = {  # options of every method that iterates
 SWITCHES = {  # options of auto that are on unless they are switched off
     "presolve": "First decide what single rows of a mixed problem determine, and rewrite its equations in the best way."
 }
+START_OPTIONS = ("x0", "z0", "basis")  # of which one may be given
 ANY = "any matrix"  # in place of a class
 
 P = Option(
@@ -38,10 +39,10 @@ P = Option(
     "Smoothing parameter; by default so large that the smoothing error is below rounding.",
     derived="default_p",
 )
-K_STAR = Option("k_star", int, 100, *options.POSITIVE, "A steepest-descent step follows every k*-th iterate.")
-RHO = Option("rho", float, 1e-4, "0 < rho < 1/2", lambda rho: 0 < rho < 0.5, "Sufficient decrease in the line search.")
+K_STAR = Option("k_star", int, 100, *options.POSITIVE, "Steepest descent every k* iterates.")
+RHO = Option("rho", float, 1e-4, "0 < rho < 1/2", lambda rho: 0 < rho < 0.5, "Line search: sufficient decrease.")
 SIGMA = Option(
-    "sigma", float, 0.9, "rho < sigma < 1", lambda sigma: 0 < sigma < 1, "Curvature in the line search.", above="rho"
+    "sigma", float, 0.9, "rho < sigma < 1", lambda sigma: 0 < sigma < 1, "Line search: curvature.", above="rho"
 )
 OMEGA = Option(
     "omega",
@@ -267,6 +268,12 @@ def parameters_of(name: str) -> list[str]:
     method = declared(name)
     options = (option.name for option in method.options)
     return [*method.vectors, *options, *method.switches]
+
+
+def known_options(name: str) -> set[str]:
+    """Return all options of the command line that have an effect on a method: its own, the additions and the starts."""
+    method = declared(name)
+    return {*parameters_of(name), *(START_OPTIONS * method.uses_start), *(ADDITIONS if method.iterates else ())}
 
 
 def check(name: str, chosen: Mapping[str, Any]) -> None:

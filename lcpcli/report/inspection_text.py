@@ -24,26 +24,38 @@ from lcpcli.report.wording import PIPE_WIDTH
 UNKNOWN = "not computed: too expensive"
 CLOSE_TO_ONE = 0.999  # from here on, a contraction factor is shown by its distance from 1, as four digits would hide it
 MOST_ITERATIONS = 999_999  # an estimate above it is shown as "more than": nobody waits for so many
+DECISIVE = ("symmetric", "positive definite", "positive semidefinite", "P-matrix")  # for the choice of a method
 NO_RATE = {"omega": None, "factor": None, "iterations": None}
 BINARY = ((2**30, "GiB"), (2**20, "MiB"), (2**10, "KiB"), (1, "bytes"))
 
 Row = tuple[str, ...]
 
 
-def render(found: Inspection, form: str = "table", width: int | None = None, color: bool = False) -> str:
-    """Return an inspection as text in a format. width, color : as for `formats.typeset`."""
+def render(
+    found: Inspection, form: str = "table", width: int | None = None, color: bool = False, whole: bool = True
+) -> str:
+    """Return an inspection as text in a format. width, color : as for `formats.typeset`. whole : whether to show all in
+    tables; otherwise only what decides about the methods."""
     if form in ("json", "csv"):
         record = _record(found)
         return json_lines.line(record) if form == "json" else result_csv.records_text([record])
     name = wording.title(found.problem) or "problem"
     classes = [(title(name), verdict.word, verdict.evidence) for name, verdict in found.classes.items()]
     methods = [(name, guarantee.word, guarantee.reason) for name, guarantee in found.guarantees.items()]
+    guaranteed = _table(("method", "guaranteed", "in exact arithmetic, because"), methods)
     tables = [
         _table(("", ""), _facts(found) if found.problem.n else []),
         _table(("class of M", "", "because"), classes),
-        _table(("method", "guaranteed", "in exact arithmetic, because"), methods),
-        _table(("auto tries", "", "as"), _plan(found.plan or ()), texts=(1, 2)),
+        guaranteed,
+        _table(("auto tries", "", "reason"), _plan(found.plan or ()), texts=(1, 2)),
     ]
+    if not whole:
+        decisive = [(text, f"{word}: {reason}") for text, word, reason in classes if text in DECISIVE]
+        tried = [("auto tries", ", ".join(dict.fromkeys(attempt.method for attempt in found.plan or ())))]
+        rest = [("the rest", f"--all shows {len(classes)} classes, sizes, rates and why auto tries what")]
+        removed = [("presolve", _presolve(found.presolve))] if found.presolve is not None else []
+        shown = [("condition", _condition(found)), *decisive, *removed, *tried, *rest]
+        tables = [_table(("", ""), shown if found.problem.n else []), guaranteed]
     facts = [text for text in (found.obvious, *found.hints) if text]
     section = Section(f"{name}: {wording.size(found.problem)}", facts=facts, tables=tables)
     return typeset(Document(section.title, [section]), form, width or PIPE_WIDTH, color)
@@ -172,14 +184,16 @@ def _record(found: Inspection) -> dict[str, Any]:
 
 
 def render_nonlinear(
-    found: NonlinearInspection, form: str = "table", width: int | None = None, color: bool = False
+    found: NonlinearInspection, form: str = "table", width: int | None = None, color: bool = False, whole: bool = True
 ) -> str:
-    """Return an inspection as text in a format. width, color : as for `formats.typeset`."""
+    """Return an inspection as text in a format; the rest is as for `render`."""
     if form in ("json", "csv"):
         record = _nonlinear_record(found)
         return json_lines.line(record) if form == "json" else result_csv.records_text([record])
     name = wording.title(found.problem) or "problem"
     classes = [(title(each), verdict.word, verdict.evidence) for each, verdict in found.classes.items()]
+    if not whole:
+        classes = [row for row in classes if row[0] in DECISIVE]
     tables = [
         Table(("", ""), [_nonlinear_facts(found)], words=(0, 1), texts=(1,)),
         Table(("class of M = J at the start", "", "because"), [classes], words=(0, 1, 2), texts=(2,)),

@@ -226,7 +226,7 @@ def spread(results: Sequence[Result]) -> str:
         return ""
     runs = " and ".join(run for _, run in wide) if len(wide) <= 2 else f"{len(wide)} runs"
     least = min(ratio or 0 for ratio, _ in wide)
-    return f"times varied: the median run of {runs} took over {least:.1f} times the shortest; other programs were busy"
+    return f"times of {runs} vary by more than {least:.1f}x between repeats"
 
 
 def bound(result: Result) -> str:

@@ -257,7 +257,7 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
 
         remarks += [line for result in results for line in programs_and_games.lines(result, compared)]
     if elided and hints:
-        remarks.append(f"all {results[0].problem.n} components of z: -o FILE, --format json or csv")
+        remarks.append(f"see all {results[0].problem.n} components of z with --format csv")
     return remarks
 
 

@@ -132,7 +132,7 @@ def test_a_result_that_cannot_be_written_is_reported_in_one_line(
 
 def test_a_device_is_written_to_and_not_replaced(lcp: Callable[..., Outcome], file: str) -> None:
     with refused_rename(AssertionError("the device would have been replaced")):
-        outcome = lcp("solve", file, "-o", "/dev/null")
+        outcome = lcp("solve", file, "-q", "-o", "/dev/null")
         write_whole("/dev/null", "text")
     assert outcome == Outcome(0, "", "")
     assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
@@ -162,7 +162,7 @@ def test_a_pipe_is_written_to_and_not_replaced_and_read_from(tmp_path: Path) -> 
 def test_a_name_that_is_no_unicode_does_not_lose_the_result(
     lcp: Callable[..., Outcome], file: str, tmp_path: Path, ending: str
 ) -> None:
-    assert lcp("solve", file, "-o", str(tmp_path / f"result.{ending}")) == Outcome(0, "", "")
+    assert lcp("solve", file, "-q", "-o", str(tmp_path / f"result.{ending}")) == Outcome(0, "", "")
     assert "half" in (tmp_path / f"result.{ending}").read_text(encoding="utf-8")
 
 

@@ -195,7 +195,9 @@ def test_odd_problems_are_inspected_without_a_warning(problem: Problem) -> None:
 def test_command_shows_or_writes_a_table_of_80_columns_or_one_json_object(lcp: Lcp, tmp_path: Path) -> None:
     table = lcp("inspect", EXAMPLE)
     assert (table.code, table.err) == (0, "")
-    assert "P-matrix                      yes  it is positive definite" in table.out
+    assert "P-matrix               yes: it is positive definite" in table.out
+    assert len(table.out.splitlines()) <= 28
+    assert "P-matrix                      yes  it is positive definite" in lcp("inspect", EXAMPLE, "--all").out
     assert max(map(len, table.out.splitlines())) <= 80
     shown = lcp("inspect", EXAMPLE, "--format", "json")
     assert json.loads(shown.out)["classes"]["m_matrix"]["verdict"] == "yes"

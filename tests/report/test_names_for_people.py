@@ -97,7 +97,7 @@ def test_a_name_is_shown_as_its_escapes_are(kind: str, line: str, lcp: Lcp) -> N
 @pytest.mark.parametrize("form", PEOPLE)
 def test_a_file_of_a_result_has_no_control_characters(form: str, lcp: Lcp) -> None:
     put("game", WHOLE)
-    assert lcp("solve", "p.json", "--format", form, "-o", "file") == Outcome(0, "", "")
+    assert lcp("solve", "p.json", "--format", form, "-q", "-o", "file") == Outcome(0, "", "")
     assert not unseen(Path("file").read_text(encoding="utf-8"))
 
 

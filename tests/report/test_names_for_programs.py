@@ -93,12 +93,12 @@ def test_csv_has_the_exact_names(lcp: Lcp) -> None:
 def test_csv_of_any_name_is_read_back(name: str, lcp: Lcp) -> None:
     put("lcp", "p", names=[name, "b"])
     for more in ([], ["--all"]):
-        out = lcp("solve", "p.json", *more, "--format", "csv", "-o", "z.csv")
+        out = lcp("solve", "p.json", *more, "--format", "csv", "-q", "-o", "z.csv")
         assert out == Outcome(0, "", "")
         assert [row[-1] for row in rows_of(Path("z.csv").read_bytes().decode())][1:] == [name, "b"]
         assert lcp("check", "p.json", "z.csv").code == 0
     put("lcp", name)
-    runs = lcp("compare", "p.json", "--method", "lemke", "--format", "csv", "-o", "z.csv")
+    runs = lcp("compare", "p.json", "--method", "lemke", "--format", "csv", "-q", "-o", "z.csv")
     assert runs.code == 0  # its first column has the name
     assert lcp("solve", "p.json", "--z0", "z.csv", "--method", "newton").code == 0
 
