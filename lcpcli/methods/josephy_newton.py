@@ -32,12 +32,14 @@ FRUITLESS = 4  # steps that do not decrease the merit, or only within noise, aft
 MOST_NOISY = 1e-2  # of that residual: what may be all that the noise of F leaves
 MOST_BRIEF = 200  # unknowns of a problem that by default is given up after about a second
 MOST_LINEARIZATIONS = 1000  # of a small problem in that time
-CUBIC = 110  # unknowns from which on the cubic work of a linearization counts more than all else
+CUBIC = 130  # unknowns from which on the cubic work of a linearization counts more than all else
 FUNCTIONS = 64  # evaluations of F that count as a linearization of a small problem
+PIVOTS, QUADRATIC = 32, 150  # pivots that do so, and unknowns from which on passes over the tableau are most of them
 FINE = 1e-12  # a natural residual that no further step need reduce
 STATIONARY = "z is nearly a stationary point of the merit function, but no solution"
 SLOW = "the merit function decreases too slowly"
 NO_FURTHER = "no step decreases the residual further"
+LONG = "it is given up after the work of about a second; with restarts it goes on"
 
 
 class _Attempt(NamedTuple):
@@ -59,8 +61,8 @@ def josephy_newton(
 
     evaluations : of F and J. start : an admissible z, where F is finite. linear : solves the linearizations.
     restarts : other attempts where the method gets stuck: three from the same start, others at random from fixed seeds.
-    is_brief : whether, with at most MOST_BRIEF unknowns, no other attempt begins after about a second, by the numbers
-    of linearizations and of evaluations of F.
+    is_brief : whether, with at most MOST_BRIEF unknowns, it is given up after about a second, by the numbers of
+    linearizations, of their pivots, and of evaluations of F.
 
     The steps, as the trace names them: "crash" solves the linearization for the variables that are not held at their
     bounds, from the start and for as long as that decreases the merit function (`smoothing`) fast; "full" leads to the
@@ -77,10 +79,10 @@ def josephy_newton(
     Finished : the natural residual is 0, or all but that and no step decreases it. Stalled : all starts are stuck,
     which proves nothing.
     """
-    search = _Search(evaluations, linear)
+    search = _Search(evaluations, linear, is_brief and start.size <= MOST_BRIEF)
     ending: Ending = Stalled(STATIONARY)
     for number in range(restarts + 1):
-        if is_brief and search.is_long(start.size):
+        if search.is_long:
             break
         place = search.start(attempt := _attempt(number), start)
         if place is None:
@@ -109,9 +111,9 @@ def _attempt(number: int) -> _Attempt:
 class _Search:
     """The attempts of a run. is_rounding : whether the last one has ended where the residual is rounding, or noise."""
 
-    def __init__(self, evaluations: Evaluations, linear: Linear) -> None:
+    def __init__(self, evaluations: Evaluations, linear: Linear, is_brief: bool) -> None:
         self.evaluations, self._steps = evaluations, Steps(evaluations, self._solution)
-        self._linear, self._linearizations = linear, 0
+        self._linear, self._linearizations, self._is_brief = linear, 0, is_brief
         self._last_size = np.inf
         self.is_rounding = False
         self._tried: Place | None = None
@@ -121,10 +123,12 @@ class _Search:
         self._linearizations += 1
         return self._linear(*given)
 
-    def is_long(self, n: int) -> bool:
-        """Return whether a problem with n unknowns has taken about a second, if it has few."""
-        work = self._linearizations * (1 + (n / CUBIC) ** 3) + self.evaluations.functions / FUNCTIONS
-        return n <= MOST_BRIEF and work > MOST_LINEARIZATIONS
+    @property
+    def is_long(self) -> bool:
+        """Return whether a run that is to be brief has taken about a second."""
+        n, own = self.evaluations.problem.n, self.evaluations
+        work = self._linearizations * (1 + (n / CUBIC) ** 3) + own.pivots / PIVOTS * (1 + (n / QUADRATIC) ** 2)
+        return self._is_brief and work + own.functions / FUNCTIONS > MOST_LINEARIZATIONS
 
     def iterate(self, place: Place, step: str) -> Iterate:
         """Return the iterate for the loop; it is final if its residual is tiny, or did not decrease much."""
@@ -162,7 +166,7 @@ class _Search:
         while True:
             recent, progress = deque([place.merit], memory), Progress(place.merit)
             first = SLACK * place.merit if memory > 1 else 0.0
-            while place.merit and not progress.is_slow:
+            while place.merit and not (progress.is_slow or self.is_long):
                 most = max(recent)
                 found = self._step(place, most, max(most, first) if progress.steps < memory else most)
                 if found is None:
@@ -182,6 +186,8 @@ class _Search:
                 return Finished()
             if self._is_noise(best):
                 return Finished(NO_FURTHER)
+            if self.is_long:
+                return self._ending(best, progress)
             if size(place.z) <= FAR * max(1.0, size(self.evaluations.problem.x0)) and self.evaluations.adapt(place.z):
                 continue
             if place is best or memory == 1:
@@ -197,7 +203,7 @@ class _Search:
     def _ending(self, best: Place, progress: Progress) -> Ending:
         """Return how a descent ends, at the place where the merit was least."""
         if size(best.gaps) > NEARLY_SOLVED * self._steps.reference:
-            return Stalled(self._where(SLOW if progress.is_slow else STATIONARY))
+            return Stalled(self._where(LONG if self.is_long else SLOW if progress.is_slow else STATIONARY))
         terms = product(abs(self.evaluations.jacobian(best.z)), np.abs(best.z)) + np.abs(best.F)
         self.is_rounding = bool((np.abs(best.gaps) <= FEW_ROUNDINGS * EPS * terms).all())
         return Finished(NO_FURTHER)

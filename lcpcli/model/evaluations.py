@@ -41,6 +41,7 @@ class Evaluations:
     difference_step : their step, relative to z_j, or to 1 where z_j is smaller; by default STEP, or what F asks for.
     noise, sizes : of each row of F, its noise and the largest |F_i| beside it, where the noise was estimated last.
     functions, jacobians : the numbers of evaluations so far; those for finite differences count as functions.
+    pivots : of the linear problems that a run has solved, counted by what solves them.
     """
 
     def __init__(
@@ -50,7 +51,7 @@ class Evaluations:
             fault = f"has shape {shape} for {count(problem.n, 'unknown')}"
             raise ParameterError("pattern", fault, f"give shape ({problem.n}, {problem.n})")
         self.problem, self._given = problem, pattern
-        self.functions = self.jacobians = 0
+        self.functions = self.jacobians = self.pivots = 0
         self._is_given, self._left = difference_step is not None, MOST_ADAPTED
         self._shares = np.full(problem.n, STEP if difference_step is None else difference_step)
         self.noise = self.sizes = np.zeros(problem.n)

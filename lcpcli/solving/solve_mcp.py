@@ -27,11 +27,11 @@ from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import MOST_PIVOTED, MOST_UNKNOWNS, as_dense
 from lcpcli.methods.josephy_newton import josephy_newton
 from lcpcli.methods.lemke import path_to_end, reduced
-from lcpcli.methods.lemke_path import solution_at
+from lcpcli.methods.lemke_path import DEPENDENT, solution_at
 from lcpcli.methods.newton import from_states
-from lcpcli.methods.stages import FAULTS, Finished, Iterate, Stalled, advance, ended
+from lcpcli.methods.stages import FAULTS, Breakdown, Ending, Finished, Iterate, Stalled, advance, ended
 from lcpcli.model.arrays import FROM_0
-from lcpcli.model.box import Box, in_words
+from lcpcli.model.box import BASIC, Box, in_words
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem
@@ -100,7 +100,7 @@ def solve_mcp(
     difference_step : the step of finite differences, relative to each z_j, or to 1 where that is smaller; by default
         1.5e-8, or what F asks for where it is noisy or changes fast.
     restarts : how many other attempts are made where the method gets stuck, the first three from the same start; by
-        default 12, or with at most 200 unknowns as many of these as begin within about a second, by counted work.
+        default 12, or with at most 200 unknowns as many of these as take about a second, by counted work.
     tol, max_iterations, time_limit, trace, callback, threads, interrupts : as in `solve`; an iteration is a step of
         Newton's method, and solves a linear complementarity problem.
     compiled : whether linearizations are solved by the kernels of the extra `fast`, as in `solve`.
@@ -195,7 +195,7 @@ def run_nonlinear(
     start = _start(evaluations)
     with np.errstate(all="ignore"):
         criterion = NonlinearCriterion(evaluations, limits.tol)
-        linear = partial(solution_of_linearization, fast=fast)
+        linear = partial(solution_of_linearization, evaluations=evaluations, fast=fast)
         stage = partial(josephy_newton, evaluations, start, linear, **in_force, is_brief="restarts" not in chosen)
         stopwatch.count("setup")
         loop = Loop(criterion, METHOD, limits, (kept, curve), stopwatch, None, start / 2, callback)
@@ -261,6 +261,7 @@ LINEAR = Limits(max_iterations=100)  # for a linearization: one that takes more 
 NEARLY = 1e-8  # of the natural residual of 0: that of a solution for which no more is done
 CLOSE = 1e-2  # of the natural residual of 0: from which on a step to z pays, although z is no solution
 FEW_ROUNDINGS = 8  # of the terms of a row, which its w may be off by
+PIVOTS_OF_RUN = 250  # that what `run` does besides takes as long as
 SHORT_PATH = 50  # unknowns up to which a path from no states takes no longer than a few systems
 
 
@@ -270,23 +271,25 @@ def solution_of_linearization(
     box: Box,
     basis: States | None,
     longer: bool,
+    evaluations: Evaluations,
     fast: ModuleType | None = None,
 ) -> tuple[Vector, States] | None:
     """Return a solution of the linear problem, or a point that all but solves it, and its states; None if none was
     found.
 
     basis : the states that are tried first. longer : whether a problem with few unknowns, which else is only pivoted,
-    without the last digits and the proofs that `run` is for, is left to `run`. fast : the kernels, if they are wanted.
+    without the last digits and the proofs that `run` is for, is left to `run`. evaluations : whose pivots are counted.
+    fast : the kernels, if they are wanted.
     """
     if longer and q.size > MOST_UNKNOWNS:
         return None
     try:
         problem = Problem(M, q, lower=box.lower, upper=box.upper)
         if problem.n <= MOST_PIVOTED and not longer:
-            return _pivoted(as_dense(problem), basis, fast)
+            return _pivoted(as_dense(problem), basis, evaluations, fast)
         if problem.n > MOST_PIVOTED and is_sparse(problem.M) and not longer:
             with suppress(SingularMatrix):
-                found = _without_free(WithoutFree(problem), basis, fast)
+                found = _without_free(WithoutFree(problem), basis, evaluations, fast)
                 return found if found is not None and _is_close(problem, found[0], CLOSE) else None
         first = None if basis is None else in_words(basis)
         ends = None if longer else lambda row: _is_close(problem, row.z, NEARLY)
@@ -295,6 +298,7 @@ def solution_of_linearization(
         return None
     if result.interrupted:
         raise KeyboardInterrupt
+    evaluations.pivots += PIVOTS_OF_RUN + result.evaluations
     if not (result.solved or _is_close(problem, result.z, CLOSE)):
         return None
     return result.z, problem.box.basis_at(result.z) if result.end is None else result.end
@@ -309,16 +313,19 @@ def _is_close(problem: Problem, z: Vector, share: float) -> bool:
     return bool((gaps <= most + FEW_ROUNDINGS * EPS * terms).all())
 
 
-def _without_free(own: WithoutFree, basis: States | None, fast: ModuleType | None) -> tuple[Vector, States] | None:
-    found = _pivoted(own.reduced, None if basis is None else basis[own.bounded], fast)
+def _without_free(own: WithoutFree, basis: States | None, *given: Any) -> tuple[Vector, States] | None:
+    found = _pivoted(own.reduced, None if basis is None else basis[own.bounded], *given)
     return None if found is None else own.given(*found)
 
 
-def _pivoted(problem: Problem, basis: States | None, fast: ModuleType | None) -> tuple[Vector, States] | None:
+def _pivoted(
+    problem: Problem, basis: States | None, evaluations: Evaluations, fast: ModuleType | None
+) -> tuple[Vector, States] | None:
     """Return a solution of a problem with few unknowns, by exchanges from the states of another one, or of the
     reference point, or along Lemke's path, up to the rounding there; None if neither ends at one."""
     if basis is None and problem.n > SHORT_PATH:
         basis = problem.box.basis_at(problem.reference_point, problem.q_ref)
+    step: Iterate | Ending = Stalled()
     with suppress(*FAULTS), np.errstate(over="raise", invalid="raise", divide="raise"):
         stage, last = ended(Stalled()) if basis is None else from_states(problem, basis), None
         while isinstance(step := advance(stage), Iterate):
@@ -329,12 +336,28 @@ def _pivoted(problem: Problem, basis: States | None, fast: ModuleType | None) ->
                 return z, problem.box.basis_at(z)
     if fast is not None and problem.is_mixed and (answer := mixed_answer(problem, DEFAULTS.tol)) is not None:
         return answer.z, problem.box.basis_at(answer.z) if answer.end is None else answer.end
+    if basis is not None and isinstance(step, Breakdown) and problem.n > SHORT_PATH:
+        shortest = _shortest(problem, basis)
+        if shortest is not None:
+            return shortest, problem.box.basis_at(shortest)
     with suppress(*FAULTS), np.errstate(over="raise", invalid="raise", divide="raise"):
         path = path_to_end(problem, tableau.follow if fast is None else fast.follow, reduced(problem))
+        evaluations.pivots += path.pivots
         z, _, states = path.point()
         z = problem.box.project(z)
         if path.end == SOLVED and not _is_close(problem, z, NEARLY):
             z = solution_at(problem, path)
         if _is_close(problem, z, CLOSE):
             return z, states
+    return None
+
+
+def _shortest(problem: Problem, basis: States) -> Vector | None:
+    """Return the shortest solution with these states, whose equations are singular, as where one follows from others;
+    None if there is none."""
+    B, z = (basis == BASIC).nonzero()[0], problem.box.nonbasic(basis)
+    with suppress(np.linalg.LinAlgError):
+        z[B] = np.linalg.lstsq(problem.M[np.ix_(B, B)], -problem.w(z)[B], rcond=DEPENDENT)[0]
+        z = problem.box.project(z)
+        return z if _is_close(problem, z, CLOSE) else None
     return None
