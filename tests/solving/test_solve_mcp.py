@@ -322,3 +322,30 @@ def test_differences_of_a_sparse_jacobian_are_by_the_step_of_each_component() ->
 
     J = Evaluations(NonlinearProblem(F, x0=3 * sizes)).jacobian(3 * sizes)
     np.testing.assert_allclose(J.diagonal(), 6.0, rtol=1e-5)
+
+
+def test_a_run_that_gets_stuck_is_given_up_in_the_middle_of_an_attempt_unless_restarts_are_asked_for() -> None:
+    n, random = 60, np.random.default_rng(0)
+    M, q = random.standard_normal((n, n)) / n**0.5, random.standard_normal(n)
+
+    def F(z: Vector) -> Vector:
+        return np.append(-1 - z @ z / n, (M @ z + q + np.sin(z))[1:])
+
+    def J(z: Vector) -> Vector:
+        return np.vstack([-2 * z / n, (M + np.diag(np.cos(z)))[1:]])
+
+    x0 = random.random(n)
+    brief, long = lcpcli.solve_mcp(F, J, x0=x0), lcpcli.solve_mcp(F, J, x0=x0, restarts=12)
+    assert "given up" in brief.message
+    assert "given up" not in long.message
+    assert brief.iterations < long.iterations
+
+
+def test_an_equation_that_follows_from_others_takes_one_step_of_a_linear_model() -> None:
+    n, random = 60, np.random.default_rng(0)
+    A = random.standard_normal((n - 1, n))
+    A = np.vstack([A, A.sum(axis=0)])
+    b = A @ random.random(n)
+    result = lcpcli.solve_mcp(lambda z: A @ z - b, lambda _: A, lower=None, x0=np.zeros(n))
+    assert result.solved
+    assert result.iterations == 1
