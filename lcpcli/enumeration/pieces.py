@@ -237,7 +237,7 @@ def _choose_common(unknowns: Unknowns, node: Node, bits: int) -> None:
 def _solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
     """Return a solution from the methods in doubles, made exact; None if they find none."""
     with imports:
-        from lcpcli.rational import dictionary
+        from lcpcli.rational import pivoting
         from lcpcli.rational.elimination import Effort
         from lcpcli.solving import driver
         from lcpcli.solving.result import Status
@@ -249,4 +249,4 @@ def _solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] |
         raise TimeIsUp  # by `check`
     effort = Effort()
     found = from_point(data, result.z, effort) if result.solved else None
-    return found or dictionary.solve(data, effort)
+    return found or pivoting.solve(data, effort)

@@ -22,7 +22,7 @@ from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL, Limits
 from lcpcli.options import check as check_options
 from lcpcli.parametric import path as ends
-from lcpcli.parametric.exact_pivoting import ExactEdge, ExactFamily, ExactPivoting
+from lcpcli.parametric.exact_pivoting import ExactFamily, ExactPivoting
 from lcpcli.parametric.path import ENDS, ExactPath, Family, Path, joined
 from lcpcli.parametric.pivoting import Edge, Pivoting
 from lcpcli.parametric.verified import Verified, verify
@@ -290,7 +290,7 @@ class _End(NamedTuple):
 
     end: str
     message: str
-    ray: Edge | ExactEdge | None = None
+    ray: Edge | None = None
 
 
 class _Following:
@@ -337,7 +337,7 @@ class _Following:
             return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]}: rounding has led to another basis")
         return self._along(*exactly.vertex(), exactly.edges())
 
-    def _along(self, s: Any, z: Any, edges: Iterable[Edge | ExactEdge]) -> _End:
+    def _along(self, s: Any, z: Any, edges: Iterable[Edge]) -> _End:
         """Follow the path from its first point; return how it ends."""
         self.parts.add(s, z, None)
         points = 0
@@ -350,7 +350,7 @@ class _Following:
             points = points + 1 if edge.is_point else 0
             if points > MOST_POINTS:
                 return _End(ends.BREAKDOWN, f"{ENDS[ends.BREAKDOWN]}: ties are not resolved in double precision")
-            if isinstance(edge, Edge) and not np.isfinite(edge.z).all():
+            if self.parts.exact is None and not np.isfinite(edge.z).all():
                 return _End(ends.BREAKDOWN, f"{ENDS[ends.BREAKDOWN]}: z is too large for double precision")
             self._append(edge)
             if edge.is_last:
@@ -360,7 +360,7 @@ class _Following:
                 break
         return _End(ends.BREAKPOINT_LIMIT, ENDS[ends.BREAKPOINT_LIMIT])
 
-    def _append(self, edge: Edge | ExactEdge) -> None:
+    def _append(self, edge: Edge) -> None:
         """Add the vertex at the end of an edge; if the edge has no length, only the end of the path counts."""
         s = self.parts.last.s if edge.rise == 0 else edge.s  # rounding may have moved it
         if not edge.is_point:
@@ -396,11 +396,10 @@ def _unsolved(result: Result) -> _End:
     return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]}: {result.message}")
 
 
-def _proof(to: Problem, ray: Edge | ExactEdge) -> Vector | None:
+def _proof(to: Problem, ray: Edge) -> Vector | None:
     """Return a vector that proves the second problem infeasible, from the direction of a ray, or from the multipliers
     of its rows, which are a proof if t is at its largest over all solutions of the inequalities; else None."""
     candidates = [np.array(ray.z, dtype=float)]
-    if isinstance(ray, Edge):
-        assert ray.multipliers is not None
+    if ray.multipliers is not None:
         candidates += [ray.multipliers, -ray.multipliers]
     return next((found for y in candidates if (found := proof(to, y)) is not None), None)
