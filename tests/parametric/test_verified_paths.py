@@ -111,7 +111,7 @@ def test_a_jump_at_a_third_is_verified_up_to_the_last_bit_of_t() -> None:
 
 
 @pytest.mark.parametrize(("n", "exact"), [(40, False), (20, True)])
-def test_a_path_in_parts_is_the_same_path(n: int, exact: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_path_verified_in_parts_is_the_same_path(n: int, exact: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     first, last = positive(30, n, n)
     whole = path(first, last, exact=exact)
     monkeypatch.setattr(following, "AT_ONCE", 1)
