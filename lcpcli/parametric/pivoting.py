@@ -265,19 +265,11 @@ class Pivoting:
         if leaving.kind == Z:
             self.states[leaving.at] = UPPER if leaving.sign > 0 else LOWER
             self._shift(leaving.at, 1.0)
-        leaves_row = leaving.kind == W
-        if entering.kind == W:
-            if leaves_row:
-                system.replace_row(entering.at, leaving.at)
-            else:
-                system.drop(entering.at, leaving.at)
-        else:
-            if leaves_row:
-                system.add(leaving.at, entering.at)
-            elif leaving.at != entering.at:
-                system.replace_column(leaving.at, entering.at)
+        old, new = (each.at + (self.n + 1) * (each.kind == W) for each in (leaving, entering))
+        if old != new:
+            system.exchange(old, new)
         if system.moved is not moved and system.has(self.n):
-            system.replace_column(self.n, self.n)
+            system.exchange(self.n, self.n)
         system.keep_accurate()
 
     def _settle(self) -> None:

@@ -168,8 +168,8 @@ def test_exchanges_of_a_sparse_system_are_undone_in_the_opposite_order() -> None
     M = np.array([[4.0, 1, 2], [1, 5, 1], [3, 1, 6]])
     system = SparseSystem(csr_array(M), np.ones(3))
     system.begin(np.array([0]))
-    system.add(1, 1)
-    system.add(2, 2)
+    system.exchange(3 + 1 + 1, 1)
+    system.exchange(3 + 1 + 2, 2)
     assert np.allclose(system.multipliers(2) @ M, [0, 0, 1])
 
 
