@@ -14,11 +14,10 @@ the column player. With these as unknowns, payoffs are linear, and so are sums o
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from heapq import heapify, heappop, heappush
-from itertools import count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -39,7 +38,7 @@ from lcpcli.options import Limits
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import text
-from lcpcli.rational.tree import OBJECTIVE, Node, Unknowns
+from lcpcli.rational.tree import OBJECTIVE, Node, Unknowns, explored
 from lcpcli.solving import driver
 from lcpcli.typing import Vector
 from lcpcli.verify.exact_solution import from_point
@@ -287,16 +286,20 @@ def _index(problem: Problem, name: Any) -> int:
 
 
 class _Open(NamedTuple):
-    """A node that is to be branched on the states of an unknown. order : the number of the node."""
+    """A node with a bound and its number. violated : as in `Unknowns`."""
 
     bound: float | Fraction
     order: int
     node: Node
-    unknown: int
+    violated: dict[int, int]
 
 
 class _Search:
-    """The search for the least objective. z, value : of the best solution found. nodes : their number so far."""
+    """The search for the least objective: the nodes of its tree, and the queue of those that are to be branched on, the
+    last one first, or once there is a solution that with the least bound.
+
+    z, value : of the best solution found. nodes : their number so far.
+    """
 
     def __init__(self, data: ExactProblem, costs: Sequence[Fraction]) -> None:
         self.data, self.nodes = data, 0
@@ -304,11 +307,10 @@ class _Search:
         self.value: Fraction | None = None
         self._open: list[_Open] = []
         self._current: list[_Open] = []  # the node that is being branched on
-        self._order = count()
         self._unknowns = Unknowns(data, Effort().steps(data))
         self._form, self._scale = self._unknowns.objective(costs)
         self._costs = costs
-        self._is_unbounded = False
+        self.check = self._unknowns.check
 
     def begin(self) -> None:
         """Take a solution that a run in doubles finds, so that there is one if the time is short."""
@@ -322,17 +324,8 @@ class _Search:
     def run(self) -> str:
         """Search until the best solution is proved to be the best; return how the search ended."""
         root = self._unknowns.root(self._form)
-        if root is not None:
-            self._take(root)
-        while self._open and not self._is_unbounded:
-            self._unknowns.check()
-            parent = self._open[0] if self.value is not None else self._open[-1]
-            if self.value is not None and parent.bound >= self.value:
-                break
-            self._current = [heappop(self._open) if self.value is not None else self._open.pop()]
-            self._branch(*self._current)
-            self._current = []
-        if self._is_unbounded:
+        self.extend([] if root is None else self._worth(root))
+        if any(is_leaf for _, is_leaf in explored(self, self)):
             return UNBOUNDED
         return UNSOLVABLE if self.value is None else OPTIMAL
 
@@ -346,50 +339,51 @@ class _Search:
         least = Fraction(min(bounds))
         return least if self.value is None else min(least, self.value)
 
-    def _branch(self, parent: _Open) -> None:
-        """Take the nodes with each state of the unknown that are not empty."""
-        least = None if parent.bound == -math.inf else OBJECTIVE * self.data.n
-        for state in self._unknowns.choices[parent.unknown]:
-            child = parent.node.copy()
-            if self._unknowns.choose(child, parent.unknown, state, least=least):
-                self._take(child)
+    def __len__(self) -> int:
+        self._current = []
+        is_over = self.value is not None and self._open and self._open[0].bound >= self.value
+        return 0 if is_over else len(self._open)
 
-    def _take(self, node: Node) -> None:
-        """Keep a node that may have a better solution, with its bound; keep its point if that is one."""
+    def pop(self) -> _Open:
+        self._current = [self._open.pop() if self.value is None else heappop(self._open)]
+        return self._current[0]
+
+    def extend(self, nodes: Iterable[_Open]) -> None:
+        for each in nodes:
+            if self.value is None:
+                self._open.append(each)
+            else:
+                heappush(self._open, each)
+
+    def violations(self, each: _Open) -> dict[int, int]:
+        return each.violated
+
+    def unsettled(self, each: _Open) -> int | None:
+        return self._unknowns.unsettled(each.node)
+
+    def children(self, parent: _Open, k: int) -> Iterator[_Open]:
+        """Yield the nodes with each state of the unknown that are not empty and may have a better solution."""
+        least = None if parent.bound == -math.inf else OBJECTIVE * self.data.n
+        for state in self._unknowns.choices[k]:
+            child = parent.node.copy()
+            if self._unknowns.choose(child, k, state, least=least):
+                yield from self._worth(child)
+
+    def _worth(self, node: Node) -> Iterator[_Open]:
+        """Yield a node, with its bound, if it may have a better solution than its point; take its point if that is
+        one."""
         self.nodes += 1
         unknowns, here, form = self._unknowns, node.dictionary, OBJECTIVE * self.data.n
         is_bounded = here.minimize(form)
         value = Fraction(here.value(form), int(here.divisor) * self._scale)
         if is_bounded and self.value is not None and value >= self.value:
             return
-        bits = unknowns.states_at_point(node)
-        open_ = [k for k, states in enumerate(unknowns.choices) if states and node.states[k] is None]
-        violated = [k for k in open_ if not bits & unknowns.masks[k]]
-        if not violated:
-            self._found(node, value)
-            if is_bounded:
-                return
-            k = next((k for k in open_ if not self._holds_a_state(node, k)), None)
-            if k is None:
-                self._is_unbounded = True
-                return
-        else:
-            k = max(violated, key=lambda k: unknowns.violation(node, k))
-        each = _Open(value if is_bounded else -math.inf, next(self._order), node, k)
-        if self.value is None:
-            self._open.append(each)
-        else:
-            heappush(self._open, each)
-
-    def _found(self, node: Node, value: Fraction) -> None:
-        if self.value is not None and value >= self.value:
-            return
-        here = node.dictionary
-        z = list(self._unknowns.vertex((int(here.divisor), *map(here.value, range(self.data.n)))))
-        assert self.data.is_solution(z)
-        if self.value is None:
-            heapify(self._open)
-        self.z, self.value = z, value
-
-    def _holds_a_state(self, node: Node, k: int) -> bool:
-        return any(self._unknowns.holds(node, self._unknowns.bit(k, state)) for state in self._unknowns.choices[k])
+        violated = unknowns.violated(node, unknowns.states_at_point(node))
+        if not violated and (self.value is None or value < self.value):
+            z = list(unknowns.point(node))
+            assert self.data.is_solution(z)
+            if self.value is None:
+                heapify(self._open)
+            self.z, self.value = z, value
+        if violated or not is_bounded:
+            yield _Open(value if is_bounded else -math.inf, self.nodes, node, violated)

@@ -21,7 +21,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import brief, over_one_denominator
 from lcpcli.rational.polyhedra import Direction, Point, connected, generators
-from lcpcli.rational.tree import Cover, Node, Unknowns, leaves
+from lcpcli.rational.tree import Node, Unknowns
 
 FIXED = "fixed"
 SHOWN_PARTS = 6  # numbers of a point, and points, that are printed: they fit on a line
@@ -167,7 +167,6 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
         states = states_of(data, tuple(z))
         bits = sum(bit for bit, (k, state) in unknowns.meaning.items() if WORDS[state] in states[k])
         _choose_common(unknowns, starts[0], bits)
-    cover = Cover()
     late: list[Node] = []
 
     @lru_cache(MOST_REMEMBERED)
@@ -175,9 +174,9 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
         vertex = unknowns.vertex(values)
         return vertex, states_of(data, vertex)
 
-    for leaf in chain.from_iterable(leaves(unknowns, start, cover) for start in starts[z is None :]):
+    for leaf in chain.from_iterable(unknowns.leaves(start) for start in starts[z is None :]):
         node, common = _largest(unknowns, root, leaf)
-        cover.add(common)
+        unknowns.cover.add(common)
         piece = _listed(unknowns, node, states_at, math.inf if shape else MOST_BASES_AT_FIRST)
         if piece is None:
             late.append(node)
@@ -220,7 +219,7 @@ def _largest(unknowns: Unknowns, root: Node, node: Node) -> tuple[Node, int]:
         if any((common & mask).bit_count() > 1 for mask in unknowns.masks):
             start = root.copy()
             _choose_common(unknowns, start, common)
-            larger = next(leaves(unknowns.restricted(common), start, Cover(common)), None)
+            larger = next(unknowns.restricted(common).leaves(start), None)
         if larger is None:
             return node, common
         node = larger
@@ -237,7 +236,7 @@ def _choose_common(unknowns: Unknowns, node: Node, bits: int) -> None:
 def _solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
     """Return a solution from the methods in doubles, made exact; None if they find none."""
     with imports:
-        from lcpcli.rational import dictionary
+        from lcpcli.rational import pivoting
         from lcpcli.rational.elimination import Effort
         from lcpcli.solving import driver
         from lcpcli.solving.result import Status
@@ -249,4 +248,4 @@ def _solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] |
         raise TimeIsUp  # by `check`
     effort = Effort()
     found = from_point(data, result.z, effort) if result.solved else None
-    return found or dictionary.solve(data, effort)
+    return found or pivoting.solve(data, effort)

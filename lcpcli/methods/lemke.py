@@ -31,7 +31,7 @@ from lcpcli.methods.stages import (
     Stalled,
 )
 from lcpcli.model.problem import Problem
-from lcpcli.rational.dictionary import IntegerTableau
+from lcpcli.rational.pivoting import IntegerTableau
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import RAY as PROVES_NOTHING
 from lcpcli.verify.certificate import Certificate, farkas_statement, is_clear, proves_infeasible
@@ -147,12 +147,12 @@ def _is_integer(problem: Problem) -> bool:
 
 
 def _integer_path(problem: Problem) -> Stage:
-    M = [{j: int(a) for j, a in enumerate(row) if a} for row in matrices.dense(problem.M).tolist()]
+    n, M = problem.n, [{j: int(a) for j, a in enumerate(row) if a} for row in matrices.dense(problem.M).tolist()]
     integers = IntegerTableau(M, list(map(int, problem.q.tolist())))
     for pivots, pivot in enumerate(integers.path(), 1):
-        cover = float(integers.value_of(2 * problem.n))
-        step = _pivot_of(problem.n, *pivot)
-        yield Iterate(integers.x(), np.full(problem.n, -cover), step, pivots, z0=cover)
+        cover = float(integers.value_of(integers.parameter))
+        step = _pivot_of(n, *(form - n if form >= n else form + n for form in pivot[:2]))
+        yield Iterate(integers.x(), np.full(n, -cover), step, pivots, z0=cover)
     if integers.ray is not None:
         return NoSolution(_certificate(problem, integers.direction(), integers.multipliers(), True))
     return Finished()

@@ -43,6 +43,7 @@ from lcpcli.methods.stages import TIME_LIMIT_REACHED, Finished, Iterate, NoSolut
 from lcpcli.model.box import of_masks
 from lcpcli.model.changes import StandardForm, scale
 from lcpcli.model.problem import Problem
+from lcpcli.rational.tree import explored
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.alternative import alternative
@@ -52,8 +53,16 @@ OPEN, ACTIVE, INACTIVE = 0, 1, 2  # an index: undecided; in P, w_i = 0; not in P
 MAX_NODES = 1 << 17  # in seconds, with a warm start each; 2^14 are enough for any problem of up to 12 unknowns
 DOUBTFUL = 8  # nodes for which a node counts whose point is sought by linear programs: these take ten times as long
 
-_Node = tuple[Vector, DualSimplex | None, int | None]
-"""Decisions, the system of those before the last, and the form that the last one restricts to 0."""
+
+class _Node:
+    """Decisions, the system of those before the last, and the form that the last one restricts to 0; once the node is
+    examined, a set that its point suggests, or None."""
+
+    suggested: Mask | None = None
+    is_w_larger: Mask
+
+    def __init__(self, decided: Vector, simplex: DualSimplex | None, form: int | None = None) -> None:
+        self.decided, self.simplex, self.form = decided, simplex, form
 
 
 class ComplementarySystem:
@@ -107,37 +116,51 @@ def candidates(
     Returns Finished if it is proved that only the sets that were yielded can have a solution: the caller tries each and
     stops at a success. Otherwise a limit is reached, or a set where the caller found no solution has no proof.
     """
-    M, q, n, examined, cost, unresolved = system.M, system.q, system.q.size, 0, 0, False
-    whole = None if is_sparse(M) or n > MOST_DENSE else root or DualSimplex(M, q)
-    pending: list[_Node] = [(np.full(n, OPEN, np.int8), whole, None)]
-    while pending:
-        decided, before, form = pending.pop()
-        if remaining() <= 0:
+    M, q, tree, unresolved = system.M, system.q, _Nodes(system), False
+    whole = None if is_sparse(M) or q.size > MOST_DENSE else root or DualSimplex(M, q)
+    pending = [_Node(np.full(q.size, OPEN, np.int8), whole)]
+    for node, is_leaf in explored(tree, pending):
+        if is_leaf and not system.excluded(P := (node.decided == ACTIVE) | ~system.is_choice):
+            yield P
+            unresolved = True
+        elif not is_leaf and node.suggested is not None:
+            yield node.suggested
+        if pending and remaining() <= 0:
             return OutOfTime(TIME_LIMIT_REACHED)
-        if cost >= nodes:
-            return Stalled(f"{examined} systems have been examined")
-        simplex = None if before is None else before.copy()
-        found, own_cost = _point(system, decided, simplex, form)
-        examined, cost = examined + 1, cost + own_cost
-        if found is None:
-            continue
-        undecided = (decided == OPEN) & system.is_choice
-        if not undecided.any():
-            if not system.excluded(P := (decided == ACTIVE) | ~system.is_choice):
-                yield P
-                unresolved = True
-            continue
-        z, w = found
-        overlap = np.where(undecided, np.minimum(z, w), -np.inf)
-        branch = int(np.argmax(overlap))
-        if overlap[branch] <= farkas.ACTIVE_COLUMN * max(float(z.max()), 1.0):
-            yield (decided == ACTIVE) | ((decided == OPEN) & (z > w))
-        order = (ACTIVE, INACTIVE) if z[branch] < w[branch] else (INACTIVE, ACTIVE)  # likelier last: popped first
-        for decision in order:
-            child = decided.copy()
-            child[branch] = decision
-            pending.append((child, simplex, branch + n * (decision == ACTIVE)))
+        if pending and tree.cost >= nodes:
+            return Stalled(f"{tree.examined} systems have been examined")
     return Stalled("one complementary set is too close to having a solution") if unresolved else Finished()
+
+
+class _Nodes:
+    """The nodes of the tree in doubles. examined : how many have been; cost : how many they count for."""
+
+    def __init__(self, system: ComplementarySystem) -> None:
+        self.system, self.examined, self.cost, self.check = system, 0, 0, check
+
+    def violations(self, node: _Node) -> dict[int, float] | None:
+        """Return min(z, w) at a point of a node, where there is no decision yet; None if there is proved to be no
+        point."""
+        node.simplex = None if node.simplex is None else node.simplex.copy()
+        found, cost = _point(self.system, node.decided, node.simplex, node.form)
+        self.examined, self.cost = self.examined + 1, self.cost + cost
+        if found is None:
+            return None
+        (z, w), undecided = found, (node.decided == OPEN) & self.system.is_choice
+        overlap, node.is_w_larger = np.minimum(z, w)[undecided], z < w
+        if overlap.max(initial=-np.inf) <= farkas.ACTIVE_COLUMN * max(float(z.max()), 1.0):
+            node.suggested = (node.decided == ACTIVE) | ((node.decided == OPEN) & (z > w))
+        return dict(zip(np.flatnonzero(undecided).tolist(), overlap.tolist(), strict=True))
+
+    def unsettled(self, node: _Node) -> None:
+        """Return nothing, as all indices have been decided."""
+
+    def children(self, node: _Node, branch: int) -> Iterator[_Node]:
+        """Yield a node with each decision on an index, the likelier one last."""
+        for decision in (ACTIVE, INACTIVE) if node.is_w_larger[branch] else (INACTIVE, ACTIVE):
+            decided = node.decided.copy()
+            decided[branch] = decision
+            yield _Node(decided, node.simplex, branch + decided.size * (decision == ACTIVE))
 
 
 def _point(

@@ -6,35 +6,22 @@ it is at its upper bound, s and 1 - s. A vertex is a dictionary in which those f
 
 from __future__ import annotations
 
-import random
 from collections.abc import Iterator
 from fractions import Fraction
-from typing import NamedTuple
 
 import numpy as np
 
 from lcpcli.interrupts import check
-from lcpcli.model.box import BASIC, LOWER, UPPER
+from lcpcli.model.box import BASIC, UPPER
+from lcpcli.parametric.pivoting import Edge
 from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import over_one_denominator, whole_multiple
+from lcpcli.rational.pivoting import Pivoting
 from lcpcli.typing import States
 
-LARGEST_PERTURBATION = 2**40  # of the random integers that break ties
-
 Values = list[Fraction]
-
-
-class ExactEdge(NamedTuple):
-    """An edge of the path, as `pivoting.Edge`, with s and z in fractions; on a ray z is its direction."""
-
-    states: States
-    rise: int
-    is_point: bool
-    s: Fraction
-    z: Values
-    is_ray: bool = False
-    is_last: bool = False
+NOTHING = Fraction(0), Fraction(0)  # a bound that does not move, at 0
 
 
 class ExactFamily:
@@ -77,27 +64,24 @@ class ExactFamily:
         return True
 
 
-class ExactPivoting:
-    """The path from the basis with these states at s = 0. z_i - l_i is form i, w_i is n + i, u_i - z_i is 2 n + i."""
+class ExactPivoting(Pivoting):
+    """The path from the basis with these states at s = 0, with s as its parameter; 1 - s is form 3 n + 1."""
 
     def __init__(self, family: ExactFamily, states: States) -> None:
-        n = self.n = family.n
-        self.family, self.states = family, states.copy()
-        self.s, self.rest = 3 * n, 3 * n + 1  # the forms s and 1 - s
-        self.own = [i if family.lower[i] or not family.upper[i] else 2 * n + i for i in range(n)]  # that stand for z_i
-        self._here = Dictionary(self._rows(), [*self.own, self.s], self._signed(), check)
+        n, self.family = family.n, family
+        self._bases = [low or high or NOTHING for low, high in zip(family.lower, family.upper, strict=True)]
+        self._at_upper = [
+            low is None and high is not None for low, high in zip(family.lower, family.upper, strict=True)
+        ]
+        own = self._own = [2 * n + i if self._at_upper[i] else i for i in range(n)]  # the forms that stand for z_i
+        super().__init__(n, Dictionary(self._rows(), [*own, 3 * n], self._signed(), check), states.tolist())
         self._begin()
-        source = random.Random(0)
-        self._limits = {form: -source.randint(1, LARGEST_PERTURBATION) for form in sorted(self._here.rows)}
-        self._signs = np.where(states == UPPER, -1, 1).tolist()  # of w_i in its form
-        self._first_signs = list(self._signs)
 
     def _rows(self) -> dict[int, list[int]]:
         """Return the other forms in terms of those that stand for z_i and of s, each times a positive integer."""
-        n, family, nothing = self.n, self.family, (Fraction(0), Fraction(0))
-        ends = [family.lower[i] or family.upper[i] or nothing for i in range(n)]
-        signs = [1 if form < n else -1 for form in self.own]
-        rows = {self.rest: [1, *[0] * n, -1]}
+        n, family, ends = self.family.n, self.family, self._bases
+        signs = [-1 if at_upper else 1 for at_upper in self._at_upper]
+        rows = {3 * n + 1: [1, *[0] * n, -1]}
         for i, (row, scale, (q, change)) in enumerate(zip(family.rows, family.scales, family.q, strict=True)):
             check()
             constant = scale * q + sum(a * ends[j][0] for j, a in row.items())
@@ -111,98 +95,48 @@ class ExactPivoting:
 
     def _signed(self) -> Iterator[int]:
         """Yield the forms that are nonnegative on the path."""
-        yield from (self.s, self.rest)
-        for i, (low, high) in enumerate(zip(self.family.lower, self.family.upper, strict=True)):
-            forms = ((i, low is not None), (2 * self.n + i, high is not None), (self.n + i, low is None or low != high))
+        n, family = self.family.n, self.family
+        yield from (3 * n, 3 * n + 1)
+        for i, (low, high) in enumerate(zip(family.lower, family.upper, strict=True)):
+            forms = ((i, low is not None), (2 * n + i, high is not None), (n + i, low is None or low != high))
             yield from (form for form, is_signed in forms if is_signed)
 
     def _begin(self) -> None:
         """Pivot to the basis of the states."""
-        n, here = self.n, self._here
-        waiting = [self.own[i] for i in range(n) if self.states[i] == BASIC]
-        for i, state in enumerate(self.states.tolist()):
+        n, here = self.n, self.here
+        waiting = [form for form, state in zip(self._own, self.states, strict=True) if state == BASIC]
+        for i, state in enumerate(self.states):
             if state == BASIC:
                 columns = [k for k, form in enumerate(here.cobasic, 1) if form in waiting and here.rows[n + i][k]]
                 waiting.remove(here.cobasic[columns[0] - 1])
                 here.pivot(n + i, columns[0])
             elif state == UPPER:
                 here.negate(n + i)
-                if self.own[i] == i:
+                if not self._at_upper[i]:
                     here.pivot(2 * n + i, here.cobasic.index(i) + 1)
 
     @property
     def is_feasible(self) -> bool:
         """Return whether the dictionary is a solution."""
-        return all(row[0] >= 0 for form, row in self._here.rows.items() if form in self._here.signed)
+        return all(row[0] >= 0 for form, row in self.here.rows.items() if form in self.here.signed)
 
     def vertex(self) -> tuple[Fraction, Values]:
         """Return s and z of the dictionary."""
-        return self._point({form: int(row[0]) for form, row in self._here.rows.items()}, 1)
+        s = self.value_of(self.parameter)
+        ends = [base + s * change for base, change in self._bases]
+        return s, [
+            end + (-1 if at_upper else 1) * self.value_of(form)
+            for end, at_upper, form in zip(ends, self._at_upper, self._own, strict=True)
+        ]
 
-    def _point(self, values: dict[int, int], constant: int) -> tuple[Fraction, Values]:
-        """Return s and z from the values of the forms times the divisor; with constant = 0, those of a direction."""
-        divisor, nothing = int(self._here.divisor), (Fraction(0), Fraction(0))
-        s, z = Fraction(values.get(self.s, 0), divisor), []
-        for i, form in enumerate(self.own):
-            sign = 1 if form == i else -1
-            bound = (self.family.lower if form == i else self.family.upper)[i] or nothing
-            z.append(constant * bound[0] + s * bound[1] + sign * Fraction(values.get(form, 0), divisor))
-        return s, z
-
-    def edges(self) -> Iterator[ExactEdge]:
+    def edges(self) -> Iterator[Edge]:
         """Yield one edge of the path after another."""
-        n, here, entering = self.n, self._here, self.s
-        while True:
-            k = here.cobasic.index(entering) + 1
-            leaving = self._leaving(k)
-            states = self.states.copy()
-            if entering < n or 2 * n <= entering < self.s:
-                states[entering % n] = BASIC
-            row = here.rows.get(self.s)
-            slope = 1 if row is None else row[k]
-            rise = (slope > 0) - (slope < 0)
-            if leaving is None:
-                column = {form: int(row[k]) for form, row in here.rows.items()} | {entering: int(here.divisor)}
-                yield ExactEdge(states, rise, False, self.vertex()[0], self._point(column, 0)[1], True, True)
-                return
-            is_point = not here.value(leaving)
-            here.pivot(leaving, k)
-            self.states = states.copy()
-            entering = self._complement(leaving)
-            yield ExactEdge(states, rise, is_point, *self.vertex(), is_last=leaving >= self.s)
-            if leaving >= self.s:
-                return
-
-    def _leaving(self, k: int) -> int | None:
-        """Return the form that reaches 0 first as column k grows: s or 1 - s if it is among them, else by the perturbed
-        data; None if there is none."""
-        here = self._here
-        tied = here.nearest(k)
-        if len(tied) < 2 or tied.count(self.s) or tied.count(self.rest):
-            return max(tied, default=None)
-        limits = [self._limit(form) for form in here.cobasic]
-
-        def ratio(form: int) -> Fraction:
-            row = here.rows[form]
-            value = sum(int(a) * limit for a, limit in zip(row[1:], limits, strict=True))
-            return Fraction(value - self._limit(form) * int(here.divisor), -int(row[k]))
-
-        return min(tied, key=ratio)
-
-    def _limit(self, form: int) -> int:
-        """Return the value at which a form is at its end in the perturbed data."""
-        limit, i = self._limits.get(form, 0), form - self.n
-        return limit * self._signs[i] * self._first_signs[i] if 0 <= i < self.n else limit
-
-    def _complement(self, leaving: int) -> int:
-        """Return the form that becomes positive next, and settle the state of its component."""
-        if leaving >= self.s:
-            return leaving
-        n, i = self.n, leaving % self.n
-        if n <= leaving < 2 * n:
-            return i if self.states[i] == LOWER else 2 * n + i
-        self.states[i], sign = (LOWER, 1) if leaving < n else (UPPER, -1)
-        if self._signs[i] != sign:
-            self._here.negate(n + i)
-            self._signs[i] = sign
-        return n + i
+        last = {self.parameter, self.parameter + 1}
+        for pivot in self.follow(self.parameter, last):
+            states = np.array(pivot.states, np.int8)
+            yield Edge(states, pivot.rise, pivot.is_point, *self.vertex(), is_last=pivot.leaving in last)
+        if self.ray is not None:
+            s, *rates = self.here.direction(self.here.cobasic.index(self.ray) + 1, [self.parameter, *self._own])
+            bases = zip(self._bases, self._at_upper, rates, strict=True)
+            z = [s * change + (-rate if at_upper else rate) for (_, change), at_upper, rate in bases]
+            yield Edge(np.array(self.states, np.int8), 0, False, self.vertex()[0], z, is_ray=True, is_last=True)

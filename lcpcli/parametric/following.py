@@ -1,5 +1,5 @@
-"""One call from two problems to the path of solutions between them: the basis from which it starts, and its parts, each
-of which is verified as soon as it is found."""
+"""One call from two problems to the path of solutions between them: the basis from which it starts, and its
+breakpoints, which are verified while it is followed."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -22,10 +23,10 @@ from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL, Limits
 from lcpcli.options import check as check_options
 from lcpcli.parametric import path as ends
-from lcpcli.parametric.exact_pivoting import ExactEdge, ExactFamily, ExactPivoting
-from lcpcli.parametric.path import ENDS, ExactPath, Family, Path, joined
+from lcpcli.parametric.exact_pivoting import ExactFamily, ExactPivoting
+from lcpcli.parametric.path import ENDS, ExactPath, Family, Path
 from lcpcli.parametric.pivoting import Edge, Pivoting
-from lcpcli.parametric.verified import Verified, verify
+from lcpcli.parametric.verified import verify
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded
 from lcpcli.solving import driver
@@ -110,98 +111,86 @@ def _is_regular(block: Matrix) -> bool:
     return False
 
 
-AT_ONCE = 500_000  # numbers of z from which on a part is made
-LEAST_AT_ONCE = 4  # breakpoints of a part
+AT_ONCE, LEAST_AT_ONCE = 500_000, 4  # numbers of z, and breakpoints, from which on these are verified
 
 
 class _Point(NamedTuple):
-    """A breakpoint: s and z; for a path in fractions also w; and the states on the piece before, None for the first."""
+    """A breakpoint: s and z, t as a double, w in fractions or once it is verified, and the states on the piece before,
+    None for the first."""
 
     s: Any
+    t: float
     z: Any
     w: Any
     states: States | None
 
 
-class Parts:
-    """The breakpoints of a path, those that no part has yet but for the first two, which end the part before.
-
-    found : the parts that are made; each begins with the last two breakpoints of the previous one.
-    exact : the problems of a path in fractions, else None.
-    """
+class Breakpoints:
+    """The breakpoints of a path, which are verified in order, many at once, while it is followed: in doubles, t and z
+    of those that have been may differ by rounding. exact : the problems of a path in fractions, else None."""
 
     def __init__(self, family: Family, tol: float) -> None:
-        self.family, self.tol, self.count, self.found = family, tol, 0, list[Path]()
+        self.family, self.tol, self.points = family, tol, list[_Point]()
         self.exact: ExactFamily | None = None
-        self._points: list[_Point] = []
-        self._known: Verified | None = None  # the first two points
-
-    @property
-    def last(self) -> _Point:
-        """Return the last breakpoint."""
-        return self._points[-1]
+        self._done, self._are_solutions = 0, True
 
     def add(self, s: Any, z: Any, states: States | None) -> None:
-        """Add a breakpoint, and the states on the piece before it; make a part of those before if there are many."""
-        self._points.append(self._point(s, z, states))
-        self.count += 1
-        if len(self._points) * self.family.problem.n < AT_ONCE or len(self._points) <= LEAST_AT_ONCE:
-            return
-        t = [self.family.t_of(float(point.s)) for point in self._points]
-        some = next((k for k in range(len(t) - 1, 0, -1) if t[k] != t[k - 1]), 0)  # the others have the last t
-        if some > LEAST_AT_ONCE // 2:
-            part, first = self._part(some), some - 2
-            with deferring_signals():
-                self.found.append(part)
-                self._points = self._points[first:]
-                self._known = Verified(part.t[first:], part.z[first:], part.w[first:], part.verified)
+        """Add a breakpoint, and the states on the piece before it; verify those before if there are many."""
+        points = self.points
+        points.append(self._point(s, z, states))
+        new = len(points) - self._done
+        if new >= LEAST_AT_ONCE and new * self.family.problem.n >= AT_ONCE:
+            each = range(len(points) - 1, self._done, -1)
+            self._verify(next((k for k in each if points[k].t != points[k - 1].t), 0))  # the others have the last t
 
     def replace_last(self, s: Any, z: Any) -> None:
         """Put another point in the place of the last breakpoint."""
-        self._points[-1] = self._point(s, z, self.last.states)
-
-    def rest(self) -> Path:
-        """Return the last part."""
-        if self._points:
-            return self._part(len(self._points))
-        none, exact = np.zeros((0, self.family.problem.n)), ExactPath([], [], []) if self.exact is not None else None
-        return Path(self.family, np.zeros(0), none, none, none.astype(np.int8), "", "", False, 0.0, exact=exact)
+        self.points[-1] = self._point(s, z, self.points[-1].states)
 
     def _point(self, s: Any, z: Any, states: States | None) -> _Point:
-        return _Point(s, z, None if self.exact is None else self.exact.w(s, z), states)
+        return _Point(s, self.family.t_of(float(s)), z, None if self.exact is None else self.exact.w(s, z), states)
 
-    def _part(self, some: int) -> Path:
-        """Return some of the points as a part of the path, verified."""
-        pieces = [point.states for point in self._points[1:]]
-        states = np.array(pieces, dtype=np.int8).reshape(len(pieces), self.family.problem.n)
-        exact, own = self._proved(states, some) if self.exact is not None else (None, self._verified(states, some))
-        is_verified = own.is_verified and (self._known is None or self._known.is_verified)
-        return Path(self.family, own.t, own.z, own.w, states[: some - 1], "", "", is_verified, 0.0, exact=exact)
+    def _verify(self, most: int) -> None:
+        """Verify the first breakpoints, so many, but for those that have been."""
+        if most <= self._done:
+            return
+        first = max(self._done - 2, 0)
+        points = self.points[first:]
+        own = points[: most - first]
+        if self.exact is not None:
+            ends = ((point.states, end) for before, point in pairwise(own) for end in (before, point))
+            is_verified = all(
+                self.exact.satisfies(states, end.s, end.z, end.w) for states, end in ends if states is not None
+            )
+        else:
+            t, z = np.array([point.t for point in points]), _rows([point.z for point in points], self.family)
+            states = _rows([point.states for point in points[1:]], self.family, np.int8)
+            found = verify(self.family, t, z, states, self.tol, self._done - first, len(own))
+            rows = zip(own, found.t.tolist(), found.z, found.w, strict=True)
+            own, is_verified = [point._replace(t=t, z=z, w=w) for point, t, z, w in rows], found.is_verified
+        with deferring_signals():
+            self.points[first:most], self._done = own, most
+            self._are_solutions &= is_verified
 
-    def _verified(self, states: States, some: int) -> Verified:
-        """Return some of the points as far as they are verified."""
-        t = np.array([self.family.t_of(float(point.s)) for point in self._points])
-        z, known = np.array([point.z for point in self._points]), 0
-        if self._known is not None:
-            known = self._known.t.size
-            t[:known], z[:known] = self._known.t, self._known.z
-        return verify(self.family, t, z, states, self.tol, known, some)
-
-    def _proved(self, states: States, some: int) -> tuple[ExactPath, Verified]:
-        """Return some of the points in fractions, and rounded, and whether both ends of each piece satisfy its
-        conditions."""
-        family, exact, points = self.family, self.exact, self._points[:some]
-        assert exact is not None
-        proved = all(
-            exact.satisfies(piece, *end[:3])
-            for piece, *both in zip(states, points, points[1:], strict=False)
-            for end in both
+    def path(self) -> Path:
+        """Return the path, verified, without its end."""
+        self._verify(len(self.points))
+        family, points, exact = self.family, self.points, None
+        z, w = [point.z for point in points], [point.w for point in points]
+        if self.exact is not None:
+            start, stop = Fraction(family.start), Fraction(family.stop)
+            exact = ExactPath([start + point.s * (stop - start) for point in points], z, w)
+            z, w = ([rounded(row) for row in rows] for rows in (z, w))
+        t, states = (
+            np.array([point.t for point in points]),
+            _rows([point.states for point in points[1:]], family, np.int8),
         )
-        start, stop = Fraction(family.start), Fraction(family.stop)
-        t = [start + point.s * (stop - start) for point in points]
-        own = ExactPath(t, [point.z for point in points], [point.w for point in points])
-        z, w = (np.array([rounded(row) for row in rows]).reshape(some, -1) for rows in own[1:])
-        return own, Verified(np.array([family.t_of(float(point.s)) for point in points]), z, w, proved)
+        is_verified = bool(points) and self._are_solutions
+        return Path(family, t, _rows(z, family), _rows(w, family), states, "", "", is_verified, 0.0, exact=exact)
+
+
+def _rows(rows: list[Any], family: Family, kind: type = float) -> Any:
+    return np.array(rows, kind).reshape(len(rows), family.problem.n)
 
 
 Data: TypeAlias = tuple[ExactProblem, ExactProblem]
@@ -277,12 +266,11 @@ def follow(
     own = {name: value for name, value in given.items() if value is not None}
     most = int(own.pop("max_breakpoints", MAX_BREAKPOINTS.value))
     limits = Limits(**own)
-    parts = Parts(family, limits.tol)
     room = max(MOST_NUMBERS // max(1, family.problem.n), 2)
-    last = _Following(parts, limits, min(most, room), turns, read).path(began)
-    if last.end == ends.BREAKPOINT_LIMIT and room < most:
-        last = replace(last, message=f"{last.message}: {room} with {family.problem.n} unknowns {FILL}")
-    return joined([*parts.found, last])
+    found = _Following(Breakpoints(family, limits.tol), limits, min(most, room), turns, read).path(began)
+    if found.end == ends.BREAKPOINT_LIMIT and room < most:
+        return replace(found, message=f"{found.message}: {room} with {family.problem.n} unknowns {FILL}")
+    return found
 
 
 class _End(NamedTuple):
@@ -290,7 +278,7 @@ class _End(NamedTuple):
 
     end: str
     message: str
-    ray: Edge | ExactEdge | None = None
+    ray: Edge | None = None
 
 
 class _Following:
@@ -299,18 +287,20 @@ class _Following:
     read : returns both problems in fractions, for an exact path; else None.
     """
 
-    def __init__(self, parts: Parts, limits: Limits, most: int, turns: bool, read: Callable[[], Data] | None) -> None:
-        self.parts, self.family, self.limits, self.most, self.turns = parts, parts.family, limits, most, turns
+    def __init__(
+        self, found: Breakpoints, limits: Limits, most: int, turns: bool, read: Callable[[], Data] | None
+    ) -> None:
+        self.found, self.family, self.limits, self.most, self.turns = found, found.family, limits, most, turns
         self.read = read
         self.end = _End(ends.INTERRUPTED, ENDS[ends.INTERRUPTED])
 
     def path(self, began: float) -> Path:
-        """Follow the path and verify it; return its last part."""
+        """Follow the path and verify it."""
         result: Result | None = None
         try:
             with within(self.limits.time_limit), np.errstate(all="ignore"):  # overflow is found where it matters
                 if self.read is not None:
-                    self.parts.exact = ExactFamily(*self.read())
+                    self.found.exact = ExactFamily(*self.read())
                 result = driver.run(self.family.problem, "auto", limits=self.limits)
                 if result.interrupted:
                     raise KeyboardInterrupt
@@ -329,17 +319,17 @@ class _Following:
         states = basic_states(self.family.problem, result.z, result.w, self.family.is_fixed)
         if states is None:
             return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]} whose basic variables it determines")
-        if self.parts.exact is None:
+        if self.found.exact is None:
             pivoting = Pivoting(self.family, states)
             return self._along(0.0, pivoting.units.z_outside(pivoting.z), pivoting.edges())
-        exactly = ExactPivoting(self.parts.exact, states)
+        exactly = ExactPivoting(self.found.exact, states)
         if not exactly.is_feasible:
             return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]}: rounding has led to another basis")
         return self._along(*exactly.vertex(), exactly.edges())
 
-    def _along(self, s: Any, z: Any, edges: Iterable[Edge | ExactEdge]) -> _End:
+    def _along(self, s: Any, z: Any, edges: Iterable[Edge]) -> _End:
         """Follow the path from its first point; return how it ends."""
-        self.parts.add(s, z, None)
+        self.found.add(s, z, None)
         points = 0
         for edge in edges:
             check()
@@ -350,35 +340,35 @@ class _Following:
             points = points + 1 if edge.is_point else 0
             if points > MOST_POINTS:
                 return _End(ends.BREAKDOWN, f"{ENDS[ends.BREAKDOWN]}: ties are not resolved in double precision")
-            if isinstance(edge, Edge) and not np.isfinite(edge.z).all():
+            if self.found.exact is None and not np.isfinite(edge.z).all():
                 return _End(ends.BREAKDOWN, f"{ENDS[ends.BREAKDOWN]}: z is too large for double precision")
             self._append(edge)
             if edge.is_last:
-                last = ends.REACHED if edge.s else ends.RETURNED if self.parts.count > 1 else ends.TURN
+                last = ends.REACHED if edge.s else ends.RETURNED if len(self.found.points) > 1 else ends.TURN
                 return _End(last, ENDS[last])
-            if self.parts.count > self.most:
+            if len(self.found.points) > self.most:
                 break
         return _End(ends.BREAKPOINT_LIMIT, ENDS[ends.BREAKPOINT_LIMIT])
 
-    def _append(self, edge: Edge | ExactEdge) -> None:
+    def _append(self, edge: Edge) -> None:
         """Add the vertex at the end of an edge; if the edge has no length, only the end of the path counts."""
-        s = self.parts.last.s if edge.rise == 0 else edge.s  # rounding may have moved it
+        s = self.found.points[-1].s if edge.rise == 0 else edge.s  # rounding may have moved it
         if not edge.is_point:
-            self.parts.add(s, edge.z, edge.states)
+            self.found.add(s, edge.z, edge.states)
         elif edge.is_last:
-            self.parts.replace_last(s, edge.z)
+            self.found.replace_last(s, edge.z)
 
     def _concluded(self, certificate: Vector | None, began: float) -> Path:
-        """Return the last part of the path with its end."""
+        """Return the path with its end."""
         message, direction = self.end.message, None
-        last = self.parts.rest()
+        path = self.found.path()
         if self.end.ray is not None:
             direction = np.array(self.end.ray.z, dtype=float)
             certificate = _proof(self.family.to, self.end.ray)
             if certificate is not None:
                 message += "; the second problem is proved to have no solution"
         return replace(
-            last,
+            path,
             end=self.end.end,
             message=message,
             seconds=seconds() - began,
@@ -396,11 +386,10 @@ def _unsolved(result: Result) -> _End:
     return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]}: {result.message}")
 
 
-def _proof(to: Problem, ray: Edge | ExactEdge) -> Vector | None:
+def _proof(to: Problem, ray: Edge) -> Vector | None:
     """Return a vector that proves the second problem infeasible, from the direction of a ray, or from the multipliers
     of its rows, which are a proof if t is at its largest over all solutions of the inequalities; else None."""
     candidates = [np.array(ray.z, dtype=float)]
-    if isinstance(ray, Edge):
-        assert ray.multipliers is not None
+    if ray.multipliers is not None:
         candidates += [ray.multipliers, -ray.multipliers]
     return next((found for y in candidates if (found := proof(to, y)) is not None), None)

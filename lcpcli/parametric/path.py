@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -188,21 +188,6 @@ def _differing(before: States, after: States) -> Iterator[tuple[int, int, int]]:
     """Return the indices at which states differ, with both states."""
     at = np.flatnonzero(before != after)
     return zip(at.tolist(), before[at].tolist(), after[at].tolist(), strict=True)
-
-
-def joined(parts: Sequence[Path]) -> Path:
-    """Return the path made of these parts, each of which begins with the last two breakpoints of the previous one."""
-    *others, last = parts
-    if not others:
-        return last
-    arrays = [np.concatenate([getattr(part, name)[:-2] for part in others] + [getattr(last, name)]) for name in "tzw"]
-    states = np.concatenate([*(part.states[:-1] for part in others), last.states])
-    exact = last.exact
-    for part in reversed(others):
-        if exact and part.exact:
-            t, z, w = part.exact
-            exact = ExactPath(t[:-2] + exact.t, z[:-2] + exact.z, w[:-2] + exact.w)
-    return replace(last, t=arrays[0], z=arrays[1], w=arrays[2], states=states, exact=exact)
 
 
 class Family:

@@ -15,7 +15,7 @@ Charnes, Optimality and degeneracy in linear programming, Econometrica 20 (1952)
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -54,21 +54,19 @@ class Edge(NamedTuple):
 
     states : shape (n,), of the components on it.
     rise : the sign of the change of t. is_point : whether it has no length, at a degenerate vertex.
-    s, z : the vertex, in the units of the problem; on a ray the last s and the direction of z.
-    multipliers : on a ray, which has no end, those of the rows with w = 0; else None. is_last : whether it is the last.
+    s, z : the vertex, in the units of the problem, in doubles or fractions; on a ray the last s and the direction of z.
+    multipliers : in doubles on a ray, which has no end, those of the rows with w = 0; else None. is_ray, is_last :
+    whether it is a ray, and the last one.
     """
 
     states: States
     rise: float
     is_point: bool
-    s: float
-    z: Vector
+    s: Any
+    z: Any
     multipliers: Vector | None = None
+    is_ray: bool = False
     is_last: bool = False
-
-    @property
-    def is_ray(self) -> bool:
-        return self.multipliers is not None
 
 
 NOISE = 2.0**-43  # relative to the largest number of its kind, in equilibrated units: what counts as 0
@@ -124,7 +122,7 @@ class Pivoting:
             if leaving is None:
                 y = self.system.multipliers(self.n) if self.system.has(self.n) else np.zeros(self.n)
                 ray = self.units.z_outside(direction.z), self.units.w_inside(y)
-                yield Edge(states, rise, False, self.t / self.span, *ray, is_last=True)
+                yield Edge(states, rise, False, self.t / self.span, *ray, is_ray=True, is_last=True)
                 return
             is_point = step * direction.size <= NOISE * self._size
             self.t += step * direction.t
@@ -267,19 +265,11 @@ class Pivoting:
         if leaving.kind == Z:
             self.states[leaving.at] = UPPER if leaving.sign > 0 else LOWER
             self._shift(leaving.at, 1.0)
-        leaves_row = leaving.kind == W
-        if entering.kind == W:
-            if leaves_row:
-                system.replace_row(entering.at, leaving.at)
-            else:
-                system.drop(entering.at, leaving.at)
-        else:
-            if leaves_row:
-                system.add(leaving.at, entering.at)
-            elif leaving.at != entering.at:
-                system.replace_column(leaving.at, entering.at)
+        old, new = (each.at + (self.n + 1) * (each.kind == W) for each in (leaving, entering))
+        if old != new:
+            system.exchange(old, new)
         if system.moved is not moved and system.has(self.n):
-            system.replace_column(self.n, self.n)
+            system.exchange(self.n, self.n)
         system.keep_accurate()
 
     def _settle(self) -> None:

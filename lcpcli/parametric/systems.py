@@ -26,7 +26,8 @@ class ChangingSystem(ABC):
     """What both kinds of systems share.
 
     moved : column n of A, which is c; the others are those of M. age : the changes since factors were computed from
-    scratch; more than MOST_CHANGES after a pivot that is not clearly different from 0.
+    scratch; more than MOST_CHANGES after a pivot that is not clearly different from 0. Columns that are exchanged are
+    numbered as in J = [M, c, I], where a unit column is there for each row that is not in R.
     """
 
     def __init__(self, M: Matrix, moved: Vector) -> None:
@@ -109,7 +110,17 @@ class DenseSystem(ChangingSystem):
         """Return A_C x in all rows, shape (n,)."""
         return np.asarray(x @ self.columns)
 
-    def add(self, row: int, col: int) -> None:
+    def exchange(self, old: int, new: int) -> None:
+        """Put a column of J in the place of another one, or the new values of column n in its place."""
+        row, other = old - self.n - 1, new - self.n - 1
+        if row < 0:
+            self._replace_column(old, new) if other < 0 else self._drop(other, old)
+        elif other < 0:
+            self._add(row, new)
+        else:
+            self._replace_row(other, row)
+
+    def _add(self, row: int, col: int) -> None:
         """Add a row to R and a column to C."""
         self._reserve()
         k, X, column = self.k, self.inverse, self.column(col)
@@ -121,7 +132,7 @@ class DenseSystem(ChangingSystem):
         self._put(k, row, col, column)
         self.k, self.age = k + 1, self.age + 1
 
-    def drop(self, row: int, col: int) -> None:
+    def _drop(self, row: int, col: int) -> None:
         """Take a row from R and a column from C."""
         p, q, X = self._row_of[row], self._col_of[col], self.inverse
         pivot = self._pivot(X[q, p], max(np.abs(X[q]).max(), np.abs(X[:, p]).max()))
@@ -137,7 +148,7 @@ class DenseSystem(ChangingSystem):
             self._cols[q], self._columns[q] = self._cols[last], self._columns[last]
             self._col_of[self._cols[q]] = q
 
-    def replace_column(self, old: int, new: int) -> None:
+    def _replace_column(self, old: int, new: int) -> None:
         """Put another column in the place of one in C, or its new values in the place of column n."""
         q, X, column = self._col_of[old], self.inverse, self.column(new)
         b = column[self.rows]
@@ -149,7 +160,7 @@ class DenseSystem(ChangingSystem):
         self._cols[q], self._columns[q], self._col_of[new] = new, column, q
         self.age += 1
 
-    def replace_row(self, old: int, new: int) -> None:
+    def _replace_row(self, old: int, new: int) -> None:
         """Put another row in the place of one in R."""
         p, X, r = self._row_of[old], self.inverse, self._columns[: self.k, new]
         v = r @ X
@@ -207,7 +218,7 @@ class DenseSystem(ChangingSystem):
 class SparseSystem(ChangingSystem):
     """The factors of [A_C, E] for a sparse M, where E has the unit columns of the rows outside R, and later changes.
 
-    The interface is that of `DenseSystem`. Columns are numbered as in J = [M, c, I].
+    The interface is that of `DenseSystem`.
     """
 
     def __init__(self, M: Matrix, moved: Vector) -> None:
@@ -257,22 +268,6 @@ class SparseSystem(ChangingSystem):
         values[self.cols] = x
         return np.asarray(product(self._M, values[:-1]) + values[-1] * self.moved)
 
-    def add(self, row: int, col: int) -> None:
-        """Add a row to R and a column to C."""
-        self._replace(self.n + 1 + row, col)
-
-    def drop(self, row: int, col: int) -> None:
-        """Take a row from R and a column from C."""
-        self._replace(col, self.n + 1 + row)
-
-    def replace_column(self, old: int, new: int) -> None:
-        """Put another column in the place of one in C, or its new values in the place of column n."""
-        self._replace(old, new)
-
-    def replace_row(self, old: int, new: int) -> None:
-        """Put another row in the place of one in R."""
-        self._replace(self.n + 1 + new, self.n + 1 + old)
-
     def refresh(self) -> None:
         """Compute the factors from scratch; raise SingularMatrix if there are none."""
         with imports:
@@ -294,7 +289,8 @@ class SparseSystem(ChangingSystem):
         self._slots[basic], self._place_of[basic], self._place_of[self.n + 1 + basic] = basic, basic, -1
         self.refresh()
 
-    def _replace(self, old: int, new: int) -> None:
+    def exchange(self, old: int, new: int) -> None:
+        """Put a column of J in the place of another one, or the new values of column n in its place."""
         place = self._place_of[old]
         last, change = self._solved
         if last != new:

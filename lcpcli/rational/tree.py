@@ -1,16 +1,20 @@
 """The tree over the states of the unknowns, in which a proof exists for each branch that is cut.
 
+`explored` is the search for all solutions, the best one, and complementary sets: a type of nodes, such as `Unknowns` in
+exact arithmetic, says what is cut and what the children are, and the queue which node is next.
+
 Each z_i is counted from a bound: y_i = z_i - l_i, or u_i - z_i where there is only an upper bound, with w_i of the
 opposite sign; a free z_i is y_i itself. The forms of a dictionary are y_i, w_i and, of a box, the rest u_i - z_i.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
 from math import gcd, lcm
+from typing import Any, Protocol, TypeVar
 
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.rational.dictionary import Dictionary
@@ -18,6 +22,7 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import primitive
 from lcpcli.rational.polyhedra import Direction, Point, Vertex
 
+N = TypeVar("N")
 OBJECTIVE = 3  # times n: the number of the form of an objective, behind those of y, w and the rest of boxes
 
 
@@ -26,6 +31,7 @@ class Unknowns:
 
     choices : the states that each unknown may have; none if it is fixed. bits, masks, meaning : all choices as bits,
     the choices of each unknown, and the meaning of each bit. check : called before each node and pivot; it may raise.
+    cover : nodes that lie in one of its pieces are cut.
     """
 
     def __init__(self, data: ExactProblem, check: Callable[[], None]) -> None:
@@ -34,12 +40,14 @@ class Unknowns:
         self.base = [low if low is not None else high if high is not None else Fraction(0) for low, high in bounds]
         self.side = [-1 if low is None and high is not None else 1 for low, high in bounds]
         self._is_moved = any(self.base) or -1 in self.side
+        self.cover = Cover()
         self.boxes = {k for k, (low, high) in enumerate(bounds) if low is not None and high is not None and low < high}
         self.allow([_states(low, high) for low, high in bounds])
 
     def restricted(self, bits: int) -> Unknowns:
-        """Return the same unknowns with these choices alone."""
+        """Return the same unknowns with these choices alone, whose piece is the cover."""
         other = copy(self)
+        other.cover = Cover(bits)
         other.allow([[state for state in own if bits & self.bit(k, state)] for k, own in enumerate(self.choices)])
         return other
 
@@ -69,6 +77,11 @@ class Unknowns:
             moved = zip(self.base, self.side, y, strict=True)
             return Vertex(base + side * Fraction(value, divisor) for base, side, value in moved)
         return Vertex(Fraction(value, divisor) for value in y)
+
+    def point(self, node: Node) -> Point:
+        """Return the node's point in terms of z."""
+        here = node.dictionary
+        return self.vertex((int(here.divisor), *map(here.value, range(self.n))))
 
     def direction(self, y: Direction) -> Point:
         """Return a ray or a line in terms of z, from its direction in terms of y."""
@@ -126,10 +139,64 @@ class Unknowns:
                     bits ^= bit
         return bits
 
-    def violation(self, node: Node, k: int) -> int:
-        """Return how far an unknown is from any state at the node's point, up to a factor for each unknown."""
-        w = node.dictionary.value(self.w(k))
-        return abs(w) * node.dictionary.value(self.zero(k, UPPER) if w < 0 else k)
+    def violations(self, node: Node) -> dict[int, int] | None:
+        """Return how far the unknowns that have no state at the node's point are from any, up to a factor for each;
+        None if the node lies in a piece of the cover."""
+        bits = self.states_at_point(node)
+        return None if self._lies_in_one(node, bits) else self.violated(node, bits)
+
+    def violated(self, node: Node, bits: int) -> dict[int, int]:
+        """Return how far the unknowns with none of these states are from any, up to a factor for each."""
+        violated, here = {}, node.dictionary
+        for k, mask in enumerate(self.masks):
+            if mask and node.states[k] is None and not bits & mask:
+                w = here.value(self.w(k))
+                violated[k] = abs(w) * here.value(self.zero(k, UPPER) if w < 0 else k)
+        return violated
+
+    def unsettled(self, node: Node) -> int | None:
+        """Return an unknown without a state that holds on all of a node, where each has one at its point; choose the
+        states of those before; None if there is no such unknown."""
+        bits = self.states_at_point(node)
+        open_ = [k for k, states in enumerate(self.choices) if states and node.states[k] is None]
+        # first, as games with many equilibria take the fewest nodes so, the last one of those with one state
+        open_.sort(key=lambda k: ((bits & self.masks[k]).bit_count(), -k))
+        return next((k for k in open_ if not self._is_settled(node, k)), None)
+
+    def children(self, node: Node, k: int) -> Iterable[Node]:
+        """Return a node with each state of an unknown, except nodes that are empty or lie in another child."""
+        children: dict[int, Node] = {}
+        for state in reversed(self.choices[k]):
+            child = node.copy()
+            if self.choose(child, k, state):
+                children[self.bit(k, state)] = child
+        for bit, child in list(children.items()):
+            if any(other != bit and self.holds(child, other) for other in children):
+                del children[bit]
+        return children.values()
+
+    def leaves(self, start: Node) -> Iterator[Node]:
+        """Yield the nodes below a node all of whose points are solutions, except those that lie in pieces of the cover,
+        which may grow in the meantime. A node's states are chosen, except states that hold on all of it."""
+        return (node for node, is_leaf in explored(self, [start]) if is_leaf)
+
+    def _lies_in_one(self, node: Node, bits: int) -> bool:
+        """Return whether the states of some piece of the cover hold on all of a node, for the states at the node's
+        point, as bits; each state is tested once."""
+        numbers = self.cover.within(bits)
+        while numbers:
+            open_ = self.cover.pieces[numbers.bit_length() - 1] & ~node.certain
+            if not open_:
+                return True
+            bit = open_ & -open_
+            if not self.holds(node, bit):
+                numbers &= ~self.cover.having[bit]
+        return False
+
+    def _is_settled(self, node: Node, k: int) -> bool:
+        """Return whether a state of an unknown holds on all of a node; if so, choose it."""
+        state = next((state for state in self.choices[k] if self.holds(node, self.bit(k, state))), None)
+        return state is not None and self.choose(node, k, state)
 
     def holds(self, node: Node, bit: int) -> bool:
         """Return whether a state holds on all of the node."""
@@ -212,6 +279,34 @@ class Cover:
         return numbers
 
 
+class Nodes(Protocol[N]):
+    """What the search asks about nodes of a type, as in `Unknowns`. check : called before each node; it may raise."""
+
+    check: Callable[[], None]
+
+    def violations(self, node: N) -> Mapping[int, Any] | None: ...
+    def unsettled(self, node: N) -> int | None: ...
+    def children(self, node: N, k: int) -> Iterable[N]: ...
+
+
+def explored(nodes: Nodes[N], pending: Any) -> Iterator[tuple[N, bool]]:
+    """Yield each node once it has been examined, and whether it is a leaf, with nothing to branch on. The states of the
+    unknown that is violated most make the children; where none is, of one whose states are open.
+
+    pending : a list, which is searched depth first, or a queue with its `pop` and `extend`.
+    """
+    while pending:
+        nodes.check()
+        node = pending.pop()
+        violated = nodes.violations(node)
+        k = None
+        if violated is not None:
+            k = max(violated, key=violated.__getitem__) if violated else nodes.unsettled(node)
+        if k is not None:
+            pending.extend(nodes.children(node, k))
+        yield node, violated is not None and k is None
+
+
 def first_solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
     """Return a solution of a problem; None if it is proved to have none. `check` is called before each step and may
     raise."""
@@ -222,69 +317,5 @@ def solution_search(data: ExactProblem, check: Callable[[], None]) -> Iterator[l
     """Yield solutions as the tree finds them, and None after each node that shows none."""
     unknowns = Unknowns(data, check)
     start = unknowns.root()
-    for leaf in () if start is None else _examined(unknowns, start, Cover()):
-        here = None if leaf is None else leaf.dictionary
-        yield None if here is None else list(unknowns.vertex((int(here.divisor), *map(here.value, range(data.n)))))
-
-
-def leaves(unknowns: Unknowns, start: Node, cover: Cover) -> Iterator[Node]:
-    """Yield the nodes below a node all of whose points are solutions, except those that lie in pieces of the cover,
-    which may grow in the meantime. A node's states are chosen, except states that hold on all of it."""
-    return (node for node in _examined(unknowns, start, cover) if node is not None)
-
-
-def _examined(unknowns: Unknowns, start: Node, cover: Cover) -> Iterator[Node | None]:
-    """Yield each node that `leaves` yields, and None after each other one that has been examined."""
-    pending = [start]
-    while pending:
-        unknowns.check()
-        node = pending.pop()
-        bits = unknowns.states_at_point(node)
-        if _lies_in_one(unknowns, node, bits, cover):
-            yield None
-            continue
-        open_ = [k for k, states in enumerate(unknowns.choices) if states and node.states[k] is None]
-        violated = [k for k in open_ if not bits & unknowns.masks[k]]
-        if violated:
-            k: int | None = max(violated, key=lambda k: unknowns.violation(node, k))
-        else:  # first, as games with many equilibria take the fewest nodes so, the last one of those with one state
-            open_.sort(key=lambda k: ((bits & unknowns.masks[k]).bit_count(), -k))
-            k = next((k for k in open_ if not _is_settled(unknowns, node, k)), None)
-        if k is None:
-            yield node
-        else:
-            pending += _children(unknowns, node, k)
-            yield None
-
-
-def _children(unknowns: Unknowns, node: Node, k: int) -> list[Node]:
-    """Return a node with each state of an unknown, except nodes that are empty or lie in another child."""
-    children: dict[int, Node] = {}
-    for state in reversed(unknowns.choices[k]):
-        child = node.copy()
-        if unknowns.choose(child, k, state):
-            children[unknowns.bit(k, state)] = child
-    for bit, child in list(children.items()):
-        if any(other != bit and unknowns.holds(child, other) for other in children):
-            del children[bit]
-    return list(children.values())
-
-
-def _lies_in_one(unknowns: Unknowns, node: Node, bits: int, cover: Cover) -> bool:
-    """Return whether the states of some piece hold on all of a node, for the states at the node's point, as bits; each
-    state is tested once."""
-    numbers = cover.within(bits)
-    while numbers:
-        open_ = cover.pieces[numbers.bit_length() - 1] & ~node.certain
-        if not open_:
-            return True
-        bit = open_ & -open_
-        if not unknowns.holds(node, bit):
-            numbers &= ~cover.having[bit]
-    return False
-
-
-def _is_settled(unknowns: Unknowns, node: Node, k: int) -> bool:
-    """Return whether a state of an unknown holds on all of a node; if so, choose it."""
-    state = next((state for state in unknowns.choices[k] if unknowns.holds(node, unknowns.bit(k, state))), None)
-    return state is not None and unknowns.choose(node, k, state)
+    for node, is_leaf in () if start is None else explored(unknowns, [start]):
+        yield list(unknowns.point(node)) if is_leaf else None

@@ -189,7 +189,7 @@ def checked(result: Result) -> Result:
 def _exact(result: Result) -> Vector | None:
     """Return an equilibrium of the game with its payoffs as written, rounded; None if none is found in time."""
     with imports:
-        from lcpcli.rational import dictionary
+        from lcpcli.rational import pivoting
         from lcpcli.rational.elimination import Effort
         from lcpcli.rational.exact_problem import ExactProblem, parts_of_game
         from lcpcli.rational.numbers import rounded
@@ -203,7 +203,7 @@ def _exact(result: Result) -> Vector | None:
         with within(result.limits.time_limit - result.seconds):
             data, effort = ExactProblem(problem, *parts_of_game(game)), Effort(EFFORT)
             if isinstance(game, Game):
-                found = dictionary.equilibrium(data, game.A.shape[0], effort)
+                found = pivoting.equilibrium(data, game.A.shape[0], effort)
                 z = None if found is None else strategies.point_of_game(problem, np.array(found), data).tolist()
             else:
                 z = from_point(data, result.z, effort) or first_solution(data, effort.steps(data))

@@ -24,7 +24,7 @@ from lcpcli.interrupts import TimeIsUp, check, remaining, within
 from lcpcli.methods.z_matrix import EXACT_EFFORT, decided
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import DEFAULTS, Limits
-from lcpcli.rational import dictionary
+from lcpcli.rational import pivoting
 from lcpcli.rational.elimination import Effort, require
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded
@@ -158,7 +158,7 @@ def _searched(data: ExactProblem) -> Exact | None:
         z, y = _by_z_matrix(data)
         if y is not None:
             return _infeasible(data, simplified(data, y))
-        z = z or dictionary.solve(data, Effort(EXACT_SEARCH_EFFORT / 2))
+        z = z or pivoting.solve(data, Effort(EXACT_SEARCH_EFFORT / 2))
         count = Effort(most).steps(data)
         z = z or first_solution(data, count)
         if z is not None:

@@ -54,11 +54,11 @@ def _exact(problem: Problem, z: Vector) -> Vector | None:
     if problem.n > MOST_EXACT_UNKNOWNS:
         return None
     with imports:
-        from lcpcli.rational import dictionary, numbers
+        from lcpcli.rational import numbers, pivoting
         from lcpcli.rational.elimination import Effort
         from lcpcli.rational.exact_problem import ExactProblem
         from lcpcli.verify.exact_solution import from_point
     data, effort = ExactProblem.of_floats(problem), Effort()
-    solution = from_point(data, z, effort, MOST_EXACT_POSITIVE) or dictionary.solve(data, effort)
+    solution = from_point(data, z, effort, MOST_EXACT_POSITIVE) or pivoting.solve(data, effort)
     rounded = None if solution is None else numbers.rounded(solution)
     return rounded if rounded is not None and np.isfinite(rounded).all() else None

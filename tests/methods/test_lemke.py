@@ -21,9 +21,9 @@ from lcpcli.methods.lemke import lemke
 from lcpcli.methods.registry import LEXICOGRAPHIC, ONES
 from lcpcli.methods.small_numbers import settled
 from lcpcli.options import Limits
-from lcpcli.rational.dictionary import solve
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.pivoting import solve
 from lcpcli.solving.driver import run
 from lcpcli.verify.certificate import proves_infeasible
 

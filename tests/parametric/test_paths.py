@@ -160,7 +160,7 @@ def test_an_interrupted_path_is_the_part_up_to_there(exact: bool, monkeypatch: p
 
     def interrupt(self: following._Following, edge: Edge) -> None:
         append(self, edge)
-        if self.parts.count == 4:
+        if len(self.found.points) == 4:
             raise KeyboardInterrupt
 
     monkeypatch.setattr(following._Following, "_append", interrupt)

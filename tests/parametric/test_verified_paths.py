@@ -111,7 +111,7 @@ def test_a_jump_at_a_third_is_verified_up_to_the_last_bit_of_t() -> None:
 
 
 @pytest.mark.parametrize(("n", "exact"), [(40, False), (20, True)])
-def test_a_path_in_parts_is_the_same_path(n: int, exact: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_path_verified_in_parts_is_the_same_path(n: int, exact: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     first, last = positive(30, n, n)
     whole = path(first, last, exact=exact)
     monkeypatch.setattr(following, "AT_ONCE", 1)
@@ -168,8 +168,8 @@ def test_exchanges_of_a_sparse_system_are_undone_in_the_opposite_order() -> None
     M = np.array([[4.0, 1, 2], [1, 5, 1], [3, 1, 6]])
     system = SparseSystem(csr_array(M), np.ones(3))
     system.begin(np.array([0]))
-    system.add(1, 1)
-    system.add(2, 2)
+    system.exchange(3 + 1 + 1, 1)
+    system.exchange(3 + 1 + 2, 2)
     assert np.allclose(system.multipliers(2) @ M, [0, 0, 1])
 
 

@@ -20,7 +20,7 @@ import lcpcli
 from lcpcli import Problem, Result, Status
 from lcpcli.files import contents, writing
 from lcpcli.options import Limits
-from lcpcli.rational import dictionary
+from lcpcli.rational import pivoting
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded
@@ -89,7 +89,7 @@ def test_verdict_on_decimals_is_that_of_enumeration_on_integers(seed: int) -> No
 @given(st.integers(0, 10**6))
 def test_lemkes_path_ends_at_solutions_only(seed: int) -> None:
     problem = oracle.random_problem(seed, 4, list(oracle.CLASSES)[seed % 4])
-    z = dictionary.solve(ExactProblem.of_floats(problem), Effort())
+    z = pivoting.solve(ExactProblem.of_floats(problem), Effort())
     if z is not None:
         assert oracle.solves(problem, z)
     else:

@@ -14,9 +14,9 @@ import pytest
 
 import lcpcli
 from lcpcli.options import Limits
-from lcpcli.rational.dictionary import equilibrium
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem, parts_of_game
+from lcpcli.rational.pivoting import equilibrium
 from lcpcli.solving import driver
 from lcpcli.verify.strategies import point_of_game
 

@@ -1,0 +1,173 @@
+"""Complementary pivoting in integers: ratios, ties and signs are decided without rounding.
+
+A path goes through dictionaries in which one of z_i and w_i is 0 for all i but one: that of Lemke's method, with the
+multiple z_0 of a cover as its parameter, that of Lemke and Howson, without one, and those of parametric problems. Ties
+are broken lexicographically, as if the forms that are basic at the start were relaxed a little.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from typing import NamedTuple
+
+from lcpcli.interrupts import TimeIsUp
+from lcpcli.model.box import BASIC, LOWER, UPPER
+from lcpcli.rational.dictionary import Dictionary
+from lcpcli.rational.elimination import Effort
+from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.numbers import primitive, rounded, rounded_direction
+from lcpcli.typing import Vector
+
+MOST_LEMKE_UNKNOWNS = 60  # up to which `solve` tries: seconds at worst
+
+
+class Pivot(NamedTuple):
+    """A pivot: the forms that enter and leave the basis, the states of all unknowns before that, but for the one that
+    enters, the sign of the change of the parameter, and whether nothing moves."""
+
+    entering: int
+    leaving: int
+    states: tuple[int, ...]
+    rise: int
+    is_point: bool
+
+
+class Pivoting:
+    """A path from a dictionary: z_i - l_i is form i, w_i, or -w_i at an upper bound, n + i, u_i - z_i 2 n + i, and the
+    parameter 3 n.
+
+    ray : the form that grows without bound, if the path has ended on a ray; else None.
+    """
+
+    def __init__(self, n: int, here: Dictionary, states: Sequence[int]) -> None:
+        self.n, self.here, self.states, self.parameter = n, here, list(states), 3 * n
+        self.ray: int | None = None
+        self._order, self._signed_at = sorted(here.rows), [UPPER if state == UPPER else LOWER for state in states]
+        self._turned: set[int] = set()  # the w_i whose signs are not those at the start
+
+    def follow(self, entering: int, last: set[int], leaving: int | None = None) -> Iterator[Pivot]:
+        """Pivot until one of the last forms leaves, or no form does, one pivot at a time. leaving : by default the form
+        that reaches 0 first."""
+        while True:
+            k = self._column(entering)
+            leaving = self._leaving(k, last) if leaving is None else leaving
+            if entering < self.n or 2 * self.n <= entering < self.parameter:
+                self.states[entering % self.n] = BASIC
+            if leaving is None:
+                self.ray = entering
+                return
+            row = self.here.rows.get(self.parameter)
+            slope = 1 if row is None else row[k]
+            rise, is_point = (slope > 0) - (slope < 0), not self.here.value(leaving)
+            self.here.pivot(leaving, k)
+            done = Pivot(entering, leaving, tuple(self.states), rise, is_point)
+            if leaving < self.parameter:
+                entering = self._complement(leaving)
+            yield done
+            if leaving in last:
+                return
+            leaving = None
+
+    def _leaving(self, k: int, last: set[int]) -> int | None:
+        tied = self.here.nearest(k)
+        ends = last.intersection(tied)
+        return max(ends) if ends else self.here.lexicographic(tied, k, self._order, self._turned)
+
+    def _complement(self, leaving: int) -> int:
+        """Return the form that becomes positive next, and settle the state of its component."""
+        n, i = self.n, leaving % self.n
+        if n <= leaving < 2 * n:
+            return i if self.states[i] == LOWER else 2 * n + i
+        self.states[i] = LOWER if leaving < n else UPPER
+        if self._signed_at[i] != self.states[i]:
+            self._signed_at[i] = self.states[i]
+            self.here.negate(n + i)
+            self._turned ^= {n + i}
+        return n + i
+
+    def _column(self, form: int) -> int:
+        return self.here.cobasic.index(form) + 1
+
+    def value_of(self, form: int) -> Fraction:
+        """Return the value of a form."""
+        return Fraction(self.here.value(form), int(self.here.divisor))
+
+
+class IntegerTableau(Pivoting):
+    """A basic solution of w = M z + e z_0 + q for integers M, q, where z_0 is the parameter."""
+
+    def __init__(self, M: Sequence[dict[int, int]], q: Sequence[int]) -> None:
+        n = len(q)
+        rows = {n + i: [q[i], *(M[i].get(j, 0) for j in range(n)), 1] for i in range(n)}
+        forms = [*range(n), 3 * n]
+        super().__init__(n, Dictionary(rows, forms, [*forms, *rows], lambda: None), [LOWER] * n)
+
+    def path(self) -> Iterator[Pivot]:
+        """Pivot down the path from the z_0 for which all w are nonnegative to z_0 = 0 or a ray, one pivot at a time."""
+        first = min(range(self.n, 2 * self.n), key=lambda form: (self.here.value(form), -form))
+        return self.follow(self.parameter, {self.parameter}, first)
+
+    def path_from(self, label: int) -> Iterator[Pivot]:
+        """Pivot from z = 0, where all w are positive, down the path on which this label alone may be missing, until it
+        is there again, one pivot at a time."""
+        return self.follow(label, {label, self.n + label})
+
+    def z(self) -> list[Fraction]:
+        """Return z."""
+        return [self.value_of(i) for i in range(self.n)]
+
+    def x(self) -> Vector:
+        """Return (z - w) / 2, rounded; 0 where neither z_i nor w_i is basic."""
+        return rounded((value - self.value_of(self.n + i)) / 2 for i, value in enumerate(self.z()))
+
+    def direction(self) -> Vector:
+        """Return the direction in z of the ray, shape (n,), in integers if doubles represent them."""
+        assert self.ray is not None
+        return rounded_direction(self.here.direction(self._column(self.ray), range(self.n)))
+
+    def multipliers(self) -> Vector:
+        """Return the coefficients of w in the row of z_0, which is basic, in integers if doubles represent them."""
+        entries = dict(zip(self.here.cobasic, self.here.rows[self.parameter][1:], strict=True))
+        return rounded_direction(primitive([entries.get(self.n + i, 0) for i in range(self.n)]))
+
+
+def solve(data: ExactProblem, effort: Effort) -> list[Fraction] | None:
+    """Return the solution at the end of the path; None on a ray, for large n, with bounds, or if it takes too much
+    effort."""
+    if data.n > MOST_LEMKE_UNKNOWNS or not data.problem.box.is_orthant:
+        return None
+    tableau = IntegerTableau(data.rows, data.constants)
+    count = effort.steps(data)
+    if min(data.constants, default=0) < 0:
+        try:
+            for _ in tableau.path():
+                count()
+        except TimeIsUp:
+            return None
+    return tableau.z() if tableau.ray is None else None
+
+
+def equilibrium(data: ExactProblem, m: int, effort: Effort) -> list[Fraction] | None:
+    """Return the probabilities of both players in an equilibrium of the game with the costs of these data: in pure
+    strategies if there is one, else at the end of a path of Lemke and Howson; None if that takes too much effort. m :
+    the number of strategies of the row player.
+
+    The path is that of the game whose payoffs are the costs subtracted from a larger number.
+    """
+    n, most = data.n, 1 + max(max(row.values()) // scale for row, scale in zip(data.rows, data.scales, strict=True))
+    M = [{j: a - most * scale for j, a in row.items()} for row, scale in zip(data.rows, data.scales, strict=True)]
+    rows = [range(m, n)] * m + [range(m)] * (n - m)  # of the other player
+    least = [min(Fraction(M[i][j], data.scales[i]) for i in rows[j]) for j in range(n)]
+    for i in range(m):
+        for j in range(m, n):
+            if M[i][j] == least[j] * data.scales[i] and M[j][i] == least[i] * data.scales[j]:
+                return [Fraction(k in (i, j)) for k in range(n)]
+    tableau, count = IntegerTableau(M, data.scales), effort.steps(data)
+    try:
+        for _ in tableau.path_from(0):
+            count()
+    except TimeIsUp:
+        return None
+    z = tableau.z()
+    return [value / total for part in (z[:m], z[m:]) for total in [sum(part)] for value in part]
