@@ -16,8 +16,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite, sizes
-from lcpcli.linalg.matrices import row_errors
-from lcpcli.model.box import BASIC, LOWER
+from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure
@@ -83,7 +82,11 @@ def confirmed(problem: Problem, z: Vector, basis: States | None = None) -> Confi
     rounding makes signs of the exact basic solution wrong, or its singular system contradictory."""
     shown, given = problem.box.basis_at(z), Confirmed(z, basis)
     is_long = max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER
-    if not is_doubtful(problem, z) or (not is_long and _is_sure(problem, z, shown)):
+    if not is_doubtful(problem, z):
+        return given
+    with imports:
+        from lcpcli.verify.enclosure import fault
+    if not (is_long or fault(problem, z, SURE_DIGITS)):
         return given
     near = problem.box.project(without_rounding(z))
     allowed = ROW_ROUNDING * (np.abs(matrices.dense(problem.M)) @ np.abs(near) + np.abs(problem.q))
@@ -126,34 +129,6 @@ def accepted(point: Point, basis: States | None) -> tuple[Point | None, States |
         return None, basis
     found = point if settled.z is point.z else Point(point.criterion, settled.z)
     return found if found.solves() else None, settled.basis
-
-
-def _is_sure(problem: Problem, z: Vector, basis: States) -> bool:
-    """Return whether an exact solution with the states of z surely differs from it by at most SURE_DIGITS of each
-    component."""
-    with imports:
-        from lcpcli.verify.enclosure import change
-    M, q, box, is_basic = matrices.dense(problem.M), problem.q, problem.box, basis == BASIC
-    B, size, distance = is_basic.nonzero()[0], np.abs(z), np.zeros(z.size)
-    absolute, w = np.abs(M), M @ z + q
-    error = row_errors(M, z, absolute @ size + np.abs(q))
-    if B.size:
-        distance[B] = change(M[B[:, np.newaxis], B], z[B], np.abs(w[B]) + error[B])
-        if not (distance <= SURE_DIGITS * size).all():
-            return False
-        error += 2 * (absolute @ distance)
-    has_sign = np.where(basis == LOWER, w >= error, -w >= error) | (box.lower == box.upper)
-    is_inside = (z - distance >= box.lower) & (z + distance <= box.upper)
-    left = np.where(is_basic, ~is_inside, ~has_sign).nonzero()[0]
-    return left.size == 0 or bool(not is_basic[left].any() and _repeat(problem, z, left, B))
-
-
-def _repeat(problem: Problem, z: Vector, rows: Indices, others: Indices) -> bool:
-    """Return whether w is 0 in these rows where it is 0 in others, as they are the same ones but for the sign, in the
-    columns that z uses."""
-    M = np.column_stack((matrices.dense(problem.M)[:, z != 0], problem.q))
-    known = np.concatenate((M[others], -M[others]))
-    return all((known == M[i]).all(axis=1).any() for i in rows)
 
 
 def _are_rounding(problem: Problem, z: Vector, basis: States, rows: Indices, gaps: Vector) -> bool:

@@ -37,7 +37,8 @@ from lcpcli.linalg.matrices import (
 )
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Matrix, Vector
+from lcpcli.typing import Indices, Mask, Matrix, Vector
+from lcpcli.verify.measure import FEW_UNKNOWNS
 
 LARGEST_ENCLOSED, MOST_WORK = 1000, 2e9  # equations, and their square times the unknowns: a second or so
 DEPENDENT = 1e-10  # a last pivot below this times the first one: the equations may depend on each other
@@ -68,19 +69,6 @@ def enclosure(G: Vector, y: Vector) -> Vector | None:
     scaled = y / columns
     d[chosen] = regular_change(G[:, chosen], _size(G, scaled)) * columns[chosen]
     return d if np.isfinite(d).all() else None
-
-
-def change(B: Vector, y: Vector, size: Vector) -> Vector:
-    """Return a bound on |c|, where B (y + c) = b exactly, for square B, y without zeros and |B y - b| <= size; infinite
-    if none is found."""
-    try:
-        R = np.linalg.inv(B)
-    except np.linalg.LinAlgError:
-        return np.full(size.size, np.inf)
-    absolute, units, rounding = np.abs(R), np.abs(y), 4 * (y.size + 2)
-    off = np.abs(np.eye(y.size) - R @ B) + rounding * (EPS * (absolute @ np.abs(B)) + SMALLEST_NORMAL)
-    a, first = 2 * float((off @ units / units).max()), 2 * (absolute @ (size + SMALLEST_NORMAL))
-    return first + 2 * a * (first / units).max() * units if a < 0.5 else np.full(size.size, np.inf)
 
 
 def _size(G: Vector, y: Vector) -> Vector:
@@ -158,7 +146,17 @@ def fault(problem: Problem, z: Vector, tol: float, rounding: float = 0.0) -> str
     error += 2 * absolute_product(M, change) + _underflow(M, change)
     wrong = np.where(basis == LOWER, w < error, (basis == UPPER) & (-w < error)) & (low < high)
     wrong |= (basis == BASIC) & ~((z - low > change) & (high - z > change))
-    return SIGNS.format(int(wrong.argmax()) + 1) if wrong.any() else ""
+    if not wrong.any() or (problem.n <= FEW_UNKNOWNS and not wrong[B].any() and _repeat(problem, z, wrong, B)):
+        return ""
+    return SIGNS.format(int(wrong.argmax()) + 1)
+
+
+def _repeat(problem: Problem, z: Vector, rows: Mask, others: Indices) -> bool:
+    """Return whether w is 0 in these rows where it is 0 in others, as they are the same ones but for the sign, in the
+    columns that z uses."""
+    M = np.column_stack((dense(problem.M)[:, z != 0], problem.q))
+    known = np.concatenate((M[others], -M[others]))
+    return all((known == row).all(axis=1).any() for row in M[rows])
 
 
 def _change(block: Matrix, terms: Vector, sizes: Vector, bound: Vector, rounding: float) -> Vector:
