@@ -20,6 +20,7 @@ from lcpcli.auto.structure import Structure
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, check, remaining, within
 from lcpcli.linalg import factors
+from lcpcli.linalg.doubles import SMALL_DISTANCE
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
 from lcpcli.methods.newton import from_start
@@ -43,12 +44,11 @@ from lcpcli.methods.stages import (
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify import measure
-from lcpcli.verify.certificate import Certificate, farkas_statement, is_clear, proves_infeasible
+from lcpcli.verify.certificate import infeasible, is_clear, proves_infeasible
 from lcpcli.verify.point import Criterion, Point
 
 REFINED = "refined"
 MOST_REFINEMENTS = 3  # of one point: each may change states that those before it have left wrong
-DROWNED = 1e-13  # relative to the largest |q_i|: violations that may all be rounding of larger numbers
 # How long a solution is sought after a proof up to rounding, or after a point that violates rows only by what may be
 # rounding: a part of the evaluations so far, and at least so many.
 PATIENCE, LEAST_PATIENCE = 2, 200
@@ -181,7 +181,7 @@ def _search(
             yield turns.last._replace(F=None, signs_final=True)  # it may be all that doubles can do
             if (yield from _improved(problem, turns, criterion().tol)):
                 return Finished()
-            if last is None and problem.n > measure.FEW_UNKNOWNS and point.size <= DROWNED:
+            if last is None and problem.n > measure.FEW_UNKNOWNS and point.size <= SMALL_DISTANCE:
                 last, left = Stalled(NEARLY), _patience(turns)
         if left <= 0 and isinstance(last, NoSolution):
             break
@@ -258,7 +258,7 @@ def all_stages(
     if may_gain_by_presolve(structure):
         change = presolved(problem)
     if isinstance(change, Refuted) and clearly_refutes(problem, change.y):
-        yield "presolve", ended(NoSolution(Certificate("farkas", farkas_statement(problem), change.y)))
+        yield "presolve", ended(NoSolution(infeasible(problem, change.y)))
     if not isinstance(change, Presolved) or not (problem.n <= factors.MOST_NUMPY_ROWS or change.is_worthwhile):
         yield from given
         return

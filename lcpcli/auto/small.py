@@ -199,7 +199,7 @@ def _no_solution(problem: Problem, data: ExactProblem) -> Certificate:
     with imports:
         from lcpcli.rational.elimination import Effort
         from lcpcli.rational.numbers import rounded_direction
-        from lcpcli.verify.certificate import EXHAUSTION_EFFORT, Certificate, farkas_statement, proves_infeasible
+        from lcpcli.verify.certificate import EXHAUSTION_EFFORT, Certificate, infeasible, proves_infeasible
         from lcpcli.verify.farkas import farkas_vector
     y = None
     with suppress(TimeIsUp):
@@ -207,4 +207,4 @@ def _no_solution(problem: Problem, data: ExactProblem) -> Certificate:
     vector = None if y is None else rounded_direction(y)
     if vector is None or not proves_infeasible(problem, vector):
         return Certificate("exhaustion", EXCLUDED)
-    return Certificate("farkas", farkas_statement(problem), vector)
+    return infeasible(problem, vector)

@@ -13,12 +13,11 @@ import numpy as np
 from numba import njit, types
 
 from lcpcli.basis.free_variables import NEAR_ONE
-from lcpcli.linalg.doubles import FAR_FROM_ONE, LARGEST_DOUBLE
+from lcpcli.linalg.doubles import FAR_FROM_ONE, LARGEST_DOUBLE, SMALL_DISTANCE
 from lcpcli.linalg.units import EXPONENT_MARGIN, LARGEST_POWER, MOST_SWEEPS, NEAR_UNITS, UNITS_FAR_APART
 from lcpcli.methods.lemke_path import CORRECTIONS, DEPENDENT, SINGULAR
 from lcpcli.model.box import BASIC, LOWER
 
-SMALL_DISTANCE = 1e-13  # from a bound or from 0, relative to the largest |z_i|: it may be rounding of 0
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc"}}
 compiled = njit(**OPTIONS)
 NUMBER, COUNT = types.float64, types.int64

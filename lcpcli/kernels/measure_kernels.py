@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numba import njit, types
 
-from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING
 from lcpcli.linalg.logarithms import FEW_CG_STEPS, SETTLED_ERROR
 from lcpcli.linalg.matrices import TINY_TERMS
 from lcpcli.model.box import NO_BOUND
 from lcpcli.model.reference_point import CANCELLATION
-from lcpcli.verify.measure import DROWNED, FINEST, ROUNDING
+from lcpcli.verify.measure import DROWNED, FINEST
 
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}
 compiled = njit(**OPTIONS)

@@ -19,13 +19,12 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import ROW_ROUNDING, row_sizes
+from lcpcli.linalg.doubles import ROUNDED_ZERO, ROW_ROUNDING, row_sizes
 from lcpcli.linalg.factors import each_product, principal_inverses
 from lcpcli.linalg.matrices import TINY_TERMS, is_narrow, is_sparse, row_errors
 from lcpcli.methods.final_states import (
     HIDDEN_TERM,
     LONG_NUMBER,
-    ROUNDED_ZERO,
     confirmed,
     hides_term_of_row,
     without_rounding,

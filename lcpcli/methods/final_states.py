@@ -15,7 +15,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite, sizes
+from lcpcli.linalg.doubles import ROUNDED_ZERO, ROW_ROUNDING, SIGN_ROUNDING, is_finite, sizes
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, States, Vector
@@ -25,9 +25,7 @@ from lcpcli.verify.point import Point
 MOST_DECIDED = 10  # unknowns for which all states can be searched in milliseconds
 LONG_NUMBER = 2.0**50  # a number from which on units in the last place are no longer small fractions of one
 HIDDEN_TERM = 1e-8  # relative to the largest term of a row: rounding of the others leaves half of its digits
-ROUNDED_ZERO = 1e-14  # relative to the largest component of z: the size of components that may be rounding of 0
 SURE_DIGITS = 1e-12  # relative: the largest distance of a component from that of the exact solution
-ROUNDING = 1e-12  # relative to the terms of a row, or the largest z_j: violations that rounding may make
 MOST_LOOKS = 3  # at exact basic solutions whose signs only rounding makes wrong; then the tree decides as fast
 
 
@@ -137,7 +135,7 @@ def _are_rounding(problem: Problem, z: Vector, basis: States, rows: Indices, gap
     which rows may be filled by rounding alone."""
     is_basic = basis == BASIC
     terms = np.abs(matrices.dense(problem.M)) @ np.abs(z) + np.abs(problem.q)
-    most = ROUNDING * np.where(is_basic, np.abs(z).max(), terms)
+    most = SIGN_ROUNDING * np.where(is_basic, np.abs(z).max(), terms)
     if problem.is_moderate and problem.n > MOST_DECIDED:
         measure = Measure(problem)
         most = np.maximum(most, ROW_ROUNDING * np.where(is_basic, measure.natural_sizes(z), measure.caps(z)))

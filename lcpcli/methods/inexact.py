@@ -13,7 +13,7 @@ import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolution, exchanging
 from lcpcli.interrupts import check
-from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.doubles import EPS, ROUNDING
 from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, dot, identity, norm
 from lcpcli.linalg.matrices import absolute_product, is_symmetric
@@ -29,7 +29,7 @@ PATIENCE_PRODUCTS = 20  # with M per digit: more indicate an ill-conditioned M
 MAX_STAGNANT_STEPS = 6  # pivoting steps without a new minimum residual that count as cycling
 STAGNATION = 100 * EPS  # relative to the terms: a residual that stagnates below this is at rounding level
 ROUGH_STEPS, FINAL_STEPS = 3, 100  # of a preconditioned method: of a rough solve, and at most of the last one
-ACCURACY, ROUNDING = 1e-12, 4 * EPS  # relative to the terms of a row: what the last solve leaves
+ACCURACY = 1e-12  # relative to the terms of a row: what the last solve leaves
 TINY = float(np.finfo(np.float64).tiny)
 NOT_POSITIVE = "a diagonal entry of M is not positive"
 ROUNDING_REACHED = "the residual has stopped falling at rounding level"

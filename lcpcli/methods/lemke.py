@@ -34,7 +34,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational.pivoting import IntegerTableau
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import RAY as PROVES_NOTHING
-from lcpcli.verify.certificate import Certificate, farkas_statement, is_clear, proves_infeasible
+from lcpcli.verify.certificate import Certificate, infeasible, is_clear, proves_infeasible
 
 MAX_UNKNOWNS = METHODS["lemke"].max_unknowns or 0  # since the tableau is dense
 MAX_INTEGER_UNKNOWNS = 13  # largest n for integer pivoting: 2^14 pivots exceed the usual limit
@@ -197,6 +197,5 @@ def _certificate(problem: Problem, z: Vector, multipliers: Vector, is_published:
         y = np.where(np.abs(own) <= CANCELLED * np.abs(own).max(), 0.0, own)
         if proves_infeasible(problem, y):
             how = "as M'y <= 0 and q'y < 0 for a y >= 0 from Lemke's method"
-            statement = f"no z >= 0 has Mz + q >= 0, {how}" if problem.box.is_orthant else farkas_statement(problem)
-            return Certificate("farkas", statement, y)
+            return infeasible(problem, y, f"no z >= 0 has Mz + q >= 0, {how}" if problem.box.is_orthant else "")
     return Certificate("ray", PROVES_NOTHING, z if is_published and problem.box.is_orthant else None)

@@ -47,7 +47,7 @@ from lcpcli.rational.tree import explored
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.alternative import alternative
-from lcpcli.verify.certificate import Certificate, farkas_statement, in_range_if_proof, rounded_proof
+from lcpcli.verify.certificate import Certificate, first_proof
 
 OPEN, ACTIVE, INACTIVE = 0, 1, 2  # an index: undecided; in P, w_i = 0; not in P, z_i = 0
 MAX_NODES = 1 << 17  # in seconds, with a warm start each; 2^14 are enough for any problem of up to 12 unknowns
@@ -189,7 +189,7 @@ def _point(
 
     # M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0
     kept = M[:, columns]
-    found = alternative(stack([[kept], [-kept[rows]]]), np.append(q, -q[rows]), holds=holds)
+    found = alternative(stack([[kept], [-kept[rows]]]), np.append(q, -q[rows]), holds)
     cost = 1 if simplex is None else DOUBTFUL
     if found.proof is not None:
         return None, cost
@@ -261,13 +261,11 @@ def _tried(
         finite = bool(np.isfinite(M.sum()) and np.isfinite(units.w_outside(np.ones(q.size))).all())
     if not finite:
         return Stalled("the problem overflows when it is equilibrated")
-    found = alternative(M, q, effort, partial(system.refutes, np.full(q.size, OPEN)))
-    y = None if found.proof is None else in_range_if_proof(problem, system.multipliers(found.proof))
-    if y is not None:
-        return NoSolution(Certificate("farkas", farkas_statement(problem), y))
-    rounded = None if found.rounded is None else rounded_proof(problem, system.multipliers(found.rounded))
-    if rounded is not None:
-        return NoSolution(rounded)
+    found = alternative(M, q, partial(system.refutes, np.full(q.size, OPEN)), effort)
+    multipliers = [system.multipliers(y) for y in (found.proof, found.rounded) if y is not None]
+    certificate = first_proof(problem, multipliers)
+    if certificate is not None:
+        return NoSolution(certificate)
     tried: set[bytes] = set()
     rough: list[Iterate] = []
     sets = sets_of(system, found.system)

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.errors import ProblemError
+from lcpcli.linalg.doubles import SIGN_ROUNDING
 from lcpcli.linalg.matrices import absolute_product
-from lcpcli.methods.final_states import ROUNDING
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Mask, Vector
 
@@ -38,7 +38,7 @@ def violations(problem: Problem, z: Vector) -> Violations:
     """Return how a z within its bounds violates the problem."""
     w = problem.w(z)
     gaps = np.abs(problem.box.gaps(z, w))
-    rounding = ROUNDING * (absolute_product(problem.M, np.abs(z)) + np.abs(problem.q))
+    rounding = SIGN_ROUNDING * (absolute_product(problem.M, np.abs(z)) + np.abs(problem.q))
     return Violations(np.where(np.abs(w) <= rounding, 0.0, w), gaps, gaps > rounding)
 
 

@@ -267,7 +267,7 @@ def moved_back(change: Change, stage: Stage, polishing: BasicSolutions | None = 
 def _in_given_variables(change: Change, step: NoSolution) -> Ending:
     """Return the ending with a proof of the original problem."""
     with imports:
-        from lcpcli.verify.certificate import UNVERIFIED, farkas_statement, proves_infeasible, rounded_proof
+        from lcpcli.verify.certificate import UNVERIFIED, proves_infeasible, rounded_proof
     proof = step.certificate
     if proof.kind == "exhaustion":
         return step if change.is_exact else Undecided(INEXACT)
@@ -276,7 +276,7 @@ def _in_given_variables(change: Change, step: NoSolution) -> Ending:
         rounded = rounded_proof(change.original, y)
         return Stalled(UNVERIFIED[proof.kind]) if rounded is None else replace(step, certificate=rounded)
     other_bounds = y is not None and change.original.box is not change.problem.box
-    statement = farkas_statement(change.original) if other_bounds else proof.statement
+    statement = change.original.box.wording.farkas if other_bounds else proof.statement
     return replace(step, certificate=replace(proof, statement=statement, vector=y))
 
 

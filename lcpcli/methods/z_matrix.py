@@ -42,7 +42,7 @@ from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction, whole_multiple
 from lcpcli.typing import Mask, Matrix, Vector
-from lcpcli.verify.certificate import Certificate, exact_certificate, farkas_statement, proof
+from lcpcli.verify.certificate import exact_certificate, infeasible, proof
 from lcpcli.verify.farkas import most_exact
 from lcpcli.verify.point import Criterion, Point
 
@@ -193,15 +193,15 @@ def z_matrix(problem: Problem) -> Stage:
                 yield Iterate(x, None, "block", 1)
                 return Finished()
         elif (simple := proof(problem, y)) is not None:
-            return NoSolution(Certificate("farkas", farkas_statement(problem), simple))
+            return NoSolution(infeasible(problem, simple))
     except SingularMatrix:
         pass
     data = ExactProblem.of_floats(problem)
     z, multipliers = decided(data, Effort(EXACT_EFFORT), basic)
     if multipliers is not None:
         if (simple := proof(problem, rounded_direction(multipliers))) is not None:
-            return NoSolution(Certificate("farkas", farkas_statement(problem), simple))
-        return NoSolution(exact_certificate(data, farkas_statement(problem), multipliers))
+            return NoSolution(infeasible(problem, simple))
+        return NoSolution(exact_certificate(data, problem.box.wording.farkas, multipliers))
     if z is None:
         return Breakdown("exact arithmetic takes too long")
     yield Iterate(problem.box.x_of(rounded(z), rounded(data.w(z))), None, "exact", 1)

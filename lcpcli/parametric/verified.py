@@ -23,14 +23,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli.interrupts import check
-from lcpcli.linalg.doubles import FAR_FROM_ONE, ROW_ROUNDING
+from lcpcli.linalg.doubles import FAR_FROM_ONE, ROUNDING, ROW_ROUNDING
 from lcpcli.linalg.matrices import absolute_product, is_sparse, product, row_errors
 from lcpcli.model.box import LOWER, UPPER
 from lcpcli.model.right_hand_sides import Columns
 from lcpcli.parametric.path import Family
 from lcpcli.typing import Indices, Mask, States, Vector
 from lcpcli.verify import noise
-from lcpcli.verify.measure import ROUNDING, Measure, Rows
+from lcpcli.verify.measure import Measure, Rows
 from lcpcli.verify.point import Criterion, Point
 
 NEGLIGIBLE = 2.0**-44  # of what moves along a piece: what rounding of t may leave at its ends

@@ -11,6 +11,7 @@ import numpy as np
 
 from lcpcli.clock import Stopwatch, seconds
 from lcpcli.errors import ParameterError, ProblemError
+from lcpcli.linalg.doubles import SMALL_DISTANCE
 from lcpcli.linalg.factors import LONG_LU
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.threads import with_limited_threads
@@ -39,7 +40,6 @@ FIRST_BLOCK, BLOCK_GROWTH = 64, 4  # columns of the first block, so that results
 BLOCK_NUMBERS = 1 << 16  # in each array of a block, so that a few arrays stay in the cache
 ROUTES: tuple[tuple[str, ...], ...] = ((AUTO,), ("newton",), ("gradient", "newton"))
 BLOCK_OPTIONS = {*LIMITS, "threads", "interrupts", "compiled"}  # with which columns are solved in blocks
-SHARP_RESIDUAL = 1e-13  # relative, from which on a solution is refined, as rounding alone leaves less
 
 
 @overload
@@ -258,7 +258,7 @@ def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: flo
     """Refine in place those z, of shape (m, n), whose residual may be more than rounding; return w and the terms of
     all z, and which of these surely solve their problems, shape (m,)."""
     given = measure.rows(z)
-    solved = measure.surely_solves(z, given, min(tol, SHARP_RESIDUAL))
+    solved = measure.surely_solves(z, given, min(tol, SMALL_DISTANCE))
     rows = (found.ended & ~solved).nonzero()[0]
     if rows.size:
         part = frame.block.part(rows)

@@ -15,7 +15,7 @@ from lcpcli.model.box import ORTHANT, Box
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Matrix, Vector
-from lcpcli.verify.farkas import SNAP, Sides, cancellation, refutes, sides
+from lcpcli.verify.farkas import SNAP, Sides, cancellation, sides
 
 GRID = 2.0**20  # steps per largest entry of y, to which one candidate is rounded
 PATIENCE = 4  # once a y is known, LPs for better ones may take so many times as long as the first one
@@ -39,37 +39,47 @@ class Alternative(NamedTuple):
     system: DualSimplex | None = None
 
 
-def alternative(
-    A: Matrix, b: Vector, effort: float = math.inf, holds: Callable[[Vector], bool] | None = None
-) -> Alternative:
+def alternative(A: Matrix, b: Vector, holds: Callable[[Vector], bool], effort: float = math.inf) -> Alternative:
     """Return a point of A z + b >= 0, z >= 0, or a proof that there is none, by one to three LPs of at most half the
     effort each. A should be equilibrated; nothing is established unless it is finite.
 
     A small dense system is first tried without an LP solver, whose calls and whose import take longer.
 
-    holds : whether a y is a proof, by default `farkas.refutes`.
+    holds : whether a y is a proof.
     """
-    if not _are_finite(A, b):
-        return Alternative(None, None)
-    near, holds = list[Vector](), holds or (lambda y: refutes(A, b, y))
-    if _has_dictionary(A):
-        for found, point, y in dictionaries(A, b):
-            if point is not None:
-                return Alternative(point, None, system=found)
-            tried = (*reversed([*simplest(y)]), y)
-            proof = next((each for each in tried if holds(each)), None)
-            if proof is not None:
-                return Alternative(None, proof)
-            near += tried
-    system = FarkasSystem(A, b, ORTHANT, effort)
-    first = system.least_total()
-    if first is not None and first.value > -0.5:
-        return Alternative(np.ldexp(np.maximum(-first.y[:-1], 0.0), system.power), None)
-    for y in system.candidates(first):
-        if holds(y):
-            return Alternative(None, y)
-        near.append(y)
+    near = list[Vector]()
+    for found in _searched(A, b, ORTHANT, effort, MOST_DENSE):
+        if found.proof is None or holds(found.proof):
+            return found
+        near.append(found.proof)
     return Alternative(None, None, next((y for y in near if cancellation(A, b, y)), None))
+
+
+def candidates(A: Matrix, b: Vector, box: Box, effort: float = math.inf) -> Iterator[Vector]:
+    """Yield vectors y that may be proofs that no z within its bounds has A z + b with the signs that
+    `farkas.refutes` asks for, the likeliest first; none if there is such a z, to the tolerance of the LP solver."""
+    return (found.proof for found in _searched(A, b, box, effort, MOST_BRIEF) if found.proof is not None)
+
+
+def _searched(A: Matrix, b: Vector, box: Box, effort: float, most: int) -> Iterator[Alternative]:
+    """Yield y that may be proofs, the likeliest first, and perhaps a point, at which this ends. most : rows or columns
+    up to which a dense system is first tried by a dictionary."""
+    if not _are_finite(A, b):
+        return
+    if box.is_orthant and _has_dictionary(A, most):
+        for system, point, y in dictionaries(A, b):
+            if point is not None:
+                yield Alternative(point, None, system=system)
+                return
+            yield from (Alternative(None, each) for each in (*reversed([*simplest(y)]), y))
+    programs = FarkasSystem(A, b, box, effort)
+    if not programs.is_finite or (programs.rows.low & programs.rows.high).all():
+        return
+    first = programs.least_total()
+    if first is not None and first.value > -0.5:
+        yield Alternative(np.ldexp(np.maximum(-first.y[:-1], 0.0), programs.power), None)
+        return
+    yield from (Alternative(None, y) for y in programs.candidates(first))
 
 
 def _are_finite(A: Matrix, b: Vector) -> bool:
@@ -105,22 +115,6 @@ def dictionaries(A: Matrix, b: Vector) -> Iterator[tuple[DualSimplex, Vector | N
         point = found.point() if y is None else None
         multipliers = np.maximum(y if y is not None else 0 * b, 0.0)
         yield found, None if point is None else np.maximum(point[0], 0.0), multipliers
-
-
-def candidates(A: Matrix, b: Vector, box: Box, effort: float = math.inf) -> Iterator[Vector]:
-    """Yield vectors y that may be proofs that no z within its bounds has A z + b with the signs that
-    `farkas.refutes` asks for, the likeliest first; none if there is such a z, to the tolerance of the LP solver."""
-    if box.is_orthant and _has_dictionary(A, MOST_BRIEF) and _are_finite(A, b):
-        for _, point, y in dictionaries(A, b):
-            if point is not None:
-                return
-            yield from (*reversed([*simplest(y)]), y)
-    system = FarkasSystem(A, b, box, effort)
-    if not system.is_finite or (system.rows.low & system.rows.high).all():
-        return
-    first = system.least_total()
-    if first is None or first.value <= -0.5:
-        yield from system.candidates(first)
 
 
 class FarkasSystem:

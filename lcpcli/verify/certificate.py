@@ -197,9 +197,9 @@ def rounded_proof(problem: Problem, y: Vector, few: bool = False) -> Certificate
     return Certificate("farkas", statement, y, is_rounded=True)
 
 
-def farkas_statement(problem: Problem) -> str:
-    """Return what a Farkas vector y proves, as a clause for the user."""
-    return problem.box.wording.farkas
+def infeasible(problem: Problem, y: Vector, statement: str = "") -> Certificate:
+    """Return the certificate of a Farkas vector that is a proof, which by default states what its bounds refute."""
+    return Certificate("farkas", statement or problem.box.wording.farkas, y)
 
 
 def farkas(problem: Problem, effort: float = math.inf) -> Vector | None:
@@ -222,16 +222,18 @@ def farkas_certificate(problem: Problem, effort: float = math.inf, exactly: bool
     return first_proof(problem, multipliers, exactly)
 
 
-def first_proof(problem: Problem, candidates: Iterable[Vector], exactly: bool = False) -> Certificate | None:
-    """Return the certificate by the first y that is a proof; if none is, by the first that is a `rounded_proof`, unless
-    it has to hold exactly; else None."""
+def first_proof(
+    problem: Problem, candidates: Iterable[Vector], exactly: bool = False, few: bool = False
+) -> Certificate | None:
+    """Return the certificate by the first y that is a proof; if none is, by the first that is a `rounded_proof`, for
+    few unknowns only if asked for, unless it has to hold exactly; else None."""
     tried = []
     for y in candidates:
         own = in_range_if_proof(problem, y)
         if own is not None:
-            return Certificate("farkas", farkas_statement(problem), own)
+            return infeasible(problem, own)
         tried.append(y)
-    rounded = () if exactly else (rounded_proof(problem, y) for y in tried)
+    rounded = () if exactly else (rounded_proof(problem, y, few) for y in tried)
     return next(filter(None, rounded), None)
 
 

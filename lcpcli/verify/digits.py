@@ -24,7 +24,7 @@ import numpy as np
 
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import EPS, LARGEST_DOUBLE
+from lcpcli.linalg.doubles import EPS, LARGEST_DOUBLE, SMALL_DISTANCE
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.box import Box
@@ -42,7 +42,6 @@ LARGEST_RESIDUAL = 0.1  # relative to the changes of a row: the motions have abo
 MOST_KINKS = 100  # that are exchanged: their linear systems take about a tenth of a second
 MOST_COMBINED = 8  # kinks up to which each set of them is exchanged
 RANDOM_PARTS = 250  # of more kinks, which are exchanged besides single ones
-NEGLIGIBLE_COMPONENT = 1e-13  # relative to the largest, as it is and in the units of M: z_i is 0 but for rounding
 
 
 @np.errstate(all="ignore")
@@ -84,7 +83,7 @@ def fewest(problem: Problem, z: Vector, determined: Vector) -> tuple[int, int]:
     sizes = np.log2(np.abs(z), where=z != 0, out=np.full(z.size, -np.inf))
     negligible = np.ones(z.size, dtype=bool)
     for own in (sizes, sizes - problem.units.columns):
-        negligible &= own <= own.max() + np.log2(NEGLIGIBLE_COMPONENT)
+        negligible &= own <= own.max() + np.log2(SMALL_DISTANCE)
     relevant = np.where(negligible | np.isnan(determined), DOUBLE_DIGITS, determined)
     i = int(np.argmin(relevant))
     return int(relevant[i]), i

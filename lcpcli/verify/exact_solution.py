@@ -22,7 +22,7 @@ import numpy as np
 from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.linalg import matrices
 from lcpcli.linalg.accurate import accurate_residual
-from lcpcli.linalg.doubles import EPS, distinct
+from lcpcli.linalg.doubles import EPS, ROUNDING, distinct
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.model import changes
@@ -225,7 +225,6 @@ def exact_basis(M: Matrix, q: Vector, basis: States, box: Box = ORTHANT) -> Exac
 
 
 REFINEMENTS = 10  # with residuals in twice the precision: a digit or more each, unless M_BB is singular in doubles
-LAST_DIGITS = 4 * EPS  # relative: what rounding of a number and of a product may change
 
 
 @np.errstate(all="ignore")
@@ -265,12 +264,12 @@ def refined(problem: Problem, z: Vector, basis: States | None = None) -> Vector:
         return better
     terms = matrices.absolute_product(problem.M, np.abs(better)) + np.abs(problem.q)
     gaps = np.abs(problem.box.gaps(better, problem.w(better)))
-    return better if (gaps <= LAST_DIGITS * terms).all() else z  # as small as rounding z allows
+    return better if (gaps <= ROUNDING * terms).all() else z  # as small as rounding z allows
 
 
 def is_rounded_solution(problem: Problem, z: Vector) -> bool:
     """Return whether z, of shape (n,), is a solution up to its last digits, by rational arithmetic: the exact basic
-    solution of its states solves the problem, and no component of z differs from it by more than LAST_DIGITS of itself.
+    solution of its states solves the problem, and no component of z differs from it by more than ROUNDING of itself.
     So the answer is never true where there is no solution; it is false if more than `farkas.most_exact()` variables
     are basic."""
     basis = problem.box.basis_at(z)
@@ -282,7 +281,7 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
     found = exact_basis(problem.M, problem.q, basis, problem.box)
     if found is None or not (found.unique and found.solves):
         return False
-    last_digits = Fraction(LAST_DIGITS)
+    last_digits = Fraction(ROUNDING)
     return all(abs(Fraction(a) - b) <= last_digits * abs(b) for a, b in zip(z.tolist(), found.z, strict=True))
 
 
@@ -301,7 +300,7 @@ def is_rounded_difference(problem: Problem, z: Vector, tol: float) -> bool:
         distance = frame.box.project(BasicSolutions(frame).at(problem.box.basis_at(z)).z)
     except SingularMatrix:
         return False
-    if (np.abs(distance) > np.abs(z)).any() or (np.abs(reference_z + distance - z) > LAST_DIGITS * np.abs(z)).any():
+    if (np.abs(distance) > np.abs(z)).any() or (np.abs(reference_z + distance - z) > ROUNDING * np.abs(z)).any():
         return False
     measure = Measure(problem)
     return bool(measure.surely_solves(z, measure.rows_from_reference(distance, measure.rows(z).full_terms), tol))

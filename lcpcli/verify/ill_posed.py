@@ -27,7 +27,7 @@ from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify import enclosure, farkas
-from lcpcli.verify.certificate import Certificate, farkas_certificate, in_range_if_proof, rounded_proof
+from lcpcli.verify.certificate import Certificate, farkas_certificate, first_proof, rounded_proof
 from lcpcli.verify.exact_solution import is_rounded_solution, refined
 from lcpcli.verify.measure import Measure
 
@@ -142,18 +142,14 @@ def proof_near(problem: Problem, z: Vector, exactly: bool = True) -> Certificate
 
     exactly : whether there may be an exact proof: not if there is an exact solution.
     """
-    rounded = None
+    candidates = _candidates(problem, z)
     with suppress(TimeIsUp):
-        for y in _candidates(problem, z):
-            own = in_range_if_proof(problem, y) if exactly else None
-            if own is not None:
-                return Certificate("farkas", problem.box.wording.farkas, own)
-            rounded = rounded or rounded_proof(problem, y, few=True)
-            if rounded is not None and not exactly:
-                return rounded
-        if rounded is None and not _has_dictionary(problem):
-            return farkas_certificate(problem, EFFORT)
-    return rounded
+        if not exactly:
+            found = next(filter(None, (rounded_proof(problem, y, few=True) for y in candidates)), None)
+        else:
+            found = first_proof(problem, candidates, few=True)
+        return found if found is not None or _has_dictionary(problem) else farkas_certificate(problem, EFFORT)
+    return None
 
 
 def _has_dictionary(problem: Problem) -> bool:

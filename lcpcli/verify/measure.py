@@ -46,7 +46,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.linalg.doubles import EPS, LARGEST_DOUBLE, ROW_ROUNDING, SMALLEST_NORMAL, are_moderate
+from lcpcli.linalg.doubles import LARGEST_DOUBLE, ROUNDING, ROW_ROUNDING, SMALLEST_NORMAL, are_moderate
 from lcpcli.linalg.logarithms import mean_logarithms
 from lcpcli.linalg.matrices import absolute_product, is_sparse, product, row_errors
 from lcpcli.model.problem import Problem
@@ -56,7 +56,6 @@ if TYPE_CHECKING:
     from lcpcli.model.right_hand_sides import Block
 
 FINEST = 0.01  # of the terms of a row as given: the least that its terms count as
-ROUNDING = 4 * EPS  # relative to the terms of a row: what rounding of z, and of w, may leave of it
 DROWNED = 1e8  # times the cap: terms of which ROUNDING is in the eighth digit of the cap
 FEW_UNKNOWNS = 20  # up to which entries that may be rounding are taken literally, as exact arithmetic decides in time
 NEGLIGIBLE_ROUNDING = 0.1  # of what is allowed, or of a violation: rounding errors that are ignored
@@ -318,11 +317,6 @@ def rounded_once(problem: Problem, z: Vector, rows: Indices) -> Vector | list[fl
 
 MOST_ROWS = 0.25  # of all rows: for more of them, the whole of |M| |z| costs little more
 CERTAIN = 0.99  # of a cap by means of logarithms, which round
-
-
-def apply_to(problem: Problem) -> bool:
-    """Return whether these bounds save time: for a dense M, if it is large, and a reference point 0."""
-    return not is_sparse(problem.M) and problem.reference_z is None
 
 
 def decision(measure: Measure, z: Vector, w: Vector, tol: float) -> bool | None:

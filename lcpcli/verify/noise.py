@@ -8,7 +8,7 @@ The q of large problems from other sources has entries like 2e-16 beside 1 that 
 as sums that cancel. An entry counts as 0 if its row is violated, and
 
 - |q_i| is the only term of the row, so that no z_j of that size was computed wrong, and no whole number,
-- it is at most NOISE of the cap of the row, as rounding of the other numbers of its part of the problem may be,
+- it is at most ROW_ROUNDING of the cap of the row, as rounding of the other numbers of its part of the problem may be,
 - as it is and in the units of M, it is by a factor in ROUNDING_OF_Q smaller than each of the LARGER_SHARE largest
   |q_j| != 0 of this part, which are at least FEWEST_LARGER: a few large numbers do not make rounding of the others,
 - and LITERAL_STEPS of block pivoting from the states of the point find no solution for q as it is.
@@ -27,7 +27,7 @@ import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.errors import listed
-from lcpcli.linalg.doubles import ROW_ROUNDING, distinct, size
+from lcpcli.linalg.doubles import ROW_ROUNDING, SMALL_DISTANCE, distinct, size
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import LARGEST_POWER
@@ -35,8 +35,6 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure, Rows
 
-DISTANCE_NOISE = 1e-13  # relative to k, and to the largest distance: what rounding may have made of a distance 0
-NOISE = ROW_ROUNDING  # relative to the cap of a row: terms that may be rounding of 0
 ROUNDING_OF_Q = 1e-24, 1e-12  # of the least of the larger entries of q: an entry that may be rounding of 0
 LARGER_SHARE, FEWEST_LARGER = 1 / 3, 8  # of the entries of q that are not 0, in a part of M
 LITERAL_STEPS = 8  # of block pivoting, each at the cost of a factorization
@@ -58,7 +56,7 @@ def without_small_distances(measure: Measure, z: Vector) -> Vector:
     with the other z_i in place."""
     units, reference = measure.data.units, measure.reference
     distances, sizes = np.log2(np.abs(z - reference)) - units.columns, measure.unsolved_sizes(z)
-    small = np.minimum(units.largest_of_columns(distances), sizes) + np.log2(DISTANCE_NOISE)
+    small = np.minimum(units.largest_of_columns(distances), sizes) + np.log2(SMALL_DISTANCE)
     is_solved = ~(sizes > -np.inf)
     near = np.where(distances <= small[units.column_part], reference, z)
     while True:
@@ -72,7 +70,7 @@ def without_small_distances(measure: Measure, z: Vector) -> Vector:
 def violated_rows(measure: Measure, z: Vector, rows: Rows, tol: float) -> Mask:
     """Return which rows are violated although all their terms may be rounding of 0; shape (n,)."""
     caps = measure.caps(z)
-    small = (rows.full_terms <= NOISE * caps) & (caps < np.inf)
+    small = (rows.full_terms <= ROW_ROUNDING * caps) & (caps < np.inf)
     return np.asarray(small & (measure.violations(z, rows.w) > measure.allowed(rows, caps, tol)))
 
 
@@ -107,7 +105,7 @@ def with_small_components(problem: Problem, z: Vector) -> Iterator[Vector]:
     largest = max(size(z), size(problem.reference_point))
     is_smaller = (np.abs(z) < np.abs(problem.reference_point)).any()
     for found in islice(pivoted(problem, problem.box.basis_at(z)), 1 if is_smaller else 0):
-        if size(found - z) <= DISTANCE_NOISE * largest:
+        if size(found - z) <= SMALL_DISTANCE * largest:
             yield found
 
 

@@ -32,7 +32,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL, is_finite, size
+from lcpcli.linalg.doubles import EPS, ROUNDING, SMALLEST_NORMAL, is_finite, size
 from lcpcli.linalg.matrices import dense, is_sparse
 from lcpcli.model.differences import Slopes, rounding
 from lcpcli.model.evaluations import Evaluations
@@ -40,7 +40,7 @@ from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.error_theorems import Bound
-from lcpcli.verify.measure import ROUNDING, Rows
+from lcpcli.verify.measure import Rows
 from lcpcli.verify.noise import on_bounds, without_small_distances
 from lcpcli.verify.point import Criterion, Point
 

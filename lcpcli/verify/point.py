@@ -11,12 +11,12 @@ from typing import TypeAlias
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.linalg.doubles import is_finite, least, size
+from lcpcli.linalg.doubles import ROUNDING, is_finite, least, size
 from lcpcli.linalg.matrices import absolute_product, is_sparse
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
-from lcpcli.verify.measure import FEW_UNKNOWNS, ROUNDING, Measure, Rows, quotients, rounded_once
+from lcpcli.verify.measure import FEW_UNKNOWNS, Measure, Rows, decision, quotients, rounded_once
 
 ROUGH = 1e-3  # the relative residual up to which z counts as a rounded solution, whatever its digits
 # Digits that are attributed to a z: whole numbers are meant exactly, others may be singles.
@@ -48,11 +48,9 @@ class Criterion:
     @cached_property
     def is_bounded_cheaply(self) -> bool:
         """Return whether bounds by w alone may decide before the measure is computed."""
-        if self.problem.n <= FEW_UNKNOWNS or not self.problem.is_moderate:
-            return False
-        with imports:
-            from lcpcli.verify import measure
-        return measure.apply_to(self.problem)
+        problem = self.problem
+        is_plain = problem.is_moderate and not is_sparse(problem.M)
+        return problem.n > FEW_UNKNOWNS and is_plain and problem.reference_z is None
 
     @cached_property
     def measure(self) -> Measure:
@@ -188,10 +186,8 @@ class Point:
         with np.errstate(all="ignore"):
             if self._beyond is None and not self.negligible:
                 if criterion.is_bounded_cheaply:
-                    with imports:
-                        from lcpcli.verify import measure
                     self._product = problem.w(self.z)
-                    decided = measure.decision(criterion.measure, self.z, self._product, criterion.tol)
+                    decided = decision(criterion.measure, self.z, self._product, criterion.tol)
                     if decided is not None:
                         return decided
                 if criterion.measure.surely_solves(self._inside, self._plain, criterion.tol):
