@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import lcpcli
+from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.solving.solve_mcp import run_nonlinear, solution_of_linearization
 from lcpcli.typing import Vector
@@ -71,6 +72,7 @@ def test_a_large_slack_does_not_loosen_the_other_rows_of_a_linearization() -> No
     M, q = np.diag([1.0, 1e-3, 1.0]), np.array([-1e-7, 1e-7, 1e9])
     M[0, 1] = M[1, 0] = 0.5
     problem = lcpcli.Problem(M, q, lower=[FREE, FREE, 0.0])
-    found = solution_of_linearization(M, q, problem.box, None, False)
+    evaluations = Evaluations(NonlinearProblem(lambda z: M @ z + q, lower=[FREE, FREE, 0.0]))
+    found = solution_of_linearization(M, q, problem.box, None, False, evaluations)
     assert found is not None
     assert np.abs(problem.box.gaps(found[0], problem.w(found[0]))).max() <= 1e-14

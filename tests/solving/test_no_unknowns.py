@@ -155,7 +155,7 @@ def test_commands_check_convert_and_prove_it(tmp_path: Path, lcp: Lcp, file: str
         known = [record[key] for key in ("status", "z", "residual", "relative_residual", "error_bound", "others")]
         assert known == ["solved", [], 0, 0, 0, False]
         assert json.loads(lcp("inspect", own, "--format", "json").out)["density"] is None
-    for form in ("table", "json", "jsonl", "csv"):
+    for form in ("table", "json", "csv"):
         assert lcp("path", file, file, "--format", form).code == 0
     pytest.importorskip("flint")
     assert "exact z = ()\nexact w = ()\nproof: z >= 0" in lcp("solve", file, "--exact").out
