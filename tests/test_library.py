@@ -40,7 +40,7 @@ def test_result_and_inspection_are_what_the_command_writes(lcp: Callable[..., Ou
     assert list(ours) == list(theirs)
     assert (ours["z"], ours["status"], ours["options"]) == (theirs["z"], theirs["status"], theirs["options"])
     assert len(ours["trace"]) == result.iterations + 1
-    assert repr(lcpcli.inspect(result.problem)) == lcp("inspect", EXAMPLE).out.rstrip()
+    assert repr(lcpcli.inspect(result.problem)) == lcp("inspect", EXAMPLE, "--all").out.rstrip()
     failed = lcpcli.run(result.problem, "shi", max_iterations=1)
     assert failed.to_dict()["advice"] == failed.advice
 

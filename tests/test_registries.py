@@ -235,7 +235,7 @@ def test_problem_format(lcp: Lcp, copy: Path, tmp_path: Path) -> None:
 
 def test_output_format_and_column(lcp: Lcp, tmp_path: Path) -> None:
     _, titles, table, record, lines = lcp(
-        "solve toy.json -o result.toys",
+        "solve toy.json -o result.toys -q",
         "compare toy.json --format toy",
         "solve toy.json",
         "solve toy.json --format json --trace",

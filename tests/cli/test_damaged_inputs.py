@@ -117,12 +117,12 @@ def test_a_signal_leaves_the_best_solution_so_far_and_a_bound(number: int, code:
     after = f"""
 import os
 from lcpcli.enumeration import optimum
-own = optimum._Search._branch
-def branch(search, *given):
+own = optimum._Search.children
+def children(search, *given):
     if search.value is not None and search.bound("time_limit") is not None:
         os.kill(os.getpid(), {int(number)})
-    own(search, *given)
-optimum._Search._branch = branch
+    return own(search, *given)
+optimum._Search.children = children
 {MAIN}
 """
     done = python(after, "solve", "game.json", "--maximize", '"payoff of row"', "--format", "json", cwd=folder)
