@@ -30,7 +30,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import Doubles, decimal, fraction, rounded, shortest_decimal
 from lcpcli.typing import Matrix
 
-MPS = re.compile(rb"^ROWS\b", re.MULTILINE | re.IGNORECASE)  # tells it from the LP format
+MPS = re.compile(rb"^(?:ROWS|ENDATA)\b", re.MULTILINE | re.IGNORECASE)  # tells it from the LP format
 END = re.compile(rb"^ENDATA\b", re.MULTILINE | re.IGNORECASE)
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
 INFINITE = re.compile(r"[-+]?inf(?:inity)?", re.IGNORECASE)
