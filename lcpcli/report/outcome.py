@@ -67,7 +67,8 @@ def exact_lines(exact: Exact, result: Result) -> list[str]:
     from lcpcli.rational.numbers import brief
 
     vectors = [(name, values) for name in "zwy" if (values := getattr(exact, name)) is not None]
-    lines = [f"exact {name} = {wording.vector(values, brief)}" for name, values in vectors]
+    shown = {"y": wording.proof_vector}
+    lines = [f"exact {name} = {shown.get(name, wording.vector)(values, brief)}" for name, values in vectors]
     if exact.y:
         lines[-1] += _as_proof(result.problem, exact.y)
     if not result.solved:

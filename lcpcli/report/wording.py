@@ -69,6 +69,15 @@ def vector(entries: Sequence[Any], cell: Callable[[Any], str] = plain_number) ->
     return f"({', '.join([*map(cell, entries[:LINE_ENTRIES]), *more])})"
 
 
+def proof_vector(y: Sequence[Any], cell: Callable[[Any], str]) -> str:
+    """Return a vector that proves something in a line of text: of a long one, the entries that are not 0, as far as
+    they fit."""
+    if len(y) <= LINE_ENTRIES:
+        return vector(y, cell)
+    used = [f"y{i} = {cell(value)}" for i, value in enumerate(y, 1) if value]
+    return f"({', '.join([*used[:LINE_ENTRIES], *[ELLIPSIS] * (len(used) > LINE_ENTRIES)])}; 0 elsewhere)"
+
+
 def folded(line: str, width: int | None) -> list[str]:
     """Return a line of words wrapped to this width, all lines but the first indented; None stands for no limit."""
     return [line] if width is None or len(line) <= width else wrap(line, width, subsequent_indent="  ")

@@ -237,6 +237,7 @@ ENDATA
         ("milk fat 1", "milk fat 1\n bread protein 1", "line 10: gives 'bread' a second entry in 'protein'; keep one"),
         (" G protein", " X protein", "line 4: has 'X protein' in ROWS; is the heading"),
         (" UP b", " UQ b", "line 13: has a bound of the type 'UQ'; use UP, LO, FX, FR, MI or PL"),
+        ("ROWS", "ROWZ", "line 2: has the heading 'ROWZ'; the sections are ROWS, COLUMNS"),
         ("BOUNDS", "BONDS", "line 12: has the heading 'BONDS'; the sections are ROWS, COLUMNS, RHS, RANGES, BOUNDS"),
         ("COLUMNS", "COLUMN", "line 6: has the heading 'COLUMN'; the sections are ROWS, COLUMNS, RHS"),
         ("r protein 36 fat 5", "r protein 36\n r protein 37", "line 12: has 'protein' a second time; keep one"),

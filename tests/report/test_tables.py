@@ -277,3 +277,11 @@ def test_large_n_shows_the_first_and_the_last_components(
     assert names[-2:] == ["...", "z100"]
     assert names[0] == ("z1" if width != 50 else "...")
     assert len(names) == shown
+
+
+def test_the_entries_of_a_long_proof_that_are_not_0_are_listed(lcp: Lcp, tmp_path: Path) -> None:
+    M = [[0.0 if i == 12 else float(i == j) for j in range(20)] for i in range(20)]
+    (tmp_path / "p.json").write_text(json.dumps({"M": M, "q": [-1] * 20}))
+    outcome = lcp("solve", str(tmp_path / "p.json"), "--exact")
+    assert outcome.code == 3
+    assert "exact y = (y13 = 1; 0 elsewhere)" in outcome.out
