@@ -62,6 +62,12 @@ def test_programs_are_solved_in_all_units_and_with_dependent_rows(seed: int) -> 
     assert max(minima, default=0.0) - min(minima, default=0.0) <= 1e-7 * (1 + max(map(abs, minima), default=0.0))
 
 
+@pytest.mark.parametrize("seed", [2028, 2037, 2048])
+def test_multipliers_of_redundant_rows_may_be_rounding_of_0(seed: int) -> None:
+    """Rows of M are then violated by their own terms, multipliers of 1e-20 to 1e-240."""
+    assert solved(sparse(dependent(random_program(seed, kind="minimum")))).solved
+
+
 @pytest.mark.parametrize("seed", range(2001, 2013))
 def test_programs_without_a_minimum_are_never_solved(seed: int) -> None:
     for kind in ("infeasible", "unbounded", "both"):
