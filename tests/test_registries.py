@@ -124,7 +124,7 @@ ADDITIONS = {
     "column": ("", "", "report/columns.py", "COLUMNS", f'"positive": {COLUMN}'),
     "peer": ("peers/toy.py", PEER, "peers/registry.py", "REGISTRY", '"toy": ("toy", "our own")'),
     "class": ("inspection/toy.py", CLASS, "inspection/verdict.py", "CLASSES", '"toy": "toy"'),
-    "page": ("topics/toy.md", PAGE, "topics/tasks.md", "", "| what a toy is | `lcp help` | `toy` |"),
+    "page": ("topics/toys.md", PAGE, "topics/tasks.md", "", "| what a toy is | `lcp help` | `toys` |"),
 }
 GENERAL = ("looks", "help", "completion")  # tests of all of a kind
 OF_ALL = (
@@ -256,7 +256,7 @@ def test_peer(lcp: Lcp) -> None:
 
 def test_class_and_page(lcp: Lcp) -> None:
     given = '{"M": [[1, 3], [0, 1]], "q": [-2, -4], "lower": [null, 0]}'
-    record, table, page = lcp("inspect toy.json --format json", "inspect toy.json --all", "help toy", problem=given)
+    record, table, page = lcp("inspect toy.json --format json", "inspect toy.json --all", "help toys", problem=given)
     found = json.loads(record)
     assert found["classes"]["toy"]["verdict"] == "yes"
     assert found["methods"]["toy"]["reason"] == "no theorem about it is known here"
