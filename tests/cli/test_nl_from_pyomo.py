@@ -38,13 +38,6 @@ def solved(model: Any, **options: Any) -> str:
     return str(pyomo.SolverFactory("asl:lcp").solve(model, options=options).solver.termination_condition)
 
 
-def plant(marginal_cost: float = -10.0) -> Any:
-    model = pyomo.ConcreteModel()
-    model.x = pyomo.Var(bounds=(0, 3), initialize=1.0)
-    model.c = mpec.Complementarity(expr=mpec.complements(model.x >= 0, 2 * model.x + marginal_cost >= 0))
-    return model
-
-
 def test_example_of_the_page_is_solved(capfd: pytest.CaptureFixture[str]) -> None:
     exec(EXAMPLE, {})
     printed = capfd.readouterr().out
@@ -52,29 +45,21 @@ def test_example_of_the_page_is_solved(capfd: pytest.CaptureFixture[str]) -> Non
     assert printed.endswith("3.0 7.0\n")
 
 
-@pytest.mark.parametrize(("marginal_cost", "value"), [(-10, 3), (-4, 2), (1, 0)])
-def test_both_bounds_of_a_variable_count(marginal_cost: float, value: float) -> None:
-    model = plant(marginal_cost)
-    assert solved(model) == "optimal"
-    assert model.x.value == pytest.approx(value)
-
-
-def test_explicit_multiplier_of_a_bound_stays_what_it_is() -> None:
+def test_both_bounds_of_a_variable_count_beside_an_explicit_multiplier_and_a_slack_variable() -> None:
+    """Three plants at their bounds and between them; one with the multiplier of its bound, and one whose condition is
+    that of a slack variable."""
     model = pyomo.ConcreteModel()
-    model.x, model.mu = pyomo.Var(bounds=(0, 3)), pyomo.Var(within=pyomo.NonNegativeReals)
-    model.c = mpec.Complementarity(expr=mpec.complements(model.x >= 0, 2 * model.x - 10 + model.mu >= 0))
-    model.d = mpec.Complementarity(expr=mpec.complements(model.mu >= 0, 3 - model.x >= 0))
+    costs = {1: -10, 2: -4, 3: 1}
+    model.x = pyomo.Var([1, 2, 3, 4, 5], bounds=(0, 3), initialize=1.0)
+    model.mu, model.w = pyomo.Var(within=pyomo.NonNegativeReals), pyomo.Var()
+    conditions = [*((model.x[k] >= 0, 2 * model.x[k] + cost >= 0) for k, cost in costs.items())]
+    conditions += [(model.x[4] >= 0, 2 * model.x[4] - 10 + model.mu >= 0), (model.mu >= 0, 3 - model.x[4] >= 0)]
+    model.slack = pyomo.Constraint(expr=model.w == 2 * model.x[5] - 10)
+    conditions.append((model.x[5] >= 0, model.w >= 0))
+    model.c = mpec.ComplementarityList(rule=(mpec.complements(*each) for each in conditions))
     assert solved(model) == "optimal"
-    assert (model.x.value, model.mu.value) == pytest.approx((3, 4))
-
-
-def test_slack_variable_may_have_the_condition() -> None:
-    model = pyomo.ConcreteModel()
-    model.x, model.w = pyomo.Var(bounds=(0, 3)), pyomo.Var()
-    model.slack = pyomo.Constraint(expr=model.w == 2 * model.x - 10)
-    model.c = mpec.Complementarity(expr=mpec.complements(model.x >= 0, model.w >= 0))
-    assert solved(model) == "optimal"
-    assert (model.x.value, model.w.value) == pytest.approx((3, -4))
+    values = [*(model.x[k].value for k in range(1, 6)), model.mu.value, model.w.value]
+    assert values == pytest.approx([3, 2, 0, 3, 3, 4, -4])
 
 
 def test_objective_chooses_among_solutions() -> None:
@@ -106,7 +91,9 @@ def test_infeasible_model_is_reported_as_such(caplog: pytest.LogCaptureFixture) 
 
 
 def test_error_in_the_model_is_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
-    model = plant()
+    model = pyomo.ConcreteModel()
+    model.x = pyomo.Var(bounds=(0, 3), initialize=1.0)
+    model.c = mpec.Complementarity(expr=mpec.complements(model.x >= 0, 2 * model.x - 10 >= 0))
     model.objective = pyomo.Objective(expr=model.x**2)
     with pytest.raises(Exception, match="did not exit normally"):
         solved(model)
