@@ -114,7 +114,8 @@ def path(
     Inputs(files, **bounds, others=[direction] if direction else []).prepare({"--output": output, "--plot": plot})
     options.check((*LIMITS, MAX_BREAKPOINTS), given)
     refuse(direction is not None and given["stop"] is None, "--direction", "has no end", "add --to, the last t")
-    span = _span(given.pop("start") or "0", given.pop("stop") or "1", exact)
+    stop = given.pop("stop") or "1"
+    span = _span(given.pop("start") or "0", stop, exact)
     if plot is not None:
         require_plot(plot)
     asked = _values(at, *span, exact)
@@ -133,7 +134,7 @@ def path(
     from lcpcli.report import path_table
 
     if direction is not None and found.end == REACHED:  # there is no second problem
-        found = replace(found, message=f"the path reaches t = {float(span[1]):g}")
+        found = replace(found, message=f"the path reaches t = {stop}")
     destination.show(path_table.report(found, asked, files_read, names).render)
     if plot is not None:
         found.plot(plot, names)

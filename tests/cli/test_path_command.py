@@ -92,6 +92,7 @@ def test_fractions_are_those_of_the_numbers_as_written(lcp: Lcp, files: Path) ->
     assert (found["verified"], found["exact"]["t"], found["exact"]["z"][-1]) == (True, ["1/3", "3", "4"], ["1/9"])
     (files / "d.csv").write_text("-0.1\n")
     found = record(lcp("path", "a.json", "--direction", "d.csv", "--to", "2", "--exact", "--format", "json"))
+    assert found["message"] == "the path reaches t = 2"
     assert found["exact"]["t"] == ["0", "1", "2"]
 
 
