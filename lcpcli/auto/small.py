@@ -8,9 +8,9 @@ problem as given: in other variables, rounding might lose the proof.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import suppress
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,6 +30,7 @@ from lcpcli.verify.point import Criterion, Point
 if TYPE_CHECKING:
     from fractions import Fraction
 
+    from lcpcli.rational.elimination import Effort
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.verify.certificate import Certificate
 
@@ -43,20 +44,35 @@ FIRST_EFFORT, LARGEST_EFFORT, MOST_EFFORT = 0.25, 2.0, 16.0
 
 
 class Tree:
-    """The tree over the states of a problem with few unknowns in exact arithmetic, which is suspended and goes on.
+    """The tree over the states of a problem with few unknowns in exact arithmetic, which is suspended and goes on; most
+    problems never need it, so that it is set up when it is first asked.
 
     is_decided : whether it has ended. solution : the exact solution that it has found; None if there is none.
     """
 
     def __init__(self, problem: Problem) -> None:
-        with imports:
-            from lcpcli.rational.elimination import Effort
-            from lcpcli.rational.exact_problem import ExactProblem
-            from lcpcli.rational.tree import solution_search
-        self.data, self._effort, self._share = ExactProblem.of_floats(problem), Effort(), FIRST_EFFORT
-        self._search = solution_search(self.data, self._effort.steps(self.data))
+        self._problem, self._share = problem, FIRST_EFFORT
         self.is_decided = False
         self.solution: list[Fraction] | None = None
+
+    @cached_property
+    def data(self) -> ExactProblem:
+        """Return the problem in exact numbers."""
+        with imports:
+            from lcpcli.rational.exact_problem import ExactProblem
+        return ExactProblem.of_floats(self._problem)
+
+    @cached_property
+    def _effort(self) -> Effort:
+        with imports:
+            from lcpcli.rational.elimination import Effort
+        return Effort()
+
+    @cached_property
+    def _search(self) -> Iterator[list[Fraction] | None]:
+        with imports:
+            from lcpcli.rational.tree import solution_search
+        return solution_search(self.data, self._effort.steps(self.data))
 
     def goes_on(self) -> bool:
         """Do the next share of the work; return whether the problem is decided."""

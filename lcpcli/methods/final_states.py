@@ -78,14 +78,15 @@ def confirmed(problem: Problem, z: Vector, basis: States | None = None) -> Confi
 
     For more than MOST_DECIDED unknowns, for which not all states can be searched, z itself is returned also where only
     rounding makes signs of the exact basic solution wrong, or its singular system contradictory."""
-    shown, given = problem.box.basis_at(z), Confirmed(z, basis)
-    is_long = max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER
+    given = Confirmed(z, basis)
     if not is_doubtful(problem, z):
         return given
     with imports:
         from lcpcli.verify.enclosure import fault
+    is_long = max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER
     if not (is_long or fault(problem, z, SURE_DIGITS)):
         return given
+    shown = problem.box.basis_at(z)
     near = problem.box.project(without_rounding(z))
     allowed = ROW_ROUNDING * (np.abs(matrices.dense(problem.M)) @ np.abs(near) + np.abs(problem.q))
     if not hides_term_of_row(problem, near) and (problem.box.excess(near, problem.w(near)) <= allowed).all():
