@@ -52,13 +52,16 @@ def on_bounds(measure: Measure, z: Vector, w: Vector) -> Vector:
 @np.errstate(divide="ignore")
 def without_small_distances(measure: Measure, z: Vector) -> Vector:
     """Return z with the reference point in place of components at distances from it that are small beside k and beside
-    the largest in their component of M, and of all in components whose rows the reference point satisfies, as they are
-    with the other z_i in place."""
+    the largest in their component of M, and 0 in place of those that are as small themselves and may be 0; and with the
+    reference point in all components whose rows it satisfies, as they are with the other z_i in place."""
     units, reference = measure.data.units, measure.reference
     distances, sizes = np.log2(np.abs(z - reference)) - units.columns, measure.unsolved_sizes(z)
     small = np.minimum(units.largest_of_columns(distances), sizes) + np.log2(SMALL_DISTANCE)
     is_solved = ~(sizes > -np.inf)
     near = np.where(distances <= small[units.column_part], reference, z)
+    if measure.data.reference_z is not None:
+        tiny = np.log2(np.abs(near)) - units.columns <= small[units.column_part]
+        near = np.where(tiny & (measure.data.box.project(np.zeros_like(z)) == 0), 0.0, near)
     while True:
         cleaned = np.where(is_solved[units.column_part], reference, near)
         violated = is_solved[units.row_part] & (measure.violations(cleaned, measure.reference_w) > 0)

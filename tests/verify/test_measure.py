@@ -157,6 +157,18 @@ def test_point_within_the_tolerance_of_its_bounds_is_accepted_as_such() -> None:
     assert not check(problem, [1.0, 0.3]).accepted, "which is far from its bound"
 
 
+def test_rounding_of_zero_far_from_the_reference_point_is_accepted_beside_a_row_that_follows_from_another() -> None:
+    M = [[0, 0, 0, 1, 1], [0, 0, 0, -1, -1], [0, 0, 1, 0, 0], [-1, 1, 0, 0, 0], [-1, 1, 0, 0, 0]]
+    inf = math.inf
+    problem = Problem(M, [1, 0, 300, 0, 0], lower=[0, -2, -300, -inf, -inf], upper=[inf, 2, 400, inf, inf])
+    point = Point(Criterion(problem), np.array([0, -8e-14, -300, 0, 0]))
+    assert point.relative_residual == 1.0, "as all terms of its rows are rounding"
+    solution = point.solution()
+    assert solution is not None
+    assert solution.z.tolist() == [0, 0, -300, 0, 0]
+    assert Point(Criterion(problem), np.array([0, -8e-4, -300, 0, 0])).solution() is None
+
+
 def test_scaled_residual_counts_how_far_z_is_beyond_a_bound() -> None:
     criterion = Criterion(Problem([[2, 1], [1, 2]], [-2, 3]))
     for beyond in (1e-9, 0.5):
