@@ -11,6 +11,7 @@ M is a real matrix of shape (n, n), dense or sparse, and q is a vector of n numb
     solve_many   the results of many problems, or of one M with many q, one after another; a Batch if each q has an M
     Batch        the results of many problems of one size, with arrays of all solutions, and their derivatives
     Solver       prepares one M for a sequence of problems, each solved starting from the states of the previous one
+    use_kernels  makes all later calls use the compiled kernels of the extra `fast`
     exact        the solution of a Problem in fractions, or a proof that there is none
     solutions    all solutions of a Problem, in fractions: isolated ones and faces; for a game all equilibria
     optimum      the best of all solutions of a Problem by a linear objective, in fractions, with a proof
@@ -66,6 +67,7 @@ if TYPE_CHECKING:
     from lcpcli.solving.call import run as run
     from lcpcli.solving.call import solve as solve
     from lcpcli.solving.checking import check as check
+    from lcpcli.solving.direct_run import use_kernels as use_kernels
     from lcpcli.solving.many import solve_many as solve_many
     from lcpcli.solving.proof import exact as exact
     from lcpcli.solving.result import Result as Result
@@ -112,6 +114,7 @@ _HOMES = {  # the module of each public name, loaded on first use
     "solve_many": "solving.many",
     "solve_mcp": "solving.solve_mcp",
     "solve_qp": "solving.solve_qp",
+    "use_kernels": "solving.direct_run",
     "write": "files.writing",
 }
 __all__ = list(_HOMES)

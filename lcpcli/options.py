@@ -8,14 +8,20 @@ from __future__ import annotations
 
 import math
 import numbers
+import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, NamedTuple
 
-from lcpcli.errors import ParameterError
+from lcpcli.clock import imports
+from lcpcli.errors import OptionError, ParameterError, quoted
 
 INSPECTION_SECONDS = 2.0  # after which an inspection starts no further step by default: a short wait
 AUTO = "auto"  # the value of an option that is to be derived from the problem
+KERNELS = "LCPCLI_KERNELS"  # the environment variable with which all calls of a process use the compiled kernels
+NUMBA = "numba"  # the package that compiles them
+MISSING = f"needs {NUMBA}", "pip install 'linear-complementarity[fast]'"
 
 
 class Option(NamedTuple):
@@ -186,3 +192,24 @@ class Limits:
 
 
 DEFAULTS = Limits()
+
+
+@cache
+def has_numba() -> bool:
+    """Return whether numba is installed, without loading it; the search on disk takes longer than a small problem."""
+    with imports:
+        from importlib.util import find_spec
+
+        return find_spec(NUMBA) is not None
+
+
+@cache
+def wants_kernels() -> bool:
+    """Return whether the environment asks for the compiled kernels, as it does after `use_kernels()`; raise OptionError
+    if it has another value than 0 or 1, or there is no numba."""
+    value = os.environ.get(KERNELS, "")
+    if value not in ("", "0", "1"):
+        raise OptionError(KERNELS, f"is {quoted(value)}", "set it to 1 for the compiled kernels, or to 0")
+    if value == "1" and not has_numba():
+        raise OptionError(KERNELS, *MISSING)
+    return value == "1"

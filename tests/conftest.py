@@ -6,7 +6,7 @@ import math
 import os
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import pytest
@@ -18,6 +18,7 @@ from lcpcli.cli import output
 from lcpcli.files import contents
 from lcpcli.files.inputs import Input
 from lcpcli.files.reading import contents_of
+from lcpcli.options import KERNELS, wants_kernels
 from lcpcli.rational.exact_problem import ExactProblem
 
 # the same examples every time, so that a change is what makes a test fail; HYPOTHESIS_PROFILE=searching tries new ones
@@ -70,6 +71,20 @@ def lcp(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> C
         return Outcome(int(ending.value.code or 0), out, err)
 
     return run
+
+
+@pytest.fixture
+def kernels_by_default(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[str], None]]:
+    """The process does not ask for the compiled kernels, whatever a test does; a function that sets what it asks."""
+
+    def ask(value: str) -> None:
+        monkeypatch.setenv(KERNELS, value)
+        wants_kernels.cache_clear()
+
+    ask("")
+    yield ask
+    monkeypatch.undo()
+    wants_kernels.cache_clear()
 
 
 @pytest.fixture

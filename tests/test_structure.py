@@ -42,8 +42,8 @@ ROOMS = {
     "peers": "linalg model",
     "report": "linalg model presolve games rational verify methods inspection solving enumeration parametric files",
     "bench": "linalg model verify methods solving files gallery peers report",
-    "cli": "linalg model rational verify methods inspection solving enumeration parametric files gallery peers report "
-    "bench",
+    "cli": "linalg model rational verify methods inspection kernels solving enumeration parametric files gallery peers "
+    "report bench",
 }
 # Libraries that one room alone imports.
 LIBRARIES = {

@@ -21,7 +21,7 @@ from lcpcli.methods import registry as methods
 from lcpcli.methods import variants
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem
-from lcpcli.options import AUTO, THREADS
+from lcpcli.options import AUTO, NUMBA, THREADS, wants_kernels
 from lcpcli.peers import registry as peers
 from lcpcli.report.wording import finite
 from lcpcli.version import VERSION
@@ -67,9 +67,15 @@ def _processor() -> str:
 
 
 def software(names: Sequence[str]) -> dict[str, str | None]:
-    """Return the versions of Python, of this program, of its numerical libraries, and of the named peers."""
-    own = {"python": platform.python_version(), "lcpcli": VERSION, "numpy": version("numpy")}
-    return {**own, "scipy": version("scipy"), **{name: peers.load(name).version() for name in names}}
+    """Return the versions of Python, of this program, of its numerical libraries, numba if all runs use the compiled
+    kernels, and of the named peers."""
+    own = {"python": platform.python_version(), "lcpcli": VERSION}
+    libraries = ["numpy", "scipy", *[NUMBA] * wants_kernels()]
+    return {
+        **own,
+        **{name: version(name) for name in libraries},
+        **{name: peers.load(name).version() for name in names},
+    }
 
 
 def refuse_elsewhere(record: BenchRecord) -> None:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 import click
 
 from lcpcli.errors import OptionError, likely, nearest, quoted
+from lcpcli.options import NUMBA, wants_kernels
 from lcpcli.version import VERSION
 
 if TYPE_CHECKING:
@@ -274,6 +275,19 @@ class Group(Command, click.Group):
         return likely(given, self.commands)
 
 
+def _show_version(context: click.Context, _: click.Parameter, is_asked: bool) -> None:
+    """Print the version, with that of numba if all runs use the compiled kernels, and how to cite the program."""
+    if not is_asked or context.resilient_parsing:
+        return
+    kernels = ""
+    if wants_kernels():
+        from importlib.metadata import version
+
+        kernels = f", with kernels compiled by numba {version(NUMBA)}"
+    click.echo(f"lcp, version {VERSION}{kernels}\n\n{CITATION}")
+    context.exit()
+
+
 @click.group(
     cls=Group,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": WIDEST_LINE},
@@ -287,8 +301,13 @@ class Group(Command, click.Group):
     ),
     exits={**EXITS, 141: "the reader of a pipe has closed it"},
 )
-@click.version_option(
-    VERSION, "-V", "-v", "--version", prog_name="lcp", message=f"%(prog)s, version %(version)s\n\n{CITATION}"
+@click.option(
+    *("-V", "-v", "--version"),
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_show_version,
+    help="Show the version and exit.",
 )
 @click.pass_context
 def lcp(context: click.Context) -> None:
@@ -306,6 +325,7 @@ lcp.commands = Commands(
         "compare-runs": "compare",
         "check": "check",
         "inspect": "check",
+        "kernels": "kernels",
         "make": "make",
         "convert": "make",
         "completion": "help",

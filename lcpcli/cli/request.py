@@ -34,7 +34,7 @@ from lcpcli.methods.registry import (
     options_of,
 )
 from lcpcli.methods.variants import Variant, labels
-from lcpcli.options import AUTO, LIMITS, Limits
+from lcpcli.options import AUTO, LIMITS, Limits, wants_kernels
 from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
@@ -94,8 +94,9 @@ class Request(NamedTuple):
     def of(cls, files: Sequence[str], default: Sequence[str] = (), **given: Any) -> Request:
         """Return the request with these options, by name, for the problems in these files and folders.
 
-        Also set the number of threads, and refuse outputs that cannot be written.
+        Also set the number of threads, and refuse outputs that cannot be written and kernels that there are not.
         """
+        wants_kernels()
         found = files_in(files, teller(given["quiet"])) or default
         how = {name: given.pop(name) for name in (*BOUND_OPTIONS, "game")}
         starts = [given[name] for name in STARTS if given.get(name) is not None]
@@ -131,13 +132,13 @@ class Request(NamedTuple):
         traces: Traces,
         compared: bool = False,
         of_many: bool = False,
-        compiled: bool = False,
+        compiled: bool | None = None,
     ) -> Iterator[Result]:
         """Yield one result for each method.
 
         chosen : as from `options_for`. traces : makes the empty trace and curve of a run. compared : whether the times
         are compared. of_many : whether there are many problems; their results have no labels, and no progress is shown.
-        compiled : whether there are so many that the extra `fast` is worth loading.
+        compiled : whether there are so many that the extra `fast` is worth loading; by default as the process is set.
         """
         from lcpcli.model.problem import Problem
         from lcpcli.solving import driver

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 
 from numba.core import event
@@ -11,17 +12,25 @@ ANNOUNCEMENT = "lcpcli: compiling the kernels of the extra fast, once on a machi
 
 
 class Announcement(event.Listener):
-    """The message that kernels are compiled, when the first of them is."""
+    """The message that kernels are compiled, when the first of them is.
+
+    tell : a function to call instead, with the name of each kernel when its compilation begins.
+    """
 
     is_due = True
+    tell: Callable[[str], None] | None = None
+    _depth = 0  # of the compilation of a function that another one calls
 
-    def on_start(self, event: event.Event) -> None:  # noqa: ARG002
-        if self.is_due:
+    def on_start(self, event: event.Event) -> None:
+        self._depth += 1
+        if self.tell is not None and self._depth == 1:
+            self.tell(event.data["dispatcher"].py_func.__name__)
+        elif self.tell is None and self.is_due:
             logging.getLogger("lcpcli").warning(ANNOUNCEMENT)
         self.is_due = False
 
-    def on_end(self, event: event.Event) -> None:
-        pass
+    def on_end(self, event: event.Event) -> None:  # noqa: ARG002
+        self._depth -= 1
 
 
 ONCE = Announcement()  # in a process, for all modules of kernels

@@ -46,7 +46,7 @@ def solve(
     scale: bool = False,
     finish: bool = False,
     interrupts: Interrupts = RAISE,
-    compiled: bool = False,
+    compiled: bool | None = None,
     **options: Any,
 ) -> Result:
     """Find z >= 0 with w = M z + q >= 0 and z'w = 0 or, with bounds, the z of `Problem`; arrays are never modified.
@@ -65,7 +65,7 @@ def solve(
     trace : whether the result keeps all iterates; a `Trace` selects which ones, and receives them.
     callback : called after each iteration with its `TraceRow`; a true value, or StopIteration, ends the run.
     compiled : whether "auto" uses the kernels of the extra `fast`, for small LCPs. Loading them
-        takes half a second, which pays in a loop over many calls.
+        takes half a second, which pays in a loop over many calls. By default they are used after `use_kernels()`.
     threads : the number of threads for dense linear algebra, by default 1 unless the environment sets it or M is large.
     scale, finish : whether an iterative method, such as "shi", works on the equilibrated problem, and whether it stops
         as soon as the active set yields the solution.
@@ -113,7 +113,7 @@ def run(
     scale: bool = False,
     finish: bool = False,
     interrupts: Interrupts = RAISE,
-    compiled: bool = False,
+    compiled: bool | None = None,
     **options: Any,
 ) -> Result:
     """Solve a Problem, for instance one from a file, as `solve` does, with the same options.

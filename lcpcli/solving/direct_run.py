@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+import os
 from collections.abc import Callable, Iterator
 from functools import cache
 from itertools import chain
@@ -18,7 +18,7 @@ from lcpcli.methods.direct import MOST_COMPILED, MOST_PIVOTED, DirectAnswer, Mad
 from lcpcli.methods.final_states import MOST_DECIDED, accepted
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
-from lcpcli.options import Limits
+from lcpcli.options import KERNELS, MISSING, Limits, has_numba, wants_kernels
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS, Rows
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from lcpcli.methods.stages import Iterate, Stage, Tried
     from lcpcli.model.start import Start
 
-NUMBA = "numba"  # the package of the extra `fast`
 MANY = 1000  # problems from which on loading it is worthwhile
 NEARLY_SOLVED = 1e-6  # of the largest |q_i|: the natural residual of a z that may solve the problem
 SOLVED = {"method": "auto", "status": Status.SOLVED, "message": Status.SOLVED.sentence("")}
@@ -42,11 +41,9 @@ SOLVED = {"method": "auto", "status": Status.SOLVED, "message": Status.SOLVED.se
 def compiled() -> ModuleType | None:
     """Return the module of the compiled kernels, which takes half a second to load; None without the extra `fast`, or
     if its numba fails, as with a version of numpy that is too new for it."""
+    if not has_numba():
+        return None
     with imports:
-        from importlib.util import find_spec
-
-        if find_spec(NUMBA) is None:
-            return None
         try:
             from lcpcli.kernels import compiled
         except (ImportError, RuntimeError):
@@ -71,24 +68,28 @@ def judge(problem: Problem, z: Vector, tol: float) -> tuple[bool | None, Rows | 
 
 def uses_kernels(wanted: bool | None, number: int) -> bool:
     """Return whether the compiled kernels are to be used, without loading them: where they are wanted or, by default
-    (None), where there are so many problems that loading them is worthwhile, and numba is installed. Raise
-    ParameterError if they are wanted and it is not."""
-    if not (number >= MANY if wanted is None else wanted):
-        return False
-    if sys.modules.get(NUMBA) is not None:
-        return True
-    if wanted and not _is_installed():
-        raise ParameterError("compiled", "needs numba", "pip install 'linear-complementarity[fast]'")
-    return _is_installed()
+    (None), after `use_kernels()`, or where there are so many problems that loading them is worthwhile, and numba is
+    installed. Raise OptionError if they are wanted and it is not."""
+    if wanted and not has_numba():
+        raise ParameterError("compiled", *MISSING)
+    return wanted if wanted is not None else wants_kernels() or (number >= MANY and has_numba())
 
 
-@cache
-def _is_installed() -> bool:
-    """Return whether numba is installed, without loading it; the search on disk takes longer than a small problem."""
-    with imports:
-        from importlib.util import find_spec
+def use_kernels(wanted: bool = True) -> None:
+    """Use the compiled kernels of the extra `fast` in every later call of this process that has no `compiled`, and in
+    processes that it starts, as if it were given compiled=True; methods other than "auto" are as before. The
+    environment variable LCPCLI_KERNELS=1 does the same from the start.
 
-        return find_spec(NUMBA) is not None
+    wanted : False for what each call does by default.
+
+    >>> import lcpcli
+    >>> lcpcli.use_kernels()
+    >>> lcpcli.use_kernels(False)
+    """
+    if wanted and not has_numba():
+        raise ParameterError("use_kernels", *MISSING)
+    os.environ[KERNELS] = "1" if wanted else "0"
+    wants_kernels.cache_clear()
 
 
 def applies(problem: Problem, is_compiled: bool = False) -> bool:
@@ -120,6 +121,8 @@ def solved_directly(
         many. keep : called with each iterate, but not by kernels. tried : receives the first stages, as they went."""
     in_force = methods.options_in_force("auto", problem, chosen)
     fast, result = compiled() if is_compiled else None, None
+    if fast is not None:
+        in_force["compiled"] = True
     stopwatch.count("setup")
     if fast is not None and start is None and problem.is_mixed:
         answer = mixed_answer(problem, limits.tol)

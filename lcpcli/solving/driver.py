@@ -61,7 +61,7 @@ def run(
     scale: bool = False,
     finish: bool = False,
     threads: int | None = None,  # noqa: ARG001 (the decorator limits them)
-    compiled: bool = False,
+    compiled: bool | None = None,
     **chosen: Any,
 ) -> Result:
     """Run a method from x0, or from z0 (by default the problem's own, else the origin); `call.run` calls this driver.
@@ -81,7 +81,7 @@ def run(
     has_start = not (x0 is z0 is basis is None)
     additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
     _refuse_other(method, additions, compiled, callback)
-    compiled, interrupted, result, original = uses_kernels(compiled, 1), False, None, problem
+    compiled, interrupted, result, original = uses_kernels(compiled, 1) and method == "auto", False, None, problem
     if method == "auto":
         problem = as_sparse(problem, stored(problem.M))
     given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
@@ -98,7 +98,7 @@ def run(
         except KeyboardInterrupt:
             interrupted = True
         if result is not None:
-            return _of(original, _with_traces(result, given, chosen, (trace, curve)) if keeps else result)
+            return _of(original, _with_traces(result, given, chosen, (trace, curve)) if keeps else result, compiled)
     with imports:
         from lcpcli.solving.loop import Loop
     with np.errstate(all="ignore"):  # overflow counts as infinite
@@ -113,7 +113,7 @@ def run(
         observer = None if observe is None else _observer(observe, method)
         criterion = Criterion(problem, limits.tol, judge=judge if compiled else None)
         loop = Loop(criterion, method, limits, (trace, curve), stopwatch, observer, start, callback)
-        return _of(original, ended(loop, stage, in_force | additions))
+        return _of(original, ended(loop, stage, in_force | additions), compiled)
 
 
 def _take_second_start(chosen: dict[str, Any], problem: Problem, method: str, has_start: bool) -> None:
@@ -124,10 +124,12 @@ def _take_second_start(chosen: dict[str, Any], problem: Problem, method: str, ha
         chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
 
 
-def _of(problem: Problem, result: Result) -> Result:
+def _of(problem: Problem, result: Result, compiled: bool) -> Result:
     """Return the result as that of the given problem, whose M `auto` may have stored in another form; of a game, it is
     solved only if its strategies stand the check by best responses."""
     result = result if result.problem is problem else replace(result, problem=problem)
+    if compiled:
+        result.options["compiled"] = True
     if not (result.solved and hasattr(problem.origin, "exact_conditions")):
         return result
     with imports:
@@ -135,7 +137,7 @@ def _of(problem: Problem, result: Result) -> Result:
     return checked(result)
 
 
-def _refuse_other(method: str, additions: dict[str, bool], compiled: bool, callback: Callback | None) -> None:
+def _refuse_other(method: str, additions: dict[str, bool], compiled: bool | None, callback: Callback | None) -> None:
     """Raise an error for a callback that is no function, and a method or options that cannot do anything here."""
     if callback is not None and not callable(callback):
         raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")

@@ -100,8 +100,8 @@ def solve_many(
         batch, of shape (b, n).
     infinity : bounds of at least this size, often 1e20, count as infinite; by default only infinite bounds do.
     compiled : whether to use the kernels of the extra `fast`, which take half a second to load; by default they are
-        used for at least 1000 columns, problems of a batch or Problems in a list; an iterator has no length, so that it
-        must ask for them.
+        used after `use_kernels()`, and for at least 1000 columns, problems of a batch or Problems in a list; an
+        iterator has no length, so that it must ask for them.
     sequence : whether each of the Problems is solved from the states of the previous one, where these are near, as by a
         `Solver`; M and n may change.
     method, options : as in `solve`, for every problem; a time limit applies to each of them. With options other than
@@ -222,7 +222,7 @@ def _solved(
     block = columns.block(first, last)
     if fast is not None and block.box.is_orthant:
         data = columns.like.M[np.newaxis], block.q, np.array([columns.like.largest])
-        rows = batch.answers(block, limits, stopwatch, lambda: fast.direct_many(*data, limits.tol))
+        rows = batch.answers(block, limits, stopwatch, lambda: fast.direct_many(*data, limits.tol), True)
         return block, rows.parts, rows.result
     measure, frame = Measure(block), frame_of(block)
     ready: Mask = np.asarray((measure.reference_violations <= 0).all(axis=1))

@@ -73,7 +73,7 @@ def solve_mcp(
     callback: Callback | None = None,
     threads: int | None = None,
     interrupts: Interrupts = RAISE,
-    compiled: bool = False,
+    compiled: bool | None = None,
     z0: VectorLike | None = None,
     difference_step: float | None = None,
 ) -> Result:
@@ -168,7 +168,7 @@ def run_nonlinear(
     threads: int | None = None,  # noqa: ARG001 (the decorator limits them)
     interrupts: Interrupts = RAISE,
     proof: bool = False,
-    compiled: bool = False,
+    compiled: bool | None = None,
     difference_step: float | None = None,
     **chosen: Any,
 ) -> Result:
@@ -199,7 +199,7 @@ def run_nonlinear(
         stage = partial(josephy_newton, evaluations, start, linear, **in_force, is_brief="restarts" not in chosen)
         stopwatch.count("setup")
         loop = Loop(criterion, METHOD, limits, (kept, curve), stopwatch, None, start / 2, callback)
-        result = driver.ended(loop, stage, in_force)
+        result = driver.ended(loop, stage, in_force if fast is None else {**in_force, "compiled": True})
         assert isinstance(result.point, NonlinearPoint)
         result = _with_remarks(result, result.point)
     if proof and result.solved:
@@ -293,7 +293,7 @@ def solution_of_linearization(
                 return found if found is not None and _is_close(problem, found[0], CLOSE) else None
         first = None if basis is None else in_words(basis)
         ends = None if longer else lambda row: _is_close(problem, row.z, NEARLY)
-        result = driver.run(problem, "auto", basis=first, limits=LINEAR, callback=ends)
+        result = driver.run(problem, "auto", basis=first, limits=LINEAR, callback=ends, compiled=fast is not None)
     except LCPError:  # numbers overflow
         return None
     if result.interrupted:

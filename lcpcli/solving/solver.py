@@ -89,6 +89,7 @@ class Solver:
         """Return a Solver for problems with the same M as this one."""
         solver = cls.__new__(cls)
         solver._given, solver._infinity, solver._last = options, math.inf, None
+        solver.compiled = direct_run.uses_kernels(options.get("compiled"), direct_run.MANY)
         solver._limits = Limits(**{name: value for name, value in options.items() if name in vars(Limits())})
         solver._prepare(like)
         return solver

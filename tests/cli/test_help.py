@@ -40,6 +40,7 @@ HEADINGS = {
     "check": ["Problem and solution", "Verification", "Output"],
     "compare-runs": ["Runs", "Comparison", "Output"],
     "inspect": ["Problem", "Stopping", "Output"],
+    "kernels": ["Help", "Exit codes"],
     "make": ["Family", "Problem", "Output"],
     "convert": ["Problem", "Output"],
     "completion": ["Shell", "Shells, and where the script belongs"],

@@ -21,7 +21,7 @@ def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iter
     """Whether there are kernels, which are then used from the first problem on."""
     monkeypatch.setattr(direct_run, "MANY", 0)
     if request.param == "numpy":
-        monkeypatch.setattr(direct_run, "NUMBA", "no_such_package")
+        monkeypatch.setattr(direct_run, "has_numba", lambda: False)
     direct_run.compiled.cache_clear()
     yield request.param
     direct_run.compiled.cache_clear()

@@ -284,7 +284,7 @@ def test_kernels_are_refused_where_they_have_no_effect_or_are_missing(monkeypatc
     with pytest.raises(OptionError, match="compiled: has no effect with the method newton"):
         lcpcli.solve([[2]], [-1], "newton", compiled=True)
     monkeypatch.undo()
-    monkeypatch.setattr(direct_run, "NUMBA", "no_such_package")
+    monkeypatch.setattr(direct_run, "has_numba", lambda: False)
     for call in (lcpcli.solve, lcpcli.solve_many):
         with pytest.raises(OptionError, match=r"compiled: needs numba.*linear-complementarity\[fast\]"):
             list(call([[2]], [[-1] * 5] if call is lcpcli.solve_many else [-1], compiled=True))

@@ -1,0 +1,35 @@
+"""All kernels compiled ahead of their first use."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import NamedTuple
+
+from numba.core.dispatcher import Dispatcher
+
+from lcpcli.kernels.announcement import ONCE
+
+KERNELS = 18  # that the modules `compiled` and `compiled_mixed` use
+
+
+class Compiled(NamedTuple):
+    """How many kernels have been compiled, how many were in the cache before, and the folder of the cache, which may
+    have several folders for it."""
+
+    now: int
+    before: int
+    folder: str
+
+
+def compile_all(tell: Callable[[str], None]) -> Compiled:
+    """Load all kernels, which compiles those that the cache lacks; `tell` is called with the name of each as that
+    begins."""
+    ONCE.tell = tell
+    from lcpcli.kernels import compiled, compiled_mixed
+
+    used = [*vars(compiled).values(), *vars(compiled_mixed).values()]
+    made = {id(kernel): kernel for kernel in used if isinstance(kernel, Dispatcher)}.values()
+    now = sum(bool(kernel.stats.cache_misses) for kernel in made)
+    folder = os.path.commonpath([str(kernel.stats.cache_path) for kernel in made]) if made else ""
+    return Compiled(now, len(made) - now, folder)

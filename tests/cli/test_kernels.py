@@ -1,0 +1,101 @@
+"""The commands with compiled kernels: what asks for them, what says so, and how they are compiled ahead of time."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import lcpcli
+from lcpcli import options
+from lcpcli.cli import kernels
+from lcpcli.options import KERNELS
+from lcpcli.version import VERSION
+
+from .. import kernels_together  # noqa: F401
+from .conftest import MAIN, Lcp, assert_refused, record, records
+
+numba = pytest.importorskip("numba")
+pytestmark = pytest.mark.usefixtures("kernels_by_default")
+
+
+def test_records_figures_and_the_version_say_that_a_process_uses_the_kernels(folder: Path, lcp: Lcp) -> None:
+    (folder / "two.jsonl").write_text(2 * '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}\n')
+    commands = (("good.json",), ("two.jsonl", "--jobs", "2"), ("two.jsonl", "--sequence"), ("M.csv", "q.csv"))
+    for command in (("solve", *files, "--format", "json") for files in commands):
+        lcpcli.use_kernels(False)
+        assert {"compiled" in each["options"] for each in records(lcp(*command))} == {False}
+        lcpcli.use_kernels()
+        assert {each["options"]["compiled"] for each in records(lcp(*command))} == {True}
+    first = lcp("--version").out.splitlines()[0]
+    assert first == f"lcp, version {VERSION}, with kernels compiled by numba {numba.__version__}"
+    assert "; auto: compiled=true\n" in lcp("solve", "good.json").out
+    assert "compiled" not in lcp("solve", "good.json", "--method", "newton").out
+
+
+def test_a_bench_records_the_version_of_numba_and_is_not_resumed_without_the_kernels(folder: Path, lcp: Lcp) -> None:
+    bench = ("bench", "good.json", "--method", "auto", "--budget", "0")
+    lcpcli.use_kernels()
+    assert lcp(*bench, "-o", "bench.json").code == 0
+    assert json.loads((folder / "bench.json").read_text())["versions"]["numba"] == numba.__version__
+    lcpcli.use_kernels(False)
+    unfinished = json.loads((folder / "bench.json").read_text()) | {"measurements": []}
+    (folder / "bench.json").write_text(json.dumps(unfinished))
+    assert_refused(lcp("bench", "--resume", "bench.json"), f"was measured with numba {numba.__version__}, not None")
+    assert "numba" not in record(lcp(*bench, "--format", "json"))["versions"]
+
+
+def test_another_value_of_the_variable_is_refused_in_one_line(
+    folder: Path, lcp: Lcp, kernels_by_default: Callable[[str], None]
+) -> None:
+    (folder / "two.jsonl").write_text(2 * '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}\n')
+    kernels_by_default("yes")
+    for command in ("solve two.jsonl", "solve good.json --method shi", "compare good.json", "bench good.json", "-V"):
+        assert_refused(lcp(*command.split()), "lcp: LCPCLI_KERNELS: is 'yes'; set it to 1 ")
+    assert lcp("help", "speed").code == lcp("completion", "bash").code == 0
+
+
+def test_without_numba_there_is_nothing_to_compile(
+    monkeypatch: pytest.MonkeyPatch, lcp: Lcp, kernels_by_default: Callable[[str], None]
+) -> None:
+    for module in (kernels, options):
+        monkeypatch.setattr(module, "has_numba", lambda: False)
+    assert_refused(lcp("kernels"), "lcp: kernels: needs numba; pip install 'linear-complementarity[fast]'")
+    kernels_by_default("1")
+    assert_refused(lcp("--version"), "lcp: LCPCLI_KERNELS: needs numba; pip install")
+
+
+def test_kernels_in_the_cache_are_not_compiled_again(lcp: Lcp) -> None:
+    outcome = lcp("kernels")
+    assert (outcome.code, outcome.err) == (0, "")
+    assert outcome.out == f"0 kernels compiled, 18 already there; the cache is in {Path(lcpcli.__file__).parent}\n"
+
+
+@pytest.mark.slow("compiles all kernels")
+def test_all_kernels_are_compiled_ahead_of_time_with_a_bar_on_a_terminal(tmp_path: Path) -> None:
+    own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "TERM": "xterm", KERNELS: ""}
+    shown, lines = [], []
+    for _ in range(2):
+        ours, terminal = pty.openpty()
+        command = [sys.executable, "-c", MAIN, "kernels"]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=terminal, text=True, env=own)
+        os.close(terminal)
+        text = b""
+        try:
+            while part := os.read(ours, 4096):
+                text += part
+        except OSError:  # the process has ended
+            pass
+        os.close(ours)
+        lines.append(process.communicate()[0])
+        shown.append(text.decode())
+    assert process.returncode == 0
+    where = f"the cache is in {tmp_path}\n"
+    assert lines == [f"{now} kernels compiled, {18 - now} already there; {where}" for now in (18, 0)]
+    assert ["solve_rows" in text for text in shown] == [True, False]

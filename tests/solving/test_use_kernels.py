@@ -1,0 +1,120 @@
+"""A process whose calls all use the compiled kernels: by `use_kernels` or its environment, and never by itself."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lcpcli
+from lcpcli import Problem, options
+from lcpcli.errors import OptionError, ParameterError
+from lcpcli.gallery import families
+from lcpcli.options import KERNELS
+from lcpcli.solving import direct_run
+from lcpcli.solving.result import Result
+from lcpcli.typing import Vector
+
+from .. import kernels_together  # noqa: F401
+
+pytest.importorskip("numba")
+NAMES = ("harker-pang", "boxes", "contact", "bimatrix", "obstacle")
+Calls = Callable[..., list[Result]]
+
+
+pytestmark = pytest.mark.usefixtures("kernels_by_default")
+
+
+def demand(p: Vector) -> Vector:
+    return p + p**2 / 4 - np.array([9, 4]) / (1 + p)
+
+
+def each_alone(problem: Problem, **given: Any) -> list[Result]:
+    bounds = {"lower": problem.lower, "upper": problem.upper}
+    return [lcpcli.run(problem, **given), lcpcli.solve(problem.M, problem.q, **bounds, **given)]
+
+
+def in_a_list(problem: Problem, **given: Any) -> list[Result]:
+    return list(lcpcli.solve_many(2 * [problem], **given))
+
+
+def of_one_matrix(problem: Problem, **given: Any) -> list[Result]:
+    Q = np.column_stack([problem.q * factor for factor in (1.0, 2.0, 0.5, 3.0)])
+    return list(lcpcli.solve_many(problem.M, Q, lower=problem.lower, upper=problem.upper, **given))
+
+
+def in_a_batch(problem: Problem, **given: Any) -> list[Result]:
+    M = np.asarray(problem.M.toarray() if hasattr(problem.M, "toarray") else problem.M)
+    return list(lcpcli.solve_many(M[None], problem.q[None], lower=problem.lower, upper=problem.upper, **given))
+
+
+def nonlinear(_: Problem, **given: Any) -> list[Result]:
+    return [lcpcli.solve_mcp(demand, x0=[1.0, 1.0], **given)]
+
+
+WAYS: dict[str, Calls] = {each.__name__: each for each in (each_alone, in_a_list, of_one_matrix, in_a_batch, nonlinear)}
+
+
+@pytest.mark.parametrize("way", WAYS.values(), ids=WAYS)
+@pytest.mark.parametrize("name", NAMES)
+def test_answers_are_those_of_calls_that_ask_for_the_kernels(name: str, way: Calls) -> None:
+    problem = families.make(name, 12, 3)
+    asked, plain = way(problem, compiled=True), way(problem)
+    lcpcli.use_kernels()
+    for result, other, usual, off in zip(way(problem), asked, plain, way(problem, compiled=False), strict=True):
+        assert result.solved
+        assert np.array_equal(result.z, other.z)
+        assert (result.route, result.options, result.basis) == (other.route, other.options, other.basis)
+        assert "compiled" not in usual.options
+        assert off.options == usual.options
+
+
+def test_every_result_of_a_single_problem_says_that_it_was_made_with_kernels_and_those_of_before_do_not() -> None:
+    before = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
+    lcpcli.use_kernels()
+    during = [lcpcli.solve([[2, 1], [1, 2]], [-5, -6]), lcpcli.Solver([[2, 1], [1, 2]]).solve([-5, -6])]
+    during += [lcpcli.run(lcpcli.from_qp(np.eye(3), -np.ones(3))), lcpcli.run(families.make("obstacle", 900, 0))]
+    assert [result.to_dict()["options"].get("compiled") for result in [before, *during]] == [None, *4 * [True]]
+    lcpcli.use_kernels(False)
+    assert lcpcli.solve([[2, 1], [1, 2]], [-5, -6]).options == before.options
+
+
+def test_other_methods_are_as_before_and_not_refused() -> None:
+    before = lcpcli.solve([[2, 1], [1, 2]], [-5, -6], "shi")
+    lcpcli.use_kernels()
+    result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6], "shi")
+    (of_many,) = lcpcli.solve_many([result.problem], "shi")
+    assert result.options == of_many.options == before.options
+    assert np.array_equal(result.z, before.z)
+    with pytest.raises(OptionError, match="compiled: has no effect with the method shi"):
+        lcpcli.solve([[2, 1], [1, 2]], [-5, -6], "shi", compiled=True)
+
+
+def test_without_numba_it_is_refused_and_nothing_changes(
+    monkeypatch: pytest.MonkeyPatch, kernels_by_default: Callable[[str], None]
+) -> None:
+    monkeypatch.setattr(direct_run, "has_numba", lambda: False)
+    with pytest.raises(ParameterError, match=r"^use_kernels: needs numba; pip install .*\[fast\]'$"):
+        lcpcli.use_kernels()
+    lcpcli.use_kernels(False)
+    assert lcpcli.solve([[2]], [-1]).solved
+    monkeypatch.setattr(options, "has_numba", lambda: False)
+    kernels_by_default("1")
+    with pytest.raises(OptionError, match=r"^LCPCLI_KERNELS: needs numba; pip install .*\[fast\]'$"):
+        lcpcli.solve([[2]], [-1])
+    assert lcpcli.solve([[2]], [-1], compiled=False).solved
+
+
+CALL = "import lcpcli, sys; print(lcpcli.solve([[2]], [-1]).options.get('compiled'), 'numba' in sys.modules)"
+
+
+@pytest.mark.parametrize(("value", "says"), [("1", "True True"), ("0", "None False"), ("", "None False")])
+def test_a_process_starts_with_them_by_its_environment(value: str, says: str) -> None:
+    own = os.environ | {KERNELS: value}
+    done = subprocess.run([sys.executable, "-c", CALL], capture_output=True, text=True, check=True, env=own)
+    assert done.stdout.strip() == says
