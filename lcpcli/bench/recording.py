@@ -67,15 +67,11 @@ def _processor() -> str:
 
 
 def software(names: Sequence[str]) -> dict[str, str | None]:
-    """Return the versions of Python, of this program, of its numerical libraries, numba if all runs use the compiled
-    kernels, and of the named peers."""
-    own = {"python": platform.python_version(), "lcpcli": VERSION}
-    libraries = ["numpy", "scipy", *[NUMBA] * wants_kernels()]
-    return {
-        **own,
-        **{name: version(name) for name in libraries},
-        **{name: peers.load(name).version() for name in names},
-    }
+    """Return the versions of Python, of this program, of its numerical libraries, with numba if all runs use the
+    compiled kernels, and of the named peers."""
+    own = {"python": platform.python_version(), "lcpcli": VERSION, "numpy": version("numpy")}
+    own |= {NUMBA: version(NUMBA)} if wants_kernels() else {}
+    return {**own, "scipy": version("scipy"), **{name: peers.load(name).version() for name in names}}
 
 
 def refuse_elsewhere(record: BenchRecord) -> None:

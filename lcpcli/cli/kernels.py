@@ -26,9 +26,9 @@ def kernels() -> None:
         from lcpcli.kernels.ahead import KERNELS, compile_all
 
         with progress(KERNELS, shows_progress(False)) as tell:
-            done = compile_all(tell)
+            now, before, folder = compile_all(tell)
     except RuntimeError as error:  # the cache has no place
         raise OptionError("numba", str(error), "set NUMBA_CACHE_DIR to a folder that can be written") from None
-    if not done.folder:
+    if not folder:
         raise OptionError("NUMBA_DISABLE_JIT", "is set, so that nothing is compiled", "unset it")
-    click.echo(f"{count(done.now, 'kernel')} compiled, {done.before} already there; the cache is in {done.folder}")
+    click.echo(f"{count(now, 'kernel')} compiled, {before} already there; the cache is in {folder}")

@@ -96,7 +96,7 @@ class Request(NamedTuple):
 
         Also set the number of threads, and refuse outputs that cannot be written and kernels that there are not.
         """
-        wants_kernels()
+        wants_kernels()  # or its error, before anything is read
         found = files_in(files, teller(given["quiet"])) or default
         how = {name: given.pop(name) for name in (*BOUND_OPTIONS, "game")}
         starts = [given[name] for name in STARTS if given.get(name) is not None]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from typing import NamedTuple
 
 from numba.core.dispatcher import Dispatcher
 
@@ -13,18 +12,9 @@ from lcpcli.kernels.announcement import ONCE
 KERNELS = 18  # that the modules `compiled` and `compiled_mixed` use
 
 
-class Compiled(NamedTuple):
-    """How many kernels have been compiled, how many were in the cache before, and the folder of the cache, which may
-    have several folders for it."""
-
-    now: int
-    before: int
-    folder: str
-
-
-def compile_all(tell: Callable[[str], None]) -> Compiled:
+def compile_all(tell: Callable[[str], None]) -> tuple[int, int, str]:
     """Load all kernels, which compiles those that the cache lacks; `tell` is called with the name of each as that
-    begins."""
+    begins. Return how many were compiled, how many were there, and the folder with the cache, "" without any."""
     ONCE.tell = tell
     from lcpcli.kernels import compiled, compiled_mixed
 
@@ -32,4 +22,4 @@ def compile_all(tell: Callable[[str], None]) -> Compiled:
     made = {id(kernel): kernel for kernel in used if isinstance(kernel, Dispatcher)}.values()
     now = sum(bool(kernel.stats.cache_misses) for kernel in made)
     folder = os.path.commonpath([str(kernel.stats.cache_path) for kernel in made]) if made else ""
-    return Compiled(now, len(made) - now, folder)
+    return now, len(made) - now, folder

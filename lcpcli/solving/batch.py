@@ -174,8 +174,10 @@ def _answers(
     stopwatch = Stopwatch(seconds, seconds())
     data = stack.M, stack.q, stack.largest
     if fast is not None:
-        return answers(stack, limits, stopwatch, lambda: fast.direct_many(*data, limits.tol), True)
-    return answers(stack, limits, stopwatch, lambda: direct_many(*data, limits.tol, stack.box), False)
+        rows = answers(stack, limits, stopwatch, lambda: fast.direct_many(*data, limits.tol))
+        rows.options["compiled"] = True
+        return rows
+    return answers(stack, limits, stopwatch, lambda: direct_many(*data, limits.tol, stack.box))
 
 
 class _RowResult(Result):
@@ -204,24 +206,18 @@ class BlockAnswers:
     """The answers of pivoting to the problems of a block.
 
     Z : the z of each, shape (m, n). found : what each is, and its steps, as `direct.direct_many` returns them,
-    shape (m, 2). parts : the share of each in the time. compiled : whether it was the kernels that pivoted.
+    shape (m, 2). parts : the share of each in the time. options : those in effect.
     """
 
     def __init__(
-        self,
-        block: Block | Stack,
-        Z: Vector,
-        found: Indices,
-        limits: Limits,
-        parts: dict[str, float],
-        compiled: bool,
+        self, block: Block | Stack, Z: Vector, found: Indices, limits: Limits, parts: dict[str, float]
     ) -> None:
         self.block, self.Z, self.parts, self._limits = block, Z, parts, limits
         most_steps = limits.max_iterations if sum(parts.values()) < limits.time_limit else -1
         kinds = np.where(block.are_moderate & (found[:, 1] <= most_steps), found[:, 0], NOTHING)
         self.certain: Mask = kinds == CERTAIN
         self._kinds, self._steps = kinds.tolist(), found[:, 1].tolist()
-        self._options = methods.options_in_force("auto", block.like, {}) | ({"compiled": True} if compiled else {})
+        self.options = methods.options_in_force("auto", block.like, {})
         self._common = {**SOLVED, "parts": parts, "limits": limits}
 
     def result(self, i: int) -> Result | None:
@@ -231,21 +227,16 @@ class BlockAnswers:
             return None
         if kind == CANDIDATE:
             answer = DirectAnswer(self.Z[i], False, steps)
-            return result_of(answer, self.block.problem(i), self._limits, self._options.copy(), self.parts)
-        own = {"iterations": steps, "evaluations": steps, "route": route(steps), "options": self._options.copy()}
+            return result_of(answer, self.block.problem(i), self._limits, self.options.copy(), self.parts)
+        own = {"iterations": steps, "evaluations": steps, "route": route(steps), "options": self.options.copy()}
         return _RowResult.of_fields({**self._common, **own, "_row": (self.block, i, self.Z)})
 
 
 def answers(
-    block: Block | Stack,
-    limits: Limits,
-    stopwatch: Stopwatch,
-    pivoting: Callable[[], tuple[Vector, Indices]],
-    compiled: bool,
+    block: Block | Stack, limits: Limits, stopwatch: Stopwatch, pivoting: Callable[[], tuple[Vector, Indices]]
 ) -> BlockAnswers:
     """Return the answers to the problems of a block, one or more, by a function that returns z and what they are."""
     stopwatch.count("setup")
     Z, found = pivoting()
     stopwatch.count("solve")
-    parts = {part: spent / len(Z) for part, spent in stopwatch.parts.items()}
-    return BlockAnswers(block, Z, found, limits, parts, compiled)
+    return BlockAnswers(block, Z, found, limits, {part: spent / len(Z) for part, spent in stopwatch.parts.items()})

@@ -222,7 +222,8 @@ def _solved(
     block = columns.block(first, last)
     if fast is not None and block.box.is_orthant:
         data = columns.like.M[np.newaxis], block.q, np.array([columns.like.largest])
-        rows = batch.answers(block, limits, stopwatch, lambda: fast.direct_many(*data, limits.tol), True)
+        rows = batch.answers(block, limits, stopwatch, lambda: fast.direct_many(*data, limits.tol))
+        rows.options["compiled"] = True
         return block, rows.parts, rows.result
     measure, frame = Measure(block), frame_of(block)
     ready: Mask = np.asarray((measure.reference_violations <= 0).all(axis=1))
