@@ -28,6 +28,8 @@ from lcpcli.report.document import RECORD_MEANINGS
 if TYPE_CHECKING:
     from lcpcli.files.nl_format import Model
     from lcpcli.files.proposed_solutions import Candidate
+    from lcpcli.inspection.inspection import Inspection
+    from lcpcli.inspection.nonlinear import NonlinearInspection
     from lcpcli.model.nonlinear import NonlinearProblem
     from lcpcli.model.problem import Problem
     from lcpcli.rational.exact_problem import ExactProblem
@@ -194,19 +196,17 @@ def inspect(
     inputs.prepare({"--output": output})
     options.check((TIME_LIMIT,), {"time_limit": time_limit})
     destination = Destination.of(form, output)
+    from lcpcli.inspection.inspection import inspect as inspected
+    from lcpcli.inspection.nonlinear import inspect_nonlinear
     from lcpcli.model.problem import Problem
+    from lcpcli.report import inspection_text
 
     problem, seconds = inputs.read_any().problem, time_limit or TIME_LIMIT.value
+    found: Inspection | NonlinearInspection
     if isinstance(problem, Problem):
-        from lcpcli.inspection.inspection import inspect as inspected
-        from lcpcli.report import inspection_text
-
-        destination.show(partial(inspection_text.render, inspected(problem, seconds), whole=whole))
+        found = inspected(problem, seconds)
     else:
-        from lcpcli.inspection.nonlinear import inspect_nonlinear
-        from lcpcli.report import inspection_text
-
         model = _model(file).model
         found = inspect_nonlinear(problem, model.operators, model.header.common, len(model.fixed), seconds)
-        destination.show(partial(inspection_text.render_nonlinear, found, whole=whole))
+    destination.show(partial(inspection_text.render, found, whole=whole))
     return 0

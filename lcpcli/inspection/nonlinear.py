@@ -65,7 +65,7 @@ class NonlinearInspection:
     hints: Sequence[str]
 
     def __repr__(self) -> str:
-        return str(views.inspection_text.render_nonlinear(self)).rstrip()
+        return str(views.inspection_text.render(self)).rstrip()
 
 
 @np.errstate(all="ignore")

@@ -1,7 +1,4 @@
-"""An inspection in each of the formats.
-
-An inspection of a nonlinear problem in each of the formats.
-"""
+"""Inspections in each of the formats, of linear problems and of nonlinear ones."""
 
 from __future__ import annotations
 
@@ -12,19 +9,30 @@ from typing import Any
 from lcpcli.errors import count
 from lcpcli.inspection.inspection import Attempt, Inspection
 from lcpcli.inspection.nonlinear import NonlinearInspection
-from lcpcli.inspection.theory import MOST_WITH_NORM, Rate
+from lcpcli.inspection.theory import MOST_WITH_NORM, Rate, Spread
 from lcpcli.inspection.verdict import title
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import TOL
 from lcpcli.presolve.presolve import Presolved, Refuted
-from lcpcli.report import json_lines, result_csv, wording
-from lcpcli.report.document import Document, Section, Table, typeset
+from lcpcli.report import json_lines, wording
+from lcpcli.report.document import Document, Section, Table
+from lcpcli.report.result_formats import Report
 from lcpcli.report.wording import PIPE_WIDTH
 
 UNKNOWN = "not computed: too expensive"
 CLOSE_TO_ONE = 0.999  # from here on, a contraction factor is shown by its distance from 1, as four digits would hide it
 MOST_ITERATIONS = 999_999  # an estimate above it is shown as "more than": nobody waits for so many
 DECISIVE = ("symmetric", "positive definite", "positive semidefinite", "P-matrix")  # for the choice of a method
+KEYS = (
+    "problem n bounds sparse nonzeros density classes spread equilibrated_spread condition equilibrated_condition "
+    "singular smallest_eigenvalue largest_eigenvalue eigenvalues_estimated bytes bandwidth factor_entries "
+    "factor_operations fixed_point fixed_point_best p smoothing_error methods presolve plan obvious hints"
+)
+NONLINEAR_KEYS = (
+    "problem n names bounds linear equations nonlinear_rows operators common_expressions fixed_variables nonzeros "
+    "density structural_rank structural_rank_of_equations structural_rank_of_free undefined_rows residual condition "
+    "singular spread classes hints"
+)
 NO_RATE = {"omega": None, "factor": None, "iterations": None}
 BINARY = ((2**30, "GiB"), (2**20, "MiB"), (2**10, "KiB"), (1, "bytes"))
 
@@ -32,33 +40,51 @@ Row = tuple[str, ...]
 
 
 def render(
-    found: Inspection, form: str = "table", width: int | None = None, color: bool = False, whole: bool = True
+    found: Inspection | NonlinearInspection,
+    form: str = "table",
+    width: int | None = None,
+    color: bool = False,
+    whole: bool = True,
 ) -> str:
     """Return an inspection as text in a format. width, color : as for `formats.typeset`. whole : whether to show all in
     tables; otherwise only what decides about the methods."""
-    if form in ("json", "csv"):
-        record = _record(found)
-        return json_lines.line(record) if form == "json" else result_csv.records_text([record])
-    name = wording.title(found.problem) or "problem"
-    classes = [(title(name), verdict.word, verdict.evidence) for name, verdict in found.classes.items()]
+
+    def document(*_: Any) -> Document:
+        name, kind = wording.title(found.problem) or "problem", ""
+        classes = [(title(name), verdict.word, verdict.evidence) for name, verdict in found.classes.items()]
+        if isinstance(found, Inspection):
+            facts, tables = [found.obvious, *found.hints], _linear_tables(found, classes, whole)
+        else:
+            facts, tables, kind = [*found.hints], _nonlinear_tables(found, classes, whole), ", nonlinear"
+        heading = f"{name}{kind}: {wording.size(found.problem)}"
+        return Document(heading, [Section(heading, facts=list(filter(None, facts)), tables=tables)])
+
+    return Report(document, lambda: [_record(found)]).render(form, width or PIPE_WIDTH, color)
+
+
+def _linear_tables(found: Inspection, classes: Sequence[Row], whole: bool) -> list[Table]:
     methods = [(name, guarantee.word, guarantee.reason) for name, guarantee in found.guarantees.items()]
     guaranteed = _table(("method", "guaranteed", "in exact arithmetic, because"), methods)
-    tables = [
-        _table(("", ""), _facts(found) if found.problem.n else []),
-        _table(("class of M", "", "because"), classes),
-        guaranteed,
-        _table(("auto tries", "", "reason"), _plan(found.plan or ()), texts=(1, 2)),
+    if whole:
+        return [
+            _table(("", ""), _facts(found) if found.problem.n else []),
+            _table(("class of M", "", "because"), classes),
+            guaranteed,
+            _table(("auto tries", "", "reason"), _plan(found.plan or ()), texts=(1, 2)),
+        ]
+    shown = [
+        ("condition", _condition(found)),
+        *((text, f"{word}: {reason}") for text, word, reason in classes if text in DECISIVE),
+        *([("presolve", _presolve(found.presolve))] if found.presolve is not None else []),
+        ("auto tries", ", ".join(dict.fromkeys(attempt.method for attempt in found.plan or ()))),
+        ("the rest", f"--all shows {len(classes)} classes, sizes, rates and why auto tries what"),
     ]
-    if not whole:
-        decisive = [(text, f"{word}: {reason}") for text, word, reason in classes if text in DECISIVE]
-        tried = [("auto tries", ", ".join(dict.fromkeys(attempt.method for attempt in found.plan or ())))]
-        rest = [("the rest", f"--all shows {len(classes)} classes, sizes, rates and why auto tries what")]
-        removed = [("presolve", _presolve(found.presolve))] if found.presolve is not None else []
-        shown = [("condition", _condition(found)), *decisive, *removed, *tried, *rest]
-        tables = [_table(("", ""), shown if found.problem.n else []), guaranteed]
-    facts = [text for text in (found.obvious, *found.hints) if text]
-    section = Section(f"{name}: {wording.size(found.problem)}", facts=facts, tables=tables)
-    return typeset(Document(section.title, [section]), form, width or PIPE_WIDTH, color)
+    return [_table(("", ""), shown if found.problem.n else []), guaranteed]
+
+
+def _nonlinear_tables(found: NonlinearInspection, classes: Sequence[Row], whole: bool) -> list[Table]:
+    shown = [row for row in classes if whole or row[0] in DECISIVE]
+    return [_table(("", ""), _nonlinear_facts(found)), _table(("class of M = J at the start", "", "because"), shown)]
 
 
 def _table(header: Row, rows: Sequence[Row], texts: Sequence[int] = ()) -> Table:
@@ -80,14 +106,13 @@ def _facts(found: Inspection) -> list[Row]:
     nonzeros = f"{found.nonzeros} of {n**2} nonzero ({100 * found.nonzeros / n**2:.3g} %)"
     unit, name = next((unit, name) for unit, name in BINARY if found.cost.bytes >= unit)
     before, after, cost = found.spread, found.equilibrated_spread, found.cost
-    spread = f"row maxima span {before.rows:.1f} decades, column maxima {before.columns:.1f}"
     size = f"{cost.factor_entries:.2g} entries, {cost.factor_operations:.2g} operations"
     if cost.bandwidth is not None:
         size = f"at most {size} (bandwidth {cost.bandwidth} after reordering)"
     error = f"p = {found.smoothing.p:.2g} leaves a smoothing error of at most {found.smoothing.error:.1e} in F"
     return [
-        ("entries", f"{stored}, {nonzeros}, {found.cost.bytes / unit:.3g} {name}"),
-        ("scaling", f"{spread} ({after.rows:.1f} and {after.columns:.1f} after equilibration)"),
+        ("entries", f"{stored}, {nonzeros}, {cost.bytes / unit:.3g} {name}"),
+        ("scaling", f"{_spread(before)} ({after.rows:.1f} and {after.columns:.1f} after equilibration)"),
         ("condition", _condition(found)),
         ("eigenvalues", _eigenvalues(found)),
         ("factorization", size),
@@ -96,6 +121,10 @@ def _facts(found: Inspection) -> list[Row]:
         ("shi", error),
         *([("presolve", _presolve(found.presolve))] if found.presolve is not None else []),
     ]
+
+
+def _spread(spread: Spread) -> str:
+    return f"row maxima span {spread.rows:.1f} decades, column maxima {spread.columns:.1f}"
 
 
 def _removed(found: Presolved | Refuted | None) -> dict[str, object] | None:
@@ -146,62 +175,6 @@ def _contraction(rate: Rate | None, found: Inspection) -> str:
     return f"omega = {rate.omega:.4g}: |T| = {factor}, {most} {times} to {TOL.value:.0e} of the initial error"
 
 
-def _record(found: Inspection) -> dict[str, Any]:
-    """Return an object for JSON. All keys are always present: None for missing and infinite values."""
-    problem, spectrum = found.problem, found.spectrum
-    scaled = found.equilibrated_condition
-    record = {
-        "problem": problem.name,
-        "n": problem.n,
-        "bounds": dict(problem.box.kinds) or None,
-        "sparse": is_sparse(problem.M),
-        "nonzeros": found.nonzeros,
-        "density": found.nonzeros / problem.n**2 if problem.n else None,
-        "classes": {
-            name: {"verdict": own.word, "evidence": own.evidence, "indices": own.indices, "vector": own.vector}
-            for name, own in found.classes.items()
-        },
-        "spread": {f"{key}_decades": value for key, value in found.spread._asdict().items()},
-        "equilibrated_spread": {f"{key}_decades": value for key, value in found.equilibrated_spread._asdict().items()},
-        "condition": found.condition,
-        "equilibrated_condition": scaled,
-        "singular": None if scaled is None else math.isinf(scaled),
-        "smallest_eigenvalue": spectrum and spectrum.smallest,
-        "largest_eigenvalue": spectrum and spectrum.largest,
-        "eigenvalues_estimated": spectrum and spectrum.estimated,
-        **json_lines.plain(found.cost),
-        "fixed_point": found.published or NO_RATE,
-        "fixed_point_best": found.best or NO_RATE,
-        "p": found.smoothing.p,
-        "smoothing_error": found.smoothing.error,
-        "methods": {name: {"guaranteed": own.word, "reason": own.reason} for name, own in found.guarantees.items()},
-        "presolve": _removed(found.presolve),
-        "plan": None if found.plan is None else [attempt._asdict() for attempt in found.plan],
-        "obvious": found.obvious or None,
-        "hints": found.hints,
-    }
-    return dict(json_lines.plain(record))
-
-
-def render_nonlinear(
-    found: NonlinearInspection, form: str = "table", width: int | None = None, color: bool = False, whole: bool = True
-) -> str:
-    """Return an inspection as text in a format; the rest is as for `render`."""
-    if form in ("json", "csv"):
-        record = _nonlinear_record(found)
-        return json_lines.line(record) if form == "json" else result_csv.records_text([record])
-    name = wording.title(found.problem) or "problem"
-    classes = [(title(each), verdict.word, verdict.evidence) for each, verdict in found.classes.items()]
-    if not whole:
-        classes = [row for row in classes if row[0] in DECISIVE]
-    tables = [
-        Table(("", ""), [_nonlinear_facts(found)], words=(0, 1), texts=(1,)),
-        Table(("class of M = J at the start", "", "because"), [classes], words=(0, 1, 2), texts=(2,)),
-    ]
-    section = Section(f"{name}, nonlinear: {wording.size(found.problem)}", facts=list(found.hints), tables=tables)
-    return typeset(Document(section.title, [section]), form, width or PIPE_WIDTH, color)
-
-
 def _nonlinear_facts(found: NonlinearInspection) -> list[tuple[str, str]]:
     n = found.problem.n
     rows = f"{count(found.equations, 'equation')}, {count(n - found.equations, 'row')} of unknowns with bounds"
@@ -222,39 +195,62 @@ def _nonlinear_facts(found: NonlinearInspection) -> list[tuple[str, str]]:
         infinite = math.isinf(found.condition)
         facts.append(("condition of J", "singular" if infinite else f"{found.condition:.2g} in the 1-norm"))
     if found.spread is not None:
-        spread = f"row maxima span {found.spread.rows:.1f} decades, column maxima {found.spread.columns:.1f}"
-        facts.append(("scaling of J", spread))
+        facts.append(("scaling of J", _spread(found.spread)))
     return facts
 
 
-def _nonlinear_record(found: NonlinearInspection) -> dict[str, Any]:
+def _record(found: Inspection | NonlinearInspection) -> dict[str, Any]:
     """Return an object for JSON. All keys are always present: None for missing and infinite values."""
-    problem, n = found.problem, found.problem.n
-    record = {
+    problem, is_linear = found.problem, isinstance(found, Inspection)
+    condition = found.equilibrated_condition if isinstance(found, Inspection) else found.condition
+    own = {
         "problem": problem.name,
-        "n": n,
-        "names": list(problem.names) if any(problem.names) else None,
+        "n": problem.n,
         "bounds": dict(problem.box.kinds) or None,
-        "linear": False,
-        "equations": found.equations,
-        "nonlinear_rows": found.nonlinear_rows,
-        "operators": found.operators,
-        "common_expressions": found.common,
-        "fixed_variables": found.fixed,
-        "nonzeros": found.nonzeros,
-        "density": found.nonzeros / n**2 if n else None,
-        "structural_rank": found.rank,
-        "structural_rank_of_equations": found.rank_of_equations,
-        "structural_rank_of_free": found.rank_of_free,
-        "undefined_rows": list(found.undefined),
-        "residual": found.residual,
-        "condition": found.condition,
-        "singular": None if found.condition is None else math.isinf(found.condition),
-        "spread": found.spread and {f"{key}_decades": value for key, value in found.spread._asdict().items()},
+        "density": found.nonzeros / problem.n**2 if problem.n else None,
         "classes": {
             name: {"verdict": own.word, "evidence": own.evidence, "indices": own.indices, "vector": own.vector}
             for name, own in found.classes.items()
         },
-        "hints": list(found.hints),
+        "spread": _decades(found.spread),
+        "singular": None if condition is None else math.isinf(condition),
+        **(_of_linear(found) if isinstance(found, Inspection) else _of_nonlinear(found)),
     }
-    return dict(json_lines.plain(record))
+    return json_lines.record(KEYS if is_linear else NONLINEAR_KEYS, found, own)
+
+
+def _decades(spread: Spread | None) -> dict[str, float] | None:
+    return spread and {f"{key}_decades": value for key, value in spread._asdict().items()}
+
+
+def _of_linear(found: Inspection) -> dict[str, Any]:
+    spectrum = found.spectrum
+    return {
+        "sparse": is_sparse(found.problem.M),
+        "equilibrated_spread": _decades(found.equilibrated_spread),
+        "smallest_eigenvalue": spectrum and spectrum.smallest,
+        "largest_eigenvalue": spectrum and spectrum.largest,
+        "eigenvalues_estimated": spectrum and spectrum.estimated,
+        **vars(found.cost),
+        "fixed_point": found.published or NO_RATE,
+        "fixed_point_best": found.best or NO_RATE,
+        "p": found.smoothing.p,
+        "smoothing_error": found.smoothing.error,
+        "methods": {name: {"guaranteed": own.word, "reason": own.reason} for name, own in found.guarantees.items()},
+        "presolve": _removed(found.presolve),
+        "plan": None if found.plan is None else [attempt._asdict() for attempt in found.plan],
+        "obvious": found.obvious or None,
+    }
+
+
+def _of_nonlinear(found: NonlinearInspection) -> dict[str, Any]:
+    return {
+        "names": list(found.problem.names) if any(found.problem.names) else None,
+        "linear": False,
+        "common_expressions": found.common,
+        "fixed_variables": found.fixed,
+        "structural_rank": found.rank,
+        "structural_rank_of_equations": found.rank_of_equations,
+        "structural_rank_of_free": found.rank_of_free,
+        "undefined_rows": found.undefined,
+    }
