@@ -177,7 +177,7 @@ USES = {  # what is done with an object of each class, and the beginning of what
         "repr(it), it.to_dict()['status'], it.to_json()[:1], it._repr_html_()[:6], it.z.tolist()",
         "<Result: solved by newton, n = 2",
     ),
-    "Problem": ("repr(it), it._repr_html_()[:6], it.q.tolist()", "<Problem small: n = 2, dense> <table [-5.0, -6.0]"),
+    "Problem": ("repr(it), it._repr_html_()[:4], it.q.tolist()", "<Problem small: n = 2, dense> <div [-5.0, -6.0]"),
     "Trace": ("repr(it)", "<Trace: "),
     "Verification": ("repr(it).splitlines()[0], bool(it)", "small: n = 2 True"),
     "Inspection": ("repr(it).splitlines()[0]", "small: n = 2"),

@@ -85,6 +85,13 @@ def render(document: Document, _: int | None, __: bool) -> str:
     return '<!doctype html>\n<html lang="en">\n' + "\n".join([*parts, f"<script>{SCRIPT}</script>"]) + "\n</html>\n"
 
 
+def part(section: Section) -> str:
+    """Return a section as a part of another page, as a notebook is one."""
+    (own,) = Document(section.title, [section]).visible().sections
+    parts = ['<div class="lcp"><style>.lcp .left { text-align: left }</style>', f"<b>{escape(own.title)}</b>"]
+    return "\n".join([*parts, *_section(own), "</div>"])
+
+
 def _section(section: Section) -> list[str]:
     """Return the parts of a section: the answer, which is the verdict with what it means, the facts and the tables
     without a name; the figure, the tables with a name, and notes."""

@@ -1,16 +1,16 @@
-"""Results and problems as one line in the interpreter, and as small HTML tables in notebooks. Methods of Result,
+"""Results and problems as one line in the interpreter, and as parts of a page in notebooks. Methods of Result,
 Problem and Trace call these functions."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from html import escape
+from functools import partial
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.errors import ParameterError, count
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.report import wording
+from lcpcli.report.document import Section, Table
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -28,24 +28,19 @@ def result_text(result: Result) -> str:
 
 
 def result_html(result: Result) -> str:
-    """Return a result as a table: the facts of `result_text`, the iterations, the message, the advice and the meaning.
+    """Return a result in HTML: the facts of `result_text`, the iterations, the message, the advice and the meaning.
 
     Iterates that were requested follow below, as a figure if matplotlib is installed.
     """
-    from lcpcli.report import programs_and_games
+    from lcpcli.report import html_page, programs_and_games, tables
 
     (_, status), *facts = _facts(result)
     facts.insert(1, ("iterations", str(result.iterations)))
     texts = ["" if result.solved else result.message, result.advice, *programs_and_games.lines(result, compared=False)]
-    table = _table(status, [*facts, *(("", text) for text in texts if text)])
-    if result.trace is None or find_spec("matplotlib") is None:
-        return table
-    from base64 import b64encode
-
-    from lcpcli.report import plotting
-
-    picture = b64encode(plotting.convergence(plotting.panels([[result]]), "svg")).decode()
-    return f'{table}<img alt="error against time and iteration" src="data:image/svg+xml;base64,{picture}">'
+    rows = [*facts, *(("", text) for text in texts if text)]
+    table = Table(("", ""), [rows], words=(0, 1))
+    figure = None if result.trace is None or find_spec("matplotlib") is None else partial(tables.figure, [result])
+    return html_page.part(Section(status, tables=[table], figure=figure))
 
 
 def _facts(result: Result) -> list[tuple[str, str]]:
@@ -72,13 +67,15 @@ def problem_text(problem: Problem) -> str:
 
 
 def problem_html(problem: Problem) -> str:
-    """Return a problem as a table: the facts of `problem_text`, and M and q of a small problem."""
-    head = _table(wording.title(problem) or "Problem", [("", text) for text in _properties(problem)])
-    if problem.n > LARGEST_SHOWN or is_sparse(problem.M):
-        return head
-    vectors = {"q": problem.q} | {name[0]: bound for name, bound in problem.bounds.items()}
-    cells = [[f"{v:.7g}" for v in row] for row in zip(*problem.M.T, *vectors.values(), strict=True)]
-    return head + _grid([*(f"M<sub>{j + 1}</sub>" for j in range(problem.n)), *vectors], cells)
+    """Return a problem in HTML: the facts of `problem_text`, and M and q of a small problem."""
+    from lcpcli.report import html_page
+
+    tables = []
+    if problem.n <= LARGEST_SHOWN and not is_sparse(problem.M):
+        vectors = {"q": problem.q} | {name[0]: bound for name, bound in problem.bounds.items()}
+        cells = [[f"{v:.7g}" for v in row] for row in zip(*problem.M.T, *vectors.values(), strict=True)]
+        tables = [Table([*(f"M{j + 1}" for j in range(problem.n)), *vectors], [cells], words=())]
+    return html_page.part(Section(wording.title(problem) or "Problem", facts=_properties(problem), tables=tables))
 
 
 def _properties(problem: Problem) -> list[str]:
@@ -102,17 +99,3 @@ def trace_text(trace: Trace) -> str:
     rows = trace.rows
     span = f", k = {rows[0].k} to {rows[-1].k}" if rows else ""
     return f"<Trace: {count(len(rows), 'iterate')}{span}, every = {trace.every}>"
-
-
-def _grid(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    names = "".join(f"<th>{name}</th>" for name in header)
-    body = "".join(f"<tr>{''.join(f'<td>{escape(str(cell))}</td>' for cell in row)}</tr>" for row in rows)
-    return f"<table><tr>{names}</tr>{body}</table>"
-
-
-def _table(title: str, rows: Iterable[tuple[str, str]]) -> str:
-    body = "".join(
-        f'<tr><th style="text-align:left">{escape(name)}</th><td style="text-align:left">{escape(value)}</td></tr>'
-        for name, value in map(wording.all_visible, rows)
-    )
-    return f"<table><caption><b>{escape(title)}</b></caption>{body}</table>"

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lcpcli.enumeration.search import SolutionSet
-from lcpcli.errors import ParameterError, count
+from lcpcli.errors import ParameterError
 from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
 from lcpcli.report import plotting, selection, wording
@@ -34,27 +33,10 @@ PATHS = "paths"
 MOST_PROBLEMS = 6  # whose paths of iterates are on a page, two in a row
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class PathPicture(plotting.Picture):
-    """The picture of a path; a notebook shows it."""
-
-    response: Response
-
-    def content(self, form: str) -> bytes:
-        return plotting.response(self.response, form)
-
-    def __repr__(self) -> str:
-        return f"<Picture: path of {count(len(self.response.across), 'breakpoint')}>"
-
-
-def plot(path: Path, file: str | os.PathLike[str] | None = None, show: Sequence[str] = ()) -> PathPicture:
+def plot(path: Path, file: str | os.PathLike[str] | None = None, show: Sequence[str] = ()) -> plotting.Picture:
     """Draw a path, and write the picture to a file if there is one: .png, .svg or .pdf."""
     plotting.require()
-    show = [show] if isinstance(show, str) else show
-    picture = PathPicture((), response(path, show))
-    if file is not None:
-        picture.save(file)
-    return picture
+    return plotting.Picture((), response(path, [show] if isinstance(show, str) else show)).saved(file)
 
 
 def response(path: Path, chosen: Sequence[str] = ()) -> Response:
@@ -126,15 +108,9 @@ def cones(found: SolutionSet) -> Cones:
     problem = found.data.problem
     solutions = [list(zip(z, found.data.w(z), strict=True)) for z in found.points]
     sets = [(first, second) for second, first in product((0, 1), repeat=2)]  # of the unknowns that may be positive
-    return Cones(
-        title=wording.title(problem),
-        M=matrices.dense(problem.M).tolist(),
-        q=problem.q.tolist(),
-        holding=[any(not (one[first] or other[second]) for one, other in solutions) for first, second in sets],
-        count=found.count,
-        names=tuple(problem.names),
-        provenance=[f"{wording.PROGRAM}: {found.message}"],
-    )
+    holding = [any(not (one[first] or other[second]) for one, other in solutions) for first, second in sets]
+    told = [f"{wording.PROGRAM}: {found.message}"]
+    return Cones(wording.title(problem), *_data(problem), holding, found.count, tuple(problem.names), told)
 
 
 def require_paths(problems: Sequence[Problem]) -> None:
@@ -150,24 +126,22 @@ def require_paths(problems: Sequence[Problem]) -> None:
 
 def trajectories(runs: Sequence[Sequence[Result]]) -> list[Trajectories]:
     """Return the paths of runs, grouped by problem; the curve of each run must have kept x."""
-    return [_trajectories(results) for results in runs]
+    found = []
+    for results in runs:
+        problem, own = results[0].problem, []
+        for result in results:
+            rows = result.curve.rows if result.curve else []
+            x = [_pair(row.x) for row in rows if row.x is not None]
+            own.append(Trajectory(result.method, wording.name(result), [row.k for row in rows], x))
+        known = [*problem.solutions, *(result.z for result in results if result.solved)]
+        solutions = [_pair((z - problem.w(z)) / 2) for z in known]
+        by = "; ".join(wording.provenance(results))
+        found.append(Trajectories(wording.title(problem), *_data(problem), solutions, own, by))
+    return found
 
 
-def _trajectories(results: Sequence[Result]) -> Trajectories:
-    problem, own = results[0].problem, []
-    for result in results:
-        rows = result.curve.rows if result.curve else []
-        x = [_pair(row.x) for row in rows if row.x is not None]
-        own.append(Trajectory(result.method, wording.name(result), [row.k for row in rows], x))
-    known = [*problem.solutions, *(result.z for result in results if result.solved)]
-    return Trajectories(
-        title=wording.title(problem),
-        M=matrices.dense(problem.M).tolist(),
-        q=problem.q.tolist(),
-        solutions=[_pair((z - problem.w(z)) / 2) for z in known],
-        paths=own,
-        provenance="; ".join(wording.provenance(results)),
-    )
+def _data(problem: Problem) -> tuple[list[list[float]], list[float]]:
+    return matrices.dense(problem.M).tolist(), problem.q.tolist()
 
 
 def _pair(x: Vector) -> Pair:

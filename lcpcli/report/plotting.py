@@ -13,9 +13,10 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import PurePath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from lcpcli.errors import ParameterError, count
 from lcpcli.files.atomic_write import write_whole
@@ -41,12 +42,8 @@ PLOT = "plot"
 
 def convergence(panels: Sequence[Panel], form: str) -> bytes:
     """Return a picture with one row per panel: the error against the run time and against the iteration."""
-    require()
-    from lcpcli.report.figures import run_figures, style
-
     require_room(len(panels))
-    lines = [f"{panel.title}: {panel.provenance}" for panel in panels]
-    return style.file(lambda: run_figures.draw_convergence(panels), form, "Error against run time and iteration", lines)
+    return _drawn("run_figures.draw_convergence", form, "Error against run time and iteration", _told(panels), panels)
 
 
 def bench(
@@ -61,35 +58,36 @@ def bench(
     An empty part is left out; at least one must have data. provenance : lines on the measurements, for the file's
     metadata.
     """
-    require()
-    from lcpcli.report.figures import run_figures, style
-
-    return style.file(lambda: run_figures.draw_bench(profiles, panels, growth_panels), form, "Benchmark", provenance)
+    return _drawn("run_figures.draw_bench", form, "Benchmark", provenance, profiles, panels, growth_panels)
 
 
 def cones(picture: Cones, form: str) -> bytes:
     """Return a picture of q and the complementary cones of an LCP with two unknowns; a cone with q gives a solution."""
-    require()
-    from lcpcli.report.figures import cones_figure, style
-
-    return style.file(lambda: cones_figure.draw(picture), form, "Complementary cones", picture.provenance)
+    return _drawn("cones_figure.draw", form, "Complementary cones", picture.provenance, picture)
 
 
 def paths(pictures: Sequence[Trajectories], form: str) -> bytes:
     """Return a picture of the iterates of runs on LCPs with two unknowns, over the merit function."""
-    require()
-    from lcpcli.report.figures import paths_figure, style
-
-    told = [f"{picture.title}: {picture.provenance}" for picture in pictures]
-    return style.file(lambda: paths_figure.draw(pictures), form, "Trajectories of iterates", told)
+    return _drawn("paths_figure.draw", form, "Trajectories of iterates", _told(pictures), pictures)
 
 
 def response(picture: Response, form: str) -> bytes:
     """Return a picture of the solutions along a path, and of the objective of a program."""
-    require()
-    from lcpcli.report.figures import run_figures, style
+    return _drawn("run_figures.draw", form, "Path of solutions", picture.provenance, picture)
 
-    return style.file(lambda: run_figures.draw(picture), form, "Path of solutions", picture.provenance)
+
+def _drawn(place: str, form: str, title: str, provenance: Sequence[str], *data: Any) -> bytes:
+    """Return the figure that a function of `figures` draws of some data. place : its module and its name."""
+    require()
+    from lcpcli.report.figures import style
+
+    module, name = place.split(".")
+    draw = getattr(import_module(f"lcpcli.report.figures.{module}"), name)
+    return style.file(lambda: draw(*data), form, title, provenance)
+
+
+def _told(parts: Sequence[Panel | Trajectories]) -> list[str]:
+    return [f"{part.title}: {part.provenance}" for part in parts]
 
 
 def form_of(path: str, option: str = PLOT) -> str:
@@ -116,20 +114,29 @@ def require(option: str = PLOT) -> None:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Picture:
-    """The curves of runs, one panel per problem; a notebook shows it."""
+    """The curves of runs, one panel per problem, or the solutions along a path; a notebook shows it."""
 
     panels: Sequence[Panel]
+    path: Response | None = None
 
     def save(self, file: str | os.PathLike[str]) -> None:
         """Write the picture as .png, .svg or .pdf, completely or not at all."""
         file = os.fspath(file)
         write_whole(file, self.content(form_of(file)))
 
+    def saved(self, file: str | os.PathLike[str] | None) -> Picture:
+        """Return the picture, which is also written to the file if there is one."""
+        if file is not None:
+            self.save(file)
+        return self
+
     def content(self, form: str) -> bytes:
         """Return the picture as a file."""
-        return convergence(self.panels, form)
+        return convergence(self.panels, form) if self.path is None else response(self.path, form)
 
     def __repr__(self) -> str:
+        if self.path is not None:
+            return f"<Picture: path of {count(len(self.path.across), 'breakpoint')}>"
         runs = sum(len(panel.curves) for panel in self.panels)
         return f"<Picture: {count(runs, 'run')} on {count(len(self.panels), 'problem')}>"
 
@@ -175,10 +182,7 @@ def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None
         group.append(result)
     if not groups:
         raise ParameterError("results", "there are none", "give at least one")
-    picture = Picture(panels([_with_labels(group) for group in groups]))
-    if file is not None:
-        picture.save(file)
-    return picture
+    return Picture(panels([_with_labels(group) for group in groups])).saved(file)
 
 
 def _with_labels(group: Sequence[Result]) -> list[Result]:

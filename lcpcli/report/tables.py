@@ -138,7 +138,7 @@ def build(
         tables=[*([] if compared else _strategies(first)), iterates, *([summary] if summary else [])],
         remarks=[*disproof, *_remarks(results, compared, elided, form, shows_times)],
         provenance=wording.made_by(results),
-        figure=partial(_figure, results) if any(result.trace or result.curve for result in results) else None,
+        figure=partial(figure, results) if any(result.trace or result.curve for result in results) else None,
     )
 
 
@@ -158,7 +158,7 @@ def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> D
     return Document(": ".join(filter(None, (", ".join(names), " and ".join(methods)))), sections)
 
 
-def _figure(results: Sequence[Result]) -> bytes:
+def figure(results: Sequence[Result]) -> bytes:
     """Return the figure of error against time and iteration for the results on a problem."""
     from lcpcli.report import plotting
 
