@@ -10,7 +10,7 @@ from types import UnionType
 from typing import Any, cast, get_args, get_origin, get_type_hints
 
 from lcpcli.bench.suites import Case
-from lcpcli.errors import OptionError, visible_json
+from lcpcli.errors import OptionError
 
 EXCLUDED = "excluded"
 GONE = {"rate", "milestones", "condition", "forward_error"}  # fields of records of earlier versions
@@ -69,13 +69,13 @@ class Measurement:
     residual: float | None = None
     scaled_residual: float | None = None
     error: float | None = None
+    optimality: dict[str, float] | None = None
     iterations: int | None = None
     evaluations: int | None = None
     seconds: list[float] = field(default_factory=list)
     setup_seconds: float | None = None
     curve_of: str | None = None
     curve: list[tuple[int, float, float | None]] | None = None
-    optimality: dict[str, float] | None = None
 
     @property
     def key(self) -> tuple[str, str]:
@@ -117,22 +117,6 @@ class BenchRecord:
         return [(case, solvers) for case, solvers in left if solvers]
 
 
-def to_json(record: BenchRecord) -> str:
-    """Return the record as one object, with one line per measurement and per case."""
-    parts = []
-    for name, value in vars(record).items():
-        if name in ("cases", "measurements"):
-            lines = ",\n    ".join(_text(vars(each)) for each in value)
-            parts.append(f"  {_text(name)}: [\n    {lines}\n  ]" if value else f"  {_text(name)}: []")
-        else:
-            parts.append(f"  {_text(name)}: {_text(vars(value) if is_dataclass(value) else value)}")
-    return "{\n" + ",\n".join(parts) + "\n}\n"
-
-
-def _text(value: Any) -> str:
-    return visible_json(json.dumps(value, allow_nan=False, ensure_ascii=False))
-
-
 def read(path: str) -> BenchRecord:
     """Read the record in a file; raise OptionError if the file holds none."""
     try:
@@ -149,7 +133,7 @@ def read(path: str) -> BenchRecord:
 
 
 def parse(text: str) -> BenchRecord:
-    """Return the record written by `to_json`; raise ValueError, RecursionError or OverflowError for any other text."""
+    """Return the record in JSON; raise ValueError, RecursionError or OverflowError for any other text."""
     record: BenchRecord = _decode("it", json.loads(text), BenchRecord)
     expected = {(case.name, solver) for case in record.cases for solver in record.solvers}
     for row in record.measurements:

@@ -1,28 +1,29 @@
-"""The report on a bench, made from its record in one of `formats.FORMATS`: tables with cells of text, which the formats
-only typeset, and a figure; only JSON and CSV have all digits."""
+"""The report on a bench, made from its record: tables with cells of text, and a figure; only JSON and CSV have all
+digits."""
 
 from __future__ import annotations
 
-import json
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import fields
 from functools import partial
 from itertools import groupby
 
 from lcpcli.bench import statistics
-from lcpcli.bench.record import BenchRecord, Measurement, to_json
+from lcpcli.bench.record import BenchRecord, Measurement
 from lcpcli.bench.statistics import SHIFT, method_of, performance_ratios, shifted_geometric_mean, summary, times
 from lcpcli.bench.suites import SUITES, series
 from lcpcli.bench.timing import ABSOLUTE, NATURAL, RELATIVE
 from lcpcli.errors import count
-from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.model.problem import WITHOUT_SOLUTION
 from lcpcli.report import plotting as figures
 from lcpcli.report import wording
-from lcpcli.report.document import Document, Section, Table, typeset
+from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.figures.data import Curve, Panel, Profile
-from lcpcli.report.result_csv import written
+from lcpcli.report.json_lines import plain
+from lcpcli.report.result_csv import cell
+from lcpcli.report.result_formats import Report
 from lcpcli.report.wording import PIPE_WIDTH
 
 COLUMNS = ((RELATIVE, 1e-6), (RELATIVE, 1e-9), (ABSOLUTE, 1e-6), (ABSOLUTE, 1e-9), (NATURAL, 1e-9))
@@ -84,20 +85,19 @@ def _within(row: Measurement, measure: str, level: float) -> bool:
     return row.claimed and (row.optimality or {}).get(measure, math.inf) <= level
 
 
-MOST_SOLVERS = 6  # solvers side by side if no width is given: as many as a page has room for
 TIMES = "Median ±half the interquartile range; the median alone for a single run."
 MOMENTS = (1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0)  # seconds
 FILES = "files"  # in place of the family of problems in files
 FAILED, INEXACT, WRONG, EXCLUDED = "failed", "inexact", "wrong", "-"
 
 
-def sheets(record: BenchRecord, width: int | None) -> list[Section]:
-    """Return the nonempty tables, at most `width` characters wide; None sets no limit."""
+def sheets(record: BenchRecord) -> list[Section]:
+    """Return the nonempty tables."""
     candidates = [
         _solvers(record),
         _beside(record),
         _over_time(record),
-        _times(record, width),
+        _times(record),
         optimality(record),
         _failures(record),
         _exclusions(record),
@@ -191,35 +191,13 @@ def _over_time(record: BenchRecord) -> Section:
     return sheet("Solved, or proved to have no solution, within", header, groups)
 
 
-def _times(record: BenchRecord, width: int | None) -> Section:
-    """Return the table of times: one row per problem if that fits, else one row per problem and solver."""
-    found = _side_by_side(record)
-    widths = found.tables[0].widths()
-    fits = len(record.solvers) <= MOST_SOLVERS if width is None else sum(widths) + len(widths) - 1 <= width
-    return found if fits else _one_below_another(record)
-
-
-def _side_by_side(record: BenchRecord) -> Section:
+def _times(record: BenchRecord) -> Section:
     length, unit = _unit(record)
     rows = []
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
         own = {row.solver: row for row in group}
         rows.append([name, *(_time(own[solver], length) if solver in own else "" for solver in record.solvers)])
     return sheet(f"Times in {unit}", ["problem", *record.solvers], [rows], [TIMES])
-
-
-def _one_below_another(record: BenchRecord) -> Section:
-    length, unit = _unit(record)
-    header = ["problem", "solver", f"time/{unit}", "residual", "error", "iterations"]
-    groups = []
-    for name, group in groupby(record.measurements, key=lambda row: row.problem):
-        rows: list[list[str]] = []
-        for row in group:
-            measures = [wording.short(row.scaled_residual, ROW_ROUNDING), wording.short(row.error)]
-            iterations = "" if row.iterations is None else str(row.iterations)
-            rows.append(["" if rows else name, row.solver, _time(row, length), *measures, iterations])
-        groups.append(rows)
-    return sheet("Times", header, groups, [TIMES, "The residual is scaled and recomputed."])
 
 
 def _unit(record: BenchRecord) -> tuple[float, str]:
@@ -318,11 +296,7 @@ def _panels(record: BenchRecord) -> list[Panel]:
     return panels
 
 
-COPIED = (
-    *("problem", "family", "n", "seed", "parameters", "solver", "kind", "status", "statement", "claimed", "success"),
-    *("false_success", "residual", "scaled_residual", "error", "optimality"),
-    *("iterations", "evaluations", "setup_seconds"),
-)
+COPIED = [each.name for each in fields(Measurement) if each.name not in ("seconds", "curve_of", "curve")]
 COMPUTED = ("median_seconds", "lower_quartile", "upper_quartile", "repeats")
 
 
@@ -331,23 +305,20 @@ def render(record: BenchRecord, form: str, width: int | None, color: bool) -> st
 
     width, color : the width of the terminal, None if there is none, and whether it shows colours.
     """
-    if form == "json":
-        return to_json(record)
-    name, facts = title(record), conditions(record)
-    if form == "csv":
-        return _csv(record, facts)
-    tables = sheets(record, width or PIPE_WIDTH if form == "table" else None)
-    figure = partial(draw_figure, record, "svg") if record.measurements else None
-    return typeset(Document(name, [Section(name, facts=facts, figure=figure), *tables]), form, width, color)
+
+    def document(*_: object) -> Document:
+        name = title(record)
+        figure = partial(draw_figure, record, "svg") if record.measurements else None
+        return Document(name, [Section(name, facts=conditions(record), figure=figure), *sheets(record)])
+
+    report = Report(document, lambda: [plain(record)], lambda: (_rows(record), conditions(record)))
+    return report.render(form, width or PIPE_WIDTH, color)
 
 
-def _csv(record: BenchRecord, comments: Sequence[str]) -> str:
-    """Return comments on the conditions, a header, and one line per measurement; parameters and booleans are in JSON,
-    missing values are empty."""
-    rows: list[Sequence[object]] = [[*COPIED, *COMPUTED]]
+def _rows(record: BenchRecord) -> Iterator[Sequence[object]]:
+    """Yield a header, and the cells of each measurement; parameters and booleans are in JSON, missing values are
+    empty."""
+    yield [*COPIED, *COMPUTED]
     for row in record.measurements:
-        values = [getattr(row, name) for name in COPIED]
-        cells = [v if v is None or isinstance(v, str) else json.dumps(v, ensure_ascii=False) for v in values]
         times = vars(summary(row.seconds)).values() if row.seconds else ("", "", "", 0)
-        rows.append([*cells, *times])
-    return written(rows, comments)
+        yield [*(cell(getattr(row, name)) for name in COPIED), *times]

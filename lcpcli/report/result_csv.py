@@ -121,13 +121,15 @@ def runs(results: Sequence[Result]) -> Rows:
 
 
 def records_text(records: Iterable[Mapping[str, Any]]) -> str:
-    """Return objects for JSON as CSV, one below the other: a row for each key, with its value as JSON unless it is a
-    text."""
+    """Return objects for JSON as CSV, one below the other: a row for each key."""
+    return written([("key", "value"), *((key, cell(value)) for each in records for key, value in each.items())])
+
+
+def cell(value: Any) -> str | None:
+    """Return a value for JSON as a cell: a text as it is, anything else in JSON."""
     from lcpcli.report.json_lines import text
 
-    pairs = [pair for each in records for pair in each.items()]
-    cells = ((key, value if value is None or isinstance(value, str) else text(value)) for key, value in pairs)
-    return written([("key", "value"), *cells])
+    return value if value is None or isinstance(value, str) else text(value)
 
 
 def written(rows: Iterable[Cells], comments: Iterable[str] = ()) -> str:

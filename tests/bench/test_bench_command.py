@@ -16,6 +16,7 @@ import pytest
 
 from lcpcli.bench import record as records
 from lcpcli.bench.record import BenchRecord
+from lcpcli.bench.report import render
 from lcpcli.model.problem import Problem
 from lcpcli.peers.registry import Claim
 
@@ -184,7 +185,7 @@ def test_bench_that_is_cut_off_leaves_a_valid_record_that_resumes_to_the_same_ro
 def test_what_was_measured_elsewhere_is_shown_as_it_is_but_not_resumed(bench: Bench, output: Path, lcp: Lcp) -> None:
     _, record = bench("one")
     object.__setattr__(record.machine, "cores", 1000)
-    text = records.to_json(record)
+    text = render(record, "json", None, False)
     output.write_text(text)
     assert lcp("bench", "--resume", str(output), "--format", "json").out == text == output.read_text()
     output.write_text(json.dumps({**json.loads(text), "measurements": []}))

@@ -11,6 +11,7 @@ import pytest
 
 from lcpcli.bench import record as records
 from lcpcli.bench.record import BenchRecord
+from lcpcli.bench.report import render
 from lcpcli.files import contents
 from lcpcli.report.wording import LEVELS
 
@@ -50,7 +51,7 @@ def test_times_to_an_error_are_those_of_the_first_iterates_with_it(
 
 
 def test_records_with_fields_of_earlier_versions_are_read(record: BenchRecord) -> None:
-    text = json.loads(records.to_json(record))
+    text = json.loads(render(record, "json", None, False))
     for row in text["measurements"]:
         row["rate"] = {"measured": 0.5, "bound": 0.6}
     assert records.parse(json.dumps(text)) == record

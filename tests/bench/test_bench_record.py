@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from lcpcli.bench import record as records
 from lcpcli.bench.record import BenchRecord, Measurement
+from lcpcli.bench.report import render
 from lcpcli.bench.suites import ALL, SUITES, Case, case, cases_of, problem_of
 from lcpcli.bench.timing import NONE, SOLUTION, Checker, TimedAnswer
 from lcpcli.errors import OptionError
@@ -55,9 +56,9 @@ def test_record_comes_back_from_json_as_it_was(measurements: list[Measurement]) 
     cases = [Case(row.problem) for row in measurements]
     solvers = sorted({row.solver for row in measurements})
     record = BenchRecord(**{**EMPTY, "cases": cases, "methods": solvers}, measurements=measurements)
-    text = records.to_json(record)
+    text = render(record, "json", None, False)
     assert records.parse(text) == record
-    assert records.to_json(records.parse(text)) == text
+    assert render(records.parse(text), "json", None, False) == text
 
 
 def test_infinities_become_null() -> None:
@@ -65,7 +66,7 @@ def test_infinities_become_null() -> None:
 
 
 def changed(**changes: Any) -> str:
-    content = json.loads(records.to_json(BenchRecord(**EMPTY)))
+    content = json.loads(render(BenchRecord(**EMPTY), "json", None, False))
     return json.dumps({**content, **changes})
 
 

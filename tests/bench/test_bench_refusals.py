@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from lcpcli.bench import record as records
+from lcpcli.bench.report import render
 from lcpcli.files.atomic_write import reserve
 
 from . import bench_problems
@@ -76,7 +77,7 @@ def test_bench_that_another_run_writes_is_left_to_it(link: bool, tmp_path: Path,
         assert lcp("bench", "--resume", str(name), "-q").code == 0  # nothing is left, so that nothing is written
     record = records.read(str(output))
     del record.measurements[1:]
-    output.write_text(records.to_json(record))
+    output.write_text(render(record, "json", None, False))
     with reserve([str(output)]):
         assert "is being written by another run" in lcp("bench", "--resume", str(name), "-q").err
     assert lcp("bench", "--resume", str(name), "-o", str(output), "-q").code == 0

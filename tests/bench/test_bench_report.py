@@ -88,7 +88,7 @@ def test_scores_count_failures_as_the_time_limit_and_leave_out_what_is_excluded(
 def test_peers_are_compared_with_the_first_method_on_the_problems_that_they_take(record: BenchRecord) -> None:
     rows = [row("auto", 800, seconds=[2.0]), row("liar", 800), row("picky", 800, seconds=[4.0], kind="peer")]
     record.measurements += rows
-    (sheet,) = [section.tables[0] for section in sheets(record, None) if section.title.startswith("Beside")]
+    (sheet,) = [section.tables[0] for section in sheets(record) if section.title.startswith("Beside")]
     means = (shifted_geometric_mean(own) for own in ([1, 10, 1, 1], [0.012, 0.02, 0.0402, 2], [4.0], [2.0]))
     liar, auto, picky, alone = (wording.digits(1e3 * mean) for mean in means)
     assert sheet.header == ["solver", "of", "solved", "by auto", "mean/ms", "auto/ms", "faster"]
@@ -98,8 +98,8 @@ def test_peers_are_compared_with_the_first_method_on_the_problems_that_they_take
 
 
 def test_hard_suites_count_what_is_solved_or_proved_to_have_no_solution_within_each_time(record: BenchRecord) -> None:
-    assert not [sheet for sheet in sheets(record, None) if "within" in sheet.title]
-    hard = sheets(replace(record, suite=["hard", "dense"]), None)
+    assert not [sheet for sheet in sheets(record) if "within" in sheet.title]
+    hard = sheets(replace(record, suite=["hard", "dense"]))
     (sheet,) = [section.tables[0] for section in hard if "within" in section.title]
     assert sheet.header[3:] == ["1 ms", "10 ms", "100 ms", "1 s", "10 s"]
     assert sheet.groups == [
@@ -179,7 +179,7 @@ def test_markdown_agrees_with_the_record_to_the_last_digit_shown(record: BenchRe
 
 def test_latex_has_the_same_cells_in_whole_tables(record: BenchRecord) -> None:
     text = render(record, "latex", None, False)
-    built = [section.tables[0] for section in sheets(record, None)]
+    built = [section.tables[0] for section in sheets(record)]
     tables = re.findall(r"\\begin\{table\}(.*?)\\end\{table\}", text, flags=re.DOTALL)
     assert len(tables) == len(built)
     for table, sheet in zip(tables, built, strict=True):
@@ -200,12 +200,13 @@ def test_eighty_columns_are_enough(record: BenchRecord, width: int | None) -> No
     assert ("\x1b[" in text, "\x1b[" in render(record, "table", width, True)) == (False, True)  # colours
 
 
-def test_many_solvers_stand_one_below_another(record: BenchRecord) -> None:
+def test_times_of_many_solvers_are_in_parts_that_repeat_the_problems(record: BenchRecord) -> None:
     wide, narrow = ([line.split() for line in render(record, "table", n, False).splitlines()] for n in (120, 40))
     assert next(cells for cells in wide if cells[:1] == ["problem"]) == ["problem", "auto", "lemke", "liar", "picky"]
-    assert ["harker-pang", "100", "auto", "12", "±8%", "2.5e-12"] in narrow
-    assert ["lemke", "500", "2.5e-12"] in narrow
-    assert ["lemke", "10"] in narrow
+    heads = [cells for cells in narrow if cells[:2] == ["problem", "auto"] or cells[:2] == ["problem", "picky"]]
+    assert heads == [["problem", "auto", "lemke", "liar"], ["problem", "picky"]]
+    assert ["harker-pang", "100", "12", "±8%", "500", "1000"] in narrow
+    assert ["harker-pang", "100", "-"] in narrow
 
 
 def test_unfinished_and_empty_records_can_be_shown(record: BenchRecord) -> None:
