@@ -49,21 +49,17 @@ def without_result(source: Source, status: str, message: str) -> dict[str, Any]:
     return dict.fromkeys(KEYS.split()) | place(source) | own | dict(source.mark or {})
 
 
-def _how_read(problem: Problem, source: Source) -> str:
-    """Return the remark on how a model has been read; "" for other problems, whose notes are of their authors."""
-    return problem.note if (source.file or "").casefold().endswith(".nl") else ""
-
-
 def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
     """Return a result as the object of its line, with the mark of its problem in a log."""
     problem, bound, exact, curve, trace = result.problem, result.bound, result.exact, result.curve, result.trace
     vectors = {name: getattr(exact, name, None) for name in ("z", "w", "y")}
+    how_read = problem.note if (source.file or "").casefold().endswith(".nl") else ""  # others' notes are of authors
     own = {
         **place(source, problem),
         "package": declared(result.method).package,
         "label": wording.name(result),
         "status": result.status.word,
-        "message": "; ".join(filter(None, [result.message, _how_read(result.problem, source)])),
+        "message": "; ".join(filter(None, [result.message, how_read])),
         "advice": wording.advice(result) or None,
         "basis": result.basis if result.solved or problem.bounds else None,
         "error_bound": bound.value if bound else None,

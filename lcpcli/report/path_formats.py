@@ -86,13 +86,6 @@ def rows(path: Path, at: At, names: Sequence[str]) -> tuple[Iterable[Sequence[An
     header = ["breakpoint", "t", *moving, "change", *chosen(terms.names()), *chosen(w_names)]
     notes = path_terms.notes(path, terms.names(), math.inf)
     breakpoints = (row(k + 1, notes[k], *(part[k] for part in terms.points)) for k in range(path.t.size))
-    others = (row("", "", *point) for point in zip(*further(terms, at), strict=True))
+    others = (row("", "", *point) for point in zip(*terms.at_all(at), strict=True))
     comments = [path_terms.title(path), path_terms.verdict(path, path.t.size)]
     return chain([[*header, *["objective"] * bool(terms.program)]], in_time(breakpoints), others), comments
-
-
-def further(terms: Terms, at: At) -> Points:
-    """Return the points at further values of t."""
-    found = [(t, *pair) for t in at for pair in zip(*terms.at(t)[1:], strict=True)]
-    t, z, w = ([point[k] for point in found] for k in range(3))
-    return Points(t, z, w)

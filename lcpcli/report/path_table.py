@@ -39,7 +39,7 @@ def report(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] =
     """
     return Report(
         lambda form, width: build(path, form, at, width, names),
-        lambda: [path_formats.data(path, path_formats.further(Terms(path), at), files)],
+        lambda: [path_formats.data(path, Terms(path).at_all(at), files)],
         lambda: path_formats.rows(path, at, names),
     )
 
@@ -53,6 +53,7 @@ def build(path: Path, form: str, at: At, width: int | None, names: Sequence[str]
     notes = path_terms.notes(path, wording.all_visible(terms.names(longest(form))), MOST_CHANGES)
     columns = _Columns(terms, form, width, notes, names)
     found = terms.at_all(at)
+    missed = [f"{float(t):.7g}" for t in at if t not in found.t]
     groups = [
         columns.rows(Points(*(part[:MOST_ROWS] for part in terms.points)), notes),
         columns.rows(found, ["(--at)"] * len(found.t)),
@@ -63,7 +64,10 @@ def build(path: Path, form: str, at: At, width: int | None, names: Sequence[str]
         path.verified and path.end == REACHED,
         [str(terms.moving)] if terms.moving else [],
         [Table(columns.header, list(filter(None, groups)), words=[columns.header.index("change")], name="Breakpoints")],
-        [*_remarks(terms, form, columns.elided), *_missed(at, found)],
+        [
+            *_remarks(terms, form, columns.elided),
+            *[f"the path does not come to t = {', '.join(missed)}"] * bool(missed),
+        ],
         f"{wording.PROGRAM}{wording.took(path.seconds, form)}",
         partial(_figure, path, names) if path.t.size else None,
     )
@@ -177,8 +181,3 @@ def _named(terms: Terms, values: Vector, cell: Callable[[Any], str]) -> str:
     """Return a vector; if its entries have names, those that are not 0, with their names."""
     has_names = any(terms.path.problem.names)
     return programs_and_games.named(values.tolist(), terms.names() if has_names else (), cell, sparing=has_names)
-
-
-def _missed(at: At, found: Points) -> list[str]:
-    missed = [f"{float(t):.7g}" for t in at if t not in found.t]
-    return [f"the path does not come to t = {', '.join(missed)}"] * bool(missed)

@@ -48,8 +48,7 @@ def changes(path: Path) -> list[list[StateChange]]:
 def notes(path: Path, names: Sequence[str], most: float) -> list[str]:
     """Return for each breakpoint what happens there: which variables enter and leave the basis, a jump to it, a turn
     at it, and the end."""
-    mixed, reversed_ones = path.problem.is_mixed, _reversed(path.problem)
-    notes = [_in_words(each, names, mixed, most, reversed_ones) for each in changes(path)]
+    notes = [_in_words(path.problem, each, names, most) for each in changes(path)]
     for k in path.jumps:
         notes[k + 1].insert(0, "jump")
     for k in turns(path):
@@ -59,15 +58,10 @@ def notes(path: Path, names: Sequence[str], most: float) -> list[str]:
     return [", ".join(note) for note in notes]
 
 
-def _reversed(problem: Problem) -> range:
-    """Return the components that are shown with the other sign: the multipliers of a maximization."""
-    return problem.origin.reversed(problem.n) if isinstance(problem.origin, Program) else range(0)
-
-
-def _in_words(
-    changes: Sequence[StateChange], names: Sequence[str], is_mixed: bool, most: float, reversed_ones: range
-) -> list[str]:
-    words = {word: f"to {word}" if is_mixed else "leaves" for word in WORDS.values()} | {WORDS[BASIC]: "enters"}
+def _in_words(problem: Problem, changes: Sequence[StateChange], names: Sequence[str], most: float) -> list[str]:
+    """Return the changes in words; multipliers of a maximization are shown with the other sign."""
+    reversed_ones = problem.origin.reversed(problem.n) if isinstance(problem.origin, Program) else range(0)
+    words = {word: f"to {word}" if problem.is_mixed else "leaves" for word in WORDS.values()} | {WORDS[BASIC]: "enters"}
     others = words | {WORDS[LOWER]: words[WORDS[UPPER]], WORDS[UPPER]: words[WORDS[LOWER]]}
     shown = changes if len(changes) <= most else changes[: int(most) - 1]
     texts = [f"{names[i]} {(others if i in reversed_ones else words)[after]}" for i, _, after in shown]
@@ -133,27 +127,29 @@ class Ends:
     program : the program behind both problems; None if there is none.
     """
 
-    def __init__(self, problem: Problem, to: Problem) -> None:
-        self.problem, self.to = problem, to
-        self._programs = [each.origin for each in (problem, to) if isinstance(each.origin, Program)]
+    def __init__(self, *ends: Problem) -> None:
+        self._ends = ends
+        self._programs = [each.origin for each in self._ends if isinstance(each.origin, Program)]
         kinds = {(each.sense, each.variables, each.ranges) for each in self._programs}
         self.program = self._programs[0] if len(self._programs) == 2 and len(kinds) == 1 else None
 
     def names(self, most: float = math.inf) -> list[str]:
         """Return the names of the components of z by `short_names`; those of a program's multipliers begin with y."""
         if self.program is None:
-            return wording.headings(self.problem, most)
-        (data, _), rows = self._data, self.program.rows or [""] * (self.problem.n - self.program.variables)
+            return wording.headings(self._ends[0], most)
+        (data, _), rows = self._data, self.program.rows or [""] * (self._ends[0].n - self.program.variables)
         rows = rows[: data.row_lower.size]
         sides = [rows[i] for i in np.flatnonzero(data.ranges)]
-        named = {"y": [f"y {row}" if row else "" for row in rows], "s": [f"s {row}" if row else "" for row in sides]}
+        named = {
+            letter: [f"{letter} {row}" if row else "" for row in own] for letter, own in (("y", rows), ("s", sides))
+        }
         columns = wording.short_names(self.program.columns or [""] * self.program.variables, most, "x")
         return [*columns, *(name for letter, own in named.items() for name in wording.short_names(own, most, letter))]
 
     @cached_property
     def _data(self) -> tuple[ProgramData, ProgramData]:
         assert self.program is not None
-        first, last = (self.program.program(conditions_of(each)) for each in (self.problem, self.to))
+        first, last = (self.program.program(conditions_of(each)) for each in self._ends)
         assert first is not None
         assert last is not None
         return first, last
@@ -210,9 +206,9 @@ class Terms(Ends):
         """Return the problems whose solutions the fractions are: their doubles as they are, or as decimals."""
         from lcpcli.rational.exact_problem import ExactProblem
 
-        points, ends = self.points, (self.path.problem, self.path.to)
+        points = self.points
         for read in (ExactProblem.of_decimals, ExactProblem.of_floats) if self.path.exact and points.t else ():
-            first, last = map(read, ends)
+            first, last = map(read, self._ends)
             if first.w(points.z[0]) == points.w[0]:
                 return first, last
         return None
@@ -245,7 +241,7 @@ class Terms(Ends):
     def _differences(self) -> Iterator[Moving]:
         """Yield the numbers that differ; both sides of an equation are one."""
         if self.program is None:
-            ends = [conditions_of(each) for each in (self.path.problem, self.path.to)]
+            ends = [conditions_of(each) for each in self._ends]
             names = [f"q {name}" if name else "" for name in self.path.problem.names]
             yield from _moving(wording.short_names(names, math.inf, "q"), "q", *(each.q for each in ends))
             yield from self._moving_bounds(*ends)

@@ -83,6 +83,15 @@ def behavior_of(game: Any, z: Sequence[Any]) -> Behavior | None:
     return Behavior.of_plans(game, list(x), list(y))
 
 
+def moves(own: Any) -> list[list[Any]]:
+    """Return for each player of a game tree the probabilities of the last moves of the sequences, the first of which
+    has none. own : a `Behavior` or an answer."""
+    return [
+        [1, *(p for each in own.information_sets if each.player == name for p in each.probabilities)]
+        for name in own.players
+    ]
+
+
 def doubles(own: Behavior) -> Behavior:
     """Return strategies whose numbers are fractions in doubles."""
     from lcpcli.rational.numbers import rounded

@@ -218,10 +218,8 @@ def _of_tree(result: Result) -> list[Cells]:
     if own.payoffs is None:
         return [none] * result.problem.n
     cells: list[Cells] = []
-    for name, payoff in zip(own.players, _fractions(own.payoffs), strict=True):
-        sets = [each for each in own.information_sets if each.player == name]
-        moves = [probability for each in sets for probability in each.probabilities]
-        cells += [(name, probability, payoff) for probability in _fractions([1, *moves])]
+    for name, payoff, moves in zip(own.players, _fractions(own.payoffs), programs_and_games.moves(own), strict=True):
+        cells += [(name, probability, payoff) for probability in _fractions(moves)]
     return [*cells, *[none] * (result.problem.n - len(cells))]
 
 

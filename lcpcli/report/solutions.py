@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import partial
-from itertools import cycle, islice
+from itertools import chain, cycle, islice
 from typing import Any, TypeAlias
 
 from lcpcli.enumeration.equilibria import Equilibria, ExactEquilibrium
@@ -158,11 +158,7 @@ def _of_tree(
     own = programs_and_games.behavior_of(game, z) if kind == "vertex" else None
     if own is None:
         return [*(cell(z[i]) for i in kept), "", ""]
-    one, two = (
-        [1, *(p for each in own.information_sets if each.player == name for p in each.probabilities)]
-        for name in own.players
-    )
-    values = [*one, *two]
+    values = list(chain(*programs_and_games.moves(own)))
     return [*(cell(values[i]) for i in kept), *map(cell, own.payoffs)]
 
 

@@ -30,7 +30,9 @@ def render(
 
 def _section(verification: Verification) -> Section:
     """Return the section on a verification: the measures, and the components that violate a condition."""
-    problem = verification.problem
+    from lcpcli.report import programs_and_games
+
+    problem, sets = verification.problem, getattr(verification.strategies, "information_sets", None)
     measures = {
         "residual": verification.residual,
         "relative residual": verification.relative_residual,
@@ -51,7 +53,7 @@ def _section(verification: Verification) -> Section:
         verification.accepted,
         _of_origin(verification),
         [
-            *_behavior(verification),
+            *([] if sets is None else [programs_and_games.behavior(sets)]),
             Table(["", "", ""], [rows], words=(0, 2), texts=(2,)),
             Table(
                 ["component", "violated", "z", "w"],
@@ -61,16 +63,6 @@ def _section(verification: Verification) -> Section:
             ),
         ],
     )
-
-
-def _behavior(verification: Verification) -> list[Table]:
-    """Return a table of the strategies of a game tree."""
-    sets = getattr(verification.strategies, "information_sets", None)
-    if sets is None:
-        return []
-    from lcpcli.report.programs_and_games import behavior
-
-    return [behavior(sets)]
 
 
 def _of_origin(verification: Verification) -> list[str]:
