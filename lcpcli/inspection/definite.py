@@ -240,7 +240,7 @@ def copositive(context: Context) -> Verdict:
 
 def strictly_copositive(context: Context) -> Verdict:
     """Decide whether v'Mv > 0 for every v >= 0, v != 0."""
-    found = context.implied("positive_definite") or context.low_diagonal() or _not_copositive(context)
+    found = context.implied("positive_definite") or context.low_diagonal() or context.excluded("copositive")
     if found is not None:
         return found
     if context.symmetric_part.min() >= 0:
@@ -250,7 +250,7 @@ def strictly_copositive(context: Context) -> Verdict:
 
 def copositive_plus(context: Context) -> Verdict:
     """Decide whether M is copositive, and (M + M')v = 0 for every v >= 0 with v'Mv = 0."""
-    found = context.implied("positive_semidefinite", "strictly_copositive") or _not_copositive(context)
+    found = context.implied("positive_semidefinite", "strictly_copositive") or context.excluded("copositive")
     return found or _by_zero_on_diagonal(context) or _by_zeros(context, plus=True)
 
 
@@ -272,11 +272,6 @@ def _beside_zeros_on_diagonal(context: Context) -> Verdict | None:
 def _undecided(context: Context) -> Verdict:
     sets = f"2^{context.n} - 1 index sets"
     return Verdict(UNDECIDED, f"{sets} are too many; no sufficient condition or counterexample was found")
-
-
-def _not_copositive(context: Context) -> Verdict | None:
-    known = context.verdicts["copositive"]
-    return Verdict(NO, "it is not copositive", vector=known.vector) if known.word == NO else None
 
 
 def _excluded(context: Context, P: tuple[int, ...], u: Entries, claim: str) -> Verdict:

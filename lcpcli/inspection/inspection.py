@@ -77,13 +77,9 @@ def plan(problem: Problem) -> list[Attempt]:
 
 
 def _attempts(structure: Structure, rows: tuple[Row, ...]) -> list[Attempt]:
-    applying = [row for row in rows if row.applies(structure)]
-    return [_attempt(row, structure) for row in sorted(applying, key=lambda row: row.first_round)]
-
-
-def _attempt(row: Row, structure: Structure) -> Attempt:
-    share = row.share(structure)
-    return Attempt(row.method, row.part, None if share == math.inf else int(share), row.reason)
+    applying = sorted((row for row in rows if row.applies(structure)), key=lambda row: row.first_round)
+    shares = [None if (share := row.share(structure)) == math.inf else int(share) for row in applying]
+    return [Attempt(row.method, row.part, share, row.reason) for row, share in zip(applying, shares, strict=True)]
 
 
 ASYMMETRY = 1e-12  # relative to the largest entry: a smaller difference of M and M' looks like rounding

@@ -13,9 +13,7 @@ variables have a lower bound. With free variables it is positive semidefinite if
 
 With T = (omega I + M)^-1 (omega I - M), Schäfer's fixed point iteration is x' = T |x| - (omega I + M)^-1 q. As
 | |x| - |y| | <= |x - y|, each step reduces the Euclidean distance to the solution at least by the factor |T|_2, which
-for symmetric M is the maximum of |omega - lambda| / |omega + lambda| over its eigenvalues (van Bokhoven 1981). Near a
-solution without x*_i = 0 the iteration is linear, and the asymptotic factor is the spectral radius of T S for the signs
-S of x*. With bounds, z - x for mid(l, u, 2x) takes the place of |x|: S_ii is 1 where l_i < 2x*_i < u_i, else -1.
+for symmetric M is the maximum of |omega - lambda| / |omega + lambda| over its eigenvalues (van Bokhoven 1981).
 
 Facts about M that determine difficulty and cost: scaling, condition, spectrum, and the size of its factors.
 """
@@ -41,11 +39,10 @@ from lcpcli.methods.fixed_point import best_omega
 from lcpcli.methods.registry import ANY, METHODS, OMEGA, Method
 from lcpcli.methods.shi import default_p
 from lcpcli.methods.smoothing import error as smoothing_error
-from lcpcli.model.box import BASIC
 from lcpcli.model.changes import shifted
 from lcpcli.model.problem import Problem
 from lcpcli.options import AUTO, TOL
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Matrix
 
 SETTLED = 12  # unknowns up to which the exhaustive search of milp always terminates, see milp.MAX_NODES
 LIMITED = ("newton", "lemke")  # what auto gives limits, although they may be guaranteed to end
@@ -78,14 +75,6 @@ class Smoothing(NamedTuple):
 
     p: float
     error: float
-
-
-class Contraction(NamedTuple):
-    """The reduction of the error per iteration: at most |T|_2, and near the solution the spectral radius of T S, None
-    if some 2x*_i is at a bound, where the iteration has a kink."""
-
-    bound: float
-    local: float | None
 
 
 def guarantees(classes: Classes, problem: Problem) -> dict[str, Guarantee]:
@@ -168,8 +157,9 @@ def _rate(M: Matrix, omega: float, ends: Spectrum | None) -> Rate:
 @np.errstate(over="ignore", invalid="ignore")
 def _norm(M: Matrix, omega: float) -> float | None:
     """Return |T|_2; None if omega I + M is singular or T overflows."""
+    dense, shift = matrices.dense(M), omega * np.eye(M.shape[0])
     try:
-        return float(np.linalg.norm(_iteration_matrix(M, omega), 2))
+        return float(np.linalg.norm(finite(np.linalg.solve(shift + dense, shift - dense)), 2))
     except np.linalg.LinAlgError:
         return None
 
@@ -179,26 +169,6 @@ def smoothing(problem: Problem) -> Smoothing:
     problem = shifted(problem).problem
     p = default_p(problem)
     return Smoothing(p, smoothing_error(problem, p))
-
-
-def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction | None:
-    """Return the theoretical factors at the solution x = (z - w) / 2, shape (n,), in units of z, by the eigenvalues and
-    the singular values of an n-by-n matrix; None if omega I + M is singular."""
-    box = problem.box
-    kinks = ((2 * x == box.lower) | (2 * x == box.upper)) & ~box.fixed
-    S = np.where(box.basis_of(x) == BASIC, 1.0, -1.0)
-    try:
-        T = _iteration_matrix(problem.M, omega)
-        local = None if kinks.any() else float(np.abs(np.linalg.eigvals(T * S)).max())
-        return Contraction(float(np.linalg.norm(T, 2)), local)
-    except np.linalg.LinAlgError:
-        return None
-
-
-def _iteration_matrix(M: Matrix, omega: float) -> Vector:
-    dense = matrices.dense(M)
-    shift = omega * np.eye(M.shape[0])
-    return finite(np.linalg.solve(shift + dense, shift - dense))
 
 
 BAD_CONDITION = 1e12  # from which on a hint warns: at most 4 of 16 digits are left

@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import groupby, product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,10 +22,10 @@ from lcpcli.bench.record import BenchRecord
 from lcpcli.bench.report import sheet
 from lcpcli.bench.suites import Case, prepare
 from lcpcli.errors import count
-from lcpcli.inspection.theory import contraction
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
-from lcpcli.linalg.factors import well_conditioned_inverse
+from lcpcli.linalg.factors import finite, well_conditioned_inverse
+from lcpcli.model.box import BASIC
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.rational import elimination
@@ -214,6 +215,28 @@ def rates(record: BenchRecord) -> Section:
     ]
     title = "Linear convergence of fixed-point: factor per iteration"
     return sheet(title, ["problem", "iterations", *factors], [rows], notes)
+
+
+class Contraction(NamedTuple):
+    """The reduction of the error per iteration of fixed-point: at most |T|_2 with T = (omega I + M)^-1 (omega I - M),
+    and near a solution x* without kink the spectral radius of T S, where S_ii is 1 if l_i < 2x*_i < u_i, else -1; None
+    if some 2x*_i is at a bound, where the iteration has a kink."""
+
+    bound: float
+    local: float | None
+
+
+def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction | None:
+    """Return the theoretical factors at the solution x = (z - w) / 2, shape (n,); None if omega I + M is singular."""
+    box, dense, shift = problem.box, matrices.dense(problem.M), omega * np.eye(problem.n)
+    kinks = ((2 * x == box.lower) | (2 * x == box.upper)) & ~box.fixed
+    S = np.where(box.basis_of(x) == BASIC, 1.0, -1.0)
+    try:
+        T = finite(np.linalg.solve(shift + dense, shift - dense))
+    except np.linalg.LinAlgError:
+        return None
+    local = None if kinks.any() else float(np.abs(np.linalg.eigvals(T * S)).max())
+    return Contraction(float(np.linalg.norm(T, 2)), local)
 
 
 def rate_of_fixed_point(problem: Problem, curve: Curve) -> dict[str, float] | None:

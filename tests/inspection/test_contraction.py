@@ -9,13 +9,12 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from lcpcli import Problem, Trace
-from lcpcli.inspection.theory import contraction
 from lcpcli.model.box import ORTHANT
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
 from lcpcli.solving.reference import with_reference
 
-from ..benchmarks.accuracy import empirical_rate
+from ..benchmarks.accuracy import contraction, empirical_rate
 
 
 def random_problem(n: int, kind: str) -> Problem:
