@@ -28,6 +28,7 @@ from lcpcli.methods.registry import METHODS, NONLINEAR, known_options
 FOLDER = Path(__file__).parent.parent / "topics"  # one page per topic, in Markdown; its title is shown as its meaning
 PAGES = {page.stem: page.read_text(encoding="utf-8") for page in sorted(FOLDER.glob("*.md"))}
 TOPICS = {name: page.partition("\n")[0].removeprefix("# ").strip() for name, page in PAGES.items()}
+OF_THE_SOURCE = {"development": "lcpcli/topics/development.md"}  # pages that an installed program has not
 OTHER_WORDS = {  # for topics
     **dict.fromkeys(METHODS, "methods"),
     **dict.fromkeys(("exit", "exit-code", "exit-codes", "ci", "scripts"), "statuses"),
@@ -92,6 +93,8 @@ def help(context: click.Context, topic: str | None, section: str | None, whole: 
         emit(page, color)
         if topic not in PAGES and (topic in METHODS or topic in NONLINEAR):
             emit(_options(context, topic), False)
+    elif topic in OF_THE_SOURCE:
+        click.echo(f"{topic}: {OF_THE_SOURCE[topic]} of the source is this page")
     elif found := _places(topic):
         formatter = context.make_formatter()
         write_tables(formatter, {f"Pages with {quoted(topic)}, and their sections": found})

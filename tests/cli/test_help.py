@@ -248,6 +248,17 @@ def test_help_of_a_command_that_reads_problems_names_all_kinds_of_files(name: st
     assert set(words(lcp(name, "--help").out)) >= {"mps", "qps", "lp", "nl", "nfg", "efg"}
 
 
+@pytest.mark.parametrize("page", command.OF_THE_SOURCE)
+def test_a_page_that_is_not_installed_is_named_in_a_line(page: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = command.OF_THE_SOURCE[page]
+    root = Path(__file__).parents[2]
+    assert (root / path).is_file()
+    assert f'exclude = ["{path}"]' in (root / "pyproject.toml").read_text()
+    monkeypatch.delitem(command.PAGES, page, raising=False)
+    outcome = lcp("help", page)
+    assert (outcome.code, outcome.out, outcome.err) == (0, f"{page}: {path} of the source is this page\n", "")
+
+
 def test_a_word_that_is_no_topic_is_looked_for_on_all_pages(lcp: Lcp) -> None:
     outcome = lcp("help", "duality gap")
     assert outcome.code == 0
