@@ -22,7 +22,7 @@ from lcpcli.bench.timing import run_method
 from lcpcli.cli import command as group
 from lcpcli.cli.command import GONE
 from lcpcli.cli.declarations import STARTS
-from lcpcli.cli.help import FOLDER, TOPICS
+from lcpcli.cli.help import FOLDER, OF_THE_SOURCE, TOPICS
 from lcpcli.cli.main import of_status
 from lcpcli.files.formats import FORMATS
 from lcpcli.gallery import families as gallery
@@ -34,8 +34,10 @@ from lcpcli.solving import result
 from .benchmarks.accuracy import ladders, rate_of_fixed_point
 
 ROOT = Path(__file__).parent.parent
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-PAGES = {"README": README, **{topic: (FOLDER / f"{topic}.md").read_text(encoding="utf-8") for topic in TOPICS}}
+FILES = {"README": ROOT / "README.md", "development": ROOT / OF_THE_SOURCE["development"]}
+FILES |= {topic: FOLDER / f"{topic}.md" for topic in TOPICS}
+PAGES = {page: file.read_text(encoding="utf-8") for page, file in FILES.items()}
+README = PAGES["README"]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", flags=re.MULTILINE | re.DOTALL)
 BLOCKS: dict[str, list[tuple[str, str]]] = {page: BLOCK.findall(text) for page, text in PAGES.items()}
 DISTURBED = "x between repeats"

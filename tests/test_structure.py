@@ -150,7 +150,7 @@ def test_rooms_use_the_rooms_of_the_table_which_are_above_them_in_it() -> None:
 
 
 def test_every_room_has_a_line_in_the_table_of_the_page_on_development_in_the_same_order() -> None:
-    page = (ROOT / "lcpcli/topics/development.md").read_text(encoding="utf-8")
+    page = (ROOT / "lcpcli/development.md").read_text(encoding="utf-8")
     table = page.partition("| room | job |")[2].partition("\n\n")[0].splitlines()[2:]
     assert [line.split("|")[1].strip() for line in table] == list(ROOMS)
 

@@ -28,7 +28,7 @@ from lcpcli.methods.registry import METHODS, NONLINEAR, known_options
 FOLDER = Path(__file__).parent.parent / "topics"  # one page per topic, in Markdown; its title is shown as its meaning
 PAGES = {page.stem: page.read_text(encoding="utf-8") for page in sorted(FOLDER.glob("*.md"))}
 TOPICS = {name: page.partition("\n")[0].removeprefix("# ").strip() for name, page in PAGES.items()}
-OF_THE_SOURCE = {"development": "lcpcli/topics/development.md"}  # pages that an installed program has not
+OF_THE_SOURCE = {"development": "lcpcli/development.md"}  # pages that are not installed
 OTHER_WORDS = {  # for topics
     **dict.fromkeys(METHODS, "methods"),
     **dict.fromkeys(("exit", "exit-code", "exit-codes", "ci", "scripts"), "statuses"),

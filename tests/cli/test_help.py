@@ -249,12 +249,11 @@ def test_help_of_a_command_that_reads_problems_names_all_kinds_of_files(name: st
 
 
 @pytest.mark.parametrize("page", command.OF_THE_SOURCE)
-def test_a_page_that_is_not_installed_is_named_in_a_line(page: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_page_that_is_not_installed_is_named_in_a_line(page: str, lcp: Lcp) -> None:
     path = command.OF_THE_SOURCE[page]
     root = Path(__file__).parents[2]
     assert (root / path).is_file()
     assert f'exclude = ["{path}"]' in (root / "pyproject.toml").read_text()
-    monkeypatch.delitem(command.PAGES, page, raising=False)
     outcome = lcp("help", page)
     assert (outcome.code, outcome.out, outcome.err) == (0, f"{page}: {path} of the source is this page\n", "")
 
