@@ -136,7 +136,7 @@ def refuse_unknown(name: str, parameter: str) -> None:
     known = parameters_of(name)
     if parameter not in known:
         hint = likely(parameter, known) if known else "leave it out"
-        raise OptionError("parameter", f"{name} has no {quoted(parameter)}", hint)
+        raise OptionError("parameters", f"{quoted(parameter)} is not a parameter of {name}", hint)
 
 
 def require(parameter: str, value: float, fits: bool, admissible: str) -> None:

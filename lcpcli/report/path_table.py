@@ -173,7 +173,7 @@ def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:
     if path.end == TURN and form not in PRINTED:
         remarks.append("with --turns the path goes on, with t decreasing")
     if elided and form not in PRINTED:
-        remarks.append(f"all {path.problem.n} components: -o FILE, --format json or csv")
+        remarks.append(f"see all {path.problem.n} components with --format csv")
     return remarks
 
 
