@@ -112,10 +112,10 @@ class Comparison:
 
     def render(self, form: str, width: int | None = None, color: bool = False) -> str:
         """Return the comparison as text in a format; only JSON and CSV have the runs that are as before."""
-        pairs = (f"{age}_{name}" for name in NAMES[3:6] for age in ("old", "new"))
-        cells = [[*NAMES[:3], *pairs, NAMES[-1]], *map(_cells, self.changes)]
-        records = (change.data() for change in self.changes)
-        return Report(self._document, lambda: records, lambda: (cells, ())).render(form, width, color)
+        records = [change.data() for change in self.changes]
+        header = {name: [f"old_{name}", f"new_{name}"] if name in NAMES[3:6] else name for name in NAMES}
+        rows = map(_cells, [header, *records])
+        return Report(self._document, lambda: records, lambda: (rows, ())).render(form, width, color)
 
     def _document(self, *_: Any) -> Document:
         rows = [_row(change) for change in self.changes if change.verdict != SAME]
@@ -198,10 +198,8 @@ def _of_result(result: Mapping[str, Any]) -> Ending:
     )
 
 
-def _cells(change: Change) -> list[Any]:
-    values = change.data()
-    pairs = (each for name in NAMES[3:6] for each in values[name])
-    return [*(values[name] for name in NAMES[:3]), *pairs, change.ratio]
+def _cells(values: Mapping[str, Any]) -> list[Any]:
+    return [each for value in values.values() for each in (value if isinstance(value, list) else [value])]
 
 
 def _row(change: Change) -> list[str]:

@@ -181,13 +181,9 @@ def _names(result: Result) -> list[Cells]:
 def _of_program(result: Result) -> list[Cells]:
     """Return for each component whether it is x, y or s, its value in the program's own sense, of a variable the
     multiplier of its bounds, and of a row its activity and its slack."""
-    answer = result.answer
-    if not isinstance(answer, Minimum) or answer.x is None:
+    answer: Any = result.answer
+    if not isinstance(result.answer, Minimum) or answer.x is None:
         return [("",) * len(PROGRAM_COLUMNS)] * result.problem.n
-    assert answer.y is not None
-    assert answer.bound_multipliers is not None
-    assert answer.activities is not None
-    assert answer.slacks is not None
     x, y = answer.x.tolist(), answer.y.tolist()
     if answer.exact:
         x, y = _fractions(answer.exact["x"]), _fractions(answer.exact["y"])

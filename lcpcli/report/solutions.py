@@ -46,11 +46,10 @@ def report(found: SolutionSet | Optimum, source: Source, exact: bool, names: Seq
     """Return the report on a solution set or on the best solution, of a problem at a place. exact, names : as for
     `build`."""
     record: Callable[..., dict[str, Any]] = _best_record if isinstance(found, Optimum) else _record
-    rows: Callable[..., tuple[Iterable[Sequence[Any]], list[str]]] = _best_rows if isinstance(found, Optimum) else _rows
     return Report(
         lambda form, _: build(found, exact, form, names),
         lambda: [record(found, source, exact)],
-        lambda: rows(found, exact, names),
+        lambda: _rows(found, exact, names),
     )
 
 
@@ -269,8 +268,8 @@ def of_tree(origin: Any, z: Values, exact: bool) -> dict[str, Any] | None:
     return made
 
 
-def _rows(found: SolutionSet, exact: bool, shown: Sequence[str]) -> tuple[Iterable[Cells], list[str]]:
-    """Return the solutions as rows of CSV, with a comment.
+def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tuple[Iterable[Cells], list[str]]:
+    """Return the solutions as rows of CSV, with a comment; the best one as `lcp check` reads it.
 
     There is a line for each component of each vertex, ray and line: z and w, or their changes for a direction; for a
     program, also whether it is x, y or s, and its value in the program's own sense. For a game there is a line for each
@@ -278,18 +277,21 @@ def _rows(found: SolutionSet, exact: bool, shown: Sequence[str]) -> tuple[Iterab
     any, are in the last column. shown : the names of the unknowns that have lines, as for `selection.places`; empty for
     all.
     """
-    names, origin = found.data.problem.names, found.data.problem.origin
-    header: Cells = HEADER if found.equilibria is None else EQUILIBRIUM_COLUMNS
-    if isinstance(origin, Program):
-        header = (*header, *PROGRAM_COLUMNS)
-    rows = _of_pieces(found, exact) if found.equilibria is None else _of_equilibria(found.equilibria, exact)
-    kept = set(selection.places(selection.labels_of(found.data.problem)[: found.data.n], shown))
-    rows = (row for i, row in zip(cycle(range(found.data.n)), rows, strict=False) if i in kept)
-    if any(names):  # the lines of a vertex, or of an equilibrium, are in the order of the unknowns
-        own = cycle(name for i, name in enumerate(names) if i in kept)
-        header, rows = (*header, "name"), ((*row, name) for row, name in zip(rows, own, strict=False))
-    comment = ": ".join(filter(None, [found.data.problem.name, found.message]))
-    return [header, *rows], [comment]
+    problem, n = found.data.problem, found.data.n
+    header: Cells = HEADER[3:]
+    if isinstance(found, Optimum):
+        message, has_names = found.message(brief), True
+        rows = _components(problem.origin, found.z, found.w or [], exact) if found.z else iter(())
+    else:
+        header, message, has_names = HEADER, found.message, any(problem.names)
+        rows = _of_pieces(found, exact)
+        if found.equilibria is not None:
+            header, rows = EQUILIBRIUM_COLUMNS, _of_equilibria(found.equilibria, exact)
+    header = (*header, *PROGRAM_COLUMNS * isinstance(problem.origin, Program), *["name"] * has_names)
+    kept = set(selection.places(selection.labels_of(problem)[:n], shown))
+    lines = zip(rows, cycle(enumerate(problem.names)), strict=False)  # each solution's in the order of the unknowns
+    chosen = ((*row, *[name] * has_names) for row, (i, name) in lines if i in kept)
+    return [header, *chosen], [": ".join(filter(None, [problem.name, message]))]
 
 
 def _of_equilibria(equilibria: Equilibria, exact: bool) -> Iterator[Cells]:
@@ -327,17 +329,6 @@ def _best_record(found: Optimum, source: Source, exact: bool) -> dict[str, Any]:
     own |= _meaning(problem.origin, found.z, found.equilibrium, exact) if found.z else {}
     record = {name: own[name] if name in own else getattr(found, name, None) for name in BEST_KEYS.split()}
     return {**json_lines.place(source, problem), **record}
-
-
-def _best_rows(found: Optimum, exact: bool, names: Sequence[str]) -> tuple[list[Sequence[Any]], list[str]]:
-    """Return z and w as `lcp check` reads them, with a comment."""
-    problem = found.data.problem
-    header = ["component", "z", "w", *PROGRAM_COLUMNS * isinstance(problem.origin, Program), "name"]
-    rows = _components(problem.origin, found.z, found.w or [], exact) if found.z else iter(())
-    lines = [(*cells, name) for cells, name in zip(rows, problem.names, strict=False)]
-    kept = selection.places(selection.labels_of(problem)[: problem.n], names)[: len(lines)]
-    comment = ": ".join(filter(None, [problem.name, found.message(brief)]))
-    return [header, *(lines[i] for i in kept)], [comment]
 
 
 def _outward(value: Fraction, toward: int) -> float:

@@ -82,10 +82,7 @@ def build(
 ) -> Section:
     """Return the section on several methods' results on one problem, whose traces have the same components of z.
 
-    width : the width of the terminal; None if there is none.
-    compared : whether the results are compared below the iterates, instead of a single result above them.
-    whole : whether to show all components of z.
-    form : the format of the table.
+    width : the width of the terminal; None if there is none. compared, whole : as for `result_formats.report`.
     chosen : the columns of the iterates, names from `columns.CHOICES`; then there is no summary. Empty for all.
     shown_names : of the unknowns that are shown, as for `selection.places`, and which traces have, but of a game all;
     empty for as many as fit.

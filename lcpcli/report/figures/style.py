@@ -48,11 +48,14 @@ class Grid:
 
 def grids(entries: Iterable[tuple[str, str]]) -> dict[str, Grid]:
     """Return the grid of each name whose runs make one. entries : names and labels."""
+    return {name: grid for name, own in _labels(entries).items() if (grid := grid_of(own)) is not None}
+
+
+def _labels(entries: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
     labels: dict[str, list[str]] = {}
     for name, label in dict.fromkeys(entries):
         labels.setdefault(name, []).append(label)
-    made = {name: grid_of(own) for name, own in labels.items()}
-    return {name: grid for name, grid in made.items() if grid is not None}
+    return labels
 
 
 def grid_of(labels: Sequence[str]) -> Grid | None:
@@ -193,9 +196,7 @@ def looks(entries: Iterable[tuple[str, str]]) -> Looks:
     the other option.
     Names that are not of methods or peers take the spare looks in the order in which they appear.
     """
-    labels: dict[str, list[str]] = {}
-    for name, label in dict.fromkeys(entries):
-        labels.setdefault(name, []).append(label)
+    labels = _labels(entries)
     others = [name for name in labels if name not in METHODS and name not in PEERS]
     known = METHODS | PEERS | dict(zip(others, cycle(SPARE), strict=False))
     chosen: Looks = {}
