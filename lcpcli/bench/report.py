@@ -5,10 +5,11 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 from functools import partial
 from itertools import groupby
+from typing import Any
 
 from lcpcli.bench import statistics
 from lcpcli.bench.record import BenchRecord, Measurement
@@ -49,14 +50,20 @@ def optimality(record: BenchRecord) -> Section:
     if no program has a solution."""
     proved = {row.problem for row in record.measurements if row.kind == "method" and row.status in WITHOUT_SOLUTION}
     programs = {row.problem for row in record.measurements if row.optimality is not None} - proved
-    solvers = record.solvers if programs else []
-    means = {solver: _mean_time(record, _programs_of(record, solver, programs)) for solver in solvers}
-    length, unit = wording.common_unit(mean for mean in means.values() if mean is not None)
-    rows = []
-    for solver, mean in means.items():
-        own = _programs_of(record, solver, programs)
-        counts = [len(own), *(sum(_within(row, measure, level) for row in own) for measure, level in COLUMNS)]
-        rows.append([solver, *map(str, counts), "" if mean is None else wording.digits(mean / length)])
+    taken = {solver: list[Measurement]() for solver in record.solvers if programs}
+    for row in record.measurements:
+        if row.problem in programs and not row.excluded:
+            taken[row.solver].append(row)
+    times = {
+        solver: [summary(row.seconds).median if _within(row, RELATIVE, SOLVED_TO) else math.inf for row in own]
+        for solver, own in taken.items()
+    }
+    means, unit = _means(times, record.options.time_limit, PROGRAM_SHIFT)
+    counts = {
+        solver: [len(own), *(sum(_within(row, measure, level) for row in own) for measure, level in COLUMNS)]
+        for solver, own in taken.items()
+    }
+    rows = [[solver, *map(str, counts[solver]), mean] for solver, mean in means.items()]
     levels = (f"{NAMES[measure]} {wording.level(level)}" for measure, level in COLUMNS)
     header = ["solver", "of", *levels, f"mean/{unit}"]
     notes = [
@@ -69,16 +76,13 @@ def optimality(record: BenchRecord) -> Section:
     return sheet("Optimality", header, [rows], notes)
 
 
-def _programs_of(record: BenchRecord, solver: str, programs: set[str]) -> list[Measurement]:
-    """Return the measurements of a solver on the programs that it accepts."""
-    return [row for row in record.measurements if row.solver == solver and row.problem in programs and not row.excluded]
-
-
-def _mean_time(record: BenchRecord, own: Sequence[Measurement]) -> float | None:
-    """Return the shifted geometric mean of the times, with the time limit for each failure; None if `own` is empty."""
-    limit = record.options.time_limit
-    times = [summary(row.seconds).median if _within(row, RELATIVE, SOLVED_TO) else limit for row in own]
-    return shifted_geometric_mean(times, PROGRAM_SHIFT) if times else None
+def _means(times: Mapping[Any, Sequence[float]], limit: float, shift: float = SHIFT) -> tuple[dict[Any, str], str]:
+    """Return the shifted geometric means of times as cells, "" for no times, and their unit. limit : the time that
+    counts for a failure."""
+    charged = {key: [min(seconds, limit) for seconds in own] for key, own in times.items()}
+    means = {key: shifted_geometric_mean(own, shift) for key, own in charged.items() if own}
+    length, unit = wording.common_unit(means.values())
+    return {key: wording.digits(means[key] / length) if key in means else "" for key in times}, unit
 
 
 def _within(row: Measurement, measure: str, level: float) -> bool:
@@ -131,15 +135,12 @@ def conditions(record: BenchRecord) -> list[str]:
 def _solvers(record: BenchRecord) -> Section:
     medians, limit = times(record), record.options.time_limit
     ratios, false = performance_ratios(medians), Counter(row.solver for row in record.measurements if row.false_success)
-    solvers = medians if record.measurements else {}
-    charged = {name: [min(seconds, limit) for seconds in medians[name].values()] for name in solvers}
-    means = {name: shifted_geometric_mean(seconds) for name, seconds in charged.items() if seconds}
-    length, unit = wording.common_unit(means.values())
-    rows = []
-    for name in solvers:
-        counts = sum(seconds < math.inf for seconds in medians[name].values()), len(medians[name]), false[name]
-        mean = wording.digits(means[name] / length) if name in means else ""
-        rows.append([name, *map(str, counts), mean, str(ratios[name].count(1.0))])
+    solved = {name: sum(seconds < math.inf for seconds in own.values()) for name, own in medians.items()}
+    means, unit = _means({name: [*own.values()] for name, own in medians.items() if record.measurements}, limit)
+    rows = [
+        [name, *map(str, (solved[name], len(medians[name]), false[name])), mean, str(ratios[name].count(1.0))]
+        for name, mean in means.items()
+    ]
     notes = [
         "false: claimed but wrong by every measure. mean: geometric mean of the times, shifted by "
         f"{wording.duration(SHIFT)}; a failure counts as the time limit, {wording.duration(limit)}."
@@ -150,19 +151,17 @@ def _solvers(record: BenchRecord) -> Section:
 def _beside(record: BenchRecord) -> Section:
     """Return, for each peer, how it and the first method do on the problems that both take."""
     medians, limit = times(record), record.options.time_limit
-    method, compared = record.methods[0] if record.methods else "", list[tuple[str, int, list[int], list[float], int]]()
+    method, pairs = record.methods[0] if record.methods else "", dict[tuple[str, str], list[float]]()
     for peer in record.peers if method else ():
-        common = [problem for problem in medians[peer] if problem in medians[method]]
-        pair = [[medians[solver][problem] for problem in common] for solver in (peer, method)]
-        solved = [sum(seconds < math.inf for seconds in own) for own in pair]
-        means = [shifted_geometric_mean([min(seconds, limit) for seconds in own]) for own in pair if own]
+        if common := [problem for problem in medians[peer] if problem in medians[method]]:
+            pairs |= {(peer, solver): [medians[solver][problem] for problem in common] for solver in (peer, method)}
+    means, unit = _means(pairs, limit)
+    rows = []
+    for peer in dict.fromkeys(peer for peer, _ in pairs):
+        pair = pairs[peer, peer], pairs[peer, method]
+        solved = (sum(seconds < math.inf for seconds in own) for own in pair)
         wins = sum(theirs < ours for theirs, ours in zip(*pair, strict=True))
-        compared += [(peer, len(common), solved, means, wins)] * bool(common)
-    length, unit = wording.common_unit(mean for _, _, _, means, _ in compared for mean in means)
-    rows = [
-        [peer, *map(str, (of, *solved)), *(wording.digits(mean / length) for mean in means), str(wins)]
-        for peer, of, solved, means, wins in compared
-    ]
+        rows.append([peer, *map(str, (len(pair[0]), *solved)), means[peer, peer], means[peer, method], str(wins)])
     header = ["solver", "of", "solved", f"by {method}", f"mean/{unit}", f"{method}/{unit}", "faster"]
     notes = [f"faster: the problems that the solver solves in less time than {method}. mean: as above."]
     return sheet(f"Beside {method}, on the problems that the other takes", header, [rows], notes)
