@@ -93,25 +93,25 @@ def place(source: Source, problem: Problem | None = None) -> dict[str, Any]:
     return own | {"problem": problem.name, "n": problem.n, "names": list(problem.names) if any(problem.names) else None}
 
 
-def plain(value: Any) -> Any:
-    """Return a value for JSON: an object for a dataclass, a text for a fraction, None for a number that is not
-    finite."""
+def plain(value: Any, exact: bool = True) -> Any:
+    """Return a value for JSON: an object for a dataclass, None for a number that is not finite, and for a fraction a
+    text, or unless `exact` a double."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if value is None or isinstance(value, (str, int)):
         return value
     if isinstance(value, (list, tuple)):
-        return list(value) if {*map(type, value)} <= {str, int} else [plain(entry) for entry in value]
+        return list(value) if {*map(type, value)} <= {str, int} else [plain(entry, exact) for entry in value]
     if isinstance(value, dict):
-        return {key: plain(entry) for key, entry in value.items()}
+        return {key: plain(entry, exact) for key, entry in value.items()}
     if hasattr(value, "tolist"):
         is_finite = value.dtype == float and bool(abs(value).max(initial=0.0) < math.inf)
-        return value.tolist() if is_finite or value.dtype.kind in "bi" else plain(value.tolist())
+        return value.tolist() if is_finite or value.dtype.kind in "bi" else plain(value.tolist(), exact)
     if is_dataclass(value):
-        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
-    from lcpcli.rational.numbers import text
+        return {field.name: plain(getattr(value, field.name), exact) for field in fields(value)}
+    from lcpcli.rational.numbers import rounded, text
 
-    return text(value)
+    return text(value) if exact else plain(rounded([value]).tolist()[0])
 
 
 def numbers(values: Any, exact: bool) -> Any:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from itertools import islice
 from typing import Any
 
@@ -90,18 +89,6 @@ def moves(own: Any) -> list[list[Any]]:
         [1, *(p for each in own.information_sets if each.player == name for p in each.probabilities)]
         for name in own.players
     ]
-
-
-def doubles(own: Behavior) -> Behavior:
-    """Return strategies whose numbers are fractions in doubles."""
-    from lcpcli.rational.numbers import rounded
-
-    sets = [
-        replace(each, probabilities=rounded(each.probabilities).tolist(), reached=float(each.reached))
-        for each in own.information_sets
-    ]
-    one, two, payoffs, gains = (rounded(values).tolist() for values in (*own.plans, own.payoffs, own.gains))
-    return replace(own, information_sets=sets, plans=(one, two), payoffs=tuple(payoffs), gains=tuple(gains))
 
 
 def behavior(sets: Sequence[InformationSetStrategy]) -> Table:

@@ -261,10 +261,7 @@ def equilibrium(each: ExactEquilibrium, exact: bool) -> dict[str, Any]:
 
 def of_tree(origin: Any, z: Values, exact: bool) -> dict[str, Any] | None:
     """Return the strategies and payoffs of a game tree for JSON, as in `answer`; None for another origin."""
-    own = programs_and_games.behavior_of(origin, z)
-    if own is None:
-        return None
-    made: dict[str, Any] = json_lines.plain(own if exact else programs_and_games.doubles(own))
+    made: dict[str, Any] | None = json_lines.plain(programs_and_games.behavior_of(origin, z), exact)
     return made
 
 
