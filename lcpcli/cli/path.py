@@ -131,11 +131,11 @@ def path(
 
         selection.places(Ends(*(each.problem for each in ends)).names(), names)  # refuses a name of none
     found, code = _followed(ends, file, span, **given)
-    from lcpcli.report import path_table
+    from lcpcli.report import path_formats
 
     if direction is not None and found.end == REACHED:  # there is no second problem
         found = replace(found, message=f"the path reaches t = {stop}")
-    destination.show(path_table.report(found, asked, files_read, names).render)
+    destination.show(path_formats.report(found, asked, files_read, names).render)
     if plot is not None:
         found.plot(plot, names)
     return code

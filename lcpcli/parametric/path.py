@@ -181,7 +181,7 @@ class Path:
         return views.pictures.plot(self, file, show)
 
     def __repr__(self) -> str:
-        return str(views.path_formats.line(self))
+        return str(views.path_terms.line(self))
 
 
 def _differing(before: States, after: States) -> Iterator[tuple[int, int, int]]:

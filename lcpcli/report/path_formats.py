@@ -1,34 +1,38 @@
-"""A path as a line, and as CSV and JSON; for tables see `path_table`."""
+"""A path in each of the formats: as JSON and CSV, and as a table with a row for each breakpoint."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
+from functools import partial
 from itertools import chain, zip_longest
 from typing import Any, TypeAlias
 
-from lcpcli.errors import count
+import numpy as np
+
+from lcpcli.errors import visible
 from lcpcli.files.contents import NO_SOURCE
 from lcpcli.interrupts import in_time
-from lcpcli.parametric.path import Path
-from lcpcli.report import json_lines, path_terms, selection
+from lcpcli.parametric.path import INFEASIBLE, REACHED, TURN, Path
+from lcpcli.report import json_lines, path_terms, programs_and_games, selection, wording
+from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.path_terms import Points, Terms
+from lcpcli.report.result_formats import Report
+from lcpcli.report.tables import CELL, OTHER_COLUMNS, PRINTED, longest, room, shown_components, with_ellipsis
+from lcpcli.typing import Indices, Vector
 
 KEYS = (
     "version file to_file problem to n names end message reached verified t z w basis changes jumps moving answer "
     "direction certificate exact at seconds"
 )
 NO_POINTS = Points([], [], [])
+MOST_ROWS = 500  # of a table; typesetting takes a millisecond a row, and nobody reads on
+MOST_CHANGES = 3  # named at a breakpoint; more, where pieces of no length have been left out, would make a wide column
+MOST_MEASURED = 20_000  # components whose widths are measured, in milliseconds; of more a usual one is assumed
+NOISE = 1e-12  # relative to the largest entry: what is shown as 0
 
 At: TypeAlias = Sequence["float | Fraction"]  # further values of t, for whose points a text has room too
-
-
-def line(path: Path) -> str:
-    """Return the path in a line."""
-    span = f", t from {path.t[0]:.7g} to {path.t[-1]:.7g}" if path.t.size else ""
-    proof = f", {path_terms.verified(path)}" if path.t.size else ""
-    return f"<Path: {count(path.t.size, 'breakpoint')}{span}: {path.message}{proof}>"
 
 
 def data(path: Path, points: Points = NO_POINTS, files: Sequence[str] = ()) -> dict[str, Any]:
@@ -89,3 +93,154 @@ def rows(path: Path, at: At, names: Sequence[str]) -> tuple[Iterable[Sequence[An
     others = (row("", "", *point) for point in zip(*terms.at_all(at), strict=True))
     comments = [path_terms.title(path), path_terms.verdict(path, path.t.size)]
     return chain([[*header, *["objective"] * bool(terms.program)]], in_time(breakpoints), others), comments
+
+
+def report(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] = ()) -> Report:
+    """Return the report on a path, of which JSON has one object, as `Path.to_dict`, with the points at further t.
+
+    files : of the problems that were read. names : as for `build`; JSON has all.
+    """
+    return Report(
+        lambda form, width: build(path, form, at, width, names),
+        lambda: [data(path, Terms(path).at_all(at), files)],
+        lambda: rows(path, at, names),
+    )
+
+
+def build(path: Path, form: str, at: At, width: int | None, names: Sequence[str] = ()) -> Document:
+    """Return the report on a path for a format: a row for each breakpoint, and the further points below them.
+
+    names : of the unknowns that are shown, as for `selection.places`; empty for as many as fit.
+    """
+    terms = Terms(path)
+    notes = path_terms.notes(path, wording.all_visible(terms.names(longest(form))), MOST_CHANGES)
+    columns = _Columns(terms, form, width, notes, names)
+    found = terms.at_all(at)
+    missed = [f"{float(t):.7g}" for t in at if t not in found.t]
+    groups = [
+        columns.rows(Points(*(part[:MOST_ROWS] for part in terms.points)), notes),
+        columns.rows(found, ["(--at)"] * len(found.t)),
+    ]
+    section = Section(
+        path_terms.title(path),
+        path_terms.verdict(path, path.t.size),
+        path.verified and path.end == REACHED,
+        [str(terms.moving)] if terms.moving else [],
+        [Table(columns.header, list(filter(None, groups)), words=[columns.header.index("change")], name="Breakpoints")],
+        [
+            *_remarks(terms, form, columns.elided),
+            *[f"the path does not come to t = {', '.join(missed)}"] * bool(missed),
+        ],
+        f"{wording.PROGRAM}{wording.took(path.seconds, form)}",
+        partial(_figure, path, names) if path.t.size else None,
+    )
+    return Document(section.title, [section])
+
+
+def _figure(path: Path, names: Sequence[str]) -> bytes:
+    from lcpcli.report import pictures, plotting
+
+    return plotting.response(pictures.response(path, names), "svg")
+
+
+class _Columns:
+    """The columns of a table: t, the number that moves, what changes, as many components of z (x and y of a program)
+    as the width has room for, w if there is room for all, and the objective of a program.
+
+    notes : what changes at the breakpoints. chosen : as names for `build`.
+    """
+
+    def __init__(self, terms: Terms, form: str, width: int | None, notes: Sequence[str], chosen: Sequence[str]) -> None:
+        self.terms, most, path = terms, longest(form), terms.path
+        n, program, moving = path.problem.n, terms.program, terms.moving
+        arrays = (path.z, path.w, path.problem.q, path.to.q)
+        of_z, *of_w = (float(np.abs(array).max(initial=0.0)) for array in arrays)
+        self._largest = [of_z, max(of_w)]  # w is rounded as its terms are
+        self._has_t = moving is None or moving[2:] != (float(path.family.start), float(path.family.stop))
+        moved = [moving.label if len(visible(moving.label)) < most else "value"] if moving else []
+        names = wording.all_visible(terms.names(most))
+        left, own = None, room(form, width)
+        if own is not None:
+            left = own - CELL * (self._has_t + len(moved) + bool(program)) - max(map(len, notes), default=0)
+        self._kept = selection.places(terms.names(), chosen) if chosen else None
+        self._shown, self._components, self._has_w = (n, None, False) if chosen else self._selection(names, left)
+        self.elided = self._components is not None or (program is not None and self._shown < n - program.ranges)
+        names = self._of_shown(names)
+        w = [f"w{i}" for i in range(1, n + 1)] if self._has_w else []
+        self.header = [*["t"] * self._has_t, *moved, "change", *names, *w, *["objective"] * bool(program)]
+
+    def _of_shown(self, values: Sequence[Any], cell: Callable[[Any], str] = str) -> list[str]:
+        """Return the cells of the components that are shown."""
+        if self._kept is not None:
+            return [cell(values[i]) for i in self._kept]
+        return with_ellipsis(values[: self._shown], self._components, cell)
+
+    def _selection(self, names: Sequence[str], left: int | None) -> tuple[int, Indices | None, bool]:
+        """Return how many of the first components may be shown, which of these are, None for all, and whether w is.
+
+        left : the width for them; None for a pipe.
+        """
+        terms, program, n = self.terms, self.terms.program, self.terms.path.problem.n
+        counts = [n] if program is None else [n - program.ranges, program.variables]
+        if left is None or n * len(terms.points.t) > MOST_MEASURED:
+            own = None if left is None else left + OTHER_COLUMNS
+            count = next((count for count in counts if shown_components(count, own) is None), counts[-1])
+            return count, shown_components(count, own), program is None and shown_components(2 * n, own) is None
+        vectors = [list(map(terms.values, terms.points.z)), terms.points.w]
+        widths = [
+            max(len(name), *(len(_cell(value, largest)) for value in column)) + 1
+            for own, largest in zip(vectors, self._largest, strict=True)
+            for name, *column in zip(names, *own, strict=True)
+        ]
+        for count in [2 * n] * (program is None) + counts:
+            if sum(widths[:count]) <= left:
+                return min(count, n), None, count > n
+        return counts[-1], shown_components(counts[-1], left + OTHER_COLUMNS), False
+
+    def rows(self, points: Points, notes: Sequence[str]) -> list[list[str]]:
+        """Return the rows of some points, each with a note on what changes there."""
+        return [list(self._row(*each)) for each in zip(notes, *points, strict=False)]
+
+    def _row(self, note: str, t: Any, z: Sequence[Any], w: Sequence[Any]) -> Iterator[str]:
+        terms = self.terms
+        if self._has_t:
+            yield _cell(t)
+        if terms.moving:
+            yield _cell(terms.moved(t), max(map(abs, terms.moving[2:])))
+        yield note
+        yield from self._of_shown(terms.values(z), lambda value: _cell(value, self._largest[0]))
+        if self._has_w:
+            yield from (_cell(value, self._largest[1]) for value in w)
+        if terms.program:
+            yield _cell(terms.objective(t, z))
+
+
+def _cell(value: Any, largest: float = 0.0) -> str:
+    return wording.number(0.0 if isinstance(value, float) and abs(value) <= NOISE * largest else value)
+
+
+def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:
+    path, remarks = terms.path, []
+    if path.certificate is not None:
+        which = "first" if path.end == INFEASIBLE else "second"
+        y = _named(terms, path.certificate, wording.multiplier)
+        remarks.append(f"proof that the {which} problem has no solution: y = {y}")
+    if path.direction is not None:
+        largest = float(np.abs(path.direction).max())
+        along = _named(terms, np.round(path.direction / largest, 12) * largest, "{:.7g}".format)
+        remarks.append(f"direction of z on the ray: {along}")
+    if path.jumps:
+        remarks.append("at a jump all points between the two rows solve the problem")
+    if path.t.size > MOST_ROWS:
+        remarks.append(f"the first {MOST_ROWS} of {path.t.size} rows; --format json and csv have all of them")
+    if path.end == TURN and form not in PRINTED:
+        remarks.append("with --turns the path goes on, with t decreasing")
+    if elided and form not in PRINTED:
+        remarks.append(f"see all {path.problem.n} components with --format csv")
+    return remarks
+
+
+def _named(terms: Terms, values: Vector, cell: Callable[[Any], str]) -> str:
+    """Return a vector; if its entries have names, those that are not 0, with their names."""
+    has_names = any(terms.path.problem.names)
+    return programs_and_games.named(values.tolist(), terms.names() if has_names else (), cell, sparing=has_names)

@@ -40,6 +40,13 @@ def verdict(path: Path, breakpoints: int) -> str:
     return f"{path.message}; {count(breakpoints, 'breakpoint')}, {verified(path)}" if breakpoints else path.message
 
 
+def line(path: Path) -> str:
+    """Return the path in a line."""
+    span = f", t from {path.t[0]:.7g} to {path.t[-1]:.7g}" if path.t.size else ""
+    proof = f", {verified(path)}" if path.t.size else ""
+    return f"<Path: {count(path.t.size, 'breakpoint')}{span}: {path.message}{proof}>"
+
+
 def changes(path: Path) -> list[list[StateChange]]:
     """Return the changes at each breakpoint, none at the first and at the last."""
     return [[], *path.changes, []][: path.t.size]

@@ -45,7 +45,6 @@ def response(path: Path, chosen: Sequence[str] = ()) -> Response:
     chosen : names of unknowns, or of a program's multipliers, as for `selection.places`, instead.
     """
     from lcpcli.report import path_terms
-    from lcpcli.report.path_formats import line
 
     terms = path_terms.Terms(path)
     moving, names, z = terms.moving, terms.names(), path.z
@@ -64,7 +63,7 @@ def response(path: Path, chosen: Sequence[str] = ()) -> Response:
         turns=path_terms.turns(path),
         objective=_objective(terms) if terms.program is not None else None,
         is_frontier=terms.is_quadratic and moving is not None and moving.what.startswith("row"),
-        provenance=[f"{wording.PROGRAM}: {line(path)}"],
+        provenance=[f"{wording.PROGRAM}: {path_terms.line(path)}"],
     )
 
 

@@ -15,7 +15,7 @@ from lcpcli import Problem
 from lcpcli.files import contents
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.parametric.path import ENDS, ExactPath, Family, Path
-from lcpcli.report.path_table import report
+from lcpcli.report.path_formats import report
 
 SMALL = [Problem([[2, 1], [1, 2]], q, name="small") for q in ([1, 1], [-5, -6])]
 

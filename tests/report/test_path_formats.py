@@ -15,14 +15,14 @@ import pytest
 import lcpcli
 from lcpcli import Problem
 from lcpcli.parametric.path import Path
-from lcpcli.report import document, path_formats, path_table
+from lcpcli.report import document, path_formats
 from lcpcli.report.path_terms import Terms
 
 from .path_samples import SMALL, cornered, frontier, portfolio, small, small_in_fractions, written
 
 
 def text_of(path: Path, form: str = "table", at: Any = (), width: int | None = None) -> str:
-    return document.typeset(path_table.build(path, form, at, width), form, width)
+    return document.typeset(path_formats.build(path, form, at, width), form, width)
 
 
 def table(path: Path, *at: Any, width: int | None = None) -> list[list[str]]:
