@@ -86,10 +86,10 @@ def check(
         raise OptionError("FILE [Q_FILE] SOLUTION", f"stands for 2 or 3 files, not {len(paths)}", hint)
     refuse(exact and tol is not None, "--tol", "has no effect with --exact")
     options.check((TOL,), {"tol": tol})
-    inputs = Inputs(paths, quiet=quiet, **given)
+    inputs = Inputs.of(paths[:-1], quiet=quiet, others=paths[-1:], **given)
     destination = Destination.of(form, output, quiet)
     inputs.prepare({"--output": output})
-    verifications = _verifications(inputs._replace(files=paths[:-1]), paths[-1], tol, exact)
+    verifications = _verifications(inputs, paths[-1], tol, exact)
     if not destination.silent:
         from lcpcli.report import verification_text
 
@@ -192,7 +192,7 @@ def inspect(
 ) -> int:
     """Report the classes of M, its scaling, and which methods are guaranteed to solve the problem; of a nonlinear model
     the rows and operators, and what is known of F and its Jacobian at the start."""
-    inputs = Inputs([file] if q_file is None else [file, q_file], **given)
+    inputs = Inputs.of(list(filter(None, [file, q_file])), **given)
     inputs.prepare({"--output": output})
     options.check((TIME_LIMIT,), {"time_limit": time_limit})
     destination = Destination.of(form, output)

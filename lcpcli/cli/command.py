@@ -35,6 +35,7 @@ GONE = {  # options of earlier versions
     "stop": "it has gone: in Python a callback= ends a run",
 }
 WHOLE = "lcpcli.whole"  # in the context: help shows all options
+BEHIND_QUIET = "lcpcli.behind"  # in the context: the word after -q, which may have been meant as --q
 HELP = "Help"  # the heading of options that click declares
 WIDEST_LINE = 100  # columns of help on a wide terminal, as longer lines are hard to read
 NEGATIVE = re.compile(r"-[.\d]")  # the beginning of a negative number, which is no option
@@ -107,8 +108,10 @@ class Command(click.Command):
             ctx.meta[WHOLE], args = True, ["--help"]
         options = {flag for param in self.get_params(ctx) for flag in param.opts}
         for word in args if ctx.allow_interspersed_args else []:  # -max-iterations is not -m ax-iterations
-            if word[:2] != "--" and word.startswith("-") and f"-{word}" in options:
+            if word[:2] != "--" and word.startswith("-") and word not in options and f"-{word}" in options:
                 raise OptionError(word, f"is no option of {ctx.command_path}", f"did you mean -{word}?")
+        if "-q" in args[:-1]:
+            ctx.meta[BEHIND_QUIET] = args[args.index("-q") + 1]
         if ctx.allow_interspersed_args:  # otherwise the words belong to another command
             args = [" " * bool(NEGATIVE.match(word)) + word for word in args]  # with a blank, a number is no option
         try:

@@ -31,7 +31,7 @@ STARTS = {
 
 SWEEP = "--sweep"
 COMMON = (  # options of a command that solves which its help shows on one screen: the paper's, limits and output
-    *("--lower", "--upper", "--method", "--p", "--k-star", "--rho", "--sigma", "--tol", "--max-iterations"),
+    *("--q", "--lower", "--upper", "--method", "--p", "--k-star", "--rho", "--sigma", "--tol", "--max-iterations"),
     *("--time-limit", "--format", "--every", "--plot", "--output", "--quiet"),
 )
 TO_FILE = "Write to a file instead, completely or not at all."
@@ -178,7 +178,9 @@ bounds_options = declared(
     *(vector_option("Problem", name, "NUMBER", f"{name.capitalize()} bound of z: {BOUND_MEANING}") for name in BOUNDS),
     numeric("Problem", INFINITY),
 )
+q_option = file_option("Problem", "--q", "The same as Q_FILE.  [default: none]")
 with_bounds = declared(  # the options of a command that reads problems
+    q_option,
     bounds_options,
     option("Problem", "--game", is_flag=True, help="The two files are tables of the payoffs A and B of a game."),
 )
@@ -273,7 +275,7 @@ solving = declared(  # the options of the methods, the limits and the output of 
         callback=_columns,
         help=f"Show only these columns of the iterates, and no summary: {', '.join(CHOICES)}.  [default: all]",
     ),
-    file_option("Output", "--plot", "Draw error over time and iteration: .png, .svg, .pdf."),
+    file_option("Output", "--plot", "Draw error over time: .png, .svg or .pdf."),
     file_option(
         "Output",
         "--paths",

@@ -146,7 +146,7 @@ def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:
 @problem_output
 def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> int:
     """Write the problem in FILE in another format."""
-    inputs = Inputs([file] if q_file is None else [file, q_file], **given)
+    inputs = Inputs.of(list(filter(None, [file, q_file])), **given)
     if q_file is not None and output is None and not Path(q_file).exists():
         raise OptionError(q_file, "no such file", f"to write it, give -o {q_file}")
     prepare(inputs, output)

@@ -17,6 +17,7 @@ from lcpcli.cli.declarations import (
     format_option,
     numeric,
     output_file,
+    q_option,
     quiet_option,
     show_option,
     vector_option,
@@ -26,6 +27,7 @@ from lcpcli.cli.output import Destination, refuse, require_plot
 from lcpcli.cli.problems import Inputs
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files.contents import parsed, place, within
+from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL
 from lcpcli.report.document import MEANINGS
 
@@ -79,6 +81,7 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
     nargs=-1,
     shell_complete=FILES,
 )
+@q_option
 @vector_option("Problem", "direction", "NUMBERS", "In place of TO: q becomes q + t d, with this d.  [default: none]")
 @bounds_options
 @option("Path", "--from", "start", metavar="NUMBER", help="t at the first problem.  [default: 0]")
@@ -108,10 +111,12 @@ def path(
     from lcpcli.parametric.path import REACHED
 
     form, output, quiet, exact = (given.pop(name) for name in ("form", "output", "quiet", "exact"))
-    bounds = {name: given.pop(name) for name in ("lower", "upper", "infinity")}
-    inputs = _inputs(files, direction, {**bounds, "quiet": quiet})
+    how = {name: given.pop(name) for name in (*BOUND_OPTIONS, "q")} | {"quiet": quiet, "game": False}
+    refuse(direction is None and how["q"] is not None, "--q", "is for --direction", "name M, and the q of each problem")
+    inputs = _inputs(files, direction, how)
     destination = Destination.of(form, output, quiet)
-    Inputs(files, **bounds, others=[direction] if direction else []).prepare({"--output": output, "--plot": plot})
+    whole = Inputs.of(files, **how, others=[direction] if direction else [])
+    whole.prepare({"--output": output, "--plot": plot})
     options.check((*LIMITS, MAX_BREAKPOINTS), given)
     refuse(direction is not None and given["stop"] is None, "--direction", "has no end", "add --to, the last t")
     stop = given.pop("stop") or "1"
@@ -147,11 +152,11 @@ def _inputs(files: Sequence[str], direction: str | None, how: dict[str, Any]) ->
         if not 1 <= len(files) <= 2:
             hint = "give one problem: a file, or a file with M and one with q"
             raise OptionError("--direction", f"takes 1 or 2 files, not {len(files)}", hint)
-        return [Inputs(files, **how)]
+        return [Inputs.of(files, **how)]
     if not 2 <= len(files) <= 3:
         hint = "give two problems, or a file with M and two with q, or a problem and --direction"
         raise OptionError("FROM TO", f"stands for 2 or 3 files, not {len(files)}", hint)
-    return [Inputs([*files[:-2], each], **how) for each in files[-2:]]
+    return [Inputs.of([*files[:-2], each], **how) for each in files[-2:]]
 
 
 def _span(start: str, stop: str, exact: bool) -> tuple[Number, Number]:

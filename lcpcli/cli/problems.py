@@ -13,10 +13,13 @@ from functools import cache, partial
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
+import click
+
 from lcpcli import options
+from lcpcli.cli.command import BEHIND_QUIET
 from lcpcli.cli.main import say
 from lcpcli.cli.terminal import STANDARD
-from lcpcli.errors import OptionError, ParameterError, ProblemError
+from lcpcli.errors import OptionError, ParameterError, ProblemError, count
 from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.linalg.threads import GENERAL, MANY_ROWS, VARIABLES
 
@@ -59,8 +62,9 @@ class Inputs(NamedTuple):
 
     of_folders : those of the files that come from folders.
     lower, upper : bounds of z in place of the problem's own, numbers or a file. infinity : bounds of at least this size
-    count as infinite. game : whether two files have the payoffs of a game. quiet : whether remarks on the input are
-    left out. others : the values of other options that may name files to read, such as starting points.
+    count as infinite. game : whether two files have the payoffs of a game. has_q : whether --q has named the second of
+    two files. quiet : whether remarks on the input are left out. others : the values of other options that may name
+    files to read, such as starting points.
     """
 
     files: Sequence[str]
@@ -68,9 +72,18 @@ class Inputs(NamedTuple):
     upper: str | None = None
     infinity: float | None = None
     game: bool = False
+    has_q: bool = False
     quiet: bool = False
     of_folders: Collection[str] = ()
     others: Sequence[str] = ()
+
+    @classmethod
+    def of(cls, files: Sequence[str], q: str | None = None, **given: Any) -> Inputs:
+        """Return the inputs in these files, with q in the file of --q if there is one."""
+        if q is not None and (len(files) != 1 or given["game"]):
+            fault = f"names q for one file with M, not for {'a game' if given['game'] else count(len(files), 'file')}"
+            raise OptionError("--q", fault, "write M.csv --q q.csv, with both names")
+        return cls([*files, *filter(None, [q])], has_q=q is not None, **given)
 
     @property
     def bounds(self) -> dict[str, Any]:
@@ -154,10 +167,17 @@ class Inputs(NamedTuple):
             from lcpcli.files.games import game_in
 
             return iter([game_in(self.files)]), are_many
-        each = inputs(self.files, streams=are_many, of_folders=self.of_folders)
+        each = inputs(self.files, streams=are_many, of_folders=self.of_folders, has_q=self.has_q)
         if are_many:
             return each, True
         first = list(islice(each, 2))
+        if isinstance(first[0], QColumns) and not self.has_q and first[0].may_be_problem:
+            own, columns = first[0].sources[0].file, len(first[0].names)
+            self.tell(
+                [f"{own}: its {columns} columns are {columns} q, as --q would say; if they are M and q, name it alone"]
+            )
+        if len(first) == 1 and [*first[0].paths[1:]] == [click.get_current_context().meta.get(BEHIND_QUIET)]:
+            tell(f"-q is --quiet; to name the file of q, write --q {first[0].paths[1]}")
         return chain(first, each), len(first) > 1 or isinstance(first[0], QColumns)
 
     def any_problems(self, work: Work) -> Iterator[InputProblem | InputModel]:
@@ -170,11 +190,14 @@ class Inputs(NamedTuple):
     def _model(self, work: Input) -> InputModel | None:
         """Return the nonlinear problem in the file of an input; None if it has another one."""
         from lcpcli.files.inputs import nonlinear_in
+        from lcpcli.files.reading import NOT_SECOND
 
         is_file = work.line is None and work.fault is None
         model = nonlinear_in(work.paths[0], work.contents[0]) if is_file else None
         if model is None:
             return None
+        if others := work.paths[1:]:
+            raise ProblemError(others[0], f"is not needed: {work.sources[0].file} is a model", NOT_SECOND)
         if given := [name for name, value in self.bounds.items() if value is not None]:
             raise ParameterError(given[0], "has no effect on a nonlinear model", "leave it out")
         remarks = [f"{work.sources[0].file}: {model.remark}"] if model.remark else []

@@ -98,10 +98,10 @@ class Request(NamedTuple):
         """
         wants_kernels()  # or its error, before anything is read
         found = files_in(files, teller(given["quiet"])) or default
-        how = {name: given.pop(name) for name in (*BOUND_OPTIONS, "game")}
+        how = {name: given.pop(name) for name in ("q", *BOUND_OPTIONS, "game")}
         starts = [given[name] for name in STARTS if given.get(name) is not None]
         of_folders = set(found) - {*files, *default}
-        inputs = Inputs(found, **how, quiet=given["quiet"], of_folders=of_folders, others=starts)
+        inputs = Inputs.of(found, **how, quiet=given["quiet"], of_folders=of_folders, others=starts)
         own = {name: given.pop(name) for name in (*OPTIONS, *STARTS, *ADDITIONS, *SWITCHES) if name in given}
         request = cls(inputs, {name: value for name, value in own.items() if value is not None}, **given)
         path = request.output if request.resume is None else None  # with --resume there is no other output

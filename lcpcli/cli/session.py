@@ -54,7 +54,7 @@ def run(request: Request, of_one: Callable[[Request, Work, Output], Outcome] | N
     if several:
         from lcpcli.files import games
 
-        hint = games.hint(inputs.files)
+        hint = "" if inputs.has_q else games.hint(inputs.files)
         if of_one is not None:
             raise OptionError("--all", "takes one problem", hint or "give the others to another run")
         inputs.tell([hint] if hint else [])

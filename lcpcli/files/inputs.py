@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from lcpcli.rational.exact_problem import ExactParts
 
 SHARED = (*BOUNDS, "names")  # the fields of a file without q that belong to each of several q
+FIRST_NAME = "q1"  # of several q without names
 FIRST_BYTES = 1024  # of a file, searched for its first character that is not blank; few files begin with more blanks
 
 
@@ -119,6 +120,10 @@ class QColumns(NamedTuple):
         return [Source(file, self.first + j, marks[j] if marks else None) for j in range(len(self.names))]
 
     @property
+    def may_be_problem(self) -> bool:  # whether the table may have been meant as [M | q]
+        return len(self.names) == len(self.Q) + 1 and self.names[0] == FIRST_NAME
+
+    @property
     def digests(self) -> list[str]:  # the digests of its problems
         M = self.M.tocsr() if is_sparse(self.M) else self.M
         parts = [part.tobytes() for part in ((M.indptr, M.indices, M.data) if is_sparse(M) else (M,))]
@@ -161,11 +166,14 @@ def digest(*contents: bytes) -> str:
     return found.hexdigest()
 
 
-def inputs(paths: Sequence[str], streams: bool = False, of_folders: Collection[str] = ()) -> Iterator[Work]:
+def inputs(
+    paths: Sequence[str], streams: bool = False, of_folders: Collection[str] = (), has_q: bool = False
+) -> Iterator[Work]:
     """Yield the inputs in the files, in order; "-" is standard input. A file with M alone is followed by the file of q.
 
     streams : whether a first line of standard input that is an object is a problem, whatever follows. of_folders : the
-    files that come from folders, where the next one is q only if it can be nothing else.
+    files that come from folders, where the next one is q only if it can be nothing else. has_q : whether the second of
+    two files has q, whatever it looks like.
     """
     left = list(paths)
     while left:
@@ -174,13 +182,15 @@ def inputs(paths: Sequence[str], streams: bool = False, of_folders: Collection[s
             refuse_folder(path)
             with open_file(path) as file:
                 head, are_lines = _head(path, file, streams and path == STANDARD_INPUT)
+                if are_lines and has_q:
+                    raise ProblemError(left.pop(), "is not needed", f"{place(path)} has problems in its lines")
                 if are_lines:
                     for number, line in enumerate(chain(head, file), 1):
                         if text := (without_mark(line) if number == 1 else line).strip():
                             yield Input((path,), (text,), line=number)
                     continue
                 content = checked(path, b"".join([*head, file.read()]), WHOLE)
-            yield _with_next(path, content, left, of_folders)
+            yield _with_next(path, content, left, of_folders, has_q)
         except ProblemError as fault:
             if left and _is_q(left[0]):
                 del left[0]
@@ -207,42 +217,61 @@ def _is_object(line: bytes) -> bool:
     return False
 
 
-def _with_next(path: str, content: bytes, left: list[str], of_folders: Collection[str]) -> Work:
-    """Return the problem in a file. The next file is taken as q if this one has M alone, or if the next one has a
-    vector and no problem, so that the error can name both; of a folder only if M is alone and it can only be q."""
+def _with_next(path: str, content: bytes, left: list[str], of_folders: Collection[str], has_q: bool) -> Work:
+    """Return the problem in a file. The next file is taken as q if it `has_q`, if this one has M alone, or if the next
+    one has a vector and no problem, so that the error can name both; of a folder only if M is alone and it can only be
+    q."""
     if not left:
         return Input((path,), (content,))
     M, shared = _without_q(path, content)
     are_named = path not in of_folders and left[0] not in of_folders
     takes = (are_named and _is_q(left[0])) if M is None else (are_named or _is_q(left[0], M.shape[0]))
-    if not takes:
+    if not (takes or has_q):
+        if shared is None and are_named:
+            _refuse_swapped(path, content, left)
         return Input((path,), (content,))
     q_path = left.pop(0)
     q_content = content_of(q_path, LINE)
     columns = None
     if M is not None:
-        names = partial(reading.names_in, path, content, shared)
+        names = partial(reading.names_in, path, content, shared or {})
         ordered = within(place(q_path), reading.in_order, q_path, q_content, names)
         columns = within(place(q_path), _columns, q_path, ordered, M.shape[0])
     if columns is not None and form_of(path, content) == form_of(q_path, q_content) == "csv_format":
         from lcpcli.files.csv_format import refuse_two_meanings
 
         within(place(q_path), refuse_two_meanings, q_content, content)
-    if columns is None:
+    if columns is None or M is None:
         return Input((path, q_path), (content, q_content))
-    return QColumns((path, q_path), M, *columns, shared)
+    own = columns[0][:, : len(columns[0])]
+    if 1 < len(own) >= len(columns[1]) - 1 and np.array_equal(own, M.toarray() if is_sparse(M) else M):
+        raise ProblemError(place(q_path), f"begins with M of {place(path)}", "if it holds M and q, name it alone")
+    return QColumns((path, q_path), M, *columns, shared or {})
 
 
-def _without_q(path: str, content: bytes) -> tuple[Matrix | None, Mapping[str, Any]]:
-    """Return M and what several q share with it in a file without q; None if it is another file."""
+def _refuse_swapped(path: str, content: bytes, left: list[str]) -> None:
+    """Raise ProblemError if a file holds q, and the next one the M that should come before it."""
+    M = q = None
+    with suppress(ProblemError):
+        q = reading.vector_in("q", path, content)
+        M = None if left[0] == STANDARD_INPUT else _without_q(left[0], content_of(left[0], WHOLE))[0]
+    if q is not None and M is not None and len(q) == M.shape[0]:
+        other = left.pop(0)
+        raise ProblemError(place(path), f"holds q, and {other} M", f"name M first: {other} {path}")
+
+
+def _without_q(path: str, content: bytes) -> tuple[Matrix | None, Mapping[str, Any] | None]:
+    """Return M and what several q share with it in a file without q; None if it has q, and None twice if it is no
+    problem."""
     if content.lstrip().startswith(b"{") and b'"q"' in content:  # a guess that spares reading it twice
         return None, {}
     with suppress(ProblemError):
         fields = reading.fields_in(path, content)
-        if not is_whole(fields) and fields.keys() <= {"M", *SHARED, *TEXTS}:
-            M = as_matrix("M", fields["M"]) if isinstance(fields["M"], list) else fields["M"]
-            return (M if M.ndim == 2 else None), {key: fields[key] for key in SHARED if key in fields}
-    return None, {}
+        if is_whole(fields) or not fields.keys() <= {"M", *SHARED, *TEXTS}:
+            return None, {}
+        M = as_matrix("M", fields["M"]) if isinstance(fields["M"], list) else fields["M"]
+        return (M if M.ndim == 2 else None), {key: fields[key] for key in SHARED if key in fields}
+    return None, None
 
 
 def _is_q(path: str, n: int | None = None) -> bool:
@@ -288,4 +317,4 @@ def _columns(path: str, content: bytes, n: int) -> tuple[Matrix, list[str]] | No
         transposed = "transpose it: " * (shape[1] == n)
         hint = f"{transposed}give one column for each problem, of as many rows as M has"
         raise ProblemError("q", f"is {shape[0]} x {shape[1]} but M is {n} x {n}", hint)
-    return Q, names or [f"q{j}" for j in range(1, shape[1] + 1)]
+    return Q, names or [FIRST_NAME, *(f"q{j}" for j in range(2, shape[1] + 1))]

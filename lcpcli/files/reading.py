@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 ORIGINS = {"qp": ("a program", "give Q and c, or an MPS file"), "game": ("a game", "give the payoffs A and B")}
 Names: TypeAlias = "Callable[[], Sequence[str]]"  # returns the names of the unknowns, if they are needed
+NOT_SECOND = "leave it out; give a second problem a run of its own, and for an index see lcp help formats"
 WHOLE, LINE = "give M and q, as JSON or CSV", "give one row or one column of numbers"  # hints for an empty file
 
 
@@ -79,8 +80,7 @@ def problem_of(paths: Sequence[str], contents: Sequence[bytes], number: Number =
     """Return the problem in the contents of one file, or of two. number : converts the numbers in texts to doubles."""
     (path, *q_paths), fields = paths, fields_in(paths[0], contents[0], number)
     if is_whole(fields) and q_paths:
-        hint = "leave it out; has the table an index or a second problem? see lcp help formats"
-        raise ProblemError(q_paths[0], f"is not needed: {place(path)} contains M and q", hint)
+        raise ProblemError(q_paths[0], f"is not needed: {place(path)} contains M and q", NOT_SECOND)
     if q_paths:
         names = partial(names_in, path, contents[0], dict(fields))
         fields["q"] = within(place(q_paths[0]), lambda: vector_in("q", q_paths[0], contents[1], None, number, names))

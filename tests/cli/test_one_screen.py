@@ -1,0 +1,85 @@
+"""What newcomers write, and what they see: M and q in two files, one line for a mistake, tables within the terminal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from .conftest import Lcp, assert_refused, record, records
+
+
+@pytest.fixture
+def tables(folder: Path) -> Path:
+    """The folder with Mq.csv, which has M and q; other.csv, of the same shape with another M; and two.csv, two q."""
+    for name, text in {"Mq": "2,1,-5\n1,2,-6\n", "other": "1,0,-1\n0,1,-3\n", "two": "-5,-1\n-6,-3\n"}.items():
+        (folder / f"{name}.csv").write_text(text)
+    return folder
+
+
+@pytest.mark.usefixtures("tables")
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("solve",),
+        ("compare", "--method", "newton"),
+        ("check", "4/3,7/3"),
+        ("inspect",),
+        ("convert",),
+        ("path", "--direction", "1,1", "--to", "2"),
+    ],
+    ids=lambda words: words[0],
+)
+def test_q_is_named_by_an_option_or_as_the_second_file(lcp: Lcp, words: tuple[str, ...]) -> None:
+    command, *rest = words
+    form = () if command == "convert" else ("--format", "json")
+    named, second = (lcp(command, "M.csv", *q, *rest, *form) for q in (("--q", "q.csv"), ("q.csv",)))
+    assert (named.code, named.err) == (second.code, second.err) == (0, "")
+    keys = record(second).keys() - {"time", "seconds", "spread"}
+    same = [key for key in keys if "seconds" not in key and record(named)[key] == record(second)[key]]
+    assert {"M", "z", "classes", "accepted", "points"} & {*same}
+
+
+@pytest.mark.usefixtures("tables")
+def test_several_q_are_columns_of_the_file_that_is_named(lcp: Lcp) -> None:
+    for columns in (("--q", "two.csv"), ("two.csv",)):
+        made = lcp("solve", "M.csv", *columns, "--format", "json")
+        assert [each["item"] for each in records(made)] == [1, 2]
+        assert made.err == "lcp: 2 problems: 2 solved\n"
+
+
+@pytest.mark.usefixtures("tables")
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("solve", "M.csv", "q.csv", "--q", "q.csv"), "--q"),
+        (("solve", "M.csv", "--q", "q.csv", "--game"), "--q"),
+        (("compare", "--q", "q.csv"), "--q"),
+        (("path", "M.csv", "q.csv", "--q", "q.csv"), "--q"),
+        (("solve", "good.json", "--q", "q.csv"), "q.csv: is not needed"),
+        (("inspect", "good.json", "none.json"), "none.json: is not needed"),
+        (("solve", "q.csv", "M.csv"), "name M first: M.csv q.csv"),
+        (("solve", "M.csv", "Mq.csv"), "Mq.csv: begins with M of M.csv"),
+        (("solve", "M.csv", "--q", "Mq.csv"), "Mq.csv: begins with M of M.csv"),
+        (("convert", "M.csv", "-q", "q.csv"), "did you mean --q?"),
+    ],
+)
+def test_what_cannot_be_q_is_refused_in_one_line(lcp: Lcp, words: tuple[str, ...], told: str) -> None:
+    assert_refused(lcp(*words), told)
+
+
+@pytest.mark.usefixtures("tables")
+def test_a_table_that_may_be_a_problem_is_read_as_several_q_with_a_line_that_says_so(lcp: Lcp) -> None:
+    doubtful, named = lcp("solve", "M.csv", "other.csv"), lcp("solve", "M.csv", "--q", "other.csv")
+    assert doubtful.code == named.code == 0
+    assert "other.csv: its 3 columns are 3 q" in doubtful.err
+    assert named.err == "lcp: 3 problems: 3 solved\n"
+
+
+@pytest.mark.usefixtures("tables")
+@pytest.mark.parametrize("q", ["q.csv", "two.csv"])
+def test_quiet_before_the_file_of_q_says_how_q_is_named(lcp: Lcp, q: str) -> None:
+    meant, usual = lcp("solve", "M.csv", "-q", q), lcp("solve", "M.csv", q, "-q")
+    assert (meant.code, meant.out) == (usual.code, usual.out) == (0, "")
+    assert f"--q {q}" in meant.err
+    assert usual.err == ""
