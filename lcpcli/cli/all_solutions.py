@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 
 from lcpcli import clock, interrupts
 from lcpcli.cli.main import INTERRUPTED, NO_SOLUTION, NOT_SOLVED, SOLVED
-from lcpcli.cli.output import Output, refuse, refuse_given, show
+from lcpcli.cli.output import Output, refuse, refuse_given
 from lcpcli.cli.request import Request
+from lcpcli.cli.session import Outcome
 from lcpcli.enumeration import search as sets
 from lcpcli.enumeration.search import refuse_large
 from lcpcli.errors import ProblemError
@@ -27,7 +28,6 @@ from lcpcli.report import pictures, plotting, selection, solutions
 
 if TYPE_CHECKING:
     from lcpcli.cli.problems import InputProblem
-    from lcpcli.cli.session import Outcome
     from lcpcli.files.inputs import Work
     from lcpcli.files.nl_format import LinearObjective
 
@@ -59,14 +59,16 @@ def outcome(request: Request, work: Work, output: Output) -> Outcome:
     complete or has reached --max-solutions."""
     (problem,) = request.inputs.problems(work)
     request.inputs.tell(problem.remarks)
-    if request.plot is not None:
+    form = "" if request.plot is None else plotting.form_of(request.plot)
+    if form:
         pictures.require(problem.problem)
     selection.require(problem.problem, request.names)
     solution_set = _search(request, problem, str(work.sources[0]))
     report = solutions.report(solution_set, work.sources[0], request.exact, request.names)
-    output.verdict = f"{work.sources[0]}: {solution_set.message}"
     codes = {sets.TIME_LIMIT: NOT_SOLVED, sets.INTERRUPTED: INTERRUPTED, sets.UNSOLVABLE: NO_SOLUTION}
-    return output.text_of(report), codes.get(solution_set.status, SOLVED), partial(_draw, solution_set, request.plot)
+    draw = partial(output.destination.add, request.plot, lambda: pictures.draw(solution_set, form))
+    verdict = f"{work.sources[0]}: {solution_set.message}"
+    return Outcome(output.text_of(report), codes.get(solution_set.status, SOLVED), verdict, draw)
 
 
 def _search(request: Request, problem: InputProblem, where: str) -> sets.SolutionSet:
@@ -91,11 +93,6 @@ def _search(request: Request, problem: InputProblem, where: str) -> sets.Solutio
         is_interrupted = bool(signals)
     ended = sets.INTERRUPTED if is_interrupted else sets.ENOUGH if len(search.pieces) == most else sets.TIME_LIMIT
     return sets.SolutionSet(search, ended, clock.seconds() - began)
-
-
-def _draw(solution_set: sets.SolutionSet, file: str | None) -> None:
-    if file is not None:
-        show(pictures.draw(solution_set, plotting.form_of(file)), file)
 
 
 def objective_in(path: str) -> LinearObjective | None:
@@ -146,5 +143,5 @@ def best_outcome(
         if signals and found.status == search.TIME_LIMIT:
             found = replace(found, status=search.INTERRUPTED)
     report = solutions.report(found, work.sources[0], request.exact, request.names)
-    output.verdict = f"{where}: {found.message(approximate)}"
-    return output.text_of(report), codes.get(found.status, NO_SOLUTION), int
+    verdict = f"{where}: {found.message(approximate)}"
+    return Outcome(output.text_of(report), codes.get(found.status, NO_SOLUTION), verdict)

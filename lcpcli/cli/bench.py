@@ -23,7 +23,7 @@ from lcpcli.cli.output import Destination, refuse_given, require_plot, show
 from lcpcli.cli.problems import Inputs, same_file, settle_threads, tell, teller
 from lcpcli.cli.request import Request
 from lcpcli.cli.terminal import Line, shows_progress
-from lcpcli.errors import OptionError, listed
+from lcpcli.errors import OptionError, count, listed
 from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
 from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TOL
@@ -144,17 +144,19 @@ def _run(request: Request, outputs: dict[str, str], destination: Destination) ->
     if record.missing and not request.quiet:
         say(f"lcp bench: not installed, left out: {', '.join(record.missing)}")
     is_interrupted = _measure(record, outputs, request.quiet)
-    _keep(record, outputs)
+    _keep(record, {path: form for path, form in outputs.items() if path != destination.path})
     if request.plot is not None and record.measurements:
         from lcpcli.bench import report
         from lcpcli.report import plotting
 
-        show(report.draw_figure(record, plotting.form_of(request.plot)), request.plot)
-    if destination.path is None:
-        destination.show(partial(render, record))
+        form = plotting.form_of(request.plot)
+        destination.add(request.plot, lambda: report.draw_figure(record, form))
+    rows = record.measurements
+    good, false = sum(row.success for row in rows), sum(row.false_success for row in rows)
+    told = f"{good} of {count(len(rows), 'measurement')} succeeded" + f"; {count(false, 'false claim')}" * bool(false)
+    destination.show(partial(render, record), told)
     if not is_interrupted:
-        code = NOT_SOLVED if any(row.false_success for row in record.measurements) else SOLVED
-        return BAD_INPUT if record.unread else code
+        return BAD_INPUT if record.unread else NOT_SOLVED if false else SOLVED
     done = len(record.measurements)
     number = done + sum(len(solvers) for _, solvers in record.pending())
     file = next((path for path, form in outputs.items() if form == "json"), None)

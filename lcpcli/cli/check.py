@@ -22,6 +22,7 @@ from lcpcli.cli.main import of_end
 from lcpcli.cli.output import Destination, refuse
 from lcpcli.cli.problems import InputModel, InputProblem, Inputs
 from lcpcli.errors import OptionError, ProblemError
+from lcpcli.files.contents import place
 from lcpcli.options import TOL
 from lcpcli.report.document import RECORD_MEANINGS
 
@@ -90,10 +91,12 @@ def check(
     destination = Destination.of(form, output, quiet)
     inputs.prepare({"--output": output})
     verifications = _verifications(inputs, paths[-1], tol, exact)
+    accepted = sum(verification.accepted for verification in verifications)
+    told = verifications[0].message if len(verifications) == 1 else f"{accepted} of {len(verifications)} are correct"
     if not destination.silent:
         from lcpcli.report import verification_text
 
-        destination.show(partial(verification_text.render, verifications))
+        destination.show(partial(verification_text.render, verifications), f"{place(paths[0])}: {told}")
     return max(of_end(verification.accepted) for verification in verifications)
 
 
@@ -181,6 +184,7 @@ def _verification(
 @option("Output", "--all", "whole", is_flag=True, help="Show everything; JSON and CSV always do.")
 @format_option(RECORD_MEANINGS)
 @output_file()
+@quiet_option()
 def inspect(
     file: str,
     q_file: str | None,
@@ -188,14 +192,15 @@ def inspect(
     whole: bool,
     form: str | None,
     output: str | None,
+    quiet: bool,
     **given: Any,
 ) -> int:
     """Report the classes of M, its scaling, and which methods are guaranteed to solve the problem; of a nonlinear model
     the rows and operators, and what is known of F and its Jacobian at the start."""
-    inputs = Inputs.of(list(filter(None, [file, q_file])), **given)
+    inputs = Inputs.of(list(filter(None, [file, q_file])), quiet=quiet, **given)
     inputs.prepare({"--output": output})
     options.check((TIME_LIMIT,), {"time_limit": time_limit})
-    destination = Destination.of(form, output)
+    destination = Destination.of(form, output, quiet)
     from lcpcli.inspection.inspection import inspect as inspected
     from lcpcli.inspection.nonlinear import inspect_nonlinear
     from lcpcli.model.problem import Problem
@@ -208,5 +213,7 @@ def inspect(
     else:
         model = _model(file).model
         found = inspect_nonlinear(problem, model.operators, model.header.common, len(model.fixed), seconds)
-    destination.show(partial(inspection_text.render, found, whole=whole))
+    destination.show(
+        partial(inspection_text.render, found, whole=whole), f"{place(file)}: {inspection_text.verdict(found)}"
+    )
     return 0

@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli import options
+from lcpcli.cli.problems import teller
 from lcpcli.cli.terminal import ITERATES, emit, size, terminal
 from lcpcli.errors import OptionError
 from lcpcli.options import EVERY
@@ -30,13 +31,13 @@ MOST_POINTS = 400  # of one method in a figure, about one for each pixel across 
 class Destination(NamedTuple):
     """Where a command shows its report.
 
-    form, path : the format, and the file, None for standard output. silent : whether nothing is shown. width, color :
-    the width of a terminal, None for a file or a pipe, and whether it shows colours.
+    form, path : the format, and the file, None for standard output. quiet : whether nothing but errors is printed.
+    width, color : the width of a terminal, None for a file or a pipe, and whether it shows colours.
     """
 
     form: str
     path: str | None
-    silent: bool
+    quiet: bool
     width: int | None
     color: bool
 
@@ -51,12 +52,26 @@ class Destination(NamedTuple):
         width, color = (None, False) if path else terminal()
         if form == "html":
             hush()
-        return cls(form, path, quiet and path is None, width, color and form == "table")
+        return cls(form, path, quiet, width, color and form == "table")
 
-    def show(self, render: Callable[[str, int | None, bool], str]) -> None:
-        """Show what `render` returns for the format, the width and whether there are colours."""
+    @property
+    def silent(self) -> bool:
+        """Return whether the report is not shown."""
+        return self.quiet and self.path is None
+
+    def show(self, render: Callable[[str, int | None, bool], str], verdict: str = "") -> None:
+        """Show what `render` returns for the format, the width and whether there are colours; where it goes to a file,
+        say the verdict in a line on standard error."""
         if not self.silent:
             show(render(self.form, self.width, self.color), self.path, self.color)
+        if verdict and self.path is not None:
+            teller(self.quiet)(verdict)
+
+    def add(self, path: str | None, content: Callable[[], str | bytes]) -> None:
+        """Write a further file, such as a figure, if it has a name, and say so."""
+        if path is not None:
+            show(content(), path)
+            teller(self.quiet)(f"wrote {path}")
 
 
 class Output:
@@ -67,17 +82,15 @@ class Output:
     plot : the file of the figure, whose suffix gives its format, None for no figure.
     paths : the file of the figure of paths, None for none.
     levels : for a comparison, the relative errors whose first attainment is recorded.
-    tells_verdict, verdict : whether a line on standard error says how the run ended, as the results go to a file; and
-    that line.
     """
 
     def __init__(self, request: Request) -> None:
         options.check((EVERY,), {"every": request.every})
         self.destination = Destination.of(request.form, request.output, request.quiet)
-        self.form, self.path, self.silent, self.width, _ = self.destination
+        self.form, self.path, _, self.width, _ = self.destination
+        self.silent = self.destination.silent
         self.plot, self.paths, self.levels, self._every = request.plot, request.paths, request.levels, request.every
         self._names = request.names
-        self.tells_verdict, self.verdict = self.path is not None and not request.quiet, ""
         self.trace_path = request.trace or None
         names = [name for name in ("every", "columns") if getattr(request, name)]  # options that ask for iterates
         asks = request.trace == ITERATES or (bool(names) and self.trace_path is None)
@@ -138,15 +151,15 @@ class Output:
 
     def draw(self, runs: Sequence[Sequence[Result]]) -> None:
         """Draw the runs, one panel per problem."""
-        if self.paths is not None:
+        if (path := self.paths) is not None:
             from lcpcli.report import pictures, plotting
 
-            show(plotting.paths(pictures.trajectories(runs), plotting.form_of(self.paths, pictures.PATHS)), self.paths)
-        if self.plot is None:
-            return
-        from lcpcli.report import plotting
+            form = plotting.form_of(path, pictures.PATHS)
+            self.destination.add(path, lambda: plotting.paths(pictures.trajectories(runs), form))
+        if (plot := self.plot) is not None:
+            from lcpcli.report import plotting
 
-        show(plotting.convergence(plotting.panels(runs), plotting.form_of(self.plot)), self.plot)
+            self.destination.add(plot, lambda: plotting.convergence(plotting.panels(runs), plotting.form_of(plot)))
 
     def text_of(self, report: Report) -> str:
         """Return a report in the format of the output; "" if nothing is shown."""

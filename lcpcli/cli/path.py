@@ -136,13 +136,14 @@ def path(
 
         selection.places(Ends(*(each.problem for each in ends)).names(), names)  # refuses a name of none
     found, code = _followed(ends, file, span, **given)
-    from lcpcli.report import path_formats
+    from lcpcli.report import path_formats, plotting
 
     if direction is not None and found.end == REACHED:  # there is no second problem
         found = replace(found, message=f"the path reaches t = {stop}")
-    destination.show(path_formats.report(found, asked, files_read, names).render)
+    destination.show(path_formats.report(found, asked, files_read, names).render, f"{file}: {found.message}")
     if plot is not None:
-        found.plot(plot, names)
+        form = plotting.form_of(plot)
+        destination.add(plot, lambda: found.plot(show=names).content(form))
     return code
 
 

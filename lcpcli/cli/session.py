@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from lcpcli import options
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, as_written, of_result, of_several
-from lcpcli.cli.output import Output, show
+from lcpcli.cli.output import Output
 from lcpcli.cli.problems import InputModel, InputProblem, Inputs, same_file, tell
 from lcpcli.cli.request import Request, with_references
 from lcpcli.cli.terminal import STANDARD
@@ -29,8 +29,16 @@ if TYPE_CHECKING:
 AnyInput: TypeAlias = InputProblem | InputModel
 Results: TypeAlias = "list[list[Result]]"  # by problem
 Faults: TypeAlias = "list[tuple[Source, LCPError]]"
-Outcome: TypeAlias = tuple[str, int, Callable[[], object]]  # text, exit code, and a function that draws the figure
 NUMBERS = (options.INFINITY, options.MAX_SOLUTIONS, options.JOBS, *LIMITS)
+
+
+class Outcome(NamedTuple):
+    """What a run came to: the text of its report, the exit code, the verdict in a line, and what draws the figure."""
+
+    text: str
+    code: int
+    verdict: str = ""
+    draw: Callable[[], object] = int
 
 
 def run(request: Request, of_one: Callable[[Request, Work, Output], Outcome] | None = None) -> int:
@@ -62,13 +70,10 @@ def run(request: Request, of_one: Callable[[Request, Work, Output], Outcome] | N
             from lcpcli.cli import streams
 
             return streams.run(works, output, request)
-    text, exit_code, draw = of_one(request, next(works), output) if of_one else _outcome(request, works, output)
-    if not output.silent:
-        show(text, output.path, output.destination.color)
-    draw()
-    if output.tells_verdict and output.verdict:
-        tell(output.verdict)
-    return exit_code
+    made = of_one(request, next(works), output) if of_one else _outcome(request, works, output)
+    output.destination.show(lambda *_: made.text, made.verdict)
+    made.draw()
+    return made.code
 
 
 def _outcome(request: Request, works: Iterator[Work], output: Output) -> Outcome:
@@ -76,7 +81,7 @@ def _outcome(request: Request, works: Iterator[Work], output: Output) -> Outcome
     problems, sources, faults = _read(request.inputs, list(works))
     text_of = partial(_text, request, sources=sources, faults=faults, output=output)
     if not problems:
-        return text_of([]), BAD_INPUT, int
+        return Outcome(text_of([]), BAD_INPUT)
     first = problems[0]
     among = None
     if not request.levels and isinstance(first, InputProblem) and others.is_asked(first.problem):
@@ -85,21 +90,21 @@ def _outcome(request: Request, works: Iterator[Work], output: Output) -> Outcome
     if output.trace_path is not None:
         from lcpcli.report import result_csv
 
-        show(result_csv.written(*result_csv.iterates(list(chain.from_iterable(results)))), output.trace_path)
-    text = ""
+        runs = list(chain.from_iterable(results))
+        output.destination.add(output.trace_path, lambda: result_csv.written(*result_csv.iterates(runs)))
+    text = verdict = ""
     if not output.silent:
         results, text = _with_conclusions(request, results, None if interrupted else among, text_of)
     made = list(chain.from_iterable(results))
-    if made and output.tells_verdict:
+    if made and output.path is not None:
         from lcpcli.report import outcome
 
         solved = f"{sum(result.solved for result in made)} of {len(made)} runs solved"
-        output.verdict = f"{sources[0].file}: {outcome.verdict(made[0])}" if len(made) == 1 else solved
-    if interrupted or any(result.interrupted for result in made):
-        return text, INTERRUPTED, partial(output.draw, results)
+        verdict = f"{sources[0].file}: {outcome.verdict(made[0])}" if len(made) == 1 else solved
     added = {AUTO} if request.adds_auto else set()
     codes = [of_result(result) for result in made if result.label not in added] + [BAD_INPUT] * bool(faults)
-    return text, of_several(codes), partial(output.draw, results)
+    is_cut = interrupted or any(result.interrupted for result in made)
+    return Outcome(text, INTERRUPTED if is_cut else of_several(codes), verdict, partial(output.draw, results))
 
 
 def _read(inputs: Inputs, works: Sequence[Work]) -> tuple[list[AnyInput], list[Source], Faults]:

@@ -87,6 +87,13 @@ def _nonlinear_tables(found: NonlinearInspection, classes: Sequence[Row], whole:
     return [_table(("", ""), _nonlinear_facts(found)), _table(("class of M = J at the start", "", "because"), shown)]
 
 
+def verdict(found: Inspection | NonlinearInspection) -> str:
+    """Return an inspection in a line: the obvious answer, else the classes that decide about the methods."""
+    proved = [title(name) for name, own in found.classes.items() if own.word == "yes" and title(name) in DECISIVE]
+    obvious = found.obvious if isinstance(found, Inspection) else ""
+    return obvious or ", ".join(proved) or "no class of M that decides about the methods is proved"
+
+
 def _table(header: Row, rows: Sequence[Row], texts: Sequence[int] = ()) -> Table:
     """Return a table of words, the last column of sentences."""
     return Table(header, [rows], words=range(len(header)), texts=texts or (len(header) - 1,))

@@ -42,10 +42,10 @@ def test_q_is_named_by_an_option_or_as_the_second_file(lcp: Lcp, words: tuple[st
 
 @pytest.mark.usefixtures("tables")
 def test_several_q_are_columns_of_the_file_that_is_named(lcp: Lcp) -> None:
-    for columns in (("--q", "two.csv"), ("two.csv",)):
-        made = lcp("solve", "M.csv", *columns, "--format", "json")
-        assert [each["item"] for each in records(made)] == [1, 2]
-        assert made.err == "lcp: 2 problems: 2 solved\n"
+    named, second = (lcp("solve", "M.csv", *q, "--format", "json") for q in (("--q", "two.csv"), ("two.csv",)))
+    assert [each["item"] for each in records(named)] == [each["item"] for each in records(second)] == [1, 2]
+    assert named.err == "lcp: 2 problems: 2 solved\n"
+    assert "--game" in second.err
 
 
 @pytest.mark.usefixtures("tables")
@@ -74,6 +74,21 @@ def test_a_table_that_may_be_a_problem_is_read_as_several_q_with_a_line_that_say
     assert doubtful.code == named.code == 0
     assert "other.csv: its 3 columns are 3 q" in doubtful.err
     assert named.err == "lcp: 3 problems: 3 solved\n"
+
+
+def test_a_file_beside_the_report_is_announced_unless_it_is_to_be_quiet(lcp: Lcp, folder: Path) -> None:
+    pytest.importorskip("matplotlib")
+    commands = {
+        "solve": ("good.json", "--paths", "paths.svg", "--trace", "trace.csv"),
+        "path": ("good.json", "--direction", "1,1", "--to", "2"),
+        "bench": ("good.json", "--method", "newton", "--budget", "0"),
+    }
+    for name, words in {"compare": ("good.json",), "solve --all": ("good.json",), **commands}.items():
+        told = lcp(*name.split(), *words, "--plot", "plot.svg")
+        files = {line.removeprefix("lcp: wrote ") for line in told.err.splitlines() if line != "lcp: wrote "}
+        assert files == {"plot.svg", *(word for word in words if word in ("paths.svg", "trace.csv"))}
+        assert all((folder / file).stat().st_size for file in files)
+        assert lcp(*name.split(), *words, "--plot", "plot.svg", "--quiet").err == ""
 
 
 @pytest.mark.usefixtures("tables")
