@@ -41,7 +41,8 @@ README = PAGES["README"]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", flags=re.MULTILINE | re.DOTALL)
 BLOCKS: dict[str, list[tuple[str, str]]] = {page: BLOCK.findall(text) for page, text in PAGES.items()}
 DISTURBED = "x between repeats"
-VERDICT = r"(lcp: .*(solved|solutions?|optimal).*\n)*"  # of a run whose results go to a file
+WRITING = re.compile("-o|--(plot|paths|trace)")  # options that name a file to write
+VERDICT = r"(lcp: .*(solved|solves|solutions?|optimal|reaches|positive|succeeded|wrote).*\n)*"  # of what goes to a file
 TIMES = re.compile(r"\d[\d.]*(e[-+]\d+)? ?(us|ms|s)\b|time/\w+")
 
 Lcp = Callable[..., Any]
@@ -67,7 +68,7 @@ def shell(command: str, folder: Path, code: int | None = None) -> str:
     done = subprocess.run(
         ["bash", "-c", own + command], capture_output=True, text=True, check=False, cwd=folder, env=environment
     )
-    assert re.fullmatch(VERDICT if "-o" in command else "", done.stderr), done.stderr
+    assert re.fullmatch(VERDICT if WRITING.search(command) else "", done.stderr), done.stderr
     assert code in (None, done.returncode)
     return done.stdout
 

@@ -22,8 +22,8 @@ from lcpcli.cli.command import (
 )
 from lcpcli.cli.output import refuse
 from lcpcli.cli.terminal import emit, terminal
-from lcpcli.errors import OptionError, folded, likely, quoted
-from lcpcli.methods.registry import METHODS, NONLINEAR, known_options
+from lcpcli.errors import OptionError, folded, quoted
+from lcpcli.methods.registry import METHODS, NONLINEAR, known_options, suggestion
 
 FOLDER = Path(__file__).parent.parent / "topics"  # one page per topic, in Markdown; its title is shown as its meaning
 PAGES = {page.stem: page.read_text(encoding="utf-8") for page in sorted(FOLDER.glob("*.md"))}
@@ -44,6 +44,7 @@ OTHER_WORDS = {  # for topics
     "frontier": "paths",
 }
 SECTIONS = re.compile(r"^(?=#+ )", re.MULTILINE)
+LAST = ("changes", "development", "sources")  # of the pages that have a word: those that explain none
 MOST_HEADINGS = 4  # of a page that has a word in many sections
 
 
@@ -100,7 +101,7 @@ def help(context: click.Context, topic: str | None, section: str | None, whole: 
         write_tables(formatter, {f"Pages with {quoted(topic)}, and their sections": found})
         click.echo(formatter.getvalue().lstrip("\n"), nl=False)
     else:
-        hint = likely(topic, [*TOPICS, *commands], "lcp help lists the topics")
+        hint = suggestion(topic, [*TOPICS, *commands], "lcp help lists the topics")
         raise OptionError("TOPIC", f"{quoted(topic)} is unknown", hint)
 
 
@@ -125,7 +126,9 @@ def _places(word: str) -> list[tuple[str, str]]:
     """Return the pages that have a word, each with the sections that do."""
     has_word = re.compile(rf"(?<!\w){re.escape(folded(word))}(?!\w)")
     found = []
-    for name, page in PAGES.items():
+    for name, page in sorted(
+        PAGES.items(), key=lambda each: (each[0] in LAST, -len(has_word.findall(folded(each[1]))))
+    ):
         sections = (
             part.partition("\n")[0].strip("# ") for part in SECTIONS.split(page) if has_word.search(folded(part))
         )

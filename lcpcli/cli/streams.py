@@ -42,8 +42,8 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
         refuse_unwritable(request.resume)
     form = "json" if request.resume else "" if output.silent else output.form
     every = (request.every or 1) if output.with_iterates else None
-    width = result_formats.width_of([place(file) for file in request.inputs.files])
-    task = Task(request, form, width, every)
+    layout = result_formats.Layout.of(list(map(place, request.inputs.files)), output.width)
+    task = Task(request, form, layout, every)
     if request.sequence:
         from lcpcli.solving.solver import SequenceSteps
 
@@ -57,7 +57,7 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
             destination = gradual_writing(output.path)
         works = tally.counted(works)
         with _records(task, works, in_order=True) as records, destination as write:
-            write(result_formats.heading(task.form, task.width))
+            write(result_formats.heading(task.form, task.layout))
             tally.write(records, write, with_progress=shows_progress(request.quiet) and output.path is not None)
         tally.read_on(works, request)
     else:

@@ -23,6 +23,7 @@ from lcpcli.files.contents import Source
 from lcpcli.files.inputs import QColumns, Work
 from lcpcli.options import LIMITS
 from lcpcli.report import result_formats
+from lcpcli.report.result_formats import Layout
 from lcpcli.solving.trace import Trace
 
 if TYPE_CHECKING:
@@ -52,14 +53,14 @@ class TaskRecord(NamedTuple):
 class Task(NamedTuple):
     """The work on every problem: solve it by the method, prove the result if requested, and typeset the record.
 
-    form : the format, "" for none. width : the width of the names of problems in a table. every : the step from one
+    form : the format, "" for none. layout : the columns of a table. every : the step from one
     written iterate to the next; None to write none. steps : what solves each problem from the states of the last one,
     if they are a sequence.
     """
 
     request: Request
     form: str
-    width: int
+    layout: Layout
     every: int | None
     steps: SequenceSteps | None = None
 
@@ -98,10 +99,10 @@ class Task(NamedTuple):
         if not self.form:
             return result, ""
         try:
-            return result, result_formats.of_result(result, source, self.form, self.width)
+            return result, result_formats.of_result(result, source, self.form, self.layout)
         except KeyboardInterrupt:
             result = replace(result, interrupted=True)
-            return result, result_formats.of_result(result, source, self.form, self.width)
+            return result, result_formats.of_result(result, source, self.form, self.layout)
 
     def records_of_loss(self, work: Work, message: str) -> list[TaskRecord]:
         """Return the records of an input whose results were lost."""
@@ -138,7 +139,7 @@ class Task(NamedTuple):
             yield replace(result, problem=result.problem.named(name, first.origin)), []
 
     def _without_result(self, source: Source, word: str, message: str, exit_code: int) -> TaskRecord:
-        text = result_formats.without_result(source, word, message, self.form, self.width) if self.form else ""
+        text = result_formats.without_result(source, word, message, self.form, self.layout) if self.form else ""
         return TaskRecord(text, word, exit_code, (message,))
 
 

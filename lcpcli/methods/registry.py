@@ -8,7 +8,7 @@ one of the endings in `stages`. Its options have been checked by their declarati
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -212,6 +212,23 @@ NONLINEAR = {  # methods for nonlinear problems, which `METHODS` for linear ones
 }
 
 
+OTHER_NAMES = {  # of methods, which `meant` does not find: the one of the same kind here
+    **dict.fromkeys(("schafer", "psor", "sor", "jacobi", "gauss-seidel", "projection"), "fixed-point"),
+    **dict.fromkeys(("simplex", "pivoting"), "lemke"),
+    **dict.fromkeys(("ipm", "barrier"), "interior"),
+    **dict.fromkeys(("semismooth", "active-set"), "newton"),
+    **dict.fromkeys(("mip", "branch-and-bound"), "milp"),
+    "path": AUTO,
+}
+
+
+def suggestion(name: str, known: Iterable[str], otherwise: str = "") -> str:
+    """Return the hint for a word that is no method and none of these words: the method that it may stand for, else one
+    that resembles it, else `otherwise` or all words."""
+    other = OTHER_NAMES.get(name.casefold().replace("_", "-"))
+    return f"did you mean {other}?" if other else meant(name, meanings()) or likely(name, known, otherwise)
+
+
 def options_of(methods: Mapping[str, Method]) -> dict[str, Option]:
     """Return the options of some methods by name; raise ValueError if a name belongs to two of them."""
     found: dict[str, Option] = {}
@@ -244,8 +261,7 @@ def declared(name: str) -> Method:
             METHODS[name] = method._replace(package=package("methods", name))
             OPTIONS.update({option.name: option for option in method.options if option.name not in OPTIONS})
             return METHODS[name]
-        hint = meant(str(name), meanings()) or likely(str(name), [*METHODS, *names("methods")])
-        raise OptionError("method", f"{name!r} is unknown", hint)
+        raise OptionError("method", f"{name!r} is unknown", suggestion(str(name), [*METHODS, *names("methods")]))
     return METHODS.get(name) or NONLINEAR[name]
 
 

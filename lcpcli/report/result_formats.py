@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli.errors import visible
 from lcpcli.report.document import Document, typeset
+from lcpcli.report.wording import ELLIPSIS
 
 if TYPE_CHECKING:
     from lcpcli.files.contents import Source
@@ -16,8 +17,43 @@ if TYPE_CHECKING:
 
 FORMS = ("table", "json", "csv")  # the formats in which each of many problems has a part of its own
 BAD_INPUT = "bad_input"  # the status of a problem that could not be read
-ROW = "{:{width}}  {:>6}  {:15}  {:>5}  {:>8}  {:>7}  {}"  # the row of one of many problems
-WIDEST_NAME, ITEM = 40, len(":1000")  # columns for the name of a problem, half a line; for the item in a file within it
+# Of the row of one of many problems: the columns for its name, at most half a line, and at least where it is cut; for
+# the item in a file within it; for all but the name and what it is solved by, with n and k or without them.
+WIDEST_NAME, FEWEST_OF_NAME, ITEM, WITH_SIZES, WITHOUT_SIZES = 40, 16, len(":1000"), 51, 36
+
+
+class Layout(NamedTuple):
+    """The columns of a table of many problems.
+
+    name : the width of the names. has_sizes : whether n and k are shown. room : what is left for the methods, None for
+    no limit; then no name is cut off.
+    """
+
+    name: int = 0
+    has_sizes: bool = True
+    room: int | None = None
+
+    @classmethod
+    def of(cls, files: Sequence[str], width: int | None) -> Layout:
+        """Return the layout for problems from these files on a terminal of this width, None for no terminal."""
+        longest = min(max(len(visible(file)) for file in files) + ITEM, WIDEST_NAME)
+        if width is None:
+            return cls(longest)
+        has_sizes = width - WITH_SIZES >= min(longest, FEWEST_OF_NAME)
+        left = width - (WITH_SIZES if has_sizes else WITHOUT_SIZES)
+        name = max(min(longest, left), FEWEST_OF_NAME)
+        return cls(name, has_sizes, left - name - 2)
+
+    def row(self, name: str, n: str, status: str, k: str, residual: str, time: str, by: Sequence[str]) -> str:
+        """Return the row of a problem. by : the methods and the objective; the last ones that fit are shown."""
+        name = visible(name)
+        if self.room is not None:
+            name = name if len(name) <= self.name else ELLIPSIS + name[len(ELLIPSIS) - self.name :]
+            while by and len(", ".join(by)) > self.room:
+                by = by[1:]
+        sizes = [[f"{n:>6}"], [f"{k:>5}"]] if self.has_sizes else [[], []]
+        cells = [f"{name:{self.name}}", *sizes[0], f"{status:15}", *sizes[1], f"{residual:>8}", f"{time:>7}"]
+        return "  ".join([*cells, visible(", ".join(by))]).rstrip() + "\n"
 
 
 class Report(NamedTuple):
@@ -92,15 +128,10 @@ def report(
     return Report(document, records, rows)
 
 
-def width_of(files: Sequence[str]) -> int:
-    """Return the number of columns for the names of problems from these files."""
-    return min(max(len(visible(file)) for file in files) + ITEM, WIDEST_NAME)
-
-
-def heading(form: str, width: int) -> str:
-    """Return the heading before the first of many problems. width : the width of the names of problems."""
+def heading(form: str, layout: Layout) -> str:
+    """Return the heading before the first of many problems."""
     if form == "table":
-        return _row(width, "problem", "n", "status", "k", "residual", "time", "by")
+        return layout.row("problem", "n", "status", "k", "residual", "time", ["by"])
     if form == "json":
         return ""
     from lcpcli.report import result_csv
@@ -108,7 +139,7 @@ def heading(form: str, width: int) -> str:
     return result_csv.written([["problem", *result_csv.COLUMNS, result_csv.STATE, "name"]])
 
 
-def of_result(result: Result, source: Source, form: str, width: int = 0) -> str:
+def of_result(result: Result, source: Source, form: str, layout: Layout) -> str:
     """Return the text of a problem, read from this source, that has a result."""
     if form == "json":
         from lcpcli.report import json_lines
@@ -121,12 +152,11 @@ def of_result(result: Result, source: Source, form: str, width: int = 0) -> str:
     from lcpcli.report import wording
 
     n, k, seconds = str(result.problem.n), str(result.iterations), wording.duration(result.seconds)
-    by = ", ".join([*result.route, *wording.objective(result)])
-    status = result.word.replace("_", " ")
-    return _row(width, str(source), n, status, k, wording.residual(result), seconds, by)
+    status, by = result.word.replace("_", " "), [*result.route, *wording.objective(result)]
+    return layout.row(str(source), n, status, k, wording.residual(result), seconds, by)
 
 
-def without_result(source: Source, status: str, message: str, form: str, width: int = 0) -> str:
+def without_result(source: Source, status: str, message: str, form: str, layout: Layout) -> str:
     """Return the text of a problem that could not be read, or whose result was lost."""
     if form == "json":
         from lcpcli.report import json_lines
@@ -136,8 +166,4 @@ def without_result(source: Source, status: str, message: str, form: str, width: 
         from lcpcli.report import result_csv
 
         return result_csv.written([], [message])
-    return _row(width, str(source), "", status.replace("_", " "), "", "", "", "")
-
-
-def _row(width: int, *cells: str) -> str:
-    return ROW.format(*map(visible, cells), width=width).rstrip() + "\n"
+    return layout.row(str(source), "", status.replace("_", " "), "", "", "", [])
