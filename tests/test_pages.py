@@ -43,6 +43,7 @@ BLOCKS: dict[str, list[tuple[str, str]]] = {page: BLOCK.findall(text) for page, 
 DISTURBED = "x between repeats"
 WRITING = re.compile("-o|--(plot|paths|trace)")  # options that name a file to write
 VERDICT = r"(lcp: .*(solved|solves|solutions?|optimal|reaches|positive|succeeded|wrote).*\n)*"  # of what goes to a file
+ROUNDING = re.compile(r"\b\d\.\de-1[5-9]\b")  # of a residual, whose digits depend on the machine
 TIMES = re.compile(r"\d[\d.]*(e[-+]\d+)? ?(us|ms|s)\b|time/\w+")
 
 Lcp = Callable[..., Any]
@@ -91,7 +92,7 @@ def comparable(text: str) -> list[list[str]]:
     lines, timed, method, times = [], False, "", list[int]()
     for line in text.splitlines():
         timed = "time/" in line or (timed and bool(line.strip()))
-        cells = TIMES.sub("TIME", line).split()
+        cells = ROUNDING.sub("0", TIMES.sub("TIME", line)).split()
         if cells[-1:] == ["status"]:  # the head of a summary, with its columns of times
             heads = line.replace("to 1e", "to_1e").split()
             times = [i for i, head in enumerate(heads) if head in ("us", "ms", "s")]

@@ -23,7 +23,7 @@ from lcpcli.cli.command import (
 from lcpcli.cli.output import refuse
 from lcpcli.cli.terminal import emit, terminal
 from lcpcli.errors import OptionError, folded, quoted
-from lcpcli.methods.registry import METHODS, NONLINEAR, known_options, suggestion
+from lcpcli.methods.registry import METHODS, NONLINEAR, OTHER_NAMES, known_options, suggestion
 
 FOLDER = Path(__file__).parent.parent / "topics"  # one page per topic, in Markdown; its title is shown as its meaning
 PAGES = {page.stem: page.read_text(encoding="utf-8") for page in sorted(FOLDER.glob("*.md"))}
@@ -44,7 +44,7 @@ OTHER_WORDS = {  # for topics
     "frontier": "paths",
 }
 SECTIONS = re.compile(r"^(?=#+ )", re.MULTILINE)
-LAST = ("changes", "development", "sources")  # of the pages that have a word: those that explain none
+LAST = ("changes", "sources")  # of the pages that have a word: those that explain none
 MOST_HEADINGS = 4  # of a page that has a word in many sections
 
 
@@ -96,7 +96,7 @@ def help(context: click.Context, topic: str | None, section: str | None, whole: 
             emit(_options(context, topic), False)
     elif topic in OF_THE_SOURCE:
         click.echo(f"{topic}: {OF_THE_SOURCE[topic]} of the source is this page")
-    elif found := _places(topic):
+    elif topic.casefold() not in OTHER_NAMES and (found := _places(topic)):
         formatter = context.make_formatter()
         write_tables(formatter, {f"Pages with {quoted(topic)}, and their sections": found})
         click.echo(formatter.getvalue().lstrip("\n"), nl=False)

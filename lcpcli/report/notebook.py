@@ -37,6 +37,7 @@ def result_html(result: Result) -> str:
     (_, status), *facts = _facts(result)
     facts.insert(1, ("iterations", str(result.iterations)))
     texts = ["" if result.solved else result.message, result.advice, *programs_and_games.lines(result, compared=False)]
+    texts += wording.objective(result)
     rows = [*facts, *(("", text) for text in texts if text)]
     table = Table(("", ""), [rows], words=(0, 1))
     figure = None if result.trace is None or find_spec("matplotlib") is None else partial(tables.figure, [result])

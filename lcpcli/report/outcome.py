@@ -89,8 +89,9 @@ def verdict(result: Result) -> str:
     """Return a line on how the run ended, and by which methods, unless it is on the problem alone."""
     by = f"by {', '.join(result.route)}"
     if result.solved:
+        objective = "".join(f"; {words}" for words in wording.objective(result))
         others = UNSOLVABLE if result.exactly_solvable is False else OTHERS_CLAUSES[result.others]
-        return f"{result.status.word} {by}: {_work(result)}{others}"
+        return f"{result.status.word} {by}: {_work(result)}{objective}{others}"
     if result.status.word in PROBLEM_STATUSES:
         return result.message
     return f"{name(result)}{f' ({by})' * (result.route != (result.method,))} {result.message}"

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.errors import count
 from lcpcli.games.behavior import Behavior, InformationSetStrategy, Strategies
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
@@ -19,7 +20,8 @@ from lcpcli.solving.answer import BehaviorEquilibrium, Conclusion, Minimum
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
 
-MOST_SETS = 100  # information sets in a table, a few screens
+MOST_SETS = 100  # information sets in a table, or rows and variables, a few screens
+MOST_ON_SCREEN = 12  # rows, and variables
 
 
 def lines(result: Result, compared: bool) -> list[str]:
@@ -42,7 +44,8 @@ def lines(result: Result, compared: bool) -> list[str]:
     elif answer.x is not None and answer.y is not None and answer.objective is not None:
         multipliers = [f"y = {named(answer.y.tolist(), origin.rows)}"] if answer.y.size else []
         point = f"{'' if result.solved else 'best '}x = {named(answer.x.tolist(), origin.columns)}"
-        parts = [point, *multipliers, f"objective {wording.plain_number(answer.objective)}"]
+        shown = result.solved and not compared  # in the verdict
+        parts = [point, *multipliers, *[f"objective {wording.plain_number(answer.objective)}"] * (not shown)]
     texts = [", ".join(parts), answer.statement, *no_optimum(answer, origin)]
     if answer.exact and not isinstance(answer, BehaviorEquilibrium):
         from lcpcli.rational.numbers import brief
@@ -107,19 +110,19 @@ def behavior(sets: Sequence[InformationSetStrategy]) -> Table:
     return Table(["player", "information set", "reached", "probabilities"], [rows], (0, 1, 3), (3,), notes=notes)
 
 
-def tables(answer: Any, origin: Any) -> list[Table]:
+def tables(answer: Any, origin: Any, whole: bool = True) -> list[Table]:
     """Return a table of the rows and variables of a program, or of the strategies of a game tree, in fractions if they
-    are proved."""
+    are proved. whole : whether a program has more of them than fit on a screen."""
     if isinstance(answer, Minimum):
-        return rows_of(answer, origin)
+        return rows_of(answer, origin, MOST_SETS if whole else MOST_ON_SCREEN)
     if not isinstance(answer, BehaviorEquilibrium) or answer.payoffs is None:
         return []
     return [behavior((answer.exact or answer).information_sets or [])]
 
 
-def rows_of(answer: Any, origin: Any) -> list[Table]:
+def rows_of(answer: Any, origin: Any, most: int) -> list[Table]:
     """Return a table of the rows of a program, with activities, slacks and multipliers, and of its variables, with the
-    multipliers of their bounds, which are their reduced costs."""
+    multipliers of their bounds, which are their reduced costs; at most so many of each."""
     if answer.x is None or not answer.activities.size:
         return []
     cell, x, y = wording.plain_number, answer.x.tolist(), answer.y.tolist()
@@ -137,11 +140,11 @@ def rows_of(answer: Any, origin: Any) -> list[Table]:
         strict=True,
     )
     groups = [
-        [[name, *map(cell, numbers)] for name, *numbers in islice(rows, MOST_SETS)],
-        [[name, cell(value), "", cell(cost)] for name, value, cost in islice(columns, MOST_SETS)],
+        [[name, *map(cell, numbers)] for name, *numbers in islice(rows, most)],
+        [[name, cell(value), "", cell(cost)] for name, value, cost in islice(columns, most)],
     ]
-    left_out = max(len(x), len(y)) > MOST_SETS
-    notes = [f"the first {MOST_SETS} rows and variables; JSON and CSV have all"] * left_out
+    left_out = f"the first {most} of {count(len(y), 'row')} and of {count(len(x), 'variable')}; --format csv has all"
+    notes = [left_out] * (max(len(x), len(y)) > most)
     return [Table(["", "value", "slack", "multiplier"], groups, (0,), notes=notes)]
 
 

@@ -132,20 +132,24 @@ def build(
         verdict="" if compared else outcome.verdict(first),
         settled=not compared and first.solved,
         facts=facts,
-        tables=[*([] if compared else _strategies(first)), iterates, *([summary] if summary else [])],
+        tables=[*_strategies([first][compared:], whole or form != "table"), iterates, *filter(None, [summary])],
         remarks=[*disproof, *_remarks(results, compared, elided, form, shows_times)],
         provenance=wording.made_by(results),
         figure=partial(figure, results) if any(result.trace or result.curve for result in results) else None,
     )
 
 
-def _strategies(result: Result) -> list[Table]:
-    """Return a table of the rows and variables of a program, or of the strategies of a game tree."""
-    if result.answer is None:
+def _strategies(results: Sequence[Result], whole: bool) -> list[Table]:
+    """Return tables of the rows and variables of programs, or of the strategies of game trees.
+
+    whole : whether they may be longer than a screen.
+    """
+    answered = [result for result in results if result.answer is not None]
+    if not answered:
         return []
     from lcpcli.report import programs_and_games
 
-    return programs_and_games.tables(result.answer, result.problem.origin)
+    return [table for own in answered for table in programs_and_games.tables(own.answer, own.problem.origin, whole)]
 
 
 def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> Document:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from .conftest import Lcp, assert_refused, record, records
+from .conftest import EXAMPLE, GOOD, Lcp, assert_refused, record, records
 
 
 @pytest.fixture
@@ -98,3 +100,67 @@ def test_quiet_before_the_file_of_q_says_how_q_is_named(lcp: Lcp, q: str) -> Non
     assert (meant.code, meant.out) == (usual.code, usual.out) == (0, "")
     assert f"--q {q}" in meant.err
     assert usual.err == ""
+
+
+@pytest.mark.parametrize("width", [60, 80, 120])
+def test_the_table_of_many_problems_keeps_to_the_width_of_the_terminal(
+    width: int, lcp: Lcp, folder: Path, terminal: Callable[[int, bool], None]
+) -> None:
+    terminal(width, False)
+    long = folder / "a-folder-with-a-long-name"
+    long.mkdir()
+    for i in range(3):
+        (long / f"a-problem-with-a-long-name-{i}.json").write_text(GOOD)
+    (long / "unreadable.json").write_text("{")
+    shown = lcp("solve", long.name, "none.json").out.splitlines()
+    assert max(map(len, shown)) <= width
+    assert [word for word in ("name-0.json", "solved", "bad input", "infeasible") if word not in "\n".join(shown)] == []
+    assert ("  by" in shown[0]) == (width == 120)
+
+
+def test_a_program_fits_on_a_screen_and_its_objective_is_in_the_verdict(lcp: Lcp, folder: Path) -> None:
+    n = 60
+    program = {"c": list(range(1, n + 1)), "A": [[1] * n, [1, 2] * (n // 2)], "row_lower": [3, 4]}
+    (folder / "program.json").write_text(json.dumps(program))
+    shown = lcp("solve", "program.json").out.splitlines()
+    assert len(shown) < 60
+    assert shown[1].startswith("solved by ")
+    assert "; objective 4" in shown[1]
+    assert "--format csv" in "\n".join(shown)
+    lcp("solve", "program.json", "-o", "whole.txt", "-q")
+    assert "\nx60 " in (folder / "whole.txt").read_text()
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_table_shows_the_residual_that_json_has(lcp: Lcp) -> None:
+    lcp("make", "harker-pang", "-n", "20", "-o", "rounded.json")
+    found = record(lcp("solve", "rounded.json", "--format", "json", "--trace"))
+    assert 0 < found["relative_residual"] < 1e-14  # at the level of rounding
+    shown = lcp("solve", "rounded.json").out
+    assert f"residual {found['residual']:.1e}, relative {found['relative_residual']:.1e}\n" in shown
+    assert f" {found['trace'][-1]['residual']:.1e} " in shown.splitlines()[-2]
+
+
+@pytest.mark.parametrize(
+    ("word", "method"),
+    [
+        ("schafer", "fixed-point"),
+        ("Schaefer", "fixed-point"),
+        ("vector-division", "shi"),
+        ("simplex", "lemke"),
+        ("ipm", "interior"),
+        ("interior-point", "interior"),
+        ("PSOR", "fixed-point"),
+    ],
+)
+def test_a_method_is_suggested_for_another_name(lcp: Lcp, word: str, method: str) -> None:
+    assert_refused(lcp("solve", EXAMPLE, "--method", word), f"did you mean {method}?")
+    helped = lcp("help", word)
+    assert f"did you mean {method}?" in helped.err or method in helped.out
+
+
+def test_pages_that_explain_a_word_come_before_those_that_only_have_it(lcp: Lcp) -> None:
+    pages = [line.split()[0] for line in lcp("help", "tables").out.splitlines()[1:] if line[2] != " "]
+    assert pages[0] == "formats"
+    assert set(pages) & {"paper", "programs"}
+    assert pages.index("changes") > pages.index("speed")

@@ -39,10 +39,11 @@ def remade(lcp: Lcp, option: str, name: str, *arguments: str) -> list[str]:
 def test_the_minimum_is_reported_and_of_a_comparison_by_each_method(lcp: Lcp) -> None:
     lines = remade(lcp, "--from-qp", "program.json")
     assert lines[0] == "program: n = 3"
-    line = lines.index("x = (1.5, 0), y = (0), objective -2.25")
+    assert lines[1].endswith("; objective -2.25")
+    line = lines.index("x = (1.5, 0), y = (0)")
     assert lines[line + 1] == "x is the unique minimizer, as Q is positive definite"
     shown = lcp("compare", "made.json", "--method", "newton", "--method", "lemke").out.splitlines()
-    assert {f"newton: {lines[line]}", f"lemke: {lines[line]}"} <= set(shown)
+    assert {f"{method}: {lines[line]}, objective -2.25" for method in ("newton", "lemke")} <= set(shown)
     (record,) = records(lcp("compare", EXAMPLE, "--method", "newton", "--format", "json"))
     assert record["answer"] is None
 
