@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from lcpcli import clock, interrupts
 from lcpcli.cli.main import INTERRUPTED, NO_SOLUTION, NOT_SOLVED, SOLVED
-from lcpcli.cli.output import Output, refuse, refuse_given
+from lcpcli.cli.output import Output
 from lcpcli.cli.request import Request
 from lcpcli.cli.session import Outcome
 from lcpcli.enumeration import search as sets
@@ -21,7 +21,6 @@ from lcpcli.enumeration.search import refuse_large
 from lcpcli.errors import ProblemError
 from lcpcli.files.contents import content_of, within
 from lcpcli.interrupts import TimeIsUp, stopping
-from lcpcli.options import MAX_ITERATIONS, TOL
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate
 from lcpcli.report import pictures, plotting, selection, solutions
@@ -30,28 +29,6 @@ if TYPE_CHECKING:
     from lcpcli.cli.problems import InputProblem
     from lcpcli.files.inputs import Work
     from lcpcli.files.nl_format import LinearObjective
-
-# The options that concern a single solution, and that --all therefore refuses.
-SINGLE_OPTIONS = (
-    TOL.name,
-    MAX_ITERATIONS.name,
-    "trace",
-    "every",
-    "paths",
-    "bound",
-    "jobs",
-    "cluster",
-    "resume",
-    "sequence",
-)
-
-
-def refuse_others(request: Request, name: str) -> None:
-    """Raise OptionError for options that concern a single solution. name : the option that needs all of them."""
-    (variant,) = request.variants
-    fault, hint = f"has a method of its own, and {variant} finds one solution at most", f"leave out --method, or {name}"
-    refuse(variant.method != "auto", name, fault, hint)
-    refuse_given(request.given(*SINGLE_OPTIONS), f"has no effect with {name}")
 
 
 def outcome(request: Request, work: Work, output: Output) -> Outcome:

@@ -19,8 +19,9 @@ from lcpcli.bench.suites import (
 from lcpcli.cli import declarations
 from lcpcli.cli.command import Candidates, command, option
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
-from lcpcli.cli.output import Destination, refuse_given, require_plot, show
+from lcpcli.cli.output import Destination, require_plot, show
 from lcpcli.cli.problems import Inputs, same_file, settle_threads, tell, teller
+from lcpcli.cli.refusals import refuse_beside
 from lcpcli.cli.request import Request
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.errors import OptionError, count, listed
@@ -187,10 +188,8 @@ def _new_record(request: Request) -> BenchRecord:
 def _read_record(request: Request) -> BenchRecord:
     from lcpcli.bench import record, recording
 
-    fixed: dict[str, Any] = {"SUITE": request.inputs.files, "--method": request.variants, "--sweep": request.sweep}
-    fixed |= {"--peer": request.peers, "--infinity": request.inputs.infinity}
-    fixed |= {number.name: getattr(request, number.name) for number in MEASURING}
-    refuse_given(fixed, "has no effect with --resume, which keeps the options of the bench")
+    others = {"SUITE": request.inputs.files, "--method": request.variants, "--infinity": request.inputs.infinity}
+    refuse_beside("a bench that is resumed", {**request.given, **others})
     past = record.read(str(request.resume))
     if past.pending():
         recording.refuse_elsewhere(past)

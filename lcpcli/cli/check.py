@@ -21,6 +21,7 @@ from lcpcli.cli.declarations import (
 from lcpcli.cli.main import of_end
 from lcpcli.cli.output import Destination, refuse
 from lcpcli.cli.problems import InputModel, InputProblem, Inputs
+from lcpcli.cli.refusals import refuse_beside
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files.contents import place
 from lcpcli.options import TOL
@@ -85,7 +86,8 @@ def check(
     if not 2 <= len(paths) <= 3:
         hint = "give the file of the problem, the file of q if it is separate, and the solution"
         raise OptionError("FILE [Q_FILE] SOLUTION", f"stands for 2 or 3 files, not {len(paths)}", hint)
-    refuse(exact and tol is not None, "--tol", "has no effect with --exact")
+    if exact:
+        refuse_beside("--exact", {"--tol": tol})
     options.check((TOL,), {"tol": tol})
     inputs = Inputs.of(paths[:-1], quiet=quiet, others=paths[-1:], **given)
     destination = Destination.of(form, output, quiet)
@@ -104,7 +106,8 @@ def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool
     from lcpcli.files import contents
 
     read = inputs.read_any()
-    refuse(exact and read.exactly is None, "--exact", "has no effect on a nonlinear model")
+    if read.exactly is None:
+        refuse_beside("a nonlinear model", {"--exact": exact})
     data = read.exactly() if exact and read.exactly is not None else None
     answers = _answers(inputs, read, solution)
     if answers[0].remark:
@@ -154,7 +157,7 @@ def _verification(
         refuse(answer.kind == "farkas", "SOLUTION", "is a proof, which a nonlinear model cannot have", "give z")
         return verification.verify_nonlinear(problem, rounded(answer.values), tol or TOL.value)
     if answer.kind == "farkas":
-        refuse(tol is not None, "--tol", "has no effect on a proof")
+        refuse_beside("a proof", {"--tol": tol})
         return checking.verified_proof(problem, answer.values, data, is_rounded=not answer.exact)
     if answer.rows is not None:
         strategies.require_strategies(problem, answer.values, answer.rows)

@@ -29,6 +29,7 @@ STARTS = {
     "basis": "Starting point given by states: lower,basic,upper, a list in JSON, or a result.  [default: see --x0]",
 }
 
+OF_METHODS = (*OPTIONS, *STARTS, *ADDITIONS, *SWITCHES)  # the options of methods, by name
 SWEEP = "--sweep"
 COMMON = (  # options of a command that solves which its help shows on one screen: the paper's, limits and output
     *("--q", "--lower", "--upper", "--method", "--p", "--k-star", "--rho", "--sigma", "--tol", "--max-iterations"),

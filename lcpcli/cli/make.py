@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from lcpcli.cli.command import Choice, argument, command, option
 from lcpcli.cli.declarations import file_option, problem_file, problem_output
-from lcpcli.cli.output import Destination, refuse, refuse_given
+from lcpcli.cli.output import Destination, refuse
 from lcpcli.cli.problems import Inputs, tell, without_wrong_solutions
+from lcpcli.cli.refusals import refuse_beside
 from lcpcli.cli.terminal import emit
 from lcpcli.errors import OptionError, count, quoted
 from lcpcli.files.formats import ALL, COMPLETE, FORMATS, PROGRAM_SUFFIXES
@@ -78,16 +79,15 @@ def make(
     listed: bool,
 ) -> int:
     """Write a problem of FAMILY, a family of the gallery, or the problem of a program or a game."""
-    given = {"FAMILY": family, "-n": n, "--seed": seed, "--set": settings or None}
     sources = {"--from-qp": from_qp, "--from-game": from_game}
+    given = {"FAMILY": family, "-n": n, "--seed": seed, "--set": settings, **sources, "--output": output}
     if listed:
-        refuse_given({**given, **sources, "-o": output}, "has no effect with --list", "leave one out")
+        refuse_beside("--list", given)
         return _show_list()
     prepare(Inputs([source for source in sources.values() if source is not None]), output)
     for name, source in sources.items():
         if source is not None:
-            others = {other: file for other, file in sources.items() if other != name}
-            refuse_given({**given, **others}, f"has no effect with {name}", "leave one out")
+            refuse_beside(name, given)
             from lcpcli.files import reading
 
             write(reading.read_origin(name.removeprefix("--from-"), source), output)

@@ -6,15 +6,15 @@ import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from lcpcli import options
 from lcpcli.cli.problems import teller
+from lcpcli.cli.refusals import refuse_beside
 from lcpcli.cli.terminal import ITERATES, emit, size, terminal
 from lcpcli.errors import OptionError
 from lcpcli.options import EVERY
 from lcpcli.report.document import FORMATS, SUFFIXES, TABLES
-from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
     from lcpcli.cli.request import AnyProblem, Request
@@ -97,19 +97,16 @@ class Output:
         self.with_iterates = not self.silent and asks
         in_table = self.form in TABLES and not (request.sweep and self.form != "html")
         self._keeps_iterates = self.with_iterates or self.trace_path is not None or (in_table and not self.silent)
-        hint = "name a file for the iterates, or leave it out"
-        refuse(request.trace == ITERATES and self.silent, "--trace", "has no effect with --quiet", hint)
-        for name in names:
-            refuse(not self._keeps_iterates, f"--{name}", "has no effect where no iterates are shown")
-        if self.form == "json" and not self.silent:
-            chosen = {"columns": request.columns, "--show": request.names}
-            refuse_given(chosen, "has no effect on json, which has all")
-        is_swept = bool(request.sweep) and self.form == "csv" and not self.with_iterates
-        if is_swept:
-            refuse_given({"--show": request.names}, "has no effect where no unknowns are shown")
-        refuse(request.bound and self.silent, "--bound", "has no effect with --quiet")
-        has_no_place = request.bound and self.form == "csv"
-        refuse(has_no_place, "--bound", "has no effect on the format csv, which holds no proofs")
+        modes = {
+            "--quiet": self.silent,
+            "no iterates": not self._keeps_iterates,
+            "json": self.form == "json" and not self.silent,
+            "no unknowns": bool(request.sweep) and self.form == "csv" and not self.with_iterates,
+            "csv": self.form == "csv",
+        }
+        given = request.given | {"--trace": request.trace == ITERATES}  # to the output, not to a file
+        for mode in (mode for mode, is_asked in modes.items() if is_asked):
+            refuse_beside(mode, given)
         if self.trace_path is not None:
             _refuse_as_trace(self.trace_path)
         if self.plot is not None:
@@ -184,14 +181,6 @@ def refuse(is_wrong: bool, where: str, fault: str, hint: str = "leave it out") -
     """Raise OptionError with this message if an option is wrong."""
     if is_wrong:
         raise OptionError(where, fault, hint)
-
-
-def refuse_given(given: Mapping[str, Any], fault: str, hint: str = "leave it out") -> None:
-    """Refuse the first of some options that is given, by its name on the command line or in Python; None, False and an
-    empty tuple stand for one that is not."""
-    for name, value in given.items():
-        is_given = value is not None and value is not False and value != ()
-        refuse(is_given, name if name.isupper() or name.startswith("-") else flag(name), fault, hint)
 
 
 def require_plot(file: str, option: str = "plot") -> None:

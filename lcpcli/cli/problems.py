@@ -18,10 +18,12 @@ import click
 from lcpcli import options
 from lcpcli.cli.command import BEHIND_QUIET
 from lcpcli.cli.main import say
+from lcpcli.cli.refusals import refuse_beside
 from lcpcli.cli.terminal import STANDARD
-from lcpcli.errors import OptionError, ParameterError, ProblemError, count
+from lcpcli.errors import OptionError, ProblemError, count
 from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.linalg.threads import GENERAL, MANY_ROWS, VARIABLES
+from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
     from lcpcli.files.inputs import Input, QColumns, Work
@@ -198,8 +200,7 @@ class Inputs(NamedTuple):
             return None
         if others := work.paths[1:]:
             raise ProblemError(others[0], f"is not needed: {work.sources[0].file} is a model", NOT_SECOND)
-        if given := [name for name, value in self.bounds.items() if value is not None]:
-            raise ParameterError(given[0], "has no effect on a nonlinear model", "leave it out")
+        refuse_beside("a nonlinear model", {flag(name): value for name, value in self.bounds.items()})
         remarks = [f"{work.sources[0].file}: {model.remark}"] if model.remark else []
         return InputModel(model.nonlinear, cache(work.any_digests), remarks)
 

@@ -14,8 +14,9 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from lcpcli import options
-from lcpcli.cli.declarations import STARTS
+from lcpcli.cli.declarations import OF_METHODS, STARTS
 from lcpcli.cli.problems import Inputs, tell, teller
+from lcpcli.cli.refusals import refuse_beside
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.clock import seconds
 from lcpcli.errors import OptionError, listed
@@ -23,12 +24,9 @@ from lcpcli.files.contents import files_in
 from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.interrupts import within
 from lcpcli.methods.registry import (
-    ADDITIONS,
     METHODS,
     NONLINEAR,
-    OPTIONS,
     START_OPTIONS,
-    SWITCHES,
     declared,
     known_options,
     options_of,
@@ -45,7 +43,11 @@ if TYPE_CHECKING:
     from lcpcli.solving.trace import Trace
 
 
-OF_LINEAR = ("exact", "paths")  # options that concern linear problems
+FLAGS = {
+    "names": "--show",
+    "form": "--format",
+    "peers": "--peer",
+}  # of the fields of a request that are called otherwise
 _methods: set[str] = set()  # the methods that this process has run
 Values = dict[str, Any]  # options of a method, by name
 AnyProblem: TypeAlias = "Problem | NonlinearProblem"
@@ -102,17 +104,20 @@ class Request(NamedTuple):
         starts = [given[name] for name in STARTS if given.get(name) is not None]
         of_folders = set(found) - {*files, *default}
         inputs = Inputs.of(found, **how, quiet=given["quiet"], of_folders=of_folders, others=starts)
-        own = {name: given.pop(name) for name in (*OPTIONS, *STARTS, *ADDITIONS, *SWITCHES) if name in given}
+        own = {name: given.pop(name) for name in OF_METHODS if name in given}
         request = cls(inputs, {name: value for name, value in own.items() if value is not None}, **given)
         path = request.output if request.resume is None else None  # with --resume there is no other output
         outputs = {"--output": path, "--trace": request.trace or None, "--plot": request.plot, "--paths": request.paths}
         inputs.prepare({**outputs, "--resume": request.resume}, request.threads)
         return request
 
-    def given(self, *names: str) -> dict[str, Any]:
-        """Return the values of some options by name; those of the methods, which are all given, by their flags."""
+    @property
+    def given(self) -> dict[str, Any]:
+        """Return the values of the options by flag; those of methods are all given, and no method stands for auto."""
         own = {flag(f"no-{name}" if value is False else name): True for name, value in self.own.items()}
-        return own | {name: getattr(self, name) for name in names}
+        method = None if [*self.variants] == [Variant(AUTO)] else self.variants
+        fields = {FLAGS.get(name) or flag(name): value for name, value in self._asdict().items()}
+        return own | fields | {"--method": method}
 
     @property
     def limits(self) -> Limits:
@@ -208,15 +213,11 @@ class Request(NamedTuple):
 
     def _options_of_nonlinear(self, problem: NonlinearProblem) -> list[Values]:
         own = options_of(NONLINEAR)
-        known = {*own, "z0"}
         for variant in self.variants:
             if variant.method != AUTO and variant.method not in NONLINEAR:
                 fault = f"{variant} solves linear problems only, and this model is nonlinear"
                 raise OptionError("--method", fault, f"give {listed([*NONLINEAR])}")
-        others = [f"no-{name}" if value is False else name for name, value in self.own.items() if name not in known]
-        others += [name for name in OF_LINEAR if getattr(self, name) not in (None, False)]
-        for name in others:
-            raise OptionError(flag(name), "has no effect on a nonlinear model", "leave it out")
+        refuse_beside("a nonlinear model", self.given)
         given = {name: _value(name, text, problem) for name, text in self.own.items()}
         options.check(own.values(), given)
         return [given | variant.options for variant in self.variants]

@@ -7,7 +7,7 @@ from typing import Any
 
 from lcpcli.cli import declarations
 from lcpcli.cli.command import EXITS, command, option
-from lcpcli.cli.output import refuse, refuse_given
+from lcpcli.cli.refusals import refuse_beside
 from lcpcli.cli.request import Request
 from lcpcli.methods.variants import Variant
 from lcpcli.options import JOBS, MAX_SOLUTIONS
@@ -74,27 +74,19 @@ def solve(
     request = Request.of(files, variants=[method], **given)
     from lcpcli.cli.session import run
 
-    objectives = {"--minimize": minimize, "--maximize": maximize}
-    if all_of_them:
+    options = {**request.given, "--minimize": minimize, "--maximize": maximize}
+    sense, objective = ("min", minimize) if minimize is not None else ("max", maximize)
+    own = None
+    if all_of_them or objective is not None or (len(files) == 1 and files[0].casefold().endswith(".nl")):
         from lcpcli.cli import all_solutions
 
-        refuse_given(objectives, "has no effect with --all", "leave one out")
-        all_solutions.refuse_others(request, "--all")
-        return run(request, all_solutions.outcome)
-    refuse(request.max_solutions is not None, "--max-solutions", "has no effect without --all", "add --all")
-    if minimize is not None or maximize is not None:
-        from lcpcli.cli import all_solutions
-
-        sense = "min" if maximize is None else "max"
-        refuse(
-            minimize is not None and maximize is not None, "--minimize", "is given beside --maximize", "leave one out"
-        )
-        all_solutions.refuse_others(request, f"--{sense}imize")
-        return run(request, partial(all_solutions.best_outcome, objective=minimize or maximize or "", sense=sense))
-    if len(files) == 1 and files[0].casefold().endswith(".nl"):
-        from lcpcli.cli import all_solutions
-
-        if (own := all_solutions.objective_in(files[0])) is not None:
-            all_solutions.refuse_others(request, "the model's objective")
-            return run(request, partial(all_solutions.best_outcome, objective=own))
-    return run(request)
+        if all_of_them:
+            refuse_beside("--all", options)
+            return run(request, all_solutions.outcome)
+        own = all_solutions.objective_in(files[0]) if objective is None else None
+    refuse_beside("one solution", options)
+    if objective is None and own is None:
+        return run(request)
+    refuse_beside(f"--{sense}imize" if own is None else "the model's objective", options)
+    sought = (objective or "", sense) if own is None else (own, "min")
+    return run(request, partial(all_solutions.best_outcome, objective=sought[0], sense=sought[1]))

@@ -10,8 +10,9 @@ from functools import partial
 from pathlib import Path
 
 from lcpcli.cli.main import INTERRUPTED, SOLVED, of_several
-from lcpcli.cli.output import Output, refuse, refuse_given
+from lcpcli.cli.output import Output, refuse
 from lcpcli.cli.problems import tell
+from lcpcli.cli.refusals import COMPARE, refuse_beside
 from lcpcli.cli.request import Request
 from lcpcli.cli.terminal import STANDARD, Line, emit, shows_progress
 from lcpcli.cli.workers import Task, TaskRecord
@@ -20,20 +21,15 @@ from lcpcli.files.atomic_write import gradual_writing, refuse_unwritable
 from lcpcli.files.contents import place
 from lcpcli.files.formats import LINES
 from lcpcli.files.inputs import Work
-from lcpcli.methods.variants import Variant
 from lcpcli.report import result_formats
 
 READING_SECONDS = 0.5  # after an interruption, for the number of problems
-NOT_IN_SEQUENCE = ("jobs", "cluster", "trace", "every", "columns")
-COMPARE = "leave it out, or use lcp compare"
 Write = Callable[[str], object]
 
 
 def run(works: Iterator[Work], output: Output, request: Request) -> int:
     """Solve the problems in the inputs, write each result, and return the exit code."""
     _refuse_without_effect(output, request)
-    if request.sequence:
-        _refuse_beside_sequence(request)
     is_log = output.form == "json" and (output.path or "").casefold().endswith(LINES)
     log_path = request.resume or (output.path if is_log else None)
     if request.resume and not Path(request.resume).exists():
@@ -155,26 +151,14 @@ class _Tally:
 
 
 def _refuse_without_effect(output: Output, request: Request) -> None:
-    refuse_given({name: getattr(request, name) for name in ("plot", "paths")}, "draws one problem only", COMPARE)
-    refuse_given({"--show": request.names}, "chooses the unknowns of one problem only", COMPARE)
     hint = "give --trace without a file, and JSON"
     refuse(output.trace_path is not None, "--trace", "writes the iterates of one problem only", hint)
     is_whole = not output.silent and output.form not in result_formats.FORMS
     refuse(is_whole, "--format", f"{output.form} is for one problem only", COMPARE)
-    if output.form != "json":
-        of_iterates = {name: getattr(request, name) for name in ("trace", "every", "columns")}
-        refuse_given(of_iterates, "has no effect on several problems but in JSON", "give --format json")
-    if request.resume is not None:
-        others = {"--output": request.output, "--format": request.form}
-        refuse_given(others, "has no effect with --resume, which goes on with its file")
-    if request.cluster is not None:
-        refuse_given({"--jobs": request.jobs}, "has no effect with --cluster, which has workers of its own")
-
-
-def _refuse_beside_sequence(request: Request) -> None:
-    fault = "has no effect with --sequence, where auto solves each problem from the states of the last one"
-    refuse(request.variants != [Variant("auto")], "--method", fault)
-    refuse_given(request.given(*NOT_IN_SEQUENCE), fault)
+    modes = {"tables of several problems": output.form != "json", "--resume": request.resume is not None}
+    modes |= {"--cluster": request.cluster is not None, "--sequence": request.sequence}
+    for mode in ("several problems", *(mode for mode, is_asked in modes.items() if is_asked)):
+        refuse_beside(mode, request.given)
 
 
 @contextmanager

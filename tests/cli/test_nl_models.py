@@ -185,7 +185,7 @@ def test_objective_of_a_linear_model_chooses_among_its_solutions(lcp: Lcp, model
     assert lcp("choice", "-AMPL", "time_limit=1e-9").code == 0
     assert lcp("unbounded", "-AMPL").code == 0
     assert solution(models / "unbounded.sol")[2] == 300
-    assert_refused(lcp("solve", "choice.nl", "--method", "lemke"), "the model's objective: has a method of its own")
+    assert_refused(lcp("solve", "choice.nl", "--method", "lemke"), "--method: has no effect with the model's objective")
     assert record(lcp("solve", "choice.nl", "--minimize", "z1", "--format", "json"))["value"] == 0
     assert "its objective counts only in lcp solve" in lcp("check", "choice.nl", "2,0").err
 

@@ -202,8 +202,8 @@ def test_at_a_limit_the_best_so_far_and_the_bound_are_rounded_apart() -> None:
         (("--minimize", "z9"), "--minimize: names 'z9'; use names of unknowns, or z1 to z2"),
         (("--minimize", "z1 +"), "--minimize: has '+' in place of a term; write numbers and names"),
         (("--minimize", "z1", "--all"), "--minimize: has no effect with --all"),
-        (("--minimize", "z1", "--maximize", "z2"), "--minimize: is given beside --maximize"),
-        (("--maximize", "z1", "--method", "lemke"), "--maximize: has a method of its own, and lemke finds one"),
+        (("--minimize", "z1", "--maximize", "z2"), "--maximize: has no effect with --minimize"),
+        (("--maximize", "z1", "--method", "lemke"), "--method: has no effect with --maximize, which has a method of its own"),
         (("--maximize", "z1", "--trace"), "--trace: has no effect with --maximize"),
     ],
 )
