@@ -8,16 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from lcpcli import options
 from lcpcli.cli.command import argument, command, option
-from lcpcli.cli.declarations import (
-    FILES,
-    OTHERS,
-    format_option,
-    numeric,
-    output_file,
-    problem_file,
-    quiet_option,
-    with_bounds,
-)
+from lcpcli.cli.declarations import FILES, OTHERS, numeric, problem_file, reporting, with_bounds
 from lcpcli.cli.main import of_end
 from lcpcli.cli.output import Destination, refuse
 from lcpcli.cli.problems import InputModel, InputProblem, Inputs
@@ -70,18 +61,8 @@ TIME_LIMIT = options.TIME_LIMIT._replace(
 @with_bounds
 @numeric("Verification", TOL)
 @option("Verification", "--exact", is_flag=True, help="Verify in exact fractions; 0.1 means 1/10.")
-@format_option(RECORD_MEANINGS)
-@output_file()
-@quiet_option()
-def check(
-    paths: tuple[str, ...],
-    tol: float | None,
-    exact: bool,
-    form: str | None,
-    output: str | None,
-    quiet: bool,
-    **given: Any,
-) -> int:
+@reporting(RECORD_MEANINGS)
+def check(paths: tuple[str, ...], tol: float | None, exact: bool, **given: Any) -> int:
     """Verify the proposed SOLUTION of the problem in FILE, or in FILE and Q_FILE."""
     if not 2 <= len(paths) <= 3:
         hint = "give the file of the problem, the file of q if it is separate, and the solution"
@@ -89,9 +70,9 @@ def check(
     if exact:
         refuse_beside("--exact", {"--tol": tol})
     options.check((TOL,), {"tol": tol})
-    inputs = Inputs.of(paths[:-1], quiet=quiet, others=paths[-1:], **given)
-    destination = Destination.of(form, output, quiet)
-    inputs.prepare({"--output": output})
+    destination = Destination.taken(given)
+    inputs = Inputs.of(paths[:-1], others=paths[-1:], **given)
+    inputs.prepare({"--output": destination.path})
     verifications = _verifications(inputs, paths[-1], tol, exact)
     accepted = sum(verification.accepted for verification in verifications)
     told = verifications[0].message if len(verifications) == 1 else f"{accepted} of {len(verifications)} are correct"
@@ -185,25 +166,14 @@ def _verification(
 @problem_file
 @numeric("Stopping", TIME_LIMIT)
 @option("Output", "--all", "whole", is_flag=True, help="Show everything; JSON and CSV always do.")
-@format_option(RECORD_MEANINGS)
-@output_file()
-@quiet_option()
-def inspect(
-    file: str,
-    q_file: str | None,
-    time_limit: float | None,
-    whole: bool,
-    form: str | None,
-    output: str | None,
-    quiet: bool,
-    **given: Any,
-) -> int:
+@reporting(RECORD_MEANINGS)
+def inspect(file: str, q_file: str | None, time_limit: float | None, whole: bool, **given: Any) -> int:
     """Report the classes of M, its scaling, and which methods are guaranteed to solve the problem; of a nonlinear model
     the rows and operators, and what is known of F and its Jacobian at the start."""
-    inputs = Inputs.of(list(filter(None, [file, q_file])), quiet=quiet, **given)
-    inputs.prepare({"--output": output})
+    destination = Destination.taken(given)
+    inputs = Inputs.of(list(filter(None, [file, q_file])), **given)
+    inputs.prepare({"--output": destination.path})
     options.check((TIME_LIMIT,), {"time_limit": time_limit})
-    destination = Destination.of(form, output, quiet)
     from lcpcli.inspection.inspection import inspect as inspected
     from lcpcli.inspection.nonlinear import inspect_nonlinear
     from lcpcli.model.problem import Problem

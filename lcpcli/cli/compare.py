@@ -12,7 +12,7 @@ from typing import Any
 from lcpcli import options
 from lcpcli.cli import declarations
 from lcpcli.cli.command import EXITS, argument, command
-from lcpcli.cli.declarations import FILES, format_option, numeric, output_file, quiet_option
+from lcpcli.cli.declarations import FILES, numeric, reporting
 from lcpcli.cli.main import NOT_SOLVED, SOLVED
 from lcpcli.cli.output import Destination
 from lcpcli.cli.problems import Inputs
@@ -107,14 +107,12 @@ SLOWER = Option(
 )
 @argument("Runs", "new", {"NEW": "Current runs, of the same methods on the same problems."}, shell_complete=FILES)
 @numeric("Comparison", SLOWER)
-@format_option(FORMATS)
-@output_file()
-@quiet_option()
-def compare_runs(old: str, new: str, slower: float | None, form: str | None, output: str | None, quiet: bool) -> int:
+@reporting(FORMATS)
+def compare_runs(old: str, new: str, slower: float | None, **given: Any) -> int:
     """Compare how the runs in OLD and in NEW ended: status, iterations and time."""
     options.check((SLOWER,), {"slower": slower})
-    destination = Destination.of(form, output, quiet)
-    Inputs((old, new), quiet=quiet).prepare({"--output": output})
+    destination = Destination.taken(given)
+    Inputs((old, new)).prepare({"--output": destination.path})
     from lcpcli.bench.comparison import Comparison
 
     comparison = Comparison((old, new), math.inf if slower is None else slower)

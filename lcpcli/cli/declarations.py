@@ -113,6 +113,11 @@ def quiet_option(
     return option("Output", "-q", "--quiet", is_flag=True, help=meaning)
 
 
+def reporting(formats: Mapping[str, str], *others: Declaration) -> Declaration:
+    """Declare --format, one of these formats, others, -o and --quiet."""
+    return declared(format_option(formats), *others, output_file(), quiet_option())
+
+
 METHOD = MethodChoice()
 METHOD_NAMES = listed(METHOD.meanings, "or")
 show_option = option(
@@ -174,6 +179,8 @@ def _columns(_: click.Context, __: click.Parameter, text: str | None) -> tuple[s
 
 
 BOUND_MEANING = "a number, none, a list or a file.  [default: the problem's]"
+M_AND_Q = "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; M alone, also as .mtx or .npy"
+BESIDES_FILES = "- is standard input, and the name of a shipped problem stands for it."
 OTHERS = "Programs: .mps, .qps, .lp; models: .nl; games: .nfg, .efg."  # that a file may hold
 bounds_options = declared(
     *(vector_option("Problem", name, "NUMBER", f"{name.capitalize()} bound of z: {BOUND_MEANING}") for name in BOUNDS),
@@ -186,16 +193,7 @@ with_bounds = declared(  # the options of a command that reads problems
     option("Problem", "--game", is_flag=True, help="The two files are tables of the payoffs A and B of a game."),
 )
 problem_file = declared(  # the problem of a command that takes one: its file, and the file of q if it is separate
-    argument(
-        "Problem",
-        "file",
-        {
-            "FILE": "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; M alone, also as .mtx or .npy. "
-            f"{OTHERS} "
-            "- is standard input, and the name of a shipped problem stands for it."
-        },
-        shell_complete=FILES,
-    ),
+    argument("Problem", "file", {"FILE": f"{M_AND_Q}. {OTHERS} {BESIDES_FILES}"}, shell_complete=FILES),
     argument(
         "Problem",
         "q_file",
@@ -211,9 +209,7 @@ problem_files = declared(  # the problems of a command that takes one or several
         "files",
         "FILE [Q_FILE]|FOLDER...",
         {
-            "FILE": "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; M alone, also as .mtx or .npy; "
-            f".jsonl with a problem in each line. {OTHERS} - is standard input, and the name of a shipped problem "
-            "stands for it.",
+            "FILE": f"{M_AND_Q}; .jsonl with a problem in each line. {OTHERS} {BESIDES_FILES}",
             "Q_FILE": "q, or several q in columns, if FILE contains M alone.",
         },
         required=True,

@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli import options
 from lcpcli.cli.problems import teller
@@ -42,17 +42,20 @@ class Destination(NamedTuple):
     color: bool
 
     @classmethod
-    def of(
-        cls, form: str | None, path: str | None, quiet: bool = False, suffixes: Mapping[str, str] = SUFFIXES
-    ) -> Destination:
+    def of(cls, form: str | None, path: str | None, quiet: bool = False) -> Destination:
         """Return the destination for --format, -o and --quiet; raise OptionError for a suffix without a format."""
         hint = f"give --format {path}, or a name with a suffix"
         refuse(path in FORMATS, "--output", f"{path} is a format", hint)  # -o json would write a table to a file json
-        form = form or form_of(path, suffixes)
+        form = form or form_of(path)
         width, color = (None, False) if path else terminal()
         if form == "html":
             hush()
         return cls(form, path, quiet, width, color and form == "table")
+
+    @classmethod
+    def taken(cls, given: dict[str, Any]) -> Destination:
+        """Return the destination for the options of a command, from which --format and -o are taken away."""
+        return cls.of(given.pop("form"), given.pop("output"), given["quiet"])
 
     @property
     def silent(self) -> bool:

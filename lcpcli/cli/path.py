@@ -9,19 +9,9 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from lcpcli import options
+from lcpcli.cli import declarations
 from lcpcli.cli.command import EXITS, argument, command, option
-from lcpcli.cli.declarations import (
-    FILES,
-    bounds_options,
-    file_option,
-    format_option,
-    numeric,
-    output_file,
-    q_option,
-    quiet_option,
-    show_option,
-    vector_option,
-)
+from lcpcli.cli.declarations import FILES, file_option, numeric, reporting, vector_option
 from lcpcli.cli.main import of_end
 from lcpcli.cli.output import Destination, refuse, require_plot
 from lcpcli.cli.problems import Inputs
@@ -81,9 +71,9 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
     nargs=-1,
     shell_complete=FILES,
 )
-@q_option
+@declarations.q_option
 @vector_option("Problem", "direction", "NUMBERS", "In place of TO: q becomes q + t d, with this d.  [default: none]")
-@bounds_options
+@declarations.bounds_options
 @option("Path", "--from", "start", metavar="NUMBER", help="t at the first problem.  [default: 0]")
 @option(
     "Path", "--to", "stop", metavar="NUMBER", help="t at the last problem.  [default: 1; required with --direction]"
@@ -94,29 +84,20 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
 @numeric("Stopping", LIMITS[1])
 @numeric("Stopping", MAX_BREAKPOINTS)
 @option("Output", "--at", metavar="T,...", help="Also show the solutions at these t.  [default: none]")
-@show_option
-@format_option(FORMATS)
-@file_option("Output", "--plot", "Draw z(t), and the objective of a program: .png, .svg or .pdf.")
-@output_file()
-@quiet_option()
+@declarations.show_option
+@reporting(FORMATS, file_option("Output", "--plot", "Draw z(t), and the objective of a program: .png, .svg or .pdf."))
 def path(
-    files: Sequence[str],
-    direction: str | None,
-    at: str | None,
-    names: Sequence[str],
-    plot: str | None,
-    **given: Any,
+    files: Sequence[str], direction: str | None, at: str | None, names: Sequence[str], plot: str | None, **given: Any
 ) -> int:
     """Follow the solution z(t) as q and the bounds of one problem change to those of another."""
     from lcpcli.parametric.path import REACHED
 
-    form, output, quiet, exact = (given.pop(name) for name in ("form", "output", "quiet", "exact"))
-    how = {name: given.pop(name) for name in (*BOUND_OPTIONS, "q")} | {"quiet": quiet, "game": False}
+    destination, exact = Destination.taken(given), given.pop("exact")
+    how = {name: given.pop(name) for name in (*BOUND_OPTIONS, "q", "quiet")} | {"game": False}
     refuse(direction is None and how["q"] is not None, "--q", "is for --direction", "name M, and the q of each problem")
     inputs = _inputs(files, direction, how)
-    destination = Destination.of(form, output, quiet)
     whole = Inputs.of(files, **how, others=[direction] if direction else [])
-    whole.prepare({"--output": output, "--plot": plot})
+    whole.prepare({"--output": destination.path, "--plot": plot})
     options.check((*LIMITS, MAX_BREAKPOINTS), given)
     refuse(direction is not None and given["stop"] is None, "--direction", "has no end", "add --to, the last t")
     stop = given.pop("stop") or "1"

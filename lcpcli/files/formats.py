@@ -57,7 +57,7 @@ FORMATS = {
     ".lp": MPS_FILE._replace(keeps=""),
     ".nl": Kind("nl_format", "", in_decimals=True, is_packed=True, has_no_vector="is a model"),
     ".nfg": Kind("games", "", is_packed=True, beginning=b"NFG ", has_no_vector="is a game"),
-    ".efg": Kind("efg_format", "", is_packed=True, beginning=b"EFG ", has_no_vector="is a game"),
+    ".efg": Kind("games", "", is_packed=True, beginning=b"EFG ", has_no_vector="is a game"),
 }
 
 

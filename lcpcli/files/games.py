@@ -1,4 +1,5 @@
-"""Games of two players: in Gambit's strategic form, .nfg, and in two tables, one with the payoffs of each player.
+"""Games of two players: in Gambit's strategic form, .nfg, in its extensive form, .efg, of which `model.game_tree` makes
+a tree, and in two tables, one with the payoffs of each player.
 
 A .nfg file lists the payoffs of all pairs of strategies, or outcomes with payoffs and then the outcome of each pair;
 the first player's strategy changes fastest. Numbers are integers, decimals or fractions, with or without commas between
@@ -10,6 +11,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
@@ -31,11 +33,16 @@ Pair = tuple[Fraction, Fraction]
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
-    """Return the game in an .nfg file."""
-    parts: list[Any] = [*_nested(decode(unpacked(content))), *6 * [""]]
+    """Return the game in an .nfg file, or the text of an .efg file: old ones have labels in Latin-1."""
+    text = unpacked(content)
+    if text.lstrip().startswith(b"EFG"):
+        with suppress(ProblemError):
+            return {"efg": decode(text)}
+        return {"efg": decode(text.decode("latin-1").encode())}
+    parts: list[Any] = [*_nested(decode(text)), *6 * [""]]
     begin, version, _, title, players, sides, *cells = parts
     if (begin, version) != ("NFG", "1"):
-        raise ProblemError("line 1", "is not the beginning of a game", "begin the file with NFG 1 R")
+        raise ProblemError("line 1", "is not the beginning of a game", "begin the file with NFG 1 R or EFG 2 R")
     if not (_is_text(title) and isinstance(players, list) and isinstance(sides, list)):
         raise ProblemError("", "has no title, players and strategies", 'write NFG 1 R "title" { "one" "two" } { 2 2 }')
     if max(len(players), len(sides)) > 2:

@@ -9,11 +9,11 @@ The .sol files in which solvers answer AMPL and what else writes .nl files (D. M
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import cached_property
 from math import isfinite
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from lcpcli.expressions.intervals import Intervals
 from lcpcli.expressions.tape import DoublePrecision
 from lcpcli.files.contents import content_of, decode, place, within
 from lcpcli.files.fields import LARGEST_DENSE, made
-from lcpcli.files.formats import Exact, Number
+from lcpcli.files.formats import Number
 from lcpcli.files.nl_model import Functions, NlModel, model_of
 from lcpcli.files.nl_segments import Header, segments_in
 from lcpcli.files.nl_tokens import in_names, named, names_beside, whole
@@ -35,10 +35,7 @@ from lcpcli.typing import Matrix, Vector
 if TYPE_CHECKING:
     from lcpcli.rational.exact_problem import ExactProblem
 
-NONLINEAR = (
-    "is a nonlinear model",
-    "see lcp help models for what takes it",
-)
+NONLINEAR = "is a nonlinear model", "see lcp help models for what takes it"
 NO_OBJECTIVE = (
     "has an objective, and is not linear",
     "take the objective out to find one solution, or write its optimality conditions as complementarity conditions; "
@@ -193,16 +190,6 @@ class Model:
 
     def _enclosure(self, lower: Vector, upper: Vector) -> Enclosure:
         return self._intervals.enclosure(lower, upper)
-
-
-def values(field: str, content: bytes, number: Number = float) -> NoReturn:  # noqa: ARG001 (as in every format)
-    """Raise ProblemError, as a model holds no vector."""
-    raise ProblemError("", "is a model", "name a file that holds a vector")
-
-
-def render(fields: Mapping[str, Any], exact: Exact) -> NoReturn:  # noqa: ARG001 (as in every format)
-    """Raise ProblemError, as models are only read."""
-    raise ProblemError("", "is only read", "write another format")
 
 
 WITH_TOLERANCE = "3"  # as the second option: a tolerance stands behind the options

@@ -203,7 +203,10 @@ def test_at_a_limit_the_best_so_far_and_the_bound_are_rounded_apart() -> None:
         (("--minimize", "z1 +"), "--minimize: has '+' in place of a term; write numbers and names"),
         (("--minimize", "z1", "--all"), "--minimize: has no effect with --all"),
         (("--minimize", "z1", "--maximize", "z2"), "--maximize: has no effect with --minimize"),
-        (("--maximize", "z1", "--method", "lemke"), "--method: has no effect with --maximize, which has a method of its own"),
+        (
+            ("--maximize", "z1", "--method", "lemke"),
+            "--method: has no effect with --maximize, which has a method of its own",
+        ),
         (("--maximize", "z1", "--trace"), "--trace: has no effect with --maximize"),
     ],
 )

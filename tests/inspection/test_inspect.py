@@ -202,7 +202,7 @@ def test_command_shows_or_writes_a_table_of_80_columns_or_one_json_object(lcp: L
     shown = lcp("inspect", EXAMPLE, "--format", "json")
     assert json.loads(shown.out)["classes"]["m_matrix"]["verdict"] == "yes"
     for name, start in (("out.json", "{"), ("out.txt", "paper-example-1: n = 4")):
-        assert lcp("inspect", EXAMPLE, "-o", str(tmp_path / name)) == Outcome(0, "", "")
+        assert lcp("inspect", EXAMPLE, "-o", str(tmp_path / name), "--quiet") == Outcome(0, "", "")
         assert (tmp_path / name).read_text().startswith(start)
     (tmp_path / "M.csv").write_text("2,1\n1,2\n")
     (tmp_path / "q.csv").write_text("-5\n-6\n")
