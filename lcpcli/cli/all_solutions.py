@@ -36,14 +36,16 @@ def outcome(request: Request, work: Work, output: Output) -> Outcome:
     complete or has reached --max-solutions."""
     (problem,) = request.inputs.problems(work)
     request.inputs.tell(problem.remarks)
-    form = "" if request.plot is None else plotting.form_of(request.plot)
-    if form:
+    if request.plot is not None:
         pictures.require(problem.problem)
     selection.require(problem.problem, request.names)
     solution_set = _search(request, problem, str(work.sources[0]))
     report = solutions.report(solution_set, work.sources[0], request.exact, request.names)
     codes = {sets.TIME_LIMIT: NOT_SOLVED, sets.INTERRUPTED: INTERRUPTED, sets.UNSOLVABLE: NO_SOLUTION}
-    draw = partial(output.destination.add, request.plot, lambda: pictures.draw(solution_set, form))
+
+    def draw() -> None:
+        output.destination.add(request.plot, lambda path: pictures.draw(solution_set, plotting.form_of(path)))
+
     verdict = f"{work.sources[0]}: {solution_set.message}"
     return Outcome(output.text_of(report), codes.get(solution_set.status, SOLVED), verdict, draw)
 
@@ -109,12 +111,9 @@ def best_outcome(
             try:
                 found = search.optimum(data, objective, sense=sense, time_limit=left)
             except ProblemError as error:
-                is_typed = error.where == "objective"
-                raise type(error)(
-                    f"--{sense}imize" if is_typed else f"{where}: {error.where}".removesuffix(": "),
-                    error.fault,
-                    error.hint,
-                ) from None
+                if error.where != "objective":
+                    raise error.inside(where) from None
+                raise ProblemError(f"--{sense}imize", error.fault, error.hint) from None
         else:
             found = within(where, search.best, data, *objective, left)
         if signals and found.status == search.TIME_LIMIT:

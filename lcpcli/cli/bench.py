@@ -135,9 +135,7 @@ def _run(request: Request, outputs: dict[str, str], destination: Destination) ->
         if record.pending():
             outputs = {request.resume: "json"} | outputs
     files = [file for case in record.cases for file in (case.file, case.q_file) if file]
-    for path in filter(None, (*outputs, request.plot)):
-        if any(same_file(path, file) for file in files):
-            raise OptionError(path, "holds a problem", "choose another file for the output")
+    Inputs(files).refuse({"--output": destination.path, "--plot": request.plot})
     for fault in record.unread:
         tell(fault)
     if not record.cases:
@@ -150,8 +148,7 @@ def _run(request: Request, outputs: dict[str, str], destination: Destination) ->
         from lcpcli.bench import report
         from lcpcli.report import plotting
 
-        form = plotting.form_of(request.plot)
-        destination.add(request.plot, lambda: report.draw_figure(record, form))
+        destination.add(request.plot, lambda path: report.draw_figure(record, plotting.form_of(path)))
     rows = record.measurements
     good, false = sum(row.success for row in rows), sum(row.false_success for row in rows)
     told = f"{good} of {count(len(rows), 'measurement')} succeeded" + f"; {count(false, 'false claim')}" * bool(false)

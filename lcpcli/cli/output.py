@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -70,10 +70,10 @@ class Destination(NamedTuple):
         if verdict and self.path is not None:
             teller(self.quiet)(verdict)
 
-    def add(self, path: str | None, content: Callable[[], str | bytes]) -> None:
-        """Write a further file, such as a figure, if it has a name, and say so."""
+    def add(self, path: str | None, content: Callable[[str], str | bytes]) -> None:
+        """Write a further file, such as a figure, with its content by its name, if it has one, and say so."""
         if path is not None:
-            show(content(), path)
+            show(content(path), path)
             teller(self.quiet)(f"wrote {path}")
 
 
@@ -151,15 +151,15 @@ class Output:
 
     def draw(self, runs: Sequence[Sequence[Result]]) -> None:
         """Draw the runs, one panel per problem."""
-        if (path := self.paths) is not None:
-            from lcpcli.report import pictures, plotting
+        if self.plot is None and self.paths is None:
+            return
+        from lcpcli.report import pictures, plotting
 
-            form = plotting.form_of(path, pictures.PATHS)
-            self.destination.add(path, lambda: plotting.paths(pictures.trajectories(runs), form))
-        if (plot := self.plot) is not None:
-            from lcpcli.report import plotting
-
-            self.destination.add(plot, lambda: plotting.convergence(plotting.panels(runs), plotting.form_of(plot)))
+        form_of = plotting.form_of
+        self.destination.add(
+            self.paths, lambda path: plotting.paths(pictures.trajectories(runs), form_of(path, pictures.PATHS))
+        )
+        self.destination.add(self.plot, lambda path: plotting.convergence(plotting.panels(runs), form_of(path)))
 
     def text_of(self, report: Report) -> str:
         """Return a report in the format of the output; "" if nothing is shown."""
@@ -217,16 +217,12 @@ def _refuse_as_trace(path: str) -> None:
                 raise OptionError("--trace", f"{path} exists and holds no iterates", "choose another file")
 
 
-def form_of(output: str | None, suffixes: Mapping[str, str] = SUFFIXES, otherwise: str = " or give --format") -> str:
-    """Return the format that belongs to an output file's suffix; without a suffix, the table.
-
-    otherwise : the rest of the hint for an unknown suffix.
-    """
+def form_of(output: str | None) -> str:
+    """Return the format that belongs to an output file's suffix; without a suffix, the table."""
     ending = os.path.splitext(output or "")[1].lower()
-    if ending not in suffixes:
-        endings = ", ".join(known for known in suffixes if known)
-        raise OptionError(str(output), f"the suffix {ending} is not a format", f"use {endings}{otherwise}")
-    return suffixes[ending]
+    hint = f"use {', '.join(filter(None, SUFFIXES))} or give --format"
+    refuse(ending not in SUFFIXES, str(output), f"the suffix {ending} is not a format", hint)
+    return SUFFIXES[ending]
 
 
 def show(content: str | bytes, path: str | None, color: bool = False) -> None:

@@ -122,9 +122,7 @@ def path(
     if direction is not None and found.end == REACHED:  # there is no second problem
         found = replace(found, message=f"the path reaches t = {stop}")
     destination.show(path_formats.report(found, asked, files_read, names).render, f"{file}: {found.message}")
-    if plot is not None:
-        form = plotting.form_of(plot)
-        destination.add(plot, lambda: found.plot(show=names).content(form))
+    destination.add(plot, lambda name: found.plot(show=names).content(plotting.form_of(name)))
     return code
 
 
@@ -230,16 +228,10 @@ def _with_q(problem: Problem, q: Vector) -> Problem:
         return replace(problem, **changed, origin=None)
 
 
-def _exit_code(path: Path) -> int:
-    from lcpcli.parametric.path import INFEASIBLE, INTERRUPTED
-
-    return of_end(path.complete, path.end == INFEASIBLE, path.end == INTERRUPTED)
-
-
 def _followed(ends: Sequence[_End], file: str, span: tuple[Any, Any], **given: Any) -> tuple[Path, int]:
     """Follow the path; return it with the exit code. file : of the last problem."""
     from lcpcli.parametric.following import follow
-    from lcpcli.parametric.path import Family
+    from lcpcli.parametric.path import INFEASIBLE, INTERRUPTED, Family
 
     first, last = ends
 
@@ -254,4 +246,4 @@ def _followed(ends: Sequence[_End], file: str, span: tuple[Any, Any], **given: A
         found = follow(family, read=data if isinstance(span[0], Fraction) else None, **given)
     except ProblemError as fault:
         raise fault.inside(file) from None
-    return found, _exit_code(found)
+    return found, of_end(found.complete, found.end == INFEASIBLE, found.end == INTERRUPTED)

@@ -91,7 +91,7 @@ def _outcome(request: Request, works: Iterator[Work], output: Output) -> Outcome
         from lcpcli.report import result_csv
 
         runs = list(chain.from_iterable(results))
-        output.destination.add(output.trace_path, lambda: result_csv.written(*result_csv.iterates(runs)))
+        output.destination.add(output.trace_path, lambda _: result_csv.written(*result_csv.iterates(runs)))
     text = verdict = ""
     if not output.silent:
         results, text = _with_conclusions(request, results, None if interrupted else among, text_of)
@@ -138,8 +138,7 @@ def _results(
     data = [each.exactly if request.exact else None for each in inputs]
     inputs.clear()
     chosen = [request.options_for(problem) for problem in problems]
-    if request.paths is not None or request.plot is not None:
-        _require_pictures(request, problems)
+    _require_pictures(request, problems)
     if request.names:
         from lcpcli.report import selection
 

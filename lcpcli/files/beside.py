@@ -116,7 +116,7 @@ def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any
         words = re.split(PARTING, text.strip().strip("[]").strip())
         values = [None if word.casefold() in ABSENT else _end(name, word, number) for word in words]
         return values[0] if len(values) == 1 else values
-    if text != STANDARD_INPUT and not is_there(text):
+    if text != STANDARD_INPUT and not os.path.exists(text):
         fault = f"{quoted(text)} is neither a file nor numbers"
         raise ParameterError(name, fault, "write -1,none,0.5 or name a file")
 
@@ -136,12 +136,7 @@ def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any
 def _is_typed(text: str) -> bool:
     """Return whether a text consists of numbers and of words for absent numbers, and is not the name of a file."""
     words = re.sub("none|null|infinity", "inf", text.casefold())
-    return typed_numbers(words) is not None and not is_there(text)
-
-
-def is_there(path: str) -> bool:
-    """Return whether the path is that of a file; it may be a long text that no file can have as its name."""
-    return os.path.exists(path)
+    return typed_numbers(words) is not None and not os.path.exists(text)
 
 
 def _end(name: str, text: str, number: Callable[[Fraction], Any]) -> Any:
@@ -215,7 +210,7 @@ def read_candidates(path: str, lengths: Mapping[int, str], problem: Sought, name
 def read_states(given: str, problem: Problem) -> list[str]:
     """Return the states, one for each variable, given in words or in a file; raise ProblemError if some are missing or
     impossible."""
-    is_file = is_there(given)
+    is_file = os.path.exists(given)
     words = given.replace(",", " ").split()
     if not is_file and not set(words) & set(WORDS.values()):
         fault = f"{given!r} is neither a file nor states"

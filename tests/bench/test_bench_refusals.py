@@ -55,7 +55,7 @@ def test_problem_is_not_overwritten(tmp_path: Path, lcp: Lcp) -> None:
     content = Path(file).read_text()
     outcome = lcp("bench", file, "-o", file)
     assert outcome.code == 2
-    assert "holds a problem" in outcome.err
+    assert "holds the problem" in outcome.err
     assert Path(file).read_text() == content
 
 
