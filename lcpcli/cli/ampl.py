@@ -16,9 +16,8 @@ import numpy as np
 
 from lcpcli.errors import OptionError, count, likely, quoted, visible
 from lcpcli.files import atomic_write
-from lcpcli.files.contents import content_of, within
+from lcpcli.files.contents import within
 from lcpcli.files.nl_format import Model, solution_text
-from lcpcli.files.reading import WHOLE
 from lcpcli.methods.registry import RESTARTS
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.options import LIMITS, THREADS, Limits, check
@@ -64,7 +63,7 @@ def run(stub: str, words: Sequence[str]) -> int:
         with suppress(OSError):
             os.unlink(written)
     given = _options([*os.environ.get(ENVIRONMENT, "").split(), *words])
-    model = within(path, Model, content_of(path, WHOLE), path)
+    model = within(path, Model, None, path)
     answer = within(path, _answer, model, given)
     parts = [f"lcp {VERSION}: {answer.message}", model.remark]
     message = visible(" ".join("; ".join(filter(None, parts)).split()))

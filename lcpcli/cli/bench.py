@@ -9,13 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import options
-from lcpcli.bench.suites import (
-    ALL,
-    DEFAULT_METHODS,
-    SUITES,
-    budget_of,
-    methods_of,
-)
+from lcpcli.bench.suites import ALL, DEFAULT_METHODS, SUITES, budget_of, methods_of
 from lcpcli.cli import declarations
 from lcpcli.cli.command import Candidates, command, option
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say

@@ -19,7 +19,6 @@ from lcpcli.options import TOL
 from lcpcli.report.document import RECORD_MEANINGS
 
 if TYPE_CHECKING:
-    from lcpcli.files.nl_format import Model
     from lcpcli.files.proposed_solutions import Candidate
     from lcpcli.inspection.inspection import Inspection
     from lcpcli.inspection.nonlinear import NonlinearInspection
@@ -29,8 +28,7 @@ if TYPE_CHECKING:
     from lcpcli.verify.verification import Verification
 
 TIME_LIMIT = options.TIME_LIMIT._replace(
-    default=options.INSPECTION_SECONDS,
-    meaning="End expensive computations after this many seconds.",
+    default=options.INSPECTION_SECONDS, meaning="End expensive computations after this many seconds."
 )
 
 
@@ -111,19 +109,12 @@ def _answers(inputs: Inputs, read: InputProblem | InputModel, solution: str) -> 
 
     (first, *_), problem = inputs.files, read.problem
     if solution.casefold().endswith(".sol") and first.casefold().endswith(".nl"):
+        from lcpcli.files.nl_format import Model
         from lcpcli.files.proposed_solutions import Candidate
 
-        return [Candidate("solution", _model(first).solution_in(solution))]
+        return [Candidate("solution", Model(None, first).solution_in(solution))]
     sought = Sought(first, read.digests, problem.name)
     return beside.read_candidates(solution, checking.lengths(problem), sought, lambda: problem.names)
-
-
-def _model(path: str) -> Model:
-    from lcpcli.files.contents import content_of
-    from lcpcli.files.nl_format import Model
-    from lcpcli.files.reading import WHOLE
-
-    return Model(content_of(path, WHOLE), path)
 
 
 def _verification(
@@ -184,7 +175,9 @@ def inspect(file: str, q_file: str | None, time_limit: float | None, whole: bool
     if isinstance(problem, Problem):
         found = inspected(problem, seconds)
     else:
-        model = _model(file).model
+        from lcpcli.files.nl_format import Model
+
+        model = Model(None, file).model
         found = inspect_nonlinear(problem, model.operators, model.header.common, len(model.fixed), seconds)
     destination.show(
         partial(inspection_text.render, found, whole=whole), f"{place(file)}: {inspection_text.verdict(found)}"

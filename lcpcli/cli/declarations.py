@@ -106,9 +106,7 @@ def output_file(meaning: str = f"{TO_FILE}  [default: standard output]") -> Decl
     )
 
 
-def quiet_option(
-    meaning: str = "Print no results, only errors; the exit code tells the outcome.",
-) -> Declaration:
+def quiet_option(meaning: str = "Print no results, only errors; the exit code tells the outcome.") -> Declaration:
     """Declare --quiet."""
     return option("Output", "-q", "--quiet", is_flag=True, help=meaning)
 

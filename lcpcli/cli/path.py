@@ -28,11 +28,7 @@ if TYPE_CHECKING:
     from lcpcli.typing import Vector
 
 Number: TypeAlias = "float | Fraction"
-FORMATS = {
-    **MEANINGS,
-    "json": "one object, for scripts",
-    "csv": "a row for each breakpoint, with all digits",
-}
+FORMATS = {**MEANINGS, "json": "one object, for scripts", "csv": "a row for each breakpoint, with all digits"}
 LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative residual is at most this."), TIME_LIMIT)
 
 

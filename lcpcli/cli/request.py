@@ -23,14 +23,7 @@ from lcpcli.errors import OptionError, listed
 from lcpcli.files.contents import files_in
 from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.interrupts import within
-from lcpcli.methods.registry import (
-    METHODS,
-    NONLINEAR,
-    START_OPTIONS,
-    declared,
-    known_options,
-    options_of,
-)
+from lcpcli.methods.registry import METHODS, NONLINEAR, START_OPTIONS, declared, known_options, options_of
 from lcpcli.methods.variants import Variant, labels
 from lcpcli.options import AUTO, LIMITS, Limits, wants_kernels
 from lcpcli.report.wording import flag
@@ -154,12 +147,7 @@ class Request(NamedTuple):
             trace, curve = traces(problem) if keeps else (None, None)
             if not isinstance(problem, Problem):
                 return self._run_nonlinear(problem, {"curve": curve, "compiled": compiled, **values}, trace)
-            own = {
-                "trace": trace,
-                "curve": curve,
-                "compiled": compiled and method == "auto",
-                **values,
-            }
+            own = {"trace": trace, "curve": curve, "compiled": compiled and method == "auto", **values}
             with Line() as line:
                 own |= {"limits": limits, "observe": line.tell if watched else None, "began": seconds()}
                 return driver.run(problem.anew() if again else problem, method, **own)

@@ -97,7 +97,7 @@ def read_nl(path: str | os.PathLike[str]) -> NonlinearProblem:
     lcpcli.errors.ProblemError: missing.nl: ...
     """
     name = os.fspath(path)
-    return within(place(name), lambda: Model(content_of(name, WHOLE), name).nonlinear)
+    return within(place(name), lambda: Model(None, name).nonlinear)
 
 
 class LinearObjective(NamedTuple):
@@ -111,12 +111,12 @@ class LinearObjective(NamedTuple):
 class Model:
     """A model in a file, with its problem.
 
-    content, path : of the file, beside which there may be names. model : what is in the file. name, names : of the
-    problem and of its unknowns.
+    content, path : of the file, beside which there may be names; the content is read if it is None. model : what is in
+    the file. name, names : of the problem and of its unknowns.
     """
 
-    def __init__(self, content: bytes, path: str) -> None:
-        self._content = content
+    def __init__(self, content: bytes | None, path: str) -> None:
+        self._content = content = content_of(path, WHOLE) if content is None else content
         try:
             self.model = _model(content)
         except ProblemError as error:

@@ -143,12 +143,7 @@ def in_order(path: str, content: bytes, names: Names) -> bytes:
 
 
 def vector_in(
-    field: str,
-    path: str,
-    content: bytes,
-    n: int | None = None,
-    number: Number = float,
-    names: Names = tuple,
+    field: str, path: str, content: bytes, n: int | None = None, number: Number = float, names: Names = tuple
 ) -> Vector:
     """Return the vector in a file's content. n : the length of the vector; None for any length. names : of its entries,
     as for `in_order`."""

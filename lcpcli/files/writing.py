@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import ProblemError
+from lcpcli.errors import ProblemError, listed
 from lcpcli.files import formats
 from lcpcli.files.atomic_write import write_together
 from lcpcli.files.fields import STARTS
@@ -57,7 +56,7 @@ def contents_of(found: Written[Problem], path: str, ending: str, as_program: boo
     problem, exact = (found.own, found.exact) if in_text else (found.rounded, {})
     if kind.keeps == formats.PROGRAM and kind_of(problem) != "qp":
         raise ProblemError(
-            path, "is for programs, and the problem is not made from one", f"use {_or(formats.COMPLETE)}"
+            path, "is for programs, and the problem is not made from one", f"use {listed(formats.COMPLETE, 'or')}"
         )
     others = problem.solutions or problem.verdict or problem.x0 is not None or problem.x1 is not None
     is_whole = (
@@ -75,7 +74,7 @@ def contents_of(found: Written[Problem], path: str, ending: str, as_program: boo
         if "." not in kind.form:
             raise
         fault = f"cannot be written by the package {kind.form.partition('.')[0]}: {error}"
-        raise ProblemError(path, fault, f"use {_or(formats.COMPLETE)}") from None
+        raise ProblemError(path, fault, f"use {listed(formats.COMPLETE, 'or')}") from None
     except UnicodeEncodeError:
         raise ProblemError(
             path, "cannot hold half a character, which a text of the problem has", "write .json"
@@ -192,7 +191,7 @@ def ending_of(path: str) -> str:
     if kind is not None and kind.keeps:
         return ending
     if kind is not None:
-        hint = f"use {_or(formats.COMPLETE)}, or {_or(formats.PROGRAM_SUFFIXES)} for a program"
+        hint = f"use {listed(formats.COMPLETE, 'or')}, or {listed(formats.PROGRAM_SUFFIXES, 'or')} for a program"
         raise ProblemError(path, "is of a format that is only read", hint)
     raise ProblemError(
         path, f"has the unknown suffix {ending}" if ending else "has no suffix", f"use {formats.WRITTEN}"
@@ -206,7 +205,3 @@ def file_of_q(path: str) -> str | None:
     own = path.removesuffix(ending) + ".q" + ending
     kind = formats.FORMATS.get(ending.casefold())
     return own if kind is not None and kind.keeps == formats.M_AND_Q else None
-
-
-def _or(endings: Iterable[str]) -> str:
-    return " or ".join(endings)
