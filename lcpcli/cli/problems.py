@@ -140,7 +140,13 @@ class Inputs(NamedTuple):
                 game_in(self.files) if self.game else Input(tuple(self.files), reading.contents_of(self.files))
             )
         self.tell(found.remarks)
+        self._hint_at_option(self.files)
         return found
+
+    def _hint_at_option(self, paths: Sequence[str]) -> None:
+        """Say how a file of q is named, if it stands behind -q."""
+        if [*paths[1:]] == [click.get_current_context().meta.get(BEHIND_QUIET)]:
+            tell(f"-q is --quiet; to name the file of q, write --q {paths[1]}")
 
     def tell(self, remarks: Sequence[str]) -> None:
         """Print remarks on the input on standard error."""
@@ -178,8 +184,8 @@ class Inputs(NamedTuple):
             self.tell(
                 [f"{own}: its {columns} columns are {columns} q, as --q would say; if they are M and q, name it alone"]
             )
-        if len(first) == 1 and [*first[0].paths[1:]] == [click.get_current_context().meta.get(BEHIND_QUIET)]:
-            tell(f"-q is --quiet; to name the file of q, write --q {first[0].paths[1]}")
+        if len(first) == 1:
+            self._hint_at_option(first[0].paths)
         return chain(first, each), len(first) > 1 or isinstance(first[0], QColumns)
 
     def any_problems(self, work: Work) -> Iterator[InputProblem | InputModel]:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from .conftest import EXAMPLE, GOOD, Lcp, assert_refused, record, records
+from .test_nl_models import LINEAR, MARKET
 
 
 @pytest.fixture
@@ -100,6 +101,7 @@ def test_quiet_before_the_file_of_q_says_how_q_is_named(lcp: Lcp, q: str) -> Non
     assert (meant.code, meant.out) == (usual.code, usual.out) == (0, "")
     assert f"--q {q}" in meant.err
     assert usual.err == ""
+    assert "--q q.csv" in lcp("check", "M.csv", "-q", "q.csv", "4/3,7/3").err
 
 
 @pytest.mark.parametrize("width", [60, 80, 120])
@@ -164,3 +166,13 @@ def test_pages_that_explain_a_word_come_before_those_that_only_have_it(lcp: Lcp)
     assert pages[0] == "formats"
     assert set(pages) & {"paper", "programs"}
     assert pages.index("changes") > pages.index("speed")
+
+
+@pytest.mark.parametrize("name", ["market", "linear"])
+@pytest.mark.parametrize("words", [("inspect", "linear.nl"), ("inspect", "market.nl"), ("solve", "--q", "q.csv")])
+def test_a_second_file_beside_a_model_is_refused_in_one_line(
+    lcp: Lcp, folder: Path, name: str, words: tuple[str, ...]
+) -> None:
+    for each, content in {"market": MARKET, "linear": LINEAR}.items():
+        (folder / f"{each}.nl").write_bytes(content)
+    assert_refused(lcp(words[0], f"{name}.nl", *words[1:]), f"{words[-1]}: is not needed: {name}.nl ")
