@@ -86,12 +86,10 @@ def vector_option(heading: str, name: str, kind: str, meaning: str) -> Declarati
     return option(heading, f"--{name}", metavar=f"{kind}|FILE", shell_complete=FILES, help=meaning)
 
 
-def format_option(formats: Mapping[str, str], default: str | None = None) -> Declaration:
-    """Declare --format, one of these formats; without a default, None leaves it to the suffix of -o."""
-    text = f"{listed(formats, 'or')}.  [default: {default or 'by the suffix of -o, else table'}]"
-    return option(
-        "Output", "-f", "--format", "form", metavar="FORMAT", type=Choice(formats), default=default, help=text
-    )
+def format_option(formats: Mapping[str, str]) -> Declaration:
+    """Declare --format, one of these formats; None leaves it to the suffix of -o."""
+    text = f"{listed(formats, 'or')}.  [default: by the suffix of -o, else table]"
+    return option("Output", "-f", "--format", "form", metavar="FORMAT", type=Choice(formats), help=text)
 
 
 def file_option(heading: str, name: str, meaning: str, **attributes: Any) -> Declaration:

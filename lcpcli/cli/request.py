@@ -36,11 +36,7 @@ if TYPE_CHECKING:
     from lcpcli.solving.trace import Trace
 
 
-FLAGS = {
-    "names": "--show",
-    "form": "--format",
-    "peers": "--peer",
-}  # of the fields of a request that are called otherwise
+FLAGS = {"names": "--show", "form": "--format", "peers": "--peer"}  # of fields that are called otherwise
 _methods: set[str] = set()  # the methods that this process has run
 Values = dict[str, Any]  # options of a method, by name
 AnyProblem: TypeAlias = "Problem | NonlinearProblem"

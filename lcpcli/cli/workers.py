@@ -27,6 +27,7 @@ from lcpcli.report.result_formats import Layout
 from lcpcli.solving.trace import Trace
 
 if TYPE_CHECKING:
+    from lcpcli.cli.pools import Pool
     from lcpcli.cli.request import AnyProblem
     from lcpcli.solving.result import Result
     from lcpcli.solving.solver import SequenceSteps
@@ -153,9 +154,6 @@ PIECES_EACH = 3  # pieces that each process has or finds next, so that none wait
 RECORD_BYTES = 500  # of a record besides its text, about, as the interpreter stores it
 SECONDS_BETWEEN = 5.0  # looks at the processes while no record comes: only a cluster without workers waits so long
 KILLED = "the process that solved this problem was killed twice"
-
-if TYPE_CHECKING:
-    from lcpcli.cli.pools import Pool
 
 
 def size_of(work: Work) -> int:
