@@ -55,7 +55,7 @@ def later(error: type[BaseException], calls: int) -> Callable[[], None]:
 def test_interrupt_leaves_the_verified_part_and_the_points_on_it(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(following, "check", later(KeyboardInterrupt, 20))
     outcome = lcp("path", "from.npz", "to.npz", "--at", "0.01,1", "-o", "part.csv")
-    assert (outcome.code, outcome.err) == (130, "")
+    assert (outcome.code, outcome.err) == (130, "lcp: to.npz: interrupted\n")
     lines = Path("part.csv").read_text().splitlines()
     assert "interrupted; " in lines[1]
     assert lines[1].endswith(", verified")
