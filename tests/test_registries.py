@@ -132,7 +132,7 @@ OF_ALL = (
     "inspect.py::test_kostrevas_matrix_is_no_h_matrix_so_the_modulus_iteration_is_not_guaranteed",
     "pages.py::test_every_start_and_every_option_of_a_method_with_a_section_of_its_own_is_documented",
     "pages.py::test_readme_is_short_and_a_problem_of_ones_own_comes_first",
-    "mixed_peers.py::test_quadratic_programming_solvers_get_the_bounds[boxes-toy]",
+    "peers.py::test_quadratic_programming_solvers_get_the_bounds[boxes-toy]",
     "gallery.py::test_families_say_what_they_are_and_auto_comes_to_what_is_known[toy]",
     "convert_programs.py::test_numbers_are_the_same_in_all_formats",
     "convert_programs.py::test_complete_formats_keep_everything",

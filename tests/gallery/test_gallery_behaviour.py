@@ -12,9 +12,8 @@ import pytest
 from lcpcli import Problem, Status, run
 from lcpcli.gallery import families as gallery
 from lcpcli.gallery import programs
+from lcpcli.linalg.matrices import dense
 from lcpcli.parametric.following import path
-
-from .matrix_classes import dense
 
 
 def newton_without_safeguard(problem: Problem, steps: int) -> list[tuple[int, ...]]:

@@ -4,8 +4,6 @@ through another; sequences depend on what they should, and end at what is known.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
-from typing import Any
 
 import numpy as np
 import pytest
@@ -139,22 +137,3 @@ def test_the_market_meets_demand_and_electricity_is_dearer_by_day_where_lines_ar
     (night, full_by_night), (day, full_by_day) = highest[3], highest[15]
     assert 0 < night < day
     assert full_by_night < full_by_day
-
-
-@pytest.mark.parametrize(
-    "follow",
-    [partial(sequences.put, 10, 3), partial(sequences.market, 3), partial(sequences.moving_load, 4, 3)],
-    ids=["put", "market", "load"],
-)
-def test_m_is_the_same_object_where_it_does_not_change(follow: Any) -> None:
-    steps: list[SequenceStep] = []
-    follow(lambda step: steps.append(step) or z_of(step))
-    assert len({id(step.M) for step in steps}) == 1
-    assert len({step.q.tobytes() for step in steps}) == 3
-
-
-def test_a_step_without_a_solution_leaves_the_price_of_the_put_as_it_was() -> None:
-    steps: list[SequenceStep] = []
-    sequences.put(10, 3, lambda step: steps.append(step) or (z_of(step) if len(steps) == 1 else None))
-    assert not np.array_equal(steps[0].q, steps[1].q)
-    assert np.array_equal(steps[1].q, steps[2].q)

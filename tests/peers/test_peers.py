@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from functools import partial
@@ -17,12 +18,18 @@ from scipy import sparse
 import lcpcli
 from lcpcli import Problem
 from lcpcli.errors import OptionError
+from lcpcli.files import reading
 from lcpcli.gallery import families as gallery
-from lcpcli.peers import packages, quadratic, registry
+from lcpcli.gallery import nonlinear
+from lcpcli.model.nonlinear import NonlinearProblem
+from lcpcli.peers import packages, quadratic
 from lcpcli.peers import registry as peers
+from lcpcli.peers.registry import Claim
+from lcpcli.verify.point import Criterion, Point
 
-from .claims import INDEFINITE, TIME_LIMIT, TOL, loaded, relative_residual, stand_in
-
+TOL, TIME_LIMIT = 1e-9, 20.0
+IN_CI = ("piqp", "daqp")  # the test extra has them: they are never skipped
+INDEFINITE = Problem([[0, 1], [1, 0]], [-1, -1])
 QUADRATIC = ("piqp", "clarabel", "osqp", "daqp", "highs")
 GENERAL = [name for name in peers.PEERS if name != "gambit"]  # those that take more than games
 COMPILED = """
@@ -45,6 +52,22 @@ INFEASIBLE = Problem([[1, -1], [-1, 1]], [-1, 0])
 TRIDIAGONAL = sparse.csr_array(sparse.diags_array([-np.ones(29), np.full(30, 3.0), -np.ones(29)], offsets=[-1, 0, 1]))
 
 
+def loaded(name: str) -> peers.Peer:
+    """The peer of that name; the test is skipped where it is not installed, unless the test extra has it, and where its
+    licence has expired."""
+    peer = peers.load(name)
+    if peer.version() is None and name not in IN_CI:
+        pytest.skip(f"{name} is not installed")
+    if (reason := peer.excludes(Problem([[1]], [1]))).startswith("licence"):
+        pytest.skip(reason)
+    return peer
+
+
+def relative_residual(problem: Problem, claim: Claim) -> float:
+    assert claim.z is not None
+    return Point(Criterion(problem), claim.z, is_admissible=False).scaled_residual
+
+
 @pytest.mark.parametrize("name", GENERAL)
 def test_claims_what_it_solves_and_leaves_arrays_as_they_were_even_those_that_cannot_be_written_to(name: str) -> None:
     peer, made = loaded(name), gallery.make("harker-pang", 8, 2, symmetric=True)
@@ -65,17 +88,14 @@ def test_claims_what_it_solves_and_leaves_arrays_as_they_were_even_those_that_ca
 
 @pytest.mark.parametrize("name", QUADRATIC)
 def test_a_quadratic_program_needs_symmetry_and_convexity(name: str) -> None:
-    peer, skew = peers.load(name), gallery.make("harker-pang", 8)
+    """But daqp takes a monotone problem that is not symmetric."""
+    peer, skew = peers.load(name), gallery.make("harker-pang", 20)
     assert peer.excludes(INDEFINITE).startswith("needs ")
     assert peer.excludes(skew) == ("" if name == "daqp" else "needs a symmetric positive semidefinite M")
-
-
-def test_daqp_takes_a_monotone_problem_that_is_not_symmetric() -> None:
-    problem, peer = gallery.make("harker-pang", 20), peers.load("daqp")
-    assert peer.excludes(problem) == ""
-    claim = peer.solve(problem, TOL, TIME_LIMIT)
-    assert claim.solved
-    assert relative_residual(problem, claim) < TOL
+    if name == "daqp":
+        claim = loaded(name).solve(skew, TOL, TIME_LIMIT)
+        assert claim.solved
+        assert relative_residual(skew, claim) < TOL
 
 
 def test_matrices_are_converted_up_to_a_size() -> None:
@@ -101,21 +121,14 @@ def test_gram_matrices_in_any_units_are_semidefinite_and_not_when_a_direction_is
     M = units[:, None] * M * units
     problem = Problem(sparse.csr_array(M) if stored_sparse else M, np.ones(n))
     assert (quadratic.not_convex(problem) == "") is not turned
+    hollow = Problem([[0, 1e-12 * turned], [1e-12 * turned, 1]], [1, 1])  # semidefinite only if its row is empty
+    assert (quadratic.not_convex(hollow) == "") is not turned
 
 
-def test_a_hollow_diagonal_is_semidefinite_only_if_its_rows_are_empty() -> None:
-    assert quadratic.not_convex(Problem([[0, 0], [0, 1]], [1, 1])) == ""
-    assert quadratic.not_convex(Problem([[0, 1e-12], [1e-12, 1]], [1, 1])) != ""
+MODULES = {"highs": "highspy", "path-start": "gamspy_base", "gambit": "pygambit"}  # where it is not the name
 
 
-MODULES = {
-    "highs": "highspy",
-    "path-start": "gamspy_base",
-    "gambit": "pygambit",
-}  # where it is not the name
-
-
-@pytest.mark.parametrize("name", ["piqp", "daqp", "clarabel", "osqp", "highs", "quantecon", "path-start", "gambit"])
+@pytest.mark.parametrize("name", peers.PEERS)
 def test_a_missing_package_has_no_version_and_solving_names_the_extra(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -166,7 +179,12 @@ ENDINGS = {
 
 @pytest.mark.parametrize("action", ENDINGS)
 def test_a_process_that_dies_or_hangs_is_told_from_one_that_answers(action: str, tmp_path: Path) -> None:
-    ending, seconds = registry.run([str(stand_in(tmp_path / "program", action))], 0.1)
+    if os.name != "posix":
+        pytest.skip("needs a POSIX shell")
+    program = tmp_path / "program"
+    program.write_text(f"#!/bin/sh\n{action}\n")
+    program.chmod(0o755)
+    ending, seconds = peers.run([str(program)], 0.1)
     assert ending == ENDINGS[action]
     assert seconds < 300
 
@@ -204,3 +222,59 @@ def test_highs_is_not_led_astray_by_a_degenerate_problem_without_rows() -> None:
 def test_osqp_gives_no_numbers_where_it_claims_that_there_are_none() -> None:
     claim = loaded("osqp").solve(INFEASIBLE, TOL, TIME_LIMIT)
     assert (claim.z, claim.statement) == (None, "dual infeasible")
+
+
+@pytest.mark.parametrize("name", [name for name in GENERAL if name != "quantecon"])
+@pytest.mark.parametrize("family", ["boxes", "torsion", "two-obstacles"])
+def test_quadratic_programming_solvers_get_the_bounds(family: str, name: str) -> None:
+    peer, problem = loaded(name), gallery.make(family, 25)
+    assert peer.excludes(problem) == ""
+    claim = peer.solve(problem, TOL, TIME_LIMIT)
+    assert claim.solved
+    assert claim.z is not None
+    assert np.abs(claim.z - lcpcli.run(problem).z).max() <= 1e-4
+
+
+def test_solvers_for_nonnegative_z_are_given_no_bounds() -> None:
+    assert peers.load("quantecon").excludes(gallery.make("boxes", 5)) == "takes no bounds but z >= 0"
+
+
+def test_gambit_takes_games_and_finds_an_equilibrium() -> None:
+    peer, problem = peers.load("gambit"), gallery.make("bimatrix", 11)
+    assert peer.excludes(problem) == peer.excludes(reading.read("winkels")) == ""
+    for other in (gallery.make("boxes", 5), gallery.make("lp", 6), Problem([[0, 1], [1, 0]], [-1, -2])):
+        assert peer.excludes(other) == "takes games of two players only"
+    claim = loaded("gambit").solve(problem, TOL, TIME_LIMIT)
+    assert claim.solved
+    assert relative_residual(problem, claim) < 1e-12
+    assert claim.seconds > 0
+
+
+@pytest.mark.parametrize("problem", [nonlinear.josephy(), nonlinear.mathiesen(), nonlinear.nash_cournot(5)])
+def test_library_of_path_solves_nonlinear_problems_by_their_functions(problem: NonlinearProblem) -> None:
+    claim = loaded("path-start").solve(problem, 1e-10, TIME_LIMIT)
+    assert (claim.solved, claim.statement) == (True, "solution found")
+    assert claim.z is not None
+    gaps = problem.box.gaps(claim.z, problem.values(claim.z))
+    assert np.abs(gaps).max() < 1e-8
+
+
+def test_library_of_path_excludes_what_its_licence_does_not_cover() -> None:
+    peer = loaded("path-start")
+    if not (reason := peer.excludes(gallery.make("tridiagonal", 301))):
+        pytest.skip("a full licence is installed")
+    assert reason == "licence: without one, up to 300 unknowns and 2000 entries of the Jacobian"
+    assert peer.excludes(gallery.make("tridiagonal", 300)) == ""
+    filling = NonlinearProblem(lambda z: z - 1, lambda z: np.eye(50) + (z[0] > 0), x0=np.zeros(50))
+    assert peer.excludes(filling) == ""
+    assert "has more than 2000 entries" in peer.solve(filling, TOL, TIME_LIMIT).statement
+
+
+def test_errors_of_functions_called_by_path_are_raised() -> None:
+    def faulty(z: np.ndarray) -> list[float]:
+        if z[0]:
+            raise RuntimeError("not again")
+        return [z[0] - 1.0]
+
+    with pytest.raises(RuntimeError, match="not again"):
+        loaded("path-start").solve(NonlinearProblem(faulty, lambda _: [[1.0]], x0=[0.0]), TOL, TIME_LIMIT)
