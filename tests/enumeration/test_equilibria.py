@@ -46,16 +46,6 @@ def texts(found: Equilibria) -> list[tuple[str, str]]:
     return [(" ".join(map(str, each.row)), " ".join(map(str, each.column))) for each in found.extreme]
 
 
-def test_a_game_with_three_extreme_equilibria_in_two_subsets_and_one_component() -> None:
-    """In the terms of D. Avis, G. Rosenberg, R. Savani and B. von Stengel, Enumeration of Nash equilibria for
-    two-player games, Economic Theory 42 (2010) 9-37."""
-    found = all_of([[2, 2], [2, 1]], [[2, 2], [2, 1]])
-    assert texts(found) == [("1 0", "1 0"), ("1 0", "0 1"), ("0 1", "1 0")]
-    assert [subset.extreme for subset in found.subsets] == [(0, 1), (0, 2)]
-    assert found.components == ((0, 1),)
-    assert (found.is_degenerate, {each.index for each in found.extreme}) == (True, {None})
-
-
 @pytest.mark.parametrize("n", [2, 3, 6])
 def test_coordination_games_have_one_equilibrium_for_each_set_of_strategies(n: int) -> None:
     found = all_of(np.eye(n), np.eye(n))
@@ -70,14 +60,6 @@ def test_coordination_games_have_one_equilibrium_for_each_set_of_strategies(n: i
 def test_shipped_games_have_the_known_number_of_equilibria(name: str, extreme: int, components: int) -> None:
     found = checked(lcpcli.read(contents.shipped_path(f"games/{name}.nfg")))
     assert (len(found.extreme), len(found.components)) == (extreme, components)
-
-
-def test_the_equilibria_of_shapleys_game() -> None:
-    """L. S. Shapley, A note on the Lemke-Howson algorithm, Mathematical Programming Study 1 (1974) 175-189, where one
-    of the three is not reached."""
-    found = all_of([[2, 2, 0], [0, 3, 0], [3, 0, 1]], [[3, 0, 2], [0, 3, 2], [0, 0, 1]])
-    assert texts(found) == [("0 1 0", "0 1 0"), ("0 1/2 1/2", "0 1/4 3/4"), ("0 0 1", "0 0 1")]
-    assert [each.index for each in found.extreme] == [1, -1, 1]
 
 
 def test_indices_of_nondegenerate_games_sum_to_1() -> None:

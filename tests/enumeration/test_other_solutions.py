@@ -173,17 +173,6 @@ def test_singular_matrices_are_searched_without_an_error(twins: bool) -> None:
     assert (proved > 0) == (not twins)
 
 
-def test_command_lists_the_solutions_of_a_matrix_with_two_equal_rows(lcp: Lcp, tmp_path: Path) -> None:
-    M = np.eye(12)
-    M[0, :2] = M[1, :2] = [1, 3]
-    file = tmp_path / "twins.json"
-    file.write_text(json.dumps({"M": M.tolist(), "q": [-1.0] * 12}))
-    assert lcp("solve", str(file)).code == 0
-    held = json.loads(lcp("solve", str(file), "--all", "--exact", "--format", "json").out)
-    assert held["complete"]
-    assert sorted(each["z"][:2] for each in held["solutions"]) == [["0", "1/3"], ["1", "0"]]
-
-
 def test_rows_that_are_only_just_not_dominant_leave_others() -> None:
     """Diagonal entries are as large as the others of their rows together, which in doubles may look like more."""
     for M, q in (

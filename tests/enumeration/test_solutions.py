@@ -1,8 +1,13 @@
-"""All solutions of problems whose solution sets are known: none, one, some, 2^n, segments, rays and lines."""
+"""All solutions of problems that are larger than those of the oracle, and what ends the list of them."""
 
 from __future__ import annotations
 
+import json
+import os
+import re
 from fractions import Fraction
+from itertools import count
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,55 +16,14 @@ from scipy.sparse import csr_array, diags_array
 import lcpcli
 from lcpcli import Problem, errors
 from lcpcli.enumeration import pieces
+from lcpcli.enumeration.search import ENOUGH, TIME_LIMIT, Solutions, SolutionSet
+from lcpcli.files.contents import Source
 from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.report import solutions
 
-FREE = (-np.inf, np.inf)
+from . import solution_sets as oracle
+
 SECONDS = 120.0  # for milliseconds of work: a search that never ends fails
-
-
-def shown(points: tuple[tuple[Fraction, ...], ...]) -> set[str]:
-    return {" ".join(map(str, point)) for point in points}
-
-
-# M, q, bounds, and the vertices, rays and lines of each piece
-KNOWN = {
-    # K. G. Murty, Linear Complementarity, Linear and Nonlinear Programming, Heldermann 1988, chapter 1
-    "one of a P-matrix": ([[2, 1], [1, 2]], [-5, -6], (0, np.inf), [({"4/3 7/3"}, set(), set())]),
-    # R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity Problem, SIAM 2009: section 1.3, where q lies
-    # in no complementary cone; 3.1, semidefinite M, where the solutions are a polyhedron
-    "none although feasible": ([[0, 1], [1, 0]], [-1, 1], (0, np.inf), []),
-    "none and infeasible": ([[0, -1], [1, 0]], [-1, -1], (0, np.inf), []),
-    "a segment": ([[1, 1], [1, 1]], [-1, -1], (0, np.inf), [({"1 0", "0 1"}, set(), set())]),
-    "a triangle": (np.ones((3, 3)), -np.ones(3), (0, np.inf), [({"1 0 0", "0 1 0", "0 0 1"}, set(), set())]),
-    "a ray": ([[0, 0], [0, 1]], [0, -1], (0, np.inf), [({"0 1"}, {"1 0"}, set())]),
-    "the orthant": (np.zeros((2, 2)), [0, 0], (0, np.inf), [({"0 0"}, {"1 0", "0 1"}, set())]),
-    # Lemke's method ends on a ray although there are two whole rays of solutions
-    "two rays with one end": (
-        *([[0, 1], [0, 0]], [-1, 0], (0, np.inf)),
-        [({"0 1"}, {"0 1"}, set()), ({"0 1"}, {"1 0"}, set())],
-    ),
-    "two": ([[-1]], [1], (0, np.inf), [({"0"}, set(), set()), ({"1"}, set(), set())]),
-    "three in a box": ([[-1]], [0], (-1, 1), [({value}, set(), set()) for value in ("-1", "0", "1")]),
-    # where w_2 = z_1 = 0, z_1 is at its lower bound, but w_1 = -z_2 has the sign for that only where z_2 = 0
-    "an edge of a box": ([[0, -1], [1, 0]], [0, 0], (0, 1), [({"0 0", "1 0"}, set(), set())]),
-    "a line": ([[1, -1], [-1, 1]], [0, 0], FREE, [({"0 0"}, set(), {"1 1"})]),
-    "a plane": (np.zeros((2, 2)), [0, 0], FREE, [({"0 0"}, set(), {"1 0", "0 1"})]),
-    "equations without solution": ([[1, -1], [-1, 1]], [0, 1], FREE, []),
-    "fixed unknowns": ([[0, 1], [1, 0]], [-1, 1], (1, 1), [({"1 1"}, set(), set())]),
-}
-
-
-@pytest.mark.parametrize("name", KNOWN)
-def test_known_sets_are_found_and_proved_complete(name: str) -> None:
-    M, q, (lower, upper), expected = KNOWN[name]
-    found = lcpcli.solutions(Problem(M, q, lower=lower, upper=upper), time_limit=SECONDS)
-    pieces = [(shown(piece.vertices), shown(piece.rays), shown(piece.lines)) for piece in found]
-    assert sorted(map(str, map(sorted_sets, pieces))) == sorted(map(str, map(sorted_sets, expected)))
-    assert found.complete
-
-
-def sorted_sets(piece: tuple[set[str], set[str], set[str]]) -> list[list[str]]:
-    return [sorted(part) for part in piece]
 
 
 @pytest.mark.parametrize("coupled", [False, True])
@@ -71,22 +35,6 @@ def test_minus_a_dominant_matrix_has_a_solution_for_each_of_2_to_the_n_sets(coup
     found = lcpcli.solutions(Problem(M, np.ones(n)))
     supports = {tuple(value > 0 for value in piece.vertices[0]) for piece in found if piece.is_point}
     assert (len(found.pieces), len(supports), found.complete) == (2**n, 2**n, True)
-
-
-def test_the_number_of_solutions_of_a_nondegenerate_matrix_has_one_parity_for_all_q() -> None:
-    """The theorem of Murty (1972), for q in the interior of its cones."""
-    generator = np.random.default_rng(4)
-    for _ in range(6):
-        M, vectors = generator.integers(-99, 100, (5, 5)), generator.integers(-9999, 10000, (6, 5))
-        assert len({len(list(lcpcli.solutions(Problem(M, q)))) % 2 for q in vectors}) == 1
-
-
-def test_a_positive_diagonal_is_not_taken_for_positive_minors() -> None:
-    """Three solutions of each of six pairs, which are hardly coupled."""
-    M = np.kron(np.eye(6), [[1, 2], [2, 1]]) + 1 / 1024
-    found = lcpcli.solutions(Problem(M, -np.ones(12)))
-    assert (len(list(found)), found.complete) == (3**6, True)
-    assert all(piece.is_point for piece in found.pieces)
 
 
 SCALED = np.array([[3.0], [1.0], [7.0], [2.0]] * 5)  # of the rows of a matrix with positive principal minors
@@ -244,3 +192,168 @@ def test_a_singular_semidefinite_matrix_with_a_positive_diagonal_has_a_face_of_s
     (piece,) = found
     assert found.others is False
     assert [list(ray) for ray in piece.rays] == [[1] * n]
+
+
+COUNT = int(os.environ.get("LCP_ORACLE", "100"))
+SIX, LISTS = COUNT // 25, COUNT // 10  # problems with 6 unknowns; lists that are cut, of each kind
+MOST = 5 if "LCP_ORACLE" in os.environ else 4
+
+
+def agrees(M: np.ndarray, q: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> list[oracle.Hull]:
+    """The pieces of a problem, each once, which are those of the oracle."""
+    found = lcpcli.solutions(lcpcli.Problem(M, q, lower=lower, upper=upper))
+    pieces = [oracle.canonical(piece.vertices, piece.rays, piece.lines) for piece in found]
+    assert found.complete
+    assert len(set(pieces)) == len(pieces)
+    assert set(pieces) == oracle.maximal(oracle.in_fractions(M, q, lower, upper)), (M, q, lower, upper)
+    return pieces
+
+
+def test_the_pieces_are_the_maximal_polyhedra_of_all_choices_of_states() -> None:
+    generator = np.random.default_rng(17)
+    sets = [agrees(*oracle.random_problem(generator, MOST)) for _ in range(COUNT)]
+    assert sum(not pieces for pieces in sets) > 0.05 * COUNT
+    assert sum(len(pieces) > 1 for pieces in sets) > 0.1 * COUNT
+    assert sum(any(len(hull.vertices) > 1 for hull in pieces) for pieces in sets) > 0.05 * COUNT
+    assert sum(any(hull.rays for hull in pieces) for pieces in sets) > 0.2 * COUNT
+    assert sum(any(hull.lines for hull in pieces) for pieces in sets) > 0.02 * COUNT
+
+
+def test_six_unknowns() -> None:
+    generator = np.random.default_rng(23)
+    sets = [agrees(*oracle.random_problem(generator, 6, 6)) for _ in range(SIX)]
+    assert sum(len(pieces) > 1 for pieces in sets) > 0.1 * SIX
+
+
+def test_unknowns_between_two_bounds() -> None:
+    """Of each w_i one sign is asked for at one bound and the other one at the other: nothing that is chosen for one
+    branch of the tree holds in another one."""
+    generator, count = np.random.default_rng(5), COUNT // 5
+    sets = []
+    for _ in range(count):
+        n = int(generator.integers(2, 5))
+        M, q = generator.integers(-2, 3, (n, n)).astype(float), generator.integers(-2, 3, n).astype(float)
+        lower = generator.integers(-1, 1, n).astype(float)
+        sets.append(agrees(M, q, lower, lower + generator.integers(1, 3, n)))
+    assert min(map(len, sets)) > 0
+    assert sum(len(pieces) > 1 for pieces in sets) > 0.2 * count
+
+
+Whole = set[oracle.Hull]
+
+
+def random_game(generator: np.random.Generator) -> lcpcli.Problem:
+    """A game of up to 3 x 3 strategies with few different payoffs, so that most have ties."""
+    shape = tuple(generator.integers(1, 4, 2).tolist())
+    return lcpcli.from_game(*generator.integers(0, generator.integers(2, 4), (2, *shape)))
+
+
+def whole_of(found: Solutions) -> Whole:
+    """All pieces, by the oracle."""
+    data = found.problem
+    rows = [
+        tuple(Fraction(row.get(j, 0), d) for j in range(data.n)) for row, d in zip(data.rows, data.scales, strict=True)
+    ]
+    q = tuple(Fraction(value, d) for value, d in zip(data.constants, data.scales, strict=True))
+    return oracle.maximal(oracle.Data(rows, q, list(data.lower), list(data.upper)))
+
+
+def connected(hulls: Whole) -> int:
+    """The number of components: parts that share no vertex."""
+    parts: list[set[Any]] = []
+    for hull in hulls:
+        apart = [part for part in parts if not part & hull.vertices]
+        joined = set(hull.vertices).union(*(part for part in parts if part & hull.vertices))
+        parts = [*apart, joined]
+    return len(parts)
+
+
+def check(found: Solutions, whole: Whole, ended: str) -> tuple[bool, bool | None]:
+    """Compare all that a list says with the whole; whether it is complete, and whether there are others."""
+    pieces = [oracle.canonical(piece.vertices, piece.rays, piece.lines) for piece in found.pieces]
+    assert len(set(pieces)) == len(pieces)
+    assert set(pieces) <= whole, "a piece is a maximal one"
+    assert found.others in ((False,) if len(pieces) == len(whole) and found.complete else (True, None))
+    assert found.others is not True or len(pieces) < len(whole)
+    assert not found.complete or set(pieces) == whole
+    shown = SolutionSet(found, ended, 0.0)
+    held = json.loads(solutions.report(shown, Source("file", None), exact=True).render("json"))
+    assert (held["complete"], held["others"], len(held["pieces"])) == (found.complete, found.others, len(pieces))
+    assert (held["status"] == ended) == (not found.complete)
+    vertices = {vertex for piece in found.pieces for vertex in piece.vertices}
+    assert {tuple(map(Fraction, each["z"])) for each in held["solutions"]} == vertices
+    isolated = [hull for hull in pieces if len(hull.vertices) == 1 and not hull.rays and not hull.lines]
+    check_words(shown.message, found, len(isolated), whole)
+    (section,) = solutions.build(shown, exact=True, form="table").sections
+    assert section.settled == found.complete
+    if found.equilibria is None:
+        assert held["components"] is None
+    else:
+        check_game(found, whole, held)
+        assert found.complete or not any("sum to" in remark for remark in section.remarks)
+    return found.complete, found.others
+
+
+def check_words(message: str, found: Solutions, isolated: int, whole: Whole) -> None:
+    """The sentence says the same."""
+    number = len(found.pieces)
+    if not number:
+        assert ("no solution: " in message) == (found.complete and not whole)
+        return
+    assert ("proved to be" in message) == found.complete
+    assert ("only one" in message) == (found.complete and len(whole) == isolated == 1)
+    assert ("there are others" in message) == (found.others is True)
+    assert ("there may be others" in message) == (found.others is None)
+    assert ("infinitely many" in message) == (isolated < number)
+    assert ("all isolated" in message) <= (found.complete and isolated == len(whole))
+    numbers = dict(zip(("faces", "subsets", "components"), (number - isolated, number, connected(whole)), strict=True))
+    for word, expected in numbers.items():
+        for stated in re.findall(rf"(\d+) (?:maximal Nash )?{word[:-1]}", message):
+            assert int(stated) == expected
+            assert found.complete or word != "components"
+
+
+def check_game(found: Solutions, whole: Whole, held: dict[str, Any]) -> None:
+    """Extreme equilibria, subsets, components, degeneracy and indices of a game."""
+    game, equilibria = found.problem.problem.origin, found.equilibria
+    assert {k for subset in equilibria.subsets for k in subset.extreme} == set(range(len(equilibria.extreme)))
+    assert [len(set(piece["vertices"])) for piece in held["pieces"]] == [len(s.extreme) for s in equilibria.subsets]
+    assert all(len(subset.rows) * len(subset.columns) == len(subset.extreme) for subset in equilibria.subsets)
+    assert (equilibria.components is None) == (held["components"] is None) == (not found.complete)
+    if found.complete:
+        assert len(held["components"]) == connected(whole)
+    A, B = game.payoffs()  # type: ignore[union-attr]
+    for each in equilibria.extreme:
+        by_row = [oracle.dot(tuple(row), each.column) for row in A]
+        by_column = [oracle.dot(column, each.row) for column in zip(*B, strict=True)]
+        best = [values.count(max(values)) for values in (by_row, by_column)]
+        played = [sum(value > 0 for value in strategy) for strategy in (each.column, each.row)]
+        assert (each.index is None) == any(a > b for a, b in zip(best, played, strict=True))
+    indices = [each.index for each in equilibria.extreme]
+    assert equilibria.is_degenerate == (True if None in indices else False if found.complete else None)
+    assert not found.complete or None in indices or sum(map(int, filter(None, indices))) == 1
+
+
+@pytest.mark.parametrize("kind", ["game", "mixed"])
+@pytest.mark.parametrize("cut", ["number", "time"])
+def test_cut_list_says_nothing_that_is_false(kind: str, cut: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    generator, said = np.random.default_rng(31), list[tuple[bool, bool | None]]()
+    for _ in range(LISTS):
+        if kind == "game":
+            problem = random_game(generator)
+        else:
+            M, q, lower, upper = oracle.random_problem(generator, 4)
+            problem = lcpcli.Problem(M, q, lower=lower, upper=upper)
+        whole = whole_of(lcpcli.solutions(problem))
+        if cut == "number":
+            found = lcpcli.solutions(problem, max_solutions=int(generator.integers(1, 4)))
+            list(found)
+        else:
+            clock = count()
+            with monkeypatch.context() as patched:
+                patched.setattr("time.perf_counter", lambda clock=clock: next(clock))
+                found = lcpcli.solutions(problem, time_limit=int(generator.integers(1, 60)))
+                list(found)
+        said.append(check(found, whole, ENOUGH if cut == "number" else TIME_LIMIT))
+    assert sum(complete for complete, _ in said) > 0.1 * LISTS
+    assert sum(others is (True if cut == "number" else None) for _, others in said) > 0.05 * LISTS

@@ -1,8 +1,9 @@
-"""Games in files: in Gambit's .nfg form, and in two tables of payoffs by --game of every command."""
+"""Games in files: Gambit's .nfg and .efg forms, and two tables of payoffs by --game of every command."""
 
 from __future__ import annotations
 
 import csv
+import gzip
 import json
 import re
 from collections.abc import Callable
@@ -12,9 +13,11 @@ from typing import Any
 
 import pytest
 
+import lcpcli
 from lcpcli import errors, read
 from lcpcli.files import contents
 from lcpcli.files.games import game_in
+from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 
 from ..conftest import read_exact
@@ -31,74 +34,12 @@ A = [[1, Fraction(1, 3), 0], [3, 10, Fraction(-7, 2)]]
 B = [[2, Fraction(-1, 2), 0], [4, Fraction(1, 4), 1]]
 
 
-def game_of(path: Path, text: str) -> Game:
-    path.write_text(text)
-    problem = read(path)
+def game_of(text: str, name: str = "g.nfg") -> Any:
+    Path(name).write_text(text)
+    problem = read(name)
     assert problem.name == "a game"
-    assert isinstance(problem.origin, Game)
+    assert isinstance(problem.origin, ExtensiveGame if text.startswith("EFG") else Game)
     return problem.origin
-
-
-@pytest.mark.parametrize("text", [PAYOFFS, COUNTS, OUTCOMES], ids=["payoffs", "counts", "outcomes"])
-def test_all_versions_have_the_payoffs_with_the_first_player_in_the_rows(text: str, tmp_path: Path) -> None:
-    game = game_of(tmp_path / "g.nfg", text)
-    assert game.payoffs() == (A, B)
-    assert game.columns in ((), ("left", "mid", "right"))
-
-
-def test_it_is_recognized_by_its_first_word_and_numbers_are_no_names_of_strategies(tmp_path: Path) -> None:
-    assert game_of(tmp_path / "g.txt", PAYOFFS).rows == ("up", "down")
-    game = game_of(tmp_path / "g.nfg", HEAD + '{ { "1" "2" } { "b" } } 1 1 2 2')
-    assert (game.rows, game.columns) == ((), ("b",))
-
-
-def test_fractions_are_not_rounded_for_proofs(tmp_path: Path) -> None:
-    (tmp_path / "g.nfg").write_text(HEAD + "{ 1 2 } 1/3 1 2/3 2")
-    assert read_exact(str(tmp_path / "g.nfg")).is_solution([Fraction(1), Fraction(0), Fraction(3)])
-
-
-def test_the_shipped_games_are_read() -> None:
-    shapes = [read(file).n for file in sorted(Path(contents.shipped_path("games")).glob("*.nfg"))]
-    assert shapes == [8, 12, 8]
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (HEAD.replace('"Bob"', '"Bob" "Cy"') + "{ 1 1 1 } 1 2 3", "is a game of more than two players; its equilibria"),
-        (HEAD.replace('"Bob"', "") + "{ 1 } 1", "is a game of 1 player; give one of two players"),
-        (HEAD + "{ 2 2 } 1 2 3 4 5 6", "ends too early; is it cut off?"),
-        (HEAD + "{ 2 2 } 1 2 3 4 5 6 7", "has an odd number of payoffs; give two for each pair"),
-        (HEAD + "{ 2 2", "has braces that do not match; is it cut off?"),
-        (HEAD + "{ 1 1 }\n1 2\n3 4", "has more than the payoffs of 1 x 1 strategies; remove the others"),
-        (HEAD + "{ 1 1 }\n1 x", "has 'x', not a number; give a number"),
-        (HEAD + "{ 1 1 }\n1 1/0", "has '1/0', not a fraction; give whole numbers, as in 15/29"),
-        (HEAD + '{ 1 1 }\n{ { "" 1 2 } }\n2', "names outcome 2 of 1; name one that is given"),
-        (HEAD + "{ 0 1 }", "has a player without strategies; give each at least one"),
-        (HEAD + "{ 1 1 }\n{ 1 2 }\n1", "has '1' in place of an outcome; give two payoffs in braces"),
-        ("NFG 2 R", "line 1: is not the beginning of a game; begin the file with NFG 1 R"),
-        ("NFG 1 R title", "has no title, players and strategies; write NFG 1 R"),
-        (HEAD + "{ 1 1 }\n1e400 0", "A[0][0]: is not a finite number in double precision"),
-    ],
-)
-def test_what_is_wrong_is_said_in_one_line_with_its_place(text: str, message: str, tmp_path: Path) -> None:
-    (tmp_path / "g.nfg").write_text(text)
-    with pytest.raises(errors.ProblemError) as caught:
-        read(tmp_path / "g.nfg")
-    assert str(caught.value).startswith(f"{tmp_path / 'g.nfg'}: {message}")
-
-
-def test_it_is_only_read(lcp: Lcp, tmp_path: Path) -> None:
-    done = lcp("convert", contents.shipped_path("games/winkels.nfg"), "-o", str(tmp_path / "w.nfg"))
-    assert (done.code, "is of a format that is only read" in done.err) == (2, True)
-    assert lcp("convert", contents.shipped_path("games/winkels.nfg"), "-o", str(tmp_path / "w.json")).code == 0
-    again = read(tmp_path / "w.json").origin
-    assert isinstance(again, Game)
-    assert again.payoffs()[0][4][0] == Fraction(5, 2)
-
-
-TABLES = ("A.csv", "B.csv", "--game")
-PAIR = "row = (opera 0.6, box 0.4), column = (left 0.4, right 0.6)"
 
 
 def put(first: str, second: str) -> None:
@@ -111,6 +52,114 @@ def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With the battle of the sexes in two tables, the first with labels as pandas writes them."""
     monkeypatch.chdir(tmp_path)
     put(",left,right\nopera,3,0\nbox,0,2\n", "2;0\n0;3\n")
+
+
+@pytest.mark.parametrize("text", [PAYOFFS, COUNTS, OUTCOMES], ids=["payoffs", "counts", "outcomes"])
+def test_all_versions_have_the_payoffs_with_the_first_player_in_the_rows(text: str) -> None:
+    """It is recognized by its first word."""
+    game = game_of(text, "g.txt")
+    assert game.payoffs() == (A, B)
+    assert (game.rows, game.columns) == (((), ()) if text == COUNTS else (("up", "down"), ("left", "mid", "right")))
+
+
+def test_numbers_are_no_names_of_strategies() -> None:
+    game = game_of(HEAD + '{ { "1" "2" } { "b" } } 1 1 2 2')
+    assert (game.rows, game.columns) == ((), ("b",))
+
+
+def test_fractions_are_not_rounded_for_proofs() -> None:
+    game_of(HEAD + "{ 1 2 } 1/3 1 2/3 2")
+    assert read_exact("g.nfg").is_solution([Fraction(1), Fraction(0), Fraction(3)])
+    ends = 't "" 1 { 1/3 0 } t "" 2 { 0.33333333333333333333333333333334 0 }'
+    game_of(f'{TREE} p "" 1 1 {{ "a" "b" }} 0 {ends}', "g.efg")
+    w = read_exact("g.efg").w([Fraction(value) for value in (1, 0, 1, 1, 0, 0, 0)])
+    assert w[1] > w[2] > 0
+
+
+TREE = 'EFG 2 R "a game" { "Ann" "Bob" }\n'
+TWO = TREE + 'p "" 1 1 "" { "a" "b" } 0\n'
+WRONG = [
+    (HEAD.replace('"Bob"', '"Bob" "Cy"') + "{ 1 1 1 } 1 2 3", "is a game of more than two players; its equilibria"),
+    (HEAD.replace('"Bob"', "") + "{ 1 } 1", "is a game of 1 player; give one of two players"),
+    (HEAD + "{ 2 2 } 1 2 3 4 5 6", "ends too early; is it cut off?"),
+    (HEAD + "{ 2 2 } 1 2 3 4 5 6 7", "has an odd number of payoffs; give two for each pair"),
+    (HEAD + "{ 2 2", "has braces that do not match; is it cut off?"),
+    (HEAD + "{ 1 1 }\n1 2\n3 4", "has more than the payoffs of 1 x 1 strategies; remove the others"),
+    (HEAD + "{ 1 1 }\n1 x", "has 'x', not a number; give a number"),
+    (HEAD + "{ 1 1 }\n1 1/0", "has '1/0', not a fraction; give whole numbers, as in 15/29"),
+    (HEAD + '{ 1 1 }\n{ { "" 1 2 } }\n2', "names outcome 2 of 1; name one that is given"),
+    (HEAD + "{ 0 1 }", "has a player without strategies; give each at least one"),
+    (HEAD + "{ 1 1 }\n{ 1 2 }\n1", "has '1' in place of an outcome; give two payoffs in braces"),
+    ("NFG 2 R", "line 1: is not the beginning of a game; begin the file with NFG 1 R"),
+    ("NFG 1 R title", "has no title, players and strategies; write NFG 1 R"),
+    (HEAD + "{ 1 1 }\n1e400 0", "A[0][0]: is not a finite number in double precision"),
+    (TREE.replace('"Bob"', '"Bob" "Cy"'), "is a game of 3 players; give one of two: only its"),
+    (TREE.replace('"Bob"', ""), "is a game of 1 player; give one of two"),
+    ("EFG 1 R", "line 1: is not the beginning of a game tree; begin the file with EFG 2 R"),
+    ('EFG 2 R "title"', "line 1: has no players after the title; write EFG 2 R"),
+    ('EFG 2 R "title" p', "line 1: has no players after the title; write EFG 2 R"),
+    ("EFG 2 R title", "line 1: has 'title' in place of a name; put names in quotes"),
+    (TREE, "ends too early; is it cut off?"),
+    (TWO + 't "" 1 { 1 2 }', "ends too early; is it cut off?"),
+    (TWO + 't "" 1 { 1 2', "ends too early; is it cut off?"),
+    (TWO + 'x "" 0', "line 3: has 'x' in place of a node; begin each node with c for chance, p for a player, t for"),
+    (TREE + 't "" 0\nt "" 0', "line 3: has 't' after the last node of the tree; remove it"),
+    (TWO + 't "" 1', "line 3: names outcome 1 before its payoffs; give them where it is first named"),
+    (TWO + 't "" 1 { 1 2 3 }', "line 3: has 3 payoffs for 2 players; give one for each"),
+    (TWO + 't "" 1 { 1 x }', "line 3: has 'x' in place of a number; give an integer, a decimal or a fraction"),
+    (TWO + 't "" 1 { 1 1/0 }', "line 3: has '1/0' in place of a number"),
+    (TWO + 't "" 1 { 1 1e9999 }', "line 3: has '1e9999' in place of a number"),
+    (TWO + 't "" 1 { 1 -1e301 }', "line 3: has '-1e301', too large for doubles; scale the payoffs"),
+    (TWO + 't "" -1', "line 3: has '-1' in place of the number of an outcome; give a whole number"),
+    (TWO + 't "" 1 { 1 2 } t "" 1 { 1 3 }', "line 3: gives outcome 1 other payoffs than it has; correct one"),
+    (TWO + 't "" 0 { 1 2 }', "line 3: gives outcome 0 other payoffs than it has"),
+    (TREE + 'p "" 3 1 { "a" } 0', "line 2: names player 3 of 2; give 1 or 2"),
+    (TREE + 'p "" 1 1 0', "line 2: names information set 1 of player 1 before its actions; list its actions"),
+    (TREE + 'p "" 1 1 { } 0', "line 2: lists no action for information set 1 of player 1; list at least one"),
+    (TWO + 'p "" 1 1 { "b" "a" } 0', "line 3: lists other actions for information set 1 of player 1 than before"),
+    (
+        TREE + 'c "" 1 "" { "h" 1/2 "t" 1/2 } 0 t "" 1 "" { 1 0 } c "" 1 "" { "h" 1/4 "t" 3/4 } 0',
+        "line 2: lists other probabilities for chance event 1 than before",
+    ),
+    (TREE + 'c "" 1 { "a" 1/3 "b" 1/3 } 0', "line 2: the probabilities of chance event 1 are not at least 0"),
+    (TREE + 'c "" 1 { "a" 2 "b" -1 } 0', "line 2: the probabilities of chance event 1 are not at least 0"),
+    (TREE + 'c "" 1 { "a" } 0', "line 2: has '}' in place of a number"),
+    (TWO + 'p "" 1 1 0 t "" 0 t "" 0 t "" 0', "line 3: has no perfect recall: other own moves lead to information set"),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), WRONG, ids=range(len(WRONG)))
+def test_what_is_wrong_is_said_in_one_line_with_its_place(text: str, message: str) -> None:
+    name = "g.efg" if text.startswith("EFG") else "g.nfg"
+    Path(name).write_text(text)
+    with pytest.raises(errors.ProblemError) as caught:
+        read(name)
+    assert str(caught.value).startswith(f"{name}: {message}")
+
+
+def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(lcp: Lcp) -> None:
+    winkels, kept = contents.shipped_path("games/winkels.nfg"), game_of(GAME, "g.efg").tree.totals()
+    assert lcp("convert", winkels, "-o", "w.json").code == 0
+    assert read("w.json").origin.payoffs()[0][4][0] == Fraction(5, 2)
+    for suffix in ("json", "npz", "mat"):
+        assert lcp("convert", "g.efg", "-o", f"g.{suffix}").err == ""
+        again = read(f"g.{suffix}")
+        assert again.origin.tree.totals() == kept
+        assert (again.M == read("g.efg").M).all()
+    for output in ("w.nfg", "w.efg"):
+        done = lcp("convert", winkels, "-o", output)
+        assert (done.code, "is of a format that is only read" in done.err) == (2, True)
+    done = lcp("convert", "g.efg", "-o", "g.csv")
+    assert "written as the game's mixed problem, M, q and bounds; left out: name, game tree, names" in done.err
+    lcpcli.write(read("g.efg"), "m.json")
+    data = json.loads(Path("m.json").read_text())
+    data["M"][0][3] += 1
+    Path("m.json").write_text(json.dumps(data))
+    assert "origin: does not yield this M and q" in lcp("solve", "m.json").err
+
+
+TABLES = ("A.csv", "B.csv", "--game")
+PAIR = "row = (opera 0.6, box 0.4), column = (left 0.4, right 0.6)"
 
 
 def test_tables_of_payoffs_are_taken_by_every_command_with_their_labels(lcp: Lcp) -> None:
@@ -232,24 +281,147 @@ def test_check_says_what_tolerance_accepts_rounded_strategies_and_how_many_there
     assert "z: has 4 entries for 2 and 3 strategies; make them agree" in lcp("check", *TABLES, "1,0,0,1").err
 
 
-def test_players_of_a_file_are_named_and_costs_are_minimized(tmp_path: Path, lcp: Any) -> None:
-    text = 'NFG 1 R "g" { "Ann" "Bob" } { { "up" "down" } { "left" "right" } } 3 2 0 0 0 0 2 3'
-    (tmp_path / "g.nfg").write_text(text)
-    out = lcp("solve", str(tmp_path / "g.nfg"), "--method", "newton").out
+def test_players_of_a_file_are_named(lcp: Lcp) -> None:
+    Path("g.nfg").write_text('NFG 1 R "g" { "Ann" "Bob" } { { "up" "down" } { "left" "right" } } 3 2 0 0 0 0 2 3')
+    out = lcp("solve", "g.nfg", "--method", "newton").out
     assert "Ann = (up 0.6, down 0.4), Bob = (left 0.4, right 0.6), payoffs 1.2 and 1.2" in out
     assert "Ann gets Bob gets" in out
     assert "by a best response Ann would gain 0, Bob 0" in out
-    assert lcp("convert", str(tmp_path / "g.nfg"), "-o", str(tmp_path / "g.json")).code == 0
-    assert json.loads((tmp_path / "g.json").read_text())["players"] == ["Ann", "Bob"]
-    assert "Ann gets  Bob gets" in lcp("solve", str(tmp_path / "g.nfg"), "--all").out
+    assert lcp("convert", "g.nfg", "-o", "g.json").code == 0
+    assert json.loads(Path("g.json").read_text())["players"] == ["Ann", "Bob"]
+    assert "Ann gets  Bob gets" in lcp("solve", "g.nfg", "--all").out
+
+
+@pytest.mark.parametrize("last", [1, 0])
+def test_whole_numbers_as_text_are_payoffs_as_str_writes_them(last: int) -> None:
+    payoffs = [[Fraction(1, 2), Fraction(0)], [Fraction(-3), Fraction(last)]]
+    A = [[str(v) for v in row] for row in payoffs]
+    Path("game.json").write_text(json.dumps({"A": A, "B": [["1", "0"], ["0", "1"]]}))
+    assert read("game.json").origin.payoffs()[0] == payoffs
+    with pytest.raises(errors.ProblemError, match="in a zero-sum game B = -A"):
+        lcpcli.from_game(payoffs)
+
+
+def test_costs_are_minimized(lcp: Lcp) -> None:
     costs = {"A": [["1/3", 0], [0, 2]], "B": [[2, 0], [0, 3]]}
     negated = {"A": [["-1/3", 0], [0, -2]], "B": [[-2, 0], [0, -3]]}
-    (tmp_path / "costs.json").write_text(json.dumps(costs | {"sense": "min", "players": ["Ann", "Bob"]}))
-    (tmp_path / "payoffs.json").write_text(json.dumps(negated))
-    cost, payoff = (read(tmp_path / f"{name}.json") for name in ("costs", "payoffs"))
+    Path("costs.json").write_text(json.dumps(costs | {"sense": "min", "players": ["Ann", "Bob"]}))
+    Path("payoffs.json").write_text(json.dumps(negated))
+    cost, payoff = (read(f"{name}.json") for name in ("costs", "payoffs"))
     assert cost.M.tolist() == payoff.M.tolist()
-    assert isinstance(cost.origin, Game)
-    assert isinstance(payoff.origin, Game)
     assert cost.origin.payoffs() == payoff.origin.payoffs()
-    (tmp_path / "costs.json").write_text(json.dumps(costs | {"sense": "least"}))
-    assert 'give "max" for payoffs or "min" for costs' in lcp("solve", str(tmp_path / "costs.json")).err
+    Path("costs.json").write_text(json.dumps(costs | {"sense": "least"}))
+    assert 'give "max" for payoffs or "min" for costs' in lcp("solve", "costs.json").err
+
+
+GAME = TREE + (
+    '"a comment with { braces }, and \\"quotes\\""\n'
+    'c "root" 1 "weather" { "sun" 1/4 "rain" .75 } 0\n'
+    'p "a" 1 7 "here" { "up", "down" } 5 "fee" { -1 1e0 }\n'
+    'p "b" 2 1 "there" { "yes" "yes" } 0\n'
+    't "" 1 "one" { 1/3, -0.5 }\n'
+    't "" 2 { +2 3. }\n'
+    't "" 0\n'
+    'p "a" 1 7 5\n'
+    'p "" 2 1 "there" { "yes" "yes" } 0 t "" 1 "one" { 1/3, -0.5 } t "" 2\n'
+    't "" 3 "three" { 4 4 }\n'
+)
+
+
+def test_events_sets_and_outcomes_are_said_once_and_their_payoffs_add_up() -> None:
+    tree = game_of(GAME, "g.efg").tree
+    ann, bob = tree.players
+    assert ([own.number for own in ann.sets], ann.sets[0].actions, bob.labels()) == ([7], ("up", "down"), ["there"])
+    assert tree.events[0].probabilities == (Fraction(1, 4), Fraction(3, 4))
+    ends = [i for i, node in enumerate(tree.nodes) if node.owner == -2]
+    first = (Fraction(1, 3) - 1, Fraction(1, 2))
+    assert [tree.totals()[i] for i in ends] == [first, (1, 4), (-1, 1), first, (1, 4), (3, 5)]
+    assert [tree.sequences[i] for i in ends] == [(1, 1), (1, 2), (2, 0), (1, 1), (1, 2), (2, 0)]
+
+
+def test_repeated_and_empty_labels_get_numbers_in_names() -> None:
+    text = GAME.replace('"Bob"', '"Ann"').replace('"here"', '""')
+    game_of(text, "g.efg")
+    names = read("g.efg").names
+    assert names[:3] == ["Ann 1", "Ann 1: 7: up", "Ann 1: 7: down"]
+    assert names[3:6] == ["Ann 2", "Ann 2: there: yes 1", "Ann 2: there: yes 2"]
+
+
+def test_it_is_recognized_by_its_first_word_also_compressed_and_from_text(lcp: Lcp) -> None:
+    Path("g.efg.gz").write_bytes(gzip.compress(GAME.encode()))
+    assert game_of(GAME, "g.txt").sizes == (3, 3, 2, 2)
+    found = [read("g.efg.gz"), lcpcli.from_efg(GAME), read("g.txt")]
+    assert len({problem.M.tobytes() for problem in found}) == 1
+    assert lcp("solve", "g.efg.gz", "-q").code == lcp("inspect", "g.efg.gz").code == 0
+    Path("g.efg").write_text(GAME)
+    assert "g.efg" in map(str, map(Path, contents.files_in(["."], print)))
+    with pytest.raises(errors.ProblemError, match=r"efg: is a number; give the text of an .efg file"):
+        lcpcli.from_efg(1)  # type: ignore[arg-type]
+
+
+def test_labels_in_latin_1_are_read_and_what_is_no_text_is_refused(lcp: Lcp) -> None:
+    Path("g.efg").write_bytes(GAME.replace("Ann", "J\xfcrgen").encode("latin-1"))
+    assert read("g.efg").names[0] == "J\xfcrgen"
+    assert lcp("make", "--from-game", "g.efg", "-o", "g.json").code == 0
+    Path("g.efg").write_bytes(b"EFG 2 R \0")
+    with pytest.raises(errors.ProblemError, match="is not UTF-8 text"):
+        read("g.efg")
+
+
+def test_players_who_forget_their_moves_are_refused_and_those_who_forget_nothing_are_not() -> None:
+    ends = 't "" 0 ' * 4
+    forgetful = TWO + f'p "" 1 2 {{ "l" "r" }} 0 {ends[:14]} p "" 1 2 0 {ends[:14]}'
+    with pytest.raises(errors.ProblemError, match="has no perfect recall"):
+        lcpcli.from_efg(forgetful)
+    assert lcpcli.from_efg(forgetful.replace('p "" 1 2 0', 'p "" 1 3 { "l" "r" } 0')).n == 13
+    assert lcpcli.from_efg(forgetful.replace(" 1 2 ", " 2 2 ")).n == 10
+
+
+def test_a_tree_may_be_one_end_and_a_player_may_have_no_move() -> None:
+    answer = lcpcli.run(lcpcli.from_efg(TREE + 't "" 1 { 2 -3 }')).answer
+    assert (answer.payoffs, answer.information_sets) == ((2.0, -3.0), [])
+    answer = lcpcli.run(lcpcli.from_efg(TWO + 't "" 1 { 1 2 } t "" 2 { 5 6 }')).answer
+    assert answer.payoffs == (5.0, 6.0)
+
+
+def test_chance_moves_in_a_long_row_are_refused_before_their_product_takes_all_memory() -> None:
+    row = "".join(f'c "" {k} {{ "" 1/3 "" 2/3 }} 0 t "" 0\n' for k in range(1, 3000))
+    with pytest.raises(errors.ProblemError, match="has chances whose fractions are longer than a thousand digits"):
+        lcpcli.from_efg(f'{TREE}{row}t "" 0')
+
+
+def test_a_deep_tree_costs_no_recursion() -> None:
+    row = "".join(f'p "" {1 + k % 2} {k} {{ "go" "stop" }} {k} {{ 1 {k % 7} }}\n' for k in range(1, 400))
+    tree = f'{TREE}{row}t "" 0 ' + 't "" 0 ' * 399
+    problem = lcpcli.from_efg(tree)
+    assert (problem.n, lcpcli.run(problem).answer.gains) == (2 * 399 + 4 + 399, (0.0, 0.0))
+
+
+def test_all_equilibria_and_the_best_one_are_strategies_and_payoffs(lcp: Lcp) -> None:
+    source = "threat.efg"
+    Path(source).write_text(THREAT)
+    lines = [line.split() for line in lcp("solve", source, "--all").out.splitlines() if "-" * 9 not in line]
+    assert lines[4] == ["piece", "L", "R", "l", "r", "Ann", "gets", "Bob", "gets"]
+    assert [line[-2:] for line in lines[5:8]] == [["2", "1"], ["1", "2"], ["1", "2"]]
+    for options in ((), ("--exact",)):
+        every = json.loads(lcp("solve", source, "--all", "--format", "json", *options).out)
+        best = json.loads(lcp("solve", source, "--maximize", "z2", "--format", "json", *options).out)
+        kind = str if options else float
+        assert best["equilibrium"]["payoffs"] == [kind(2), kind(1)]
+        for own in (*(each["equilibrium"] for each in every["solutions"]), best["equilibrium"]):
+            assert own["players"] == ["Ann", "Bob"]
+            assert {type(value) for plan in own["plans"] for value in plan} == {kind}
+    answer = json.loads(lcp("solve", source, "--exact", "--format", "json").out)["answer"]
+    assert {type(value) for plan in answer["exact"]["plans"] for value in plan} == {str}
+    assert "payoffs Ann 2, Bob 1" in lcp("solve", source, "--maximize", "z2").out
+    table = lcp("solve", source).out
+    assert "method k       Ann         L         R       Bob         l         r cost of Ann" in table
+
+
+THREAT = """EFG 2 R "threat" { "Ann" "Bob" }
+p "" 1 1 "a" { "L" "R" } 0
+p "" 2 1 "b" { "l" "r" } 0
+t "" 1 "" { 2 1 }
+t "" 2 "" { 0 0 }
+t "" 3 "" { 1 2 }
+"""

@@ -17,7 +17,6 @@ from lcpcli.errors import ProblemError
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import conditions_of
 from lcpcli.model.program import Program, ProgramData
-from lcpcli.solving.answer import Minimum
 
 from ..conftest import Outcome
 
@@ -84,14 +83,16 @@ def test_rows_ranges_bounds_names_constant_and_sense_are_read(tmp_path: Path) ->
     assert data.upper.tolist() == [-1, INF, 10]
 
 
-@pytest.mark.parametrize(
-    ("section", "entries"),
-    [("QUADOBJ", " x x 2\n x y -1\n y y 4\n"), ("QMATRIX", " x x 2\n x y -1\n y x -1\n y y 4\n")],
-)
-def test_both_ways_to_write_the_matrix_of_the_objective(section: str, entries: str, tmp_path: Path) -> None:
-    text = f"NAME q\nROWS\n N c\n G r\nCOLUMNS\n x c 1 r 1\n y r 1\nRHS\n b r 1\n{section}\n{entries}ENDATA\n"
-    _, data = program(read(written(tmp_path, text, "q.qps")))
+QUADRATIC = "NAME q\nROWS\n N c\n G r\nCOLUMNS\n x c 1 r 1\n y r 1\nRHS\n b r 1\n{}\n{}ENDATA\n"
+TRIANGLE, BOTH = " x x 2\n x y -1\n y y 4\n", " x x 2\n x y -1\n y x -1\n y y 4\n"
+
+
+@pytest.mark.parametrize(("section", "entries"), [("QUADOBJ", TRIANGLE), ("QSECTION c", TRIANGLE), ("QMATRIX", BOTH)])
+def test_all_ways_to_write_the_matrix_of_the_objective(section: str, entries: str, tmp_path: Path) -> None:
+    _, data = program(read(written(tmp_path, QUADRATIC.format(section, entries), "q.qps")))
     assert np.array(data.Q).tolist() == [[2, -1], [-1, 4]]
+    with pytest.raises(ProblemError, match="line 10: has a quadratic part of row 'r'; only an objective may have one"):
+        read(written(tmp_path, QUADRATIC.format("QSECTION r", entries)))
 
 
 def test_fixed_format_with_spaces_in_names(tmp_path: Path) -> None:
@@ -113,9 +114,7 @@ def test_compressed_and_from_standard_input_it_is_the_same(
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(FEATURES.encode())))
     outcome = lcp("solve", "-", "--format", "json")
     assert outcome.code == 0
-    answer = run(plain).answer
-    assert isinstance(answer, Minimum)
-    assert json.loads(outcome.out)["answer"]["objective"] == answer.objective
+    assert json.loads(outcome.out)["answer"]["objective"] == run(plain).answer.objective
 
 
 def test_the_lp_format_is_read(tmp_path: Path) -> None:
@@ -127,15 +126,6 @@ def test_the_lp_format_is_read(tmp_path: Path) -> None:
     assert (-np.array(data.Q)).tolist() == [[-2, 1, 0], [1, -4, 0], [0, 0, 0]]
     assert (data.row_lower.tolist(), data.row_upper.tolist()) == ([1, -INF, -INF], [INF, 4, INF])
     assert (data.lower.tolist(), data.upper.tolist()) == ([-INF, 0, -INF], [INF, 9e19, INF])
-
-
-def test_converted_it_keeps_names_sense_and_constant(tmp_path: Path, lcp: Callable[..., Outcome]) -> None:
-    file = str(written(tmp_path, FEATURES))
-    for ending in ("json", "npz", "mat"):
-        other = str(tmp_path / f"other.{ending}")
-        assert lcp("convert", file, "-o", other) == Outcome(0, "", "")
-        assert read(other).origin == read(file).origin
-        assert run(read(other)).to_dict()["answer"] == run(read(file)).to_dict()["answer"]
 
 
 def test_exact_answers_are_of_the_decimals_in_the_file(tmp_path: Path, lcp: Callable[..., Outcome]) -> None:
@@ -290,24 +280,73 @@ def test_a_bound_that_means_none_in_MPS_is_not_written(tmp_path: Path) -> None:
         write(from_qp(None, [1.0], lower=[0.0], upper=[1e20]), tmp_path / "p.mps")
 
 
-def test_a_quadratic_section_has_two_names(tmp_path: Path) -> None:
-    text = (
-        "NAME\nROWS\n N obj\n G r\nCOLUMNS\n x obj 1 r 1\n y r 1\nRHS\n RHS r 1\n{} \n x x 2\n x y 1\n y y 4\nENDATA\n"
-    )
-    made = []
-    for heading in ("QUADOBJ", "QSECTION obj"):
-        (tmp_path / "p.mps").write_text(text.format(heading))
-        made.append(read(tmp_path / "p.mps").M.tolist())
-    assert made[0] == made[1]
-    (tmp_path / "p.mps").write_text(text.format("QSECTION r"))
-    with pytest.raises(ProblemError, match="line 10: has a quadratic part of row 'r'; only an objective may have one"):
-        read(tmp_path / "p.mps")
-
-
 def test_headings_may_be_in_small_letters(tmp_path: Path) -> None:
     text = "NAME\nOBJSENSE\n MAX\nROWS\n N obj\n L r\nCOLUMNS\n x obj 1 r 1\nRHS\n RHS r 4\nBOUNDS\n UP b x 3\nENDATA\n"
-    for number, each in enumerate((text, text.lower().replace(" up ", " UP "))):
-        (tmp_path / f"{number}.mps").write_text(each)
-        answer = run(read(tmp_path / f"{number}.mps")).answer
-        assert isinstance(answer, Minimum)
-        assert answer.objective == 3
+    for each in (text, text.lower().replace(" up ", " UP ")):
+        assert run(read(written(tmp_path, each))).answer.objective == 3
+
+
+BOUND = """NAME p
+ROWS
+ N  cost
+ G  row
+COLUMNS
+    x  cost  1  row  1
+    y  cost  1  row  1
+RHS
+    RHS  row  -4
+BOUNDS
+{}
+ENDATA
+"""
+
+
+def test_sides_are_read_back_as_the_doubles_that_they_were(tmp_path: Path) -> None:
+    """In doubles 0.3 - 0.1 is not 0.2. A row without sides has none."""
+    sides = {"row_lower": [0.1, -INF, -INF, 0.5], "row_upper": [0.3, INF, 0.7, INF]}
+    write(from_qp(None, [1.0, 1.0], np.ones((4, 2)) + np.eye(4, 2), **sides), tmp_path / "p.mps")
+    assert " 0.2\n" in (tmp_path / "p.mps").read_text()  # the range in decimals
+    _, found = program(read(tmp_path / "p.mps"))
+    rows = sorted(zip(found.row_lower.tolist(), found.row_upper.tolist(), strict=True))
+    assert [row for row in rows if row != (-INF, INF)] == [(-INF, 0.7), (0.1, 0.3), (0.5, INF)]
+
+
+@pytest.mark.parametrize(
+    ("line", "bounds"), [("FR BND x 0", (-INF, INF)), ("MI BND x 0", (-INF, INF)), ("PL BND x 0", (0, INF))]
+)
+def test_a_number_behind_a_bound_that_takes_none_is_left_out(
+    line: str, bounds: tuple[float, float], tmp_path: Path
+) -> None:
+    _, found = program(read(written(tmp_path, BOUND.format(f" {line}"))))
+    assert (found.lower[0], found.upper[0]) == bounds
+
+
+def test_a_negative_upper_bound_alone_is_refused_as_it_has_two_meanings(tmp_path: Path) -> None:
+    with pytest.raises(ProblemError, match="lower bound"):
+        read(written(tmp_path, BOUND.format(" UP BND x -3")))
+    _, found = program(read(written(tmp_path, BOUND.format(" MI BND x\n UP BND x -3"))))
+    assert (found.lower[0], found.upper[0]) == (-INF, -3)
+
+
+SQUARE = BOUND.replace("x  cost  1  row  1\n    ", "").replace("-4", "1").format(" LO BND x 2\nQUADOBJ\n {0} {0} 1")
+
+
+def test_a_variable_of_the_quadratic_part_alone_needs_no_column(tmp_path: Path) -> None:
+    answer = run(read(written(tmp_path, SQUARE.format("x")))).answer
+    assert (answer.x.tolist(), answer.objective) == (pytest.approx([1, 2]), pytest.approx(3))
+    with pytest.raises(ProblemError, match="'x', which is not in COLUMNS"):  # a misspelt name
+        read(written(tmp_path, SQUARE.format("y")))
+    pytest.importorskip("highspy")
+    lp = "Minimize\n obj: y + [ x^2 ] / 2\nSubject To\n c: y >= 1\nBounds\n 2 <= x <= 40\nEnd\n"
+    assert run(read(written(tmp_path, lp, "p.lp"))).answer.objective == pytest.approx(3)
+
+
+def test_a_remark_after_a_dollar_sign_is_passed_over(tmp_path: Path) -> None:
+    lines = [f"{line} $ a remark" if line.startswith(" ") else line for line in SQUARE.format("x").splitlines()]
+    assert run(read(written(tmp_path, "\n".join(lines)))).answer.objective == pytest.approx(3)
+
+
+@pytest.mark.parametrize(("key", "here"), [("H", "P"), ("f", "q"), ("Aeq", "A"), ("A_ub", "G"), ("b_ub", "h")])
+def test_keys_of_quadprog_and_linprog_are_refused_with_their_counterparts(key: str, here: str, tmp_path: Path) -> None:
+    with pytest.raises(ProblemError, match=f"{key}: is not a key of a program; it is called {here} in the second"):
+        read(written(tmp_path, json.dumps({"c": [1], key: [[1]]}), "p.json"))

@@ -1,5 +1,4 @@
-"""Models that Pyomo writes, and their answers by evaluators that are not the reader's: Pyomo's own expressions, and
-CasADi, which reads the same file."""
+"""Models that Pyomo writes, and their answers by an evaluator that is not the reader's: Pyomo's own expressions."""
 
 from __future__ import annotations
 
@@ -41,11 +40,8 @@ def of_all_kinds() -> Any:
     """An equation, a variable with a lower bound, one with an upper bound, and a fixed one; many operators."""
     m = pyomo.ConcreteModel()
     m.u = pyomo.Var(bounds=(0, None), initialize=1.0)
-    m.v, m.w, m.fixed = (
-        pyomo.Var(bounds=(None, 2), initialize=1.0),
-        pyomo.Var(initialize=1.0),
-        pyomo.Var(initialize=3.0),
-    )
+    m.v, m.w = pyomo.Var(bounds=(None, 2), initialize=1.0), pyomo.Var(initialize=1.0)
+    m.fixed = pyomo.Var(initialize=3.0)
     m.fixed.fix()
     m.named = pyomo.Expression(expr=pyomo.exp(m.u / 4) + pyomo.atan(m.w))
     m.equation = pyomo.Constraint(expr=m.w**3 + pyomo.tanh(m.w) + m.w * m.fixed == m.named + pyomo.sin(m.v))
@@ -71,51 +67,27 @@ def written(m: Any, folder: Path) -> Path:
     return folder / "model.nl"
 
 
-def gap(value: float, bounds: tuple[float | None, float | None], z: float) -> float:
-    """The natural residual of a row."""
-    low, high = (end if each is None else each for each, end in zip(bounds, (-np.inf, np.inf), strict=True))
-    return abs(z - min(max(z - value, low), high))
-
-
-def by_pyomo(m: Any, _: Path) -> float:
-    gaps = [gap(pyomo.value(row), own.bounds, own.value) for row, own in m.pairs]
+def residual(m: Any) -> float:
+    """The largest gap of a row, and of an equation."""
+    gaps = []
+    for row, own in m.pairs:
+        low, high = (end if each is None else each for each, end in zip(own.bounds, (-np.inf, np.inf), strict=True))
+        gaps.append(abs(own.value - min(max(own.value - pyomo.value(row), low), high)))
     equations = [
         each for each in m.component_data_objects(pyomo.Constraint) if each.equality and each.local_name == "equation"
     ]
     return max(*gaps, *(abs(pyomo.value(each.body) - pyomo.value(each.upper)) for each in equations), 0.0)
 
 
-def by_casadi(m: Any, file: Path) -> float:
-    casadi = pytest.importorskip("casadi", reason="needs CasADi")
-    lines, partners = [line.split("#")[0].strip() for line in file.read_text().splitlines()], dict[int, int]()
-    begin = next(i for i, line in enumerate(lines) if line == "r") + 1
-    for row in range(int(lines[1].split()[1])):
-        kind, *numbers = lines[begin + row].split()
-        if kind == "5":  # which CasADi does not read
-            partners[row] = int(numbers[1]) - 1
-            lines[begin + row] = "3"
-    file.write_text("\n".join(lines) + "\n")
-    builder = casadi.NlpBuilder()
-    builder.import_nl(str(file), {"verbose": False})
-    F = casadi.Function("F", [casadi.vertcat(*builder.x)], [casadi.vertcat(*builder.g)])
-    names = file.with_suffix(".col").read_text().split()
-    z = [m.find_component(name).value for name in names]
-    values, bounds = np.array(F(z)).ravel(), [*zip(builder.x_lb, builder.x_ub, strict=True)]
-    gaps = [gap(values[row], bounds[j], z[j]) for row, j in partners.items()]
-    others = [i for i in range(values.size) if i not in partners]
-    return max(*gaps, *(abs(values[i] - builder.g_lb[i]) for i in others), 0.0)
-
-
-@pytest.mark.parametrize("evaluator", [by_pyomo, by_casadi])
 @pytest.mark.parametrize("make", [kojima_shindo, nash_cournot, of_all_kinds])
-def test_residual_is_small_by_other_evaluators(make: Any, evaluator: Any, tmp_path: Path) -> None:
+def test_residual_is_small_by_the_expressions_of_pyomo(make: Any, tmp_path: Path) -> None:
     m = make()
     file = written(m, tmp_path)
     result = lcpcli.solve_mcp(lcpcli.read_nl(file), tol=1e-12)
     assert result.solved, result.message
     for name in result.names:
         m.find_component(name).set_value(result[name])
-    assert evaluator(m, file) <= 1e-8
+    assert residual(m) <= 1e-8
     own = m.pairs[0][1]
     own.set_value(own.value + 0.01)
-    assert evaluator(m, file) > 1e-4, "the evaluator sees nothing"
+    assert residual(m) > 1e-4

@@ -1,9 +1,14 @@
-"""What is written is read back exactly, in every format."""
+"""What is written is read back exactly, in every format; lcp convert keeps the digits that were written, from each text
+format to each other one."""
 
 from __future__ import annotations
 
+import json
 import math
 import sys
+from collections.abc import Callable
+from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +19,14 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from lcpcli import Problem, read, write
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.cli.make import read_written
+from lcpcli.cli.problems import Inputs
+from lcpcli.files import writing
+from lcpcli.linalg.matrices import dense, is_sparse
 from lcpcli.model.problem import VERDICTS
+from lcpcli.rational.numbers import decimal, fraction, places
 
+from ..conftest import Outcome, read_exact
 from ..small_problem import M, Q
 
 LARGEST, SMALLEST = sys.float_info.max, math.ulp(0.0)
@@ -37,7 +47,7 @@ def bounds(draw: st.DrawFn, n: int) -> dict[str, list[float]]:
 
 
 @st.composite
-def problems(draw: st.DrawFn, *, in_coordinates: bool, with_bounds: bool = True) -> Problem:
+def problems(draw: st.DrawFn, *, in_coordinates: bool) -> Problem:
     """Any problem of a few unknowns that has a name."""
     n = draw(st.integers(1, 4))
     vectors = st.lists(FLOATS, min_size=n, max_size=n)
@@ -58,17 +68,18 @@ def problems(draw: st.DrawFn, *, in_coordinates: bool, with_bounds: bool = True)
         verdict=draw(st.sampled_from(["", *VERDICTS])),
         source=draw(st.text()),
         note=draw(st.text()),
-        **(draw(bounds(n)) if with_bounds else {}),
+        names=draw(st.sampled_from([[], ["north sea", "süd", "", "a name longer than a column"][:n]])),
+        **draw(bounds(n)),
     )
 
 
 def everything(problem: Problem) -> list[Any]:
     """All that a problem holds, its numbers bit by bit."""
-    dense = problem.M.toarray() if is_sparse(problem.M) else problem.M
     bounds = [np.asarray(bound) for bound in (problem.lower, problem.upper)]
-    vectors = [dense, problem.q, problem.x0, problem.x1, *bounds, *problem.solutions]
+    vectors = [dense(problem.M), problem.q, problem.x0, problem.x1, *bounds, *problem.solutions]
     bits = [None if v is None else v.tobytes() for v in vectors]
-    return [*bits, is_sparse(problem.M), problem.name, problem.source, problem.note, problem.verdict]
+    texts = [problem.name, problem.source, problem.note, problem.verdict]
+    return [*bits, is_sparse(problem.M), *texts, list(problem.names)]
 
 
 @pytest.fixture(scope="module")
@@ -90,67 +101,212 @@ BOUNDED = Problem(
 )
 
 
-DENSE, SPARSE = problems(in_coordinates=False), problems(in_coordinates=True)
-UNBOUNDED = problems(in_coordinates=False, with_bounds=False) | problems(in_coordinates=True, with_bounds=False)
 WHOLE = Problem(EXTREME, EXTREME[0], name="extreme", x0=EXTREME[1], x1=EXTREME[2], solutions=EXTREME)
 WHOLE_SPARSE = Problem(sparse.csr_array(EXTREME), EXTREME[0], name="extreme", solutions=EXTREME[:1])
-RANDOM = settings(deadline=None, max_examples=15)
+KEPT: dict[str, Callable[[Problem], Problem]] = {  # what a file keeps, by its name
+    "all.json": lambda whole: whole,
+    "all.npz": lambda whole: whole,
+    "all.mat": lambda whole: Problem(whole.M, whole.q, name="all", lower=whole.lower, upper=whole.upper),
+    "all.csv": lambda whole: Problem(dense(whole.M), whole.q, name="all", lower=whole.lower, upper=whole.upper),
+    "all.mtx": lambda whole: Problem(whole.M, whole.q, name="all"),
+}
 
 
-def check_written(problem: Problem, folder: Path, *names: str) -> None:
-    """What is written to the first file is read back from all these exactly."""
-    write(problem, str(folder / names[0]))
-    assert everything(read(*(str(folder / name) for name in names))) == everything(problem)
-
-
-@RANDOM
-@given(problem=DENSE | SPARSE)
+@pytest.mark.parametrize("name", KEPT)
+@settings(max_examples=15)
+@given(problem=problems(in_coordinates=False) | problems(in_coordinates=True))
 @example(problem=WHOLE)
 @example(problem=WHOLE_SPARSE)
 @example(problem=BOUNDED)
-def test_json_is_read_back_exactly(folder: Path, problem: Problem) -> None:
-    check_written(problem, folder, "all.json")
-
-
-@RANDOM
-@given(problem=DENSE | SPARSE)
-@example(problem=WHOLE)
-@example(problem=BOUNDED)
-def test_csv_is_read_back_exactly(folder: Path, problem: Problem) -> None:
-    dense = problem.M.toarray() if is_sparse(problem.M) else problem.M
-    kept = Problem(dense, problem.q, name="both", lower=problem.lower, upper=problem.upper)
-    check_written(kept, folder, "both.csv")
-
-
-@RANDOM
-@given(problem=DENSE | SPARSE)
-@example(problem=BOUNDED)
-def test_mat_is_read_back_with_all_bounds(folder: Path, problem: Problem) -> None:
-    write(Problem(problem.M, problem.q, lower=problem.lower, upper=problem.upper), str(folder / "all.mat"))
-    assert everything(read(str(folder / "all.mat")))[4:6] == everything(problem)[4:6]
-
-
-def texts_end_without_nul(problem: Problem) -> bool:
-    return not any(text.endswith("\0") for text in (problem.name, problem.source, problem.note))
-
-
-@RANDOM
-@given(problem=(DENSE | SPARSE).filter(texts_end_without_nul))
-@example(problem=WHOLE)
-@example(problem=WHOLE_SPARSE)
-@example(problem=BOUNDED)
-def test_npz_is_read_back_exactly(folder: Path, problem: Problem) -> None:
-    check_written(problem, folder, "all.npz")
-
-
-@RANDOM
-@given(problem=UNBOUNDED)
-@example(problem=WHOLE)
-@example(problem=WHOLE_SPARSE)
-def test_matrix_market_is_read_back_exactly(folder: Path, problem: Problem) -> None:
-    check_written(Problem(problem.M, problem.q, name="pair"), folder, "pair.mtx", "pair.q.mtx")
+def test_what_a_file_keeps_is_read_back_exactly(folder: Path, name: str, problem: Problem) -> None:
+    if name == "all.npz" and any(text.endswith("\0") for text in (problem.name, problem.source, problem.note)):
+        return  # which numpy leaves out
+    kept = KEPT[name](problem)
+    write(kept, folder / name)
+    assert everything(read(*map(str, files_of(folder / name)))) == everything(kept)
 
 
 def test_scipy_reads_the_sparse_matrix_of_an_npz(tmp_path: Path) -> None:
     write(Problem(sparse.csr_array(M), Q), str(tmp_path / "problem.npz"))
     assert sparse.load_npz(tmp_path / "problem.npz").toarray().tolist() == M
+
+
+Lcp = Callable[..., Outcome]
+DIGITS = "0.1000000000000000055511151231257827"
+INTEGER = "123456789012345678901234567891"
+NUMBERS = st.one_of(
+    st.integers(-9, 9).map(str),
+    st.floats(-1e9, 1e9).map(repr),
+    st.integers(-(10**30), 10**30).map(str),
+    st.tuples(st.integers(0, 10**25), st.integers(-60, 5)).map(lambda pair: f"{pair[0]}e{pair[1]}"),
+    st.sampled_from(
+        ["0.1", DIGITS, "0.10000000000000001", "0.1" + 30 * "0" + "1", "-0.09999999999999999999", "1e-400"]
+    ),
+    st.sampled_from(["3.00000000000000000001", "2.99999999999999999999", INTEGER]),
+)
+MODERATE = NUMBERS.filter(lambda text: not fraction(text) or 1e-6 < abs(fraction(text)) < 1e14)  # as HiGHS takes them
+
+
+def convert(*arguments: Path) -> None:
+    *files, output = map(str, arguments)
+    written = read_written(Inputs(files))
+    writing.write_as(written, output, as_program=True)
+
+
+def files_of(path: Path) -> list[Path]:
+    """The file of a problem, with that of q beside it."""
+    return [path, *([path.with_suffix(f".q{path.suffix}")] if path.suffix == ".mtx" else [])]
+
+
+def exact(path: Path) -> list[Any]:
+    """All numbers of a problem as they are written."""
+    held = read_exact(*map(str, files_of(path)))
+    rows = [
+        {j: Fraction(a, scale) for j, a in row.items() if a} for row, scale in zip(held.rows, held.scales, strict=True)
+    ]
+    q = [Fraction(a, scale) for a, scale in zip(held.constants, held.scales, strict=True)]
+    return [rows, q, held.lower, held.upper]
+
+
+Texts = tuple[list[list[str]], list[str], list[str | None]]  # M, q and upper
+
+
+@st.composite
+def texts(draw: st.DrawFn) -> Texts:
+    n = draw(st.integers(1, 3))
+    numbers = st.lists(NUMBERS, min_size=n, max_size=n)
+    upper = st.none() | NUMBERS.map(lambda text: text.lstrip("-"))
+    bounds = st.just([None] * n) | st.lists(upper, min_size=n, max_size=n)
+    return draw(st.lists(numbers, min_size=n, max_size=n)), draw(numbers), draw(bounds)
+
+
+@settings(max_examples=10)
+@given(problem=texts(), in_coordinates=st.booleans())
+@example(problem=([[DIGITS, "0.1"], ["0", INTEGER]], ["-" + DIGITS, "1e-400"], [None, None]), in_coordinates=True)
+@example(problem=([["1", "0"], [INTEGER, DIGITS]], ["0", "-" + DIGITS], [DIGITS, None]), in_coordinates=False)
+def test_every_text_format_passes_the_digits_on(folder: Path, problem: Texts, in_coordinates: bool) -> None:
+    M, q, upper = problem
+    n, listed = len(q), plain(M)
+    if in_coordinates:
+        places_of = [(i, j) for i in range(n) for j in range(n)]
+        rows_of, columns_of = (plain([str(place[k]) for place in places_of]) for k in (0, 1))
+        values = plain([M[i][j] for i, j in places_of])
+        listed = (
+            f'{{"format": "coo", "shape": [{n}, {n}], "rows": {rows_of}, "cols": {columns_of}, "values": {values}}}'
+        )
+    (folder / "a.json").write_text(f'{{"M": {listed}, "q": {plain(q)}, "upper": {plain(upper)}}}')
+    rows = [{j: fraction(text) for j, text in enumerate(row) if fraction(text)} for row in M]
+    expected = [rows, list(map(fraction, q)), [0] * n, [None if text is None else fraction(text) for text in upper]]
+    formats = ["json", "csv", *["mtx"] * (upper == [None] * n)]
+    for first in formats:
+        convert(folder / "a.json", folder / f"b.{first}")
+        assert exact(folder / f"b.{first}") == expected
+        for second in formats:
+            convert(*files_of(folder / f"b.{first}"), folder / f"c.{second}")
+            assert exact(folder / f"c.{second}") == expected
+
+
+def plain(value: Any) -> str:
+    if isinstance(value, list):
+        return f"[{', '.join(map(plain, value))}]"
+    return "null" if value is None else json.dumps(value) if value in ("min", "max") else value
+
+
+def test_bounds_typed_beside_a_file_keep_their_digits(folder: Path, lcp: Lcp) -> None:
+    (folder / "a.json").write_text('{"M": [[1, 0], [0, 1]], "q": [0, -1]}')
+    lcp("convert", str(folder / "a.json"), "--upper", f"{DIGITS},1/8", "-o", str(folder / "b.csv"))
+    assert exact(folder / "b.csv")[3] == [Fraction(DIGITS), Fraction(1, 8)]
+
+
+def test_two_files_keep_the_digits_of_both(folder: Path) -> None:
+    (folder / "M.csv").write_text(f"{DIGITS};0\n0;1\n".replace(".", ","))
+    (folder / "q.json").write_text(f"[-1, -{INTEGER}]")
+    convert(folder / "M.csv", folder / "q.json", folder / "b.json")
+    assert exact(folder / "b.json")[:2] == [[{0: Fraction(DIGITS)}, {1: 1}], [-1, -Fraction(INTEGER)]]
+
+
+@st.composite
+def programs(draw: st.DrawFn) -> dict[str, Any]:
+    """A program, its numbers as texts."""
+    k, m = draw(st.integers(1, 3)), draw(st.integers(1, 3))
+    half = [[draw(MODERATE) for _ in range(k)] for _ in range(k)]
+    bounds = [sorted((draw(MODERATE), draw(MODERATE)), key=fraction) for _ in range(k)]
+    ends = [sorted((draw(MODERATE), draw(MODERATE)), key=fraction) for _ in range(m)]
+    ends = [draw(st.sampled_from([pair, [pair[0], None], [None, pair[1]], [pair[0], pair[0]]])) for pair in ends]
+    return {
+        "Q": [[half[min(i, j)][max(i, j)] for j in range(k)] for i in range(k)],
+        "c": [draw(MODERATE) for _ in range(k)],
+        "A": [[draw(MODERATE) for _ in range(k)] for _ in range(m)],
+        "row_lower": [low for low, _ in ends],
+        "row_upper": [high for _, high in ends],
+        "lower": [low for low, _ in bounds],
+        "upper": [high for _, high in bounds],
+        "sense": draw(st.sampled_from(["min", "max"])),
+        "constant": draw(MODERATE),
+    }
+
+
+def numbers_of(data: dict[str, Any]) -> dict[str, Any]:
+    """The numbers of a program, and null; as by default where it has none."""
+    k = len(data["c"])
+    default = {"Q": [[0] * k] * k, "lower": [0] * k, "upper": [None] * k, "constant": 0, "sense": "min"}
+    return default | {key: _fractions(value) for key, value in data.items() if key not in ("rows", "columns", "name")}
+
+
+def _fractions(value: Any) -> Any:
+    if isinstance(value, list):
+        return list(map(_fractions, value))
+    return fraction(value) if isinstance(value, str) and value not in ("min", "max") else value
+
+
+@settings(max_examples=10)
+@given(program=programs())
+def test_programs_keep_their_digits_in_json_and_mps(folder: Path, program: dict[str, Any]) -> None:
+    (folder / "p.json").write_text("{" + ", ".join(f'"{key}": {plain(value)}' for key, value in program.items()) + "}")
+    for step in (["q.json"], ["q.mps", "r.mps", "q.json"]):
+        files = [folder / name for name in ["p.json", *step]]
+        for source, target in pairwise(files):
+            convert(source, target)
+        held = json.loads(files[-1].read_text(), parse_int=str, parse_float=str)
+        assert numbers_of(held) == numbers_of(program)
+
+
+def test_games_keep_their_payoffs(folder: Path, lcp: Lcp) -> None:
+    (folder / "g.json").write_text(f'{{"A": [[{DIGITS}, "1/3"], [{INTEGER}, 2]], "B": [[1, 2], [3, 0.25]]}}')
+    convert(folder / "g.json", folder / "h.json")
+    held = json.loads((folder / "h.json").read_text(), parse_int=str, parse_float=str)
+    assert held == {"name": "g", "A": [[DIGITS, "1/3"], [INTEGER, "2"]], "B": [["1", "2"], ["3", "0.25"]]}
+    (folder / "g.nfg").write_text('NFG 1 R "a" {"1" "2"} {2 1} 1/3 2 0.10000000000000000555 1\n')
+    convert(folder / "g.nfg", folder / "h.json")
+    held = json.loads((folder / "h.json").read_text(), parse_int=str, parse_float=str)
+    assert held["A"] == [["1/3"], ["0.10000000000000000555"]]
+    outcome = lcp("convert", str(folder / "g.nfg"), "-o", str(folder / "h.csv"))
+    assert outcome.err.splitlines()[1:] == [
+        f"lcp: {folder}/h.csv: some numbers have more digits than doubles and were rounded; .json would keep them all"
+    ]
+
+
+def test_costs_of_games_keep_the_digits_of_decimals(folder: Path, lcp: Lcp) -> None:
+    (folder / "g.json").write_text(f'{{"A": [[{DIGITS}, 1]], "B": [[1, 2]]}}')
+    lcp("convert", str(folder / "g.json"), "-o", str(folder / "h.csv"))
+    assert exact(folder / "h.csv")[0][0][1] == 2 - 2 * Fraction(DIGITS)
+
+
+@pytest.mark.parametrize("ending", ["npz", "mat", "npy"])
+def test_doubles_are_rounded_with_one_remark(folder: Path, lcp: Lcp, ending: str) -> None:
+    (folder / "a.json").write_text(f'{{"M": [[{DIGITS}, 0], [0, {INTEGER}]], "q": [0, -1]}}')
+    output = folder / f"a.{ending}"
+    outcome = lcp("convert", str(folder / "a.json"), "-o", str(output))
+    assert (outcome.code, outcome.err.count("\n"), "were rounded" in outcome.err) == (0, 1, True)
+    again = read(*([output, folder / "a.q.npy"] if ending == "npy" else [output]))
+    assert again.M.tolist() == [[0.1, 0.0], [0.0, float(INTEGER)]]
+    (folder / "b.json").write_text('{"M": [[0.1]], "q": [-0.3333333333333333]}')
+    assert lcp("convert", str(folder / "b.json"), "-o", str(folder / f"b.{ending}")).err == ""
+
+
+@settings(max_examples=30)
+@given(value=st.fractions(max_denominator=10**6), power=st.integers(0, 400))
+def test_decimals_are_exact(value: Fraction, power: int) -> None:
+    number = value.numerator / Fraction(10) ** power
+    assert fraction(decimal(number)) == number
+    assert (places(Fraction(1, value.denominator)) is None) == (10**40 % value.denominator != 0)

@@ -15,14 +15,16 @@ from scipy import sparse
 from lcpcli import Problem, Status, Trace, write
 from lcpcli.files import contents
 from lcpcli.inspection.inspection import inspect
-from lcpcli.inspection.theory import SETTLED
+from lcpcli.inspection.theory import SETTLED, contraction
 from lcpcli.inspection.verdict import CLASSES
 from lcpcli.methods.registry import METHODS
+from lcpcli.model.box import ORTHANT
 from lcpcli.options import Limits
 from lcpcli.report import inspection_text
 from lcpcli.solving.driver import run
 from lcpcli.solving.reference import with_reference
 
+from ..benchmarks.accuracy import empirical_rate
 from ..conftest import Outcome
 
 Lcp = Callable[..., Outcome]
@@ -87,6 +89,37 @@ def test_fixed_point_needs_no_more_iterations_than_predicted(symmetric: bool) ->
             run(problem, "fixed-point", limits=limits, trace=trace, omega=rate.omega)
             first, last = trace.rows[0].error or 0.0, trace.rows[-1].error or 0.0
             assert last <= max(1e-10 * first * math.sqrt(problem.n) * np.linalg.cond(problem.M), 1e-12)
+
+
+@pytest.mark.parametrize(
+    ("n", "kind"), [(5, "symmetric"), (100, "symmetric"), (5, "other"), (100, "other"), (20, "bounded")]
+)
+def test_measured_rate_of_fixed_point_is_the_local_one_and_below_the_bound(n: int, kind: str) -> None:
+    problem = random_problem(n, n, kind != "other")
+    if kind == "bounded":
+        lower, upper = np.where(np.arange(n) % 3, -0.3, -np.inf), np.where(np.arange(n) % 4, 0.4, np.inf)
+        problem = Problem(problem.M, problem.q, lower=lower, upper=upper)
+    problem = with_reference(problem)
+    z, box = problem.solutions[0], problem.box if problem.is_mixed else ORTHANT
+    x = box.x_of(z, problem.w(z))
+    theory = contraction(problem, x)
+    curve = Trace(components=np.empty(0, dtype=np.intp), residuals=False)
+    run(problem, "fixed-point", limits=Limits(tol=1e-14), curve=curve)
+    rate = empirical_rate([row.k for row in curve.rows], [row.error or 0.0 for row in curve.rows], 1e-2, 1e-11)
+    assert rate == pytest.approx(theory.local, rel=0.1)
+    assert max(rate, theory.local) <= theory.bound
+    x[1] = box.x_of(np.full(n, 0.4), np.zeros(n))[1] if kind == "bounded" else 0.0
+    assert contraction(problem, x).local is None, "at a degenerate solution"
+
+
+def test_bound_of_a_symmetric_matrix_is_that_of_its_eigenvalues_and_a_singular_iteration_has_none() -> None:
+    eigenvalues = np.array([0.2, 1.0, 9.0])
+    Q = np.linalg.qr(np.random.default_rng(0).standard_normal((3, 3)))[0]
+    M = Q @ np.diag(eigenvalues) @ Q.T
+    for omega in (1.0, 1.5):
+        theory = contraction(Problem(sparse.csr_array(M), np.ones(3)), np.ones(3), omega)
+        assert theory.bound == pytest.approx(np.abs((omega - eigenvalues) / (omega + eigenvalues)).max())
+    assert contraction(Problem([[-1.0]], [1.0]), np.ones(1)) is None
 
 
 def kostreva(n: int) -> Problem:

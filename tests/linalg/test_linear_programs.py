@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
+from lcpcli import Problem, Status, run
+from lcpcli.basis.bounded_form import combinations
 from lcpcli.basis.dual_simplex import DualSimplex
+from lcpcli.basis.tableau import begin, tableau_of
 from lcpcli.linalg import linear_program
+from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.linear_program import Optimum, linprog, minimized
+from lcpcli.linalg.units import PseudoInverse
 
 
 def is_feasible(A: np.ndarray, b: np.ndarray, zero: list[int]) -> bool:
@@ -95,3 +103,45 @@ def test_both_find_the_same_minimum_and_multipliers(seed: int, form: type, monke
 def test_neither_finds_a_minimum_where_there_is_none(c: float, high: float, monkeypatch: pytest.MonkeyPatch) -> None:
     ends, bounds = (np.array([-np.inf]), np.array([high])), (np.zeros(1), np.full(1, np.inf))
     assert by_both(monkeypatch, np.full(1, c), np.eye(1), ends, bounds) == (None, None)
+
+
+CODE = """
+import numpy as np
+from lcpcli.linalg import linear_program
+ends = np.zeros(2), np.full(2, np.inf)
+found = linear_program.minimized(np.ones(2), np.array([[1.0, 1.0]]), (np.ones(1), np.full(1, np.inf)), ends)
+assert found.value == 1.0, found
+"""
+
+
+def test_a_linear_program_prints_nothing() -> None:
+    done = subprocess.run([sys.executable, "-c", CODE], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+@np.errstate(all="ignore")
+def test_a_matrix_whose_numbers_overflow_has_no_generalized_inverse() -> None:
+    with pytest.raises(SingularMatrix):
+        PseudoInverse(np.array([[-1e308, 5e-324], [1.0, 1.0]]))
+
+
+@pytest.mark.parametrize("value", [np.inf, np.nan])
+def test_equations_that_overflow_are_not_combined(value: float) -> None:
+    G = np.diag([1.0, value, 1.0])
+    with pytest.raises(SingularMatrix):
+        combinations(G, G)
+
+
+def test_lemke_reports_free_variables_whose_elimination_overflows() -> None:
+    result = run(Problem([[-1.0, 0.0], [5e-324, 1e200]], [-1.0, 5e-324], lower=-np.inf), "lemke")
+    assert isinstance(result.status, Status)
+
+
+@np.errstate(all="ignore")
+@pytest.mark.parametrize("lexicographic", [False, True])
+@pytest.mark.parametrize("k", [[-1.7e308, -1.0], [np.nan, -1.0]])
+def test_lemke_has_a_first_pivot_where_ratios_overflow(k: list[float], lexicographic: bool) -> None:
+    cover, d = np.array([0.5, 1.0]), np.full(2, np.inf)
+    row, entering, _ = begin(tableau_of(np.eye(2), np.array(k), cover), d, cover, lexicographic)
+    assert row in (0, 1)
+    assert entering in (0, 1)

@@ -14,6 +14,9 @@ import lcpcli
 from lcpcli import Problem
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.box import ORTHANT
+from lcpcli.model.problem import Problem
+from lcpcli.model.right_hand_sides import Columns, like_with
 
 M, Q = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([-5.0, -6.0])
 Z = [4 / 3, 7 / 3]
@@ -95,3 +98,26 @@ def test_numbers_and_bounds_that_have_changed_since_the_call_are_checked_again()
         given[name][1, 80] = value
         with pytest.raises(ProblemError, match=told):
             list(results)
+
+
+def _known() -> Problem:
+    problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0], names=("a", "b"), solutions=[[4 / 3, 7 / 3]])
+    assert problem.row_maxima.tolist() == [2.0, 2.0]
+    return problem.knowing(units=problem.units, a_new_property_of_q=problem.q.sum())
+
+
+def test_what_is_not_known_to_depend_on_M_alone_is_dropped() -> None:
+    other = like_with(_known(), np.array([1.0, -1.0]), ORTHANT)
+    assert "a_new_property_of_q" not in vars(other)
+    assert other.solutions == ()
+    assert other.verdict == ""
+    assert other.q_ref.tolist() == [1.0, -1.0]
+
+
+def test_the_problems_of_a_block_know_of_M_and_not_of_q() -> None:
+    columns = Columns([[2.0, 1.0], [1.0, 2.0]], [[-5.0, 1.0], [-6.0, -1.0]], 0.0, np.inf)
+    columns.like.knowing(units=columns.like.units, a_new_property_of_q=0.0)
+    first, second = columns.problems()
+    assert first.units is second.units is columns.like.units
+    assert "a_new_property_of_q" not in vars(first)
+    assert (first.q.tolist(), second.q.tolist()) == ([-5.0, -6.0], [1.0, -1.0])
