@@ -26,17 +26,6 @@ from . import solution_sets as oracle
 SECONDS = 120.0  # for milliseconds of work: a search that never ends fails
 
 
-@pytest.mark.parametrize("coupled", [False, True])
-def test_minus_a_dominant_matrix_has_a_solution_for_each_of_2_to_the_n_sets(coupled: bool) -> None:
-    """K. G. Murty, On the number of solutions to the complementarity problem, Linear Algebra and its Applications 5
-    (1972) 65-108: q > 0 lies in all complementary cones."""
-    n = 8
-    M = -np.eye(n) + coupled * (np.ones((n, n)) - np.eye(n)) / 64
-    found = lcpcli.solutions(Problem(M, np.ones(n)))
-    supports = {tuple(value > 0 for value in piece.vertices[0]) for piece in found if piece.is_point}
-    assert (len(found.pieces), len(supports), found.complete) == (2**n, 2**n, True)
-
-
 SCALED = np.array([[3.0], [1.0], [7.0], [2.0]] * 5)  # of the rows of a matrix with positive principal minors
 
 

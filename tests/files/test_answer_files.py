@@ -44,9 +44,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_csv_of_a_result_is_component_z_and_w_with_all_digits(lcp: Lcp, folder: Path) -> None:
-    assert lcp("solve", EXAMPLE, "-o", "z.csv", "--format", "csv", "-q", "--trace").err == "", (
-        "although that is redundant"
-    )
+    assert lcp("solve", EXAMPLE, "-o", "z.csv", "--format", "csv", "-q", "--trace").err == "", "which is redundant"
     assert "problem,method,k,z1," in (folder / "z.csv").read_text()
     assert lcp("solve", EXAMPLE, "-o", "z.csv", "--format", "csv", "-q").err == ""
     record = json.loads(lcp("solve", EXAMPLE, "--format", "json", "-o", "-").out)

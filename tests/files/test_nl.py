@@ -71,6 +71,13 @@ def values(expressions: Sequence[Expression], z: Vector, common: Sequence[Expres
     return np.array([value(expression, known) for expression in expressions])
 
 
+def check_functions(problem: Any, expressions: Any, z: Vector, common: Any = (), smooth: bool = True) -> None:
+    """Values and derivatives are those of the evaluator of the tests."""
+    assert problem.values(z) == pytest.approx(values(expressions, z, common), rel=1e-13)
+    if smooth:
+        assert jacobian(problem, z) == pytest.approx(differences(expressions, z, common), rel=1e-7, abs=1e-9)
+
+
 def safely(operator: str, argument: Expression) -> Expression:
     return (operator, SAFE[operator](argument) if operator in SAFE else argument)
 
@@ -94,26 +101,24 @@ def an_expression(rng: random.Random, n: int, depth: int) -> Expression:
     return (operator, a, b) if operator in BINARY else safely(operator, a)
 
 
-@pytest.mark.parametrize("operator", sorted(set(UNARY) - {"not"}))
-def test_functions_of_one_argument(operator: str) -> None:
-    expressions = [safely(operator, ("+", "v0", ("*", 0.5, "v1"))), ("*", "v0", safely(operator, "v1"))]
+A, B, FAR = "v0", ("*", 2, "v1"), ("+", "v1", 3)
+SEVERAL = {
+    "arithmetic": ("sum", ("*", A, B), ("/", A, FAR), ("^", FAR, A), ("-", B, A)),
+    "choices": ("sum", ("less", A, B), ("min", A, B, 0.5), ("max", B, FAR, A), ("atan2", A, FAR)),
+    "powers": ("sum", ("constant^", 1.7, A), ("^constant", FAR, 2.5), ("^", A, -1)),
+    "pieces": ("sum", ("pieces", [-1, 2, 0.5], [-0.25, 1], B), ("abs", A)),
+}
+
+
+@pytest.mark.parametrize("operator", [*sorted(set(UNARY) - {"not"}), *SEVERAL])
+def test_values_and_derivatives_of_functions(operator: str) -> None:
+    if operator in SEVERAL:
+        expressions = [SEVERAL[operator], ("*", A, "v1")]
+    else:
+        expressions = [safely(operator, ("+", "v0", ("*", 0.5, "v1"))), ("*", "v0", safely(operator, "v1"))]
     problem = functions_of(expressions, 2)
-    for z in np.array([[0.3, 0.7], [1.2, 0.1], [-0.4, -0.8]]):
-        assert problem.values(z) == pytest.approx(values(expressions, z), rel=1e-13)
-        assert jacobian(problem, z) == pytest.approx(differences(expressions, z), rel=1e-7, abs=1e-9)
-
-
-def test_operators_of_several_arguments() -> None:
-    a, b, far = "v0", ("*", 2, "v1"), ("+", "v1", 3)
-    expressions = [
-        ("sum", ("*", a, b), ("/", a, far), ("^", far, a), ("-", b, a)),
-        ("sum", ("less", a, b), ("min", a, b, 0.5), ("max", b, far, a), ("atan2", a, far), ("constant^", 1.7, a)),
-        ("sum", ("^constant", far, 2.5), ("^", a, -1), ("pieces", [-1, 2, 0.5], [-0.25, 1], b), ("abs", a)),
-    ]
-    problem = functions_of(expressions, 3)
-    for z in np.array([[0.3, 0.7, 0], [1.2, 0.1, 0], [0.9, -0.8, 0]]):
-        assert problem.values(z) == pytest.approx(values(expressions, z), rel=1e-13)
-        assert jacobian(problem, z) == pytest.approx(differences(expressions, z), rel=1e-7, abs=1e-9)
+    for z in np.array([[0.3, 0.7], [1.2, 0.1], [0.9, -0.8], [-0.4, -0.8]][: 3 if operator in SEVERAL else 4]):
+        check_functions(problem, expressions, z)
 
 
 def test_branches_by_conditions_of_which_only_the_one_that_is_taken_has_to_be_defined() -> None:
@@ -130,9 +135,7 @@ def test_branches_by_conditions_of_which_only_the_one_that_is_taken_has_to_be_de
     problem = functions_of(expressions, n)
     for first in ([0.3, 0.7], [-0.4, 0.2], [0.25, 0.6]):
         z = np.array([*first, *[0.0] * (n - 2)])
-        assert problem.values(z) == pytest.approx(values(expressions, z), rel=1e-13)
-        if first[0] != 0.25:
-            assert jacobian(problem, z) == pytest.approx(differences(expressions, z), rel=1e-7, abs=1e-9)
+        check_functions(problem, expressions, z, smooth=first[0] != 0.25)
 
 
 def test_random_expressions_and_their_enclosures() -> None:
@@ -180,8 +183,7 @@ def test_common_expressions_in_text_and_in_binary(binary: bool) -> None:
     common = [("+", ("*", 1.5, "v0"), COMMON[0][1]), COMMON[1][1], ("-", COMMON[2][1], "v1")]
     expressions = [("sum", ("*", 2.5, "v0"), "v3", "v4"), ("*", "v4", "v2")]
     z = np.array([0.4, 1.3])
-    assert problem.values(z) == pytest.approx(values(expressions, z, common), rel=1e-13)
-    assert jacobian(problem, z) == pytest.approx(differences(expressions, z, common), rel=1e-7, abs=1e-9)
+    check_functions(problem, expressions, z, common)
     assert (problem.x0.tolist(), problem.lower.tolist(), problem.upper.tolist()) == ([0, 0.5], [0, -1], [np.inf, 2])
 
 
@@ -303,21 +305,21 @@ REPLACED = {
 }
 
 
-@pytest.mark.parametrize("name", sorted(REFUSED))
-def test_models_that_are_no_square_continuous_problem_are_refused_in_words(name: str, tmp_path: Path) -> None:
-    content, fault = REFUSED[name]
+def replaced(new: str, old: str) -> bytes:
+    assert CONTENT.count(old.encode()) >= 1
+    return CONTENT.replace(old.encode(), new.encode(), 1)
+
+
+WRONG = [*REFUSED.values(), *((replaced(new, old), fault) for new, (old, fault) in REPLACED.items())]
+
+
+@pytest.mark.parametrize(("content", "fault"), WRONG, ids=[*REFUSED, *REPLACED])
+def test_what_is_no_square_continuous_problem_is_refused_in_words_with_its_place(
+    content: bytes, fault: str, tmp_path: Path
+) -> None:
     (tmp_path / "model.nl").write_bytes(content)
     with pytest.raises(ProblemError, match=f"model.nl: {fault}"):
         read(tmp_path / "model.nl")
-
-
-@pytest.mark.parametrize("new", sorted(REPLACED))
-def test_faults_are_told_with_their_line(new: str) -> None:
-    old, fault = REPLACED[new]
-    text = CONTENT.decode()
-    assert text.count(old) >= 1
-    with pytest.raises(ProblemError, match=fault):
-        Model(text.replace(old, new, 1).encode(), "model.nl")
 
 
 @pytest.mark.parametrize("binary", [False, True])

@@ -158,13 +158,6 @@ def test_the_parameter_leaves_m_as_it_is_and_a_verified_path_goes_from_one_value
     assert (found.end, found.verified) == ("reached", True)
 
 
-def test_the_line_of_murty_crosses_all_cones_at_whole_numbers() -> None:
-    first, last = (gallery.make("all-cones", 8, t=t) for t in (-1.0, 255.0))
-    found = path(first, last, start=-1, stop=255)
-    assert found.t.tolist() == list(range(-1, 256))
-    assert len({tuple(piece) for piece in found.states.tolist()}) == 2**8
-
-
 def test_the_frontier_has_the_return_of_its_target_or_more_where_less_risk_has_more() -> None:
     problem = gallery.make("frontier", 22, 3)
     returns = problem.M[-1, :20]

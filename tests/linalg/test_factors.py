@@ -12,7 +12,7 @@ from scipy.sparse import csr_array, diags_array
 from lcpcli import from_qp, run
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg import factors, shifted_systems
-from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, tridiagonal
+from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.patterns import LONG_ROW, Band, fill, is_structurally_singular, order_of
 from lcpcli.linalg.shifted_systems import MOST_SPLIT_OFF, Bordered, SuperLU, dense_places
 
@@ -78,12 +78,6 @@ def test_principal_systems_of_tridiagonal_matrices_are_those_of_the_dense_matrix
         return
     expected = np.linalg.solve(A, b)
     assert np.abs(PrincipalSolver(M).at(P)(b) - expected).max() <= 1e-7 * max(1.0, np.abs(expected).max())
-
-
-def test_only_tridiagonal_matrices_count_as_such() -> None:
-    assert tridiagonal(csr_array(np.eye(3))) is not None
-    assert tridiagonal(csr_array(np.ones((3, 3)))) is None
-    assert tridiagonal(csr_array([[1.0]])) is None
 
 
 @pytest.mark.parametrize("P", [[0], [0, 1]])

@@ -19,7 +19,6 @@ from lcpcli.errors import OptionError, ProblemError
 from lcpcli.linalg.doubles import in_range
 from lcpcli.model.changes import composed, scale, shifted
 from lcpcli.model.far_bounds import relaxed, with_infinity
-from lcpcli.model.problem import Problem
 from lcpcli.solving.answer import Minimum
 from lcpcli.verify.certificate import proves_infeasible
 
@@ -157,9 +156,6 @@ def test_only_far_bounds_are_left_out_at_first() -> None:
     x = change.back(change.problem.box.x_of(z, change.problem.w(z)))
     assert change.original.box.z_of(x).tolist() == z.tolist()
     assert (z - 2 * x).tolist() == change.original.w(z).tolist()
-
-
-INF = np.inf
 
 
 def test_changes_are_made_in_turn_and_undone_in_reverse() -> None:

@@ -15,7 +15,6 @@ from lcpcli import Problem
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.box import ORTHANT
-from lcpcli.model.problem import Problem
 from lcpcli.model.right_hand_sides import Columns, like_with
 
 M, Q = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([-5.0, -6.0])

@@ -128,7 +128,7 @@ def test_what_single_rows_determine_is_left_out_and_comes_back() -> None:
     assert np.abs(z - lcpcli.run(problem).z).max() <= 1e-14
 
 
-# The problem, the rule, the columns that it leaves, and the z that comes back from a solution.
+SUM, TWICE = [[2, 0, -1], [0, 2, -1], [1, 1, 0]], [[0, 1, 2], [-1, 0, 0], [-2, 0, 0]]
 # The rule, the problem by M, q, l and u, the columns that are left, and the z that comes back from a solution.
 EXAMPLES = [
     ("fixed variables", (np.eye(2), [-1, 5], [0, 2], [INF, 2]), [0], [1, 2]),
@@ -141,16 +141,8 @@ EXAMPLES = [
     # the row of the variable that is inside its bounds is the equation that is left
     ("equations of one variable", ([[0, 2], [1, 1]], [-8, -5], [-INF, 0], INF), [], [1, 4]),
     # min x^2 + y^2 with x + y = 2
-    (
-        "equations of two variables",
-        ([[2, 0, -1], [0, 2, -1], [1, 1, 0]], [0, 0, -2], [-INF, 0, -INF], INF),
-        *([1], [1, 1, 2]),
-    ),
-    (
-        "repeated equations",
-        ([[0, 1, 2], [-1, 0, 0], [-2, 0, 0]], [1, 3, 6], [0, -INF, -INF], INF),
-        *([0, 1], [3, -1, 0]),
-    ),
+    ("equations of two variables", (SUM, [0, 0, -2], [-INF, 0, -INF], INF), [1], [1, 1, 2]),
+    ("repeated equations", (TWICE, [1, 3, 6], [0, -INF, -INF], INF), [0, 1], [3, -1, 0]),
 ]
 
 
@@ -278,9 +270,6 @@ def test_conditions_of_programs_that_are_not_convex_are_solved(seed: int) -> Non
     assert "milp" not in result.route
 
 
-INF = np.inf
-
-
 def test_what_is_exact_is_known() -> None:
     for a, is_it in ((1, True), (3, False)):
         problem = Problem([[2, a, 0], [-a, 0, 0], [0, 0, 2]], [-6, 2, 1], lower=[-INF, 0, 0], upper=INF)
@@ -336,27 +325,3 @@ def test_a_row_of_its_own_variable_is_solved_within_both_bounds() -> None:
     nothing = np.zeros(change.problem.n)
     z = problem.box.z_of(change.back(change.problem.box.x_of(nothing, nothing)))
     assert z.tolist() == [2, 2]
-
-
-def test_rows_that_are_multiplied_twice_have_both_factors() -> None:
-    system = System(Problem([[2.0, 1.0], [1.0, 3.0]], [1.0, -4.0], lower=-INF))
-    system.multiply(np.array([-1.0, 2.0]))
-    system.multiply(np.array([4.0, 0.5]))
-    assert system.factors.tolist() == [-4.0, 1.0]
-    assert system.q.tolist() == [-4.0, -4.0]
-
-
-def test_several_pivots_at_once_leave_the_schur_complement_and_multipliers_that_cancel_their_columns() -> None:
-    M = np.array([[4.0, 3, 1, 2], [1, 5, -2, 3], [0, 2, 7, -1], [8, 0, 3, 5]])
-    q, rows, columns = np.array([1.0, -2, 3, -4]), np.array([3, 2]), np.array([0, 1])
-    system = System(Problem(M, q, lower=-INF))
-    step = system.pivot(rows, columns, M[rows, columns])
-    left = np.zeros((4, 4))
-    left[system.entries.rows, system.entries.columns] = system.entries.values
-    rest, others = np.array([0, 1]), np.array([2, 3])
-    factor = M[np.ix_(rest, columns)] / M[rows, columns]
-    assert np.allclose(left[np.ix_(rest, others)], M[np.ix_(rest, others)] - factor @ M[np.ix_(rows, others)])
-    assert np.allclose(system.q[rest], q[rest] - factor @ q[rows])
-    y = np.array([2.0, -3, 0, 0])
-    step.carry(y)
-    assert np.allclose((M.T @ y)[columns], 0)

@@ -147,7 +147,7 @@ def test_the_sizes_of_a_large_matrix_are_those_of_its_rows(diagonal: float) -> N
     assert not Problem(1e70 * M, np.ones(150)).is_moderate
 
 
-M, Q = np.array([[2.0, 1], [1, 2]]), np.array([-5.0, -6])
+A, B = np.array([[2.0, 1], [1, 2]]), np.array([-5.0, -6])
 SOLUTION = [4 / 3, 7 / 3]
 
 
@@ -191,60 +191,60 @@ VECTORS: dict[str, Callable[[Any], Any]] = {
 
 @pytest.mark.parametrize("wrap", MATRICES.values(), ids=MATRICES)
 def test_matrices_are_taken_in_any_form(wrap: Callable[[Any], Any]) -> None:
-    assert lcpcli.solve(wrap(M), Q).z.round(9).tolist() == np.round(SOLUTION, 9).tolist()
+    assert lcpcli.solve(wrap(A), B).z.round(9).tolist() == np.round(SOLUTION, 9).tolist()
     if wrap is not sparse.coo_array:
-        columns = wrap(np.column_stack([Q, 2 * Q]))
-        assert [result.solved for result in lcpcli.solve_many(M, columns)] == [True, True]
-        assert lcpcli.run(lcpcli.from_game(wrap(M), wrap(M))).solved
-    assert lcpcli.run(lcpcli.from_qp(wrap(M), Q, wrap(M), row_upper=9)).solved
+        columns = wrap(np.column_stack([B, 2 * B]))
+        assert [result.solved for result in lcpcli.solve_many(A, columns)] == [True, True]
+        assert lcpcli.run(lcpcli.from_game(wrap(A), wrap(A))).solved
+    assert lcpcli.run(lcpcli.from_qp(wrap(A), B, wrap(A), row_upper=9)).solved
 
 
 @pytest.mark.parametrize("wrap", VECTORS.values(), ids=VECTORS)
 def test_vectors_are_taken_in_any_form(wrap: Callable[[Any], Any]) -> None:
-    x0, z = -Q / 2, np.array(SOLUTION)
+    x0, z = -B / 2, np.array(SOLUTION)
     upper = np.array([1.0, 9.0])
-    assert lcpcli.solve(M, wrap(Q), z0=wrap(-Q)).solved
-    assert lcpcli.solve(M, wrap(Q), "shi", x0=wrap(x0), x1=wrap(x0 + 1)).solved
-    assert lcpcli.solve(M, Q, lower=wrap(0 * Q), upper=wrap(upper)).z.tolist() == [1, 2.5]
+    assert lcpcli.solve(A, wrap(B), z0=wrap(-B)).solved
+    assert lcpcli.solve(A, wrap(B), "shi", x0=wrap(x0), x1=wrap(x0 + 1)).solved
+    assert lcpcli.solve(A, B, lower=wrap(0 * B), upper=wrap(upper)).z.tolist() == [1, 2.5]
     if np.shape(wrap(upper)) != (1, 2):  # one number for each column of a problem of one unknown
-        assert [result.solved for result in lcpcli.solve_many(M, np.tile(Q, (5, 1)).T, upper=wrap(upper))] == 5 * [True]
-    problem = lcpcli.Problem(M, wrap(Q), solutions=[wrap(z)], x0=wrap(x0), x1=wrap(x0 + 1))
+        assert [result.solved for result in lcpcli.solve_many(A, np.tile(B, (5, 1)).T, upper=wrap(upper))] == 5 * [True]
+    problem = lcpcli.Problem(A, wrap(B), solutions=[wrap(z)], x0=wrap(x0), x1=wrap(x0 + 1))
     assert lcpcli.run(problem, "shi").solved
     assert lcpcli.check(problem, wrap(z), tol=1e-6).accepted
-    assert lcpcli.run(lcpcli.from_qp(M, wrap(Q), M, row_lower=wrap(Q), row_upper=wrap(-Q))).solved
+    assert lcpcli.run(lcpcli.from_qp(A, wrap(B), A, row_lower=wrap(B), row_upper=wrap(-B))).solved
 
 
 def test_known_solutions_may_be_the_rows_of_an_array() -> None:
     for solutions in (np.array([SOLUTION]), Arrayish([SOLUTION]), [np.array(SOLUTION)]):
-        assert len(lcpcli.Problem(M, Q, solutions=solutions).solutions) == 1
+        assert len(lcpcli.Problem(A, B, solutions=solutions).solutions) == 1
     with pytest.raises(LCPError, match="is a number; give a list of solutions"):
-        lcpcli.Problem(M, Q, solutions=7)  # type: ignore[arg-type]
+        lcpcli.Problem(A, B, solutions=7)  # type: ignore[arg-type]
 
 
 def test_sequences_of_other_types_are_lists() -> None:
     assert lcpcli.solve([range(2, 0, -1), range(1, 3)], range(-2, 0)).solved
-    assert lcpcli.solve(M, Q, upper=Arrayish(3)).solved
+    assert lcpcli.solve(A, B, upper=Arrayish(3)).solved
 
 
 @pytest.mark.parametrize(
     ("call", "said"),
     [
-        (lambda: lcpcli.solve(aslinearoperator(M), Q), "M: is of type MatrixLinearOperator, a linear operator; give"),
-        (lambda: lcpcli.solve(M, sparse.csr_array([Q])), "q: is sparse; give a dense array, as by toarray()"),
-        (lambda: lcpcli.solve(Broken(), Q), "M: is of type Broken, and gives no array; give a list of rows of numbers"),
-        (lambda: lcpcli.solve(M, Broken()), "q: is of type Broken, and gives no array; give a list of numbers"),
-        (lambda: lcpcli.solve([M[0], M[1][:1]], Q), "M[1]: has 1 entry where M[0] has 2"),
-        (lambda: lcpcli.solve([M[:, :1], M[:, 1:]], Q), "M[0]: has 2 dimensions; give a row"),
-        (lambda: lcpcli.solve([1, 2], Q), "M[0]: is a number; give a row"),
-        (lambda: lcpcli.solve(M, {1.0, 2.0}), "q: is of type set; give a list of numbers"),
-        (lambda: lcpcli.solve(M, b"12"), "q: is of type bytes; give a list of numbers"),
-        (lambda: lcpcli.solve(M, np.array([None, 1])), "q[0]: is null; give real numbers"),
-        (lambda: lcpcli.solve(M, [Decimal("0.1"), 1]), "q[0]: is of type Decimal; give real numbers"),
-        (lambda: lcpcli.solve(M, Q, upper=Broken()), "upper: is of type Broken, and gives no array"),
-        (lambda: lcpcli.solve_many(M, ["a", "b"]), "Q[0]: is the text 'a'; give real numbers"),
-        (lambda: lcpcli.solve_many(M, Arrayish(Q)), "Q: has 1 dimension; give one vector in each column"),
-        (lambda: lcpcli.solve_many(M, aslinearoperator(M)), "Q: is of type MatrixLinearOperator, a linear operator"),
-        (lambda: lcpcli.solve_many(M, M, upper=[[1], [1, 2]]), "upper[1]: has 2 entries where upper[0] has 1"),
+        (lambda: lcpcli.solve(aslinearoperator(A), B), "M: is of type MatrixLinearOperator, a linear operator; give"),
+        (lambda: lcpcli.solve(A, sparse.csr_array([B])), "q: is sparse; give a dense array, as by toarray()"),
+        (lambda: lcpcli.solve(Broken(), B), "M: is of type Broken, and gives no array; give a list of rows of numbers"),
+        (lambda: lcpcli.solve(A, Broken()), "q: is of type Broken, and gives no array; give a list of numbers"),
+        (lambda: lcpcli.solve([A[0], A[1][:1]], B), "M[1]: has 1 entry where M[0] has 2"),
+        (lambda: lcpcli.solve([A[:, :1], A[:, 1:]], B), "M[0]: has 2 dimensions; give a row"),
+        (lambda: lcpcli.solve([1, 2], B), "M[0]: is a number; give a row"),
+        (lambda: lcpcli.solve(A, {1.0, 2.0}), "q: is of type set; give a list of numbers"),
+        (lambda: lcpcli.solve(A, b"12"), "q: is of type bytes; give a list of numbers"),
+        (lambda: lcpcli.solve(A, np.array([None, 1])), "q[0]: is null; give real numbers"),
+        (lambda: lcpcli.solve(A, [Decimal("0.1"), 1]), "q[0]: is of type Decimal; give real numbers"),
+        (lambda: lcpcli.solve(A, B, upper=Broken()), "upper: is of type Broken, and gives no array"),
+        (lambda: lcpcli.solve_many(A, ["a", "b"]), "Q[0]: is the text 'a'; give real numbers"),
+        (lambda: lcpcli.solve_many(A, Arrayish(B)), "Q: has 1 dimension; give one vector in each column"),
+        (lambda: lcpcli.solve_many(A, aslinearoperator(A)), "Q: is of type MatrixLinearOperator, a linear operator"),
+        (lambda: lcpcli.solve_many(A, A, upper=[[1], [1, 2]]), "upper[1]: has 2 entries where upper[0] has 1"),
     ],
 )
 def test_what_is_no_array_is_refused_by_its_field(call: Callable[[], Any], said: str) -> None:
@@ -261,7 +261,7 @@ def test_fractions_are_numbers_and_a_solution_of_them_is_verified_exactly() -> N
     assert problem.box.lower.tolist() == [1 / 3, 1 / 3]
     assert problem.box.upper.tolist() == [np.inf, 9]
     assert lcpcli.Problem(np.array([[third]]), np.array([-third])).q.tolist() == [-1 / 3]
-    given = lcpcli.Problem(M, Q)
+    given = lcpcli.Problem(A, B)
     exact = [Fraction(4, 3), Fraction(7, 3)]
     found = lcpcli.check(given, exact)
     assert (found.accepted, found.exact) == (True, True)
@@ -275,7 +275,7 @@ def test_fractions_are_numbers_and_a_solution_of_them_is_verified_exactly() -> N
 
 def test_the_exact_solution_of_an_lcp_and_of_a_program_is_verified_exactly() -> None:
     program = lcpcli.from_qp([[2, 0], [0, 2]], [-3, 1], [[1, 1]], row_lower=1, row_upper=1)
-    for problem in (lcpcli.Problem(M, Q), program):
+    for problem in (lcpcli.Problem(A, B), program):
         result = lcpcli.exact(problem)
         found = lcpcli.check(problem, result.exact.z)
         assert (found.accepted, found.exact) == (True, True)

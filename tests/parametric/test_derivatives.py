@@ -125,21 +125,6 @@ def test_large_obstacle_has_a_gradient_in_the_pattern_of_its_matrix() -> None:
     assert gradient.q @ d == pytest.approx(result.derivative(dq=d).z.sum(), rel=1e-9)
 
 
-def test_projection_on_a_simplex_has_its_known_derivative() -> None:
-    """x is the point next to p: dx = dp - mean(dp) on the support of x, else 0 (J. Duchi and others 2008)."""
-    p, d = np.array([0.9, 0.5, -0.2, 0.3, 0.1]), np.array([1.0, -2, 3, 4, -5])
-    result = lcpcli.run(lcpcli.from_qp(np.eye(5), -p, np.ones((1, 5)), row_lower=1, row_upper=1, lower=0))
-    support = result.answer.x > 0
-    assert support.tolist() == [True, True, False, True, False]
-    known = np.where(support, d - d[support].mean(), 0.0)
-    change = np.zeros(result.problem.n)
-    change[:5] = -d
-    assert result.derivative(dq=change).z[:5] == pytest.approx(known, abs=1e-14)
-    g = np.zeros(result.problem.n)
-    g[:5] = [3.0, 1, 4, 1, 5]
-    assert -result.gradient(g).q[:5] @ d == pytest.approx(g[:5] @ known, abs=1e-13)
-
-
 def with_kinks(n: int, kinks: int, random: Generator, mixed: bool) -> Problem:
     """A random problem, of integers, with z and w that are 0 in some components, the bounds apart from 0 if mixed."""
     M = np.rint(4 * mixed_problems.monotone(n, random)[0]) + 4 * np.eye(n)

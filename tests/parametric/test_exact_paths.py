@@ -127,23 +127,6 @@ def test_exact_breakpoints_of_the_line_of_murty_are_its_whole_numbers_one_for_ea
 
 
 @pytest.mark.parametrize(
-    ("first", "last", "shares"),
-    [  # z_1 = (6 s - 1/2) / 3 between 0 and 1, and z_2 is positive from the start; z_1 = 1 + s meets the bound 3 - 2 s
-        (([0.5, -1], [1, np.inf]), ([-5.5, -7], [1, np.inf]), [Fraction(1, 12), Fraction(7, 12)]),
-        (([-1], 3), ([-2], 1), [Fraction(2, 3)]),
-    ],
-)
-def test_breakpoints_with_bounds_are_those_of_a_hand_calculation(first: Any, last: Any, shares: list[Fraction]) -> None:
-    M = 3 * np.eye(2) if len(shares) == 2 else [[1]]
-    ends = [Problem(M, q, upper=upper) for q, upper in (first, last)]
-    found = path(*ends, exact=True)
-    assert found.exact.t == [0, *shares, 1]
-    rounded = path(*ends)
-    assert rounded.t.tolist() == pytest.approx(found.t.tolist())
-    assert all(abs(own - share) < 1e-100 for (_, own), share in zip(exact_shares(rounded, 10), shares, strict=True))
-
-
-@pytest.mark.parametrize(
     ("family", "n", "given", "ends"),
     [
         ("frontier", 12, {}, {"weight": (256.0, 0.0)}),

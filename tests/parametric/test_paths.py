@@ -87,29 +87,6 @@ def test_units_of_rows_and_columns_do_not_matter(seed: int, row: int, column: in
     assert own.z * C == pytest.approx(found.z, rel=1e-9, abs=1e-11 * np.abs(found.z).max())
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_the_way_back_has_the_same_breakpoints(seed: int) -> None:
-    first, last = positive(seed)
-    forth, back = path(first, last), path(last, first)
-    assert 1 - back.t[::-1] == pytest.approx(forth.t, abs=1e-12)
-
-
-def test_a_program_whose_target_moves() -> None:
-    """The efficient frontier of three assets: objective convex in the target, budget and target met."""
-    Q, c = [[0.10, 0.02, 0.01], [0.02, 0.06, 0.00], [0.01, 0.00, 0.03]], [0, 0, 0]
-    A = [[1, 1, 1], [0.12, 0.08, 0.04]]
-    first, last = (from_qp(Q, c, row_lower=[1, target], A=A, row_upper=[1, math.inf]) for target in (0.05, 0.12))
-    found = path(first, last, start=0.05, stop=0.12)
-    assert found.verified
-    assert found.reached
-    for t in np.linspace(0.05, 0.12, 15):
-        x = found(t)[:3]
-        assert x.sum() == pytest.approx(1)
-        assert np.dot(A[1], x) >= t - 1e-12
-        assert x == pytest.approx(run(found.family.at(t)).z[:3], abs=1e-10)
-    assert found(0.12)[:3] == pytest.approx([1, 0, 0], abs=1e-12)
-
-
 def test_t_stands_still_where_the_solution_of_a_linear_program_jumps() -> None:
     """min -x with x <= 1 as its price falls from 1 to -1: from x = 1 to 0, where the price is 0."""
     first, last = (from_qp(None, [price], [[-1]], [-1]) for price in (-1, 1))
@@ -119,16 +96,6 @@ def test_t_stands_still_where_the_solution_of_a_linear_program_jumps() -> None:
     assert sorted(found(0.5)[:, 0].tolist()) == [0, 1]
     assert found(0.25)[0] == 1
     assert found(0.75)[0] == 0
-
-
-def test_the_bounds_of_an_lcp_may_move() -> None:
-    M, q = [[2, 1], [1, 2]], [-1, -1]
-    found = path(Problem(M, q), Problem(M, q, lower=[1, 0]))
-    assert found.verified
-    assert found(0) == pytest.approx([1 / 3, 1 / 3])
-    assert found(1) == pytest.approx([1, 0])
-    for t in np.linspace(0, 1, 7):
-        assert found(t) == pytest.approx(run(Problem(M, q, lower=[t, 0])).z, abs=1e-12)
 
 
 def test_problems_that_differ_in_m_or_in_kinds_of_bounds_are_refused() -> None:

@@ -1,21 +1,29 @@
-"""The one exact solver: the same rational numbers by elimination in integers and by FLINT, of systems of any rank."""
+"""Exact arithmetic: the same rational numbers by elimination in integers and by FLINT, of systems of any rank; decimals
+arrive as the rationals that they are, and no number makes the program hang."""
 
 from __future__ import annotations
 
 from fractions import Fraction
-from itertools import combinations, permutations
+from itertools import combinations, permutations, product
 from math import prod
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from lcpcli import Problem
+from lcpcli.errors import ProblemError
+from lcpcli.files import writing
 from lcpcli.interrupts import TimeIsUp, within
-from lcpcli.rational import elimination
+from lcpcli.rational import elimination, numbers
 from lcpcli.rational.elimination import Rows, inverse, particular, solve
+from lcpcli.rational.exact_problem import ExactProblem
 
-ONE, ZERO = Fraction(1), Fraction(0)
+from ..conftest import read_exact
+
+ZERO = Fraction(0)
 
 
 def systems(rows: int, columns: int) -> st.SearchStrategy[tuple[Rows, list[int]]]:
@@ -25,7 +33,7 @@ def systems(rows: int, columns: int) -> st.SearchStrategy[tuple[Rows, list[int]]
     return st.tuples(st.lists(row, min_size=rows, max_size=rows), st.lists(entry, min_size=rows, max_size=rows))
 
 
-def product(A: Rows, x: list[Fraction]) -> list[Fraction]:
+def times(A: Rows, x: list[Fraction]) -> list[Fraction]:
     return [sum((a * value for a, value in zip(row, x, strict=True)), ZERO) for row in A]
 
 
@@ -41,9 +49,9 @@ def test_every_solution_is_found(m: int, n: int, data: st.DataObject) -> None:
     x, null_space = solve(A, b)
     rank = int(np.linalg.matrix_rank(np.array(A)))
     assert len(null_space) == n - rank
-    assert all(not any(product(A, v)) for v in null_space)
+    assert all(not any(times(A, v)) for v in null_space)
     assert (x is None) == (int(np.linalg.matrix_rank(np.column_stack((A, b)))) > rank)
-    assert x is None or product(A, x) == b
+    assert x is None or times(A, x) == b
 
 
 @settings(max_examples=60)
@@ -63,13 +71,13 @@ def test_large_systems_of_any_shape_and_rank_are_solved(m: int, n: int) -> None:
     b = A @ generator.integers(-9, 10, n)
     x = particular(A.tolist(), b.tolist())
     assert x == solve(A.tolist(), b.tolist()).x
-    assert product(A.tolist(), x) == b.tolist()
+    assert times(A.tolist(), x) == b.tolist()
 
 
 def test_inverse_times_the_matrix_is_the_identity() -> None:
     A = np.random.default_rng(1).integers(-9, 10, (20, 20)).tolist()
     found = inverse(A)
-    columns = [product(A, [row[j] for row in found]) for j in range(20)]
+    columns = [times(A, [row[j] for row in found]) for j in range(20)]
     assert columns == [[Fraction(int(i == j)) for i in range(20)] for j in range(20)]
     assert inverse([[1, 2], [2, 4]]) is None
 
@@ -115,3 +123,64 @@ def test_minors_that_prove_a_symmetric_matrix_indefinite_are_negative_or_zero(se
     minors = [None if P is None else elimination.determinant(A[np.ix_(P, P)].tolist()) for P in found]
     assert minors[0] in (None, 0)
     assert minors[1] is None or minors[1] < 0
+
+
+def data_of(data: ExactProblem) -> tuple[list[list[Fraction]], list[Fraction]]:
+    M = [[Fraction(row.get(j, 0), s) for j in range(data.n)] for row, s in zip(data.rows, data.scales, strict=True)]
+    return M, [Fraction(value, s) for value, s in zip(data.constants, data.scales, strict=True)]
+
+
+def test_npz_holds_doubles(tmp_path: Path) -> None:
+    problem = Problem([[0.1]], [-0.3])
+    writing.write(problem, tmp_path / "a.npz")
+    data = read_exact(str(tmp_path / "a.npz"))
+    assert data_of(data) == ([[Fraction(0.1)]], [Fraction(-0.3)])
+    assert data.are_floats()
+
+
+def test_numbers_below_the_range_of_doubles_count(tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_text('{"M": [[1e-400]], "q": [-2e-400]}')
+    assert read_exact(str(tmp_path / "a.json")).is_solution([Fraction(2)])
+
+
+def test_exponents_out_of_all_proportion_are_refused(tmp_path: Path) -> None:
+    for number in ("1e-999999999", "1e-99999999999999999999999999", "-1E-5300"):
+        (tmp_path / "a.json").write_text(f'{{"M": [[1]], "q": [{number}]}}')
+        with pytest.raises(ProblemError, match=r"a\.json: has"):
+            read_exact(str(tmp_path / "a.json"))
+
+
+def test_what_is_no_number_is_refused() -> None:
+    for text in ("1/0", "1/00", "a", "1//2", "1/-2", "1.5/2", "", "nan", "inf", "1_0", "1_0/3", "/2"):
+        with pytest.raises(ProblemError):
+            numbers.ratio(text)
+
+
+@given(st.fractions())
+def test_text_reads_back(value: Fraction) -> None:
+    assert numbers.ratio(numbers.text(value)) == value
+
+
+def test_text_has_no_limit_of_digits() -> None:
+    value = Fraction(10**6000 + 1, 3**9000)
+    assert numbers.ratio(numbers.text(value)) == value
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_decimals_and_rounding_agree_with_python(value: float) -> None:
+    assert numbers.rounded([numbers.fraction(repr(value))]) == value
+    assert numbers.rounded([Fraction(value)]) == value
+
+
+def test_only_sums_that_are_zero_are_rounded_to_zero() -> None:
+    """Of 2^p 2^p, which no double represents for p < -537, the sign is left."""
+    for power, sign in product((-500, -537, -538, -1074), (1.0, -1.0)):
+        small = 2.0**power
+        total = numbers.rounded_sum(np.array([sign * small, 3.0]), np.array([small, 5.0]), -15.0)
+        assert np.sign(total) == sign
+        assert total == sign * max(Fraction(small) ** 2, Fraction(5e-324))
+        assert numbers.rounded_sum(np.array([small, -small]), np.array([small, small]), 0.0) == 0
+
+
+def test_rounding_beyond_the_range_of_doubles_is_infinite() -> None:
+    assert np.array_equal(numbers.rounded([Fraction(10**400), Fraction(-(10**400))]), [np.inf, -np.inf])
