@@ -16,7 +16,7 @@ from lcpcli.files.nl_format import Model
 from ..conftest import read_exact
 from .nl_writing import model
 
-FREE, NONNEGATIVE, NONPOSITIVE, CAPACITY = (3,), (2, 0), (1, 0), (0, 0, 3)
+FREE, NONNEGATIVE, CAPACITY = (3,), (2, 0), (0, 0, 3)
 EQUATION, LOWER, UPPER, BOTH = (4, 0), 1, 2, 3
 STATED = "which states fewer bounds than the variable has"
 
@@ -82,13 +82,6 @@ def test_bound_is_that_of_its_multiplier_if_there_is_one(cap: float) -> None:
     assert (STATED in remark) == (cap > 3)
 
 
-def test_multiplier_of_a_bound_by_a_slack_variable_is_found() -> None:
-    """As Pyomo writes it: slack = 3 - x, and mu complements the slack."""
-    rows = [(at(LOWER, 0), {0: 2, 1: 1}, -10), (at(LOWER, 1), {2: 1}, 0), (EQUATION, {0: 1, 2: 1}, -3)]
-    values, remark = solved(3, rows, [CAPACITY, NONNEGATIVE, FREE])
-    assert (values, remark) == ([3, 4, 0], "")
-
-
 @pytest.mark.parametrize("sign", [1, -1])
 def test_bounds_of_a_variable_belong_to_the_condition_of_one_that_stands_for_it(sign: int) -> None:
     """0 <= v complements 2 x - 10 >= 0, where v = x; or v = 3 - x, and 10 - 2 x."""
@@ -97,20 +90,6 @@ def test_bounds_of_a_variable_belong_to_the_condition_of_one_that_stands_for_it(
     values, remark = solved(2, rows, [NONNEGATIVE, CAPACITY])
     assert values == ([3, 3] if sign > 0 else [0, 3])
     assert "0 <= v1 <= 3 is complementary to" in remark
-
-
-def test_condition_between_two_variables_is_that_of_the_one_with_both_bounds() -> None:
-    """0 <= w complements x >= 0, where w = 2 x - 10 and 0 <= x <= 3: w < 0 where x = 3."""
-    rows = [(at(LOWER, 0), {2: 1}, 0), (EQUATION, {2: 1, 1: -1}, 0), (EQUATION, {0: 1, 1: -2}, 10)]
-    values, remark = solved(3, rows, [NONNEGATIVE, CAPACITY, FREE])
-    assert values == [-4, 3, 3]
-    assert "0 <= v1 <= 3 is complementary to" in remark
-
-
-def test_bounds_that_conditions_imply_are_no_others() -> None:
-    """w = 2 x - 5 complements x, both declared as nonnegative, through a variable that equals x."""
-    rows = [(at(LOWER, 0), {2: 1}, 0), (EQUATION, {2: 1, 1: -1}, 0), (EQUATION, {0: 1, 1: -2}, 5)]
-    assert solved(3, rows, [NONNEGATIVE, NONNEGATIVE, FREE]) == ([0, 2.5, 2.5], "")
 
 
 def test_bounds_of_what_no_condition_is_about_are_refused() -> None:
@@ -137,12 +116,31 @@ def test_condition_that_has_lost_the_bounds_of_an_expression_is_refused(side: di
         Model(model(4, rows, [FREE, FREE, FREE, NONNEGATIVE]), "model.nl")
 
 
-@pytest.mark.parametrize("slope", [1, 2])
-def test_free_variable_may_complement_one_that_an_equation_makes_a_function_of_it(slope: float) -> None:
-    """v1 = slope v0 - 10 is 0, which v0 complements."""
-    rows = [(at(0, 0), {1: 1}, 0), (EQUATION, {1: -1, 0: slope}, -10)]
-    assert solved(2, rows, [FREE, FREE]) == ([10 / slope, 0], "")
+V1_COUNTS = f"0 <= v1 <= 3 is complementary to the expression of its condition, {STATED}"
+SOLVED = {  # rows and bounds, the values of all variables, and the remark
+    "multiplier of a bound by a slack variable, as Pyomo writes it: slack = 3 - x": (
+        [(at(LOWER, 0), {0: 2, 1: 1}, -10), (at(LOWER, 1), {2: 1}, 0), (EQUATION, {0: 1, 2: 1}, -3)],
+        *([CAPACITY, NONNEGATIVE, FREE], [3, 4, 0], ""),
+    ),
+    "of two variables that of the one with both bounds: 0 <= w complements x >= 0, where w = 2 x - 10": (
+        [(at(LOWER, 0), {2: 1}, 0), (EQUATION, {2: 1, 1: -1}, 0), (EQUATION, {0: 1, 1: -2}, 10)],
+        *([NONNEGATIVE, CAPACITY, FREE], [-4, 3, 3], V1_COUNTS),
+    ),
+    "bounds that conditions imply: w = 2 x - 5 complements x, through a variable that equals x": (
+        [(at(LOWER, 0), {2: 1}, 0), (EQUATION, {2: 1, 1: -1}, 0), (EQUATION, {0: 1, 1: -2}, 5)],
+        *([NONNEGATIVE, NONNEGATIVE, FREE], [0, 2.5, 2.5], ""),
+    ),
+    "a function of the free variable that complements it: v1 = v0 - 10": (
+        *([(at(0, 0), {1: 1}, 0), (EQUATION, {1: -1, 0: 1}, -10)], [FREE, FREE], [10, 0], ""),
+    ),
+    "v1 = 2 v0 - 10": (*([(at(0, 0), {1: 1}, 0), (EQUATION, {1: -1, 0: 2}, -10)], [FREE, FREE], [5, 0], ""),),
+    "a condition without bounds is an equation": (
+        *([(at(0, 0), {0: 2, 1: 1}, -4), (EQUATION, {0: 1, 1: -1}, -1)], [FREE, FREE], [5 / 3, 2 / 3], ""),
+    ),
+}
 
 
-def test_condition_without_bounds_is_an_equation() -> None:
-    assert solved(2, [(at(0, 0), {0: 2, 1: 1}, -4), (EQUATION, {0: 1, 1: -1}, -1)], [FREE, FREE])[0] == [5 / 3, 2 / 3]
+@pytest.mark.parametrize("name", SOLVED)
+def test_bounds_count_where_a_condition_is_about_them(name: str) -> None:
+    rows, bounds, values, remark = SOLVED[name]
+    assert solved(len(bounds), rows, bounds) == (values, remark)

@@ -62,19 +62,6 @@ def test_each_breakpoint_of_a_verified_path_solves_its_problem(make: Callable[[i
     assert verified >= 5
 
 
-def test_a_path_on_which_z_overflows_ends_before() -> None:
-    found = path(Problem([[1e-300]], [1]), Problem([[1e-300]], [-1e300]))
-    assert (found.end, found.complete) == ("breakdown", False)
-    assert found.message == "broke down: z is too large for double precision"
-    assert np.isfinite(found.z).all()
-
-
-def test_the_end_is_no_solution_by_the_size_of_the_beginning() -> None:
-    found = path(Problem([[1]], [-1e16]), Problem([[1]], [-1]))
-    assert found.verified
-    assert found.z[-1] == [1.0]
-
-
 @pytest.mark.parametrize(
     ("ends", "t", "z", "states", "is_verified"),
     [
@@ -146,18 +133,6 @@ def test_memory_bounds_a_path_that_is_kept(monkeypatch: pytest.MonkeyPatch) -> N
     assert "5 with 40 unknowns fill the memory" in part.message
 
 
-@pytest.mark.parametrize("q", [-1, 0])
-def test_an_exact_path_without_a_first_point_says_so(q: int) -> None:
-    found = path(Problem([[0]], [-1]), Problem([[0]], [q]), exact=True)
-    assert (found.end, found.complete, found.t.size, found.verified) == ("infeasible", False, 0, False)
-
-
-def test_the_fractions_of_a_path_are_made_within_its_time_limit() -> None:
-    first, last = positive(30, 50, 50)
-    found = path(first, last, exact=True, time_limit=1e-9)
-    assert (found.end, found.t.size) == ("time_limit", 0)
-
-
 @pytest.mark.parametrize(("z", "states"), [([0.25, 0.75], [-1, 0]), ([0.75, 0.25], [0, -1])])
 def test_of_a_segment_of_solutions_the_nearer_end_is_the_start(z: list[float], states: list[int]) -> None:
     problem = Problem([[1, 1], [1, 1]], [-1, -1])
@@ -173,15 +148,25 @@ def test_exchanges_of_a_sparse_system_are_undone_in_the_opposite_order() -> None
     assert np.allclose(system.multipliers(2) @ M, [0, 0, 1])
 
 
-def test_multipliers_of_a_ray_prove_that_the_second_problem_has_no_solution() -> None:
-    M = [[0, -2], [0, 1]]  # the ray in z1 is no proof, the multipliers of the rows are: z2 >= 4 and 2 - 2 z2 >= 0
-    found = path(Problem(M, [2, 2]), Problem(M, [2, -4]))
-    assert found.end == "ray"
-    assert found.certificate is not None
-    assert found.message.endswith("the second problem is proved to have no solution")
+RAY = [[0, -2], [0, 1]]  # the ray in z1 is no proof, the multipliers of the rows are: z2 >= 4 and 2 - 2 z2 >= 0
+PROVED = "the second problem is proved to have no solution"
+ENDS: dict[str, tuple[Any, Any, Any, dict[str, Any], str, str, list[list[float]]]] = {  # z is of both ends
+    "z overflows": ([[1e-300]], [1], [-1e300], {}, "breakdown", "z is too large for double precision", [[0], [0]]),
+    "its end is small beside its beginning": ([[1]], [-1e16], [-1], {}, "reached", "", [[1e16], [1]]),
+    "no first point": ([[0]], [-1], [-1], {"exact": True}, "infeasible", "", []),
+    "no first point, but a last one": ([[0]], [-1], [0], {"exact": True}, "infeasible", "", []),
+    "a ray": (RAY, [2, 2], [2, -4], {}, "ray", PROVED, [[0, 0], [0, 1]]),
+    "one point": ([[0]], [0], [-1], {}, "ray", PROVED, [[0], [0]]),  # w is 0 at once, and no z helps
+}
 
 
-def test_a_path_of_one_point_has_that_point() -> None:
-    found = path(Problem([[0]], [0]), Problem([[0]], [-1]))  # w is 0 at once, and no z helps
-    assert found.t.tolist() == [0.0]
-    assert found(0.0).tolist() == [0.0]
+@pytest.mark.parametrize("name", ENDS)
+def test_ends_of_paths(name: str) -> None:
+    M, q, last, options, end, words, z = ENDS[name]
+    found = path(Problem(M, q), Problem(M, last), **options)
+    assert (found.end, found.complete) == (end, end in ("reached", "ray"))
+    assert found.message.endswith(words)
+    assert (found.certificate is not None) == (end in ("ray", "infeasible"))
+    assert found.z[[0, -1][: 2 * found.t.size]].tolist() == z
+    assert found.verified == bool(z)
+    assert z == [] or found(0.0).tolist() == z[0]
