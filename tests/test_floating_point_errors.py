@@ -58,8 +58,8 @@ def use(problem: Problem, random: np.random.Generator) -> None:
             continue
 
 
-MOST = {0, 1, 2, 3, 4, 5, 6, 8, 9, 11, 12, 16, 17, 21, 23, 24}  # seeds that reach nearly all lines that all reach
-HOSTS: tuple[tuple[dict[str, Any], set[int]], ...] = (({"all": "raise"}, MOST), ({}, {1, 23, 24}))
+MOST = {0, 2, 4, 5, 8, 11, 12, 16, 23, 24}  # seeds that reach nearly all lines that all reach
+HOSTS: tuple[tuple[dict[str, Any], set[int]], ...] = (({"all": "raise"}, MOST), ({}, {1, 23}))
 
 
 @pytest.mark.parametrize(

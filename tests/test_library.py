@@ -213,7 +213,7 @@ def test_pieces_of_the_set_of_solutions_are_there_in_a_fresh_process(tmp_path: P
     assert told(pieces, tmp_path, "*it") == " ".join(map(str, pieces)) + "\n"
 
 
-@pytest.mark.parametrize("taken", [0, 1, 3])
+@pytest.mark.parametrize("taken", [1, 3])
 def test_a_set_of_solutions_has_what_was_found_and_ends_with_it(taken: int, tmp_path: Path) -> None:
     search = lcpcli.solutions(lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]))
     for _ in zip(range(taken + (taken == 3)), search, strict=False):

@@ -143,6 +143,9 @@ OF_ALL = (
 )
 
 
+SAMPLED = pytest.mark.slow("the quick suite has a method, a format and another package")
+
+
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the package and its tests with all additions."""
@@ -216,6 +219,7 @@ def test_method_with_two_options(lcp: Lcp) -> None:
         assert [word in shown for shown in helps] == [True, True]
 
 
+@SAMPLED
 def test_family(lcp: Lcp) -> None:
     made, families = lcp("make toy -n 3 --set load=2", "make --list")
     problem = json.loads(made)
@@ -233,6 +237,7 @@ def test_problem_format(lcp: Lcp, copy: Path, tmp_path: Path) -> None:
     assert json.loads(run(copy, tmp_path, *solve_parts, given="-2,-4"))["z"] == [1.0, 1.0]
 
 
+@SAMPLED
 def test_output_format_and_column(lcp: Lcp, tmp_path: Path) -> None:
     _, titles, table, record, lines = lcp(
         "solve toy.json -o result.toys -q",
@@ -248,12 +253,14 @@ def test_output_format_and_column(lcp: Lcp, tmp_path: Path) -> None:
     assert lines.splitlines()[-1].endswith(",1,solved")
 
 
+@SAMPLED
 def test_peer(lcp: Lcp) -> None:
     (out,) = lcp("bench toy.json --method newton --peer toy --budget 0 --format json")
     rows = {row["solver"]: row for row in json.loads(out)["measurements"]}
     assert (rows["toy"]["success"], rows["toy"]["kind"]) == (True, "peer")
 
 
+@SAMPLED
 def test_class_and_page(lcp: Lcp) -> None:
     given = '{"M": [[1, 3], [0, 1]], "q": [-2, -4], "lower": [null, 0]}'
     record, table, page = lcp("inspect toy.json --format json", "inspect toy.json --all", "help toys", problem=given)

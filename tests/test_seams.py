@@ -48,10 +48,3 @@ def test_a_checkout_is_compared_with_itself_and_with_a_slower_one() -> None:
     outcome = script("bench.py", ROOT, "--only", "lcp 4", "--budget", "0.2")
     rows = re.findall(r"^(lcp 4.*?) {2,}.* (\S+)$", outcome.stdout, re.MULTILINE)
     assert [name for name, _ in rows] == ["lcp 4", "lcp 4 compiled", "lcp 4 loop"], outcome
-
-
-def test_a_checkout_that_has_become_slower_is_named_slower(tmp_path: Path) -> None:
-    line = "    return _run(Problem(M, q, lower=lower, upper=upper, infinity=infinity), began, locals())"
-    slower = copy_with(tmp_path / "slower", "solving/call.py", line, f"    sum(range(20_000))\n{line}")
-    outcome = script(str(slower / "tests/seams/bench.py"), ROOT, "--only", "lcp 10 loop", "--budget", "0.2")
-    assert (outcome.returncode, outcome.stdout.endswith("1 slower\n")) == (1, True), outcome

@@ -37,6 +37,9 @@ FILE = "market.json"
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     texts = {"whole": WHOLE, "matrix": MATRIX, "q": Q, "row": "c,b,a\n-3,2,-1\n", "blank": "name q\nc -3\na -1\nb 2\n"}
+    texts |= {"numbered": ",q\n0,-1\n1,2\n2,-3\n", "others": ",q\nx,-1\ny,2\nu,-3\n"}  # which do not count
+    texts["short"] = '"a" "b" "c" "q"\n"b" -1 4 -1 2\n"a" 4 -1 0 -1\n"c" 0 -1 4 -3\n'
+    texts["bounded"] = ",q,a,upper,b,c\nc,-3,0,9,-1,4\na,-1,4,7,-1,0\nb,2,-1,8,4,-1\n"
     for name, text in (texts | {"plain": "-5\n3.3\n"}).items():
         Path(f"{name}.csv").write_text(text)
     objects = {"m": M, "p": M | {"q": [-1, 2, -3]}, "market": NAMED, "model": MODEL}
@@ -47,10 +50,10 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize(
-    "files",
-    [["whole.csv"], ["matrix.csv", "q.csv"], ["m.json", "q.csv"], ["m.json", "row.csv"], ["m.json", "blank.csv"]],
+    "names", ["whole", "short", "bounded", "matrix q", "m q", "m row", "m blank", "m numbered", "m others"]
 )
-def test_numbers_belong_to_the_unknowns_that_their_labels_name(files: list[str], lcp: Lcp) -> None:
+def test_numbers_belong_to_the_unknowns_that_their_labels_name(names: str, lcp: Lcp) -> None:
+    files = [f"{name}.{'json' if name == 'm' else 'csv'}" for name in names.split()]
     record = json.loads(lcp("solve", *files, "--exact", "--format", "json").out)
     assert record["z"] == pytest.approx(RIGHT)
     assert record["exact"]["z"] == ["1/4", "0", "3/4"]
@@ -80,12 +83,6 @@ def test_labels_of_which_only_some_are_names_are_refused(labels: str, fault: str
     assert outcome.err.startswith(f"lcp: other.csv: {fault}; ")
 
 
-@pytest.mark.parametrize("labels", [["0", "1", "2"], ["x", "y", "u"]])
-def test_labels_that_have_nothing_to_do_with_the_names_do_not_count(labels: list[str], lcp: Lcp, folder: Path) -> None:
-    (folder / "other.csv").write_text(",q\n" + "{},-1\n{},2\n{},-3\n".format(*labels))
-    assert json.loads(lcp("solve", "m.json", "other.csv", "--format", "json").out)["z"] == pytest.approx(RIGHT)
-
-
 def test_a_sign_or_a_fraction_that_is_no_number_is_said_as_what_it_is(lcp: Lcp, folder: Path) -> None:
     for number, hint in (("\u22121", "write the minus sign as -"), ("1/3", "write the fraction as a decimal")):
         (folder / "p.csv").write_text(f"2,1,{number}\n1,2,-6\n", encoding="utf-8")
@@ -111,11 +108,6 @@ def test_several_q_belong_to_a_file_of_M_with_bounds_and_names(ending: str, lcp:
     assert [(record["problem"], record["names"]) for record in records] == [("base", NAMES), ("tax", NAMES)]
     alone = lcp("solve", f"alone.{ending}", "qs.csv", "--exact", "--format", "json").out.splitlines()
     assert [json.loads(line)["exact"]["z"] for line in alone] == [["1/4", "0", "1/2"], ["-1/4", "0", "1/2"]]
-
-
-def test_a_header_may_be_a_cell_short(lcp: Lcp, folder: Path) -> None:
-    (folder / "r.csv").write_text('"a" "b" "c" "q"\n"b" -1 4 -1 2\n"a" 4 -1 0 -1\n"c" 0 -1 4 -3\n')
-    assert json.loads(lcp("solve", "r.csv", "--format", "json").out)["z"] == pytest.approx(RIGHT)
 
 
 def test_a_first_column_that_may_be_an_index_is_remarked(lcp: Lcp, folder: Path) -> None:
@@ -149,12 +141,6 @@ def test_bounds_beside_an_index_may_be_absent(lcp: Lcp, folder: Path) -> None:
 def test_columns_of_one_name_leave_the_rows_where_they_are(folder: Path) -> None:
     (folder / "p.csv").write_text(",a,b,a,q\na,2,0,1,-1\na,0,3,0,-2\nb,1,0,4,-3\n")
     assert read("p.csv").M.tolist() == [[2, 0, 1], [0, 3, 0], [1, 0, 4]]
-
-
-def test_q_and_bounds_may_stand_anywhere_beside_labelled_rows(folder: Path) -> None:
-    (folder / "p.csv").write_text(",q,a,upper,b,c\nc,-3,0,9,-1,4\na,-1,4,7,-1,0\nb,2,-1,8,4,-1\n")
-    problem = read("p.csv")
-    assert (problem.q.tolist(), problem.upper.tolist(), problem.M.tolist()) == ([-1, 2, -3], [7, 8, 9], M["M"])
 
 
 @pytest.mark.parametrize(

@@ -142,7 +142,7 @@ def test_branches_by_conditions_of_which_only_the_one_that_is_taken_has_to_be_de
 def test_random_expressions_and_their_enclosures() -> None:
     """Intervals hold the values and the derivatives at all points of a box, also at its ends."""
     rng, points = random.Random(3), np.random.default_rng(3)
-    for _ in range(25):
+    for _ in range(15):
         n = rng.randint(1, 4)
         expressions = [an_expression(rng, n, 4) for _ in range(n)]
         own = [("+", each, ("sin", f"v{i}")) for i, each in enumerate(expressions)]

@@ -74,7 +74,7 @@ def whole(n: int, size: int) -> st.SearchStrategy[Any]:
     return arrays(np.float64, (n, n), elements=st.integers(-size, size).map(float))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(1, 4).flatmap(lambda n: whole(n, 2)))
 def test_small_integer_matrices_are_classified_as_the_definitions_say(M: Any) -> None:
     found = classify(M)
@@ -83,7 +83,7 @@ def test_small_integer_matrices_are_classified_as_the_definitions_say(M: Any) ->
         assert found[name].word == NO or (found[name].word == YES and not violated), (name, M, found[name])
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=50)
 @given(st.integers(1, 4).flatmap(lambda n: whole(n, 3)), st.integers(0, 4), st.integers(-1, 1))
 def test_singular_semidefinite_matrices_are_told_from_others_by_less_than_rounding(A: Any, r: int, nudge: int) -> None:
     M = A[:, :r] @ A[:, :r].T
@@ -95,7 +95,7 @@ def test_singular_semidefinite_matrices_are_told_from_others_by_less_than_roundi
         assert nudge or found["positive_semidefinite"].word == YES
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=50)
 @given(st.integers(2, 4).flatmap(lambda n: whole(n, 9)), st.sampled_from([1, 0.1, 0.3, 1 / 3]), st.integers(-1, 1))
 def test_rows_that_are_dominant_up_to_rounding_are_decided_exactly(A: Any, unit: float, nudge: int) -> None:
     np.fill_diagonal(A, 0)

@@ -59,15 +59,14 @@ def check_without_gap(found: Path) -> None:
 
 
 @pytest.mark.parametrize("make", [integers, boxed])
-@pytest.mark.parametrize("start", [0, 60])
-def test_ties_leave_no_gap_and_no_cycle(make: Callable[[int], Pair], start: int) -> None:
-    for seed in range(start, start + 60):
+def test_ties_leave_no_gap_and_no_cycle(make: Callable[[int], Pair]) -> None:
+    for seed in range(60):
         check_without_gap(path(*make(seed)))
 
 
 @pytest.mark.parametrize("make", [lambda seed: positive(seed, 5, 25), integers, boxed])
 def test_a_sparse_matrix_has_the_same_path(make: Callable[[int], Pair]) -> None:
-    for seed in range(12):
+    for seed in range(6):
         dense, sparse = path(*make(seed)), path(*sparsely(make(seed)))
         assert (dense.end, sparse.end, dense.t.size) == (sparse.end, dense.end, sparse.t.size)
         assert sparse.verified

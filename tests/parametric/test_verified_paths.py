@@ -54,12 +54,12 @@ def extreme(seed: int) -> Pair:
 @pytest.mark.parametrize("make", [lambda seed: positive(seed, 5, 12), integers, general, spread, extreme])
 def test_each_breakpoint_of_a_verified_path_solves_its_problem(make: Callable[[int], Pair]) -> None:
     verified = 0
-    for seed in range(24):
+    for seed in range(12):
         found = path(*make(seed), turns=seed % 4 == 0)
         if found.verified:
             check_breakpoints(found)
             verified += 1
-    assert verified >= 5
+    assert verified >= 3
 
 
 @pytest.mark.parametrize(
