@@ -143,14 +143,6 @@ def test_one_solution_or_several_are_read_from_json(tmp_path: Path) -> None:
         assert [z.tolist() for z in read(tmp_path / "problem.json").solutions] == expected
 
 
-def test_zeros_in_coordinates_or_none_at_all_are_zeros(tmp_path: Path) -> None:
-    for entries, corner in (([1, 0], 3), ([], 0)):
-        coordinates = {"format": "coo", "shape": [2, 2], "rows": entries, "cols": [0] * len(entries)}
-        coordinates["values"] = [0, 3][: len(entries)]
-        (tmp_path / "problem.json").write_text(json.dumps({"M": coordinates, "q": [1, 1]}))
-        assert numbers(read(tmp_path / "problem.json"))[0] == [[corner, 0], [0, 0]]
-
-
 def test_a_vector_is_refused_by_the_name_that_it_is_asked_for(tmp_path: Path) -> None:
     (tmp_path / "start.csv").write_text("1,2\n3,4\n")
     with pytest.raises(ProblemError, match=r"start\.csv: x0: "):
