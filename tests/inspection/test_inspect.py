@@ -169,12 +169,6 @@ def test_h_plus_matrices_get_the_omega_that_is_guaranteed() -> None:
     assert small.guarantees["fixed-point"].word == "yes"
 
 
-def test_lemke_is_not_guaranteed_beyond_its_size() -> None:
-    found = inspect(tridiagonal(6000), math.inf)
-    assert found.classes["p_matrix"].word == "yes"
-    assert found.guarantees["lemke"].word == "no"
-
-
 def test_hints_come_with_evidence_only() -> None:
     assert hints([[4.0, -1.0], [-1.0, 4.0]]) == ""
     assert "transposed" in hints([[3.0, -4.0], [-2.0, 5.0]])

@@ -51,32 +51,26 @@ def test_methods_said_to_be_guaranteed_solve_the_problem_or_prove_that_it_has_no
     assert {"auto", "lemke", "milp"} <= guaranteed
 
 
-@pytest.mark.parametrize(
-    ("lower", "upper", "word"),
-    [
-        (0, INF, "yes"),
-        (-1, [INF, 2], "yes"),
-        ([-INF, 0], [3, INF], "no"),  # the standard form has -4
-        ([0, -INF], INF, "no"),
-    ],
-)
-def test_copositive_matrices_are_enough_for_lemke_with_lower_bounds(lower: Any, upper: Any, word: str) -> None:
-    found = inspect(Problem(COPOSITIVE, [-3, -1], lower=lower, upper=upper), INF)
-    assert found.classes["strictly_copositive"].word == "yes"
-    assert found.guarantees["lemke"].word == word
+SADDLE, TRIANGULAR = [[2, -1], [1, 0]], [[1, 3], [0, 1]]
+FREE = {"lower": [0, -INF]}
+LARGE = eye_array(2600, format="csr")
+GUARANTEED: list[tuple[Any, dict[str, Any], dict[str, str]]] = [
+    (COPOSITIVE, {"lower": 0}, {"lemke": "yes"}),
+    (COPOSITIVE, {"lower": -1, "upper": [INF, 2]}, {"lemke": "yes"}),
+    (COPOSITIVE, {"lower": [-INF, 0], "upper": [3, INF]}, {"lemke": "no"}),  # the standard form has -4
+    (COPOSITIVE, FREE, {"lemke": "no"}),
+    (SADDLE, FREE, {"lemke": "yes", "newton": "no"}),  # free variables need a semidefinite matrix for lemke
+    (TRIANGULAR, FREE, {"lemke": "no", "newton": "yes"}),  # and a P-matrix for newton
+    (LARGE, {"upper": 0.5}, {"lemke": "yes"}),  # upper bounds do not count towards its limit
+    (eye_array(6000, format="csr"), {"lower": 0}, {"lemke": "no"}),
+]
 
 
-def test_free_variables_need_a_semidefinite_matrix_for_lemke_and_a_p_matrix_for_newton() -> None:
-    saddle = inspect(Problem([[2, -1], [1, 0]], [0, -1], lower=[0, -INF]), INF).guarantees
-    assert (saddle["lemke"].word, saddle["newton"].word) == ("yes", "no")
-    p_matrix = inspect(Problem([[1, 3], [0, 1]], [0, -1], lower=[0, -INF]), INF).guarantees
-    assert (p_matrix["lemke"].word, p_matrix["newton"].word) == ("no", "yes")
-
-
-def test_upper_bounds_do_not_count_towards_the_limit_of_lemke() -> None:
-    n = 2600
-    found = inspect(Problem(eye_array(n, format="csr"), -np.ones(n), upper=0.5), 0.1)
-    assert found.guarantees["lemke"].word == "yes"
+@pytest.mark.parametrize(("M", "bounds", "words"), GUARANTEED, ids=range(len(GUARANTEED)))
+def test_what_is_guaranteed_depends_on_bounds_and_size(M: Any, bounds: Any, words: dict[str, str]) -> None:
+    found = inspect(Problem(M, -np.ones(np.shape(M)[0]), **bounds), 0.1 if M is LARGE else INF)
+    assert {method: found.guarantees[method].word for method in words} == words
+    assert M is not COPOSITIVE or found.classes["strictly_copositive"].word == "yes"
 
 
 def test_evident_solutions_are_said_for_the_bounds() -> None:

@@ -90,48 +90,12 @@ OTHER_THAN_REAL = {
 @pytest.mark.parametrize("kind", OTHER_THAN_REAL)
 def test_other_than_real_numbers_are_refused_by_name(kind: str) -> None:
     matrix = OTHER_THAN_REAL[kind]
-    given = {"M": {"M": matrix}, "solution": {"solutions": [matrix[0]]}}
-    given |= {name: {name: matrix[0]} for name in ("q", "x0", "x1")}
-    sparse_one = [("M", {"M": sparse.csr_array(matrix)})] if kind in ("complex", "bool") else []
-    for field, own in [*given.items(), *sparse_one]:
+    given = [("M", {"M": matrix}), ("solution", {"solutions": [matrix[0]]})]
+    given += [(name, {name: matrix[0]}) for name in ("q", "x0", "x1")]
+    given += [("M", {"M": sparse.csr_array(matrix)})] if kind in ("complex", "bool") else []
+    for field, own in given:
         with pytest.raises(ProblemError, match=rf"^{field}: .*{kind}.*; give real numbers"):
             Problem(**{"M": M, "q": Q} | own)
-
-
-@pytest.mark.parametrize(
-    ("matrix", "place"),
-    [
-        (np.array([[2, 0], [0, np.nan]]), "M[1][1]: "),
-        (sparse.csr_array([[2, 0], [0, np.nan]]), "M[1][1]: "),
-        (sparse.coo_array(([LARGEST, LARGEST], ([1, 1], [0, 0])), shape=(2, 2)), "M[1][0]: "),
-        (np.ones((2, 3)), "M: is 2 x 3"),
-        (sparse.csc_array(np.ones((3, 3))), "M: is 3 x 3"),
-        (np.ones(2), "M: has 1 dimension; "),
-        (np.ones((2, 2, 2)), "M: has 3 dimensions; "),
-        ([[10**400, 0], [0, 1]], "M: contains a number beyond"),
-        ([[True, 0], [0, 1]], "M[0][0]: is true"),
-        ([[1, 0], [np.False_, 1]], "M[1][0]: is false"),
-        ({"a": 1}, "M: is an object"),
-    ],
-)
-def test_a_matrix_that_does_not_fit_is_refused_at_its_place(matrix: Any, place: str) -> None:
-    with pytest.raises(ProblemError) as refusal:
-        Problem(matrix, Q)
-    assert str(refusal.value).startswith(place)
-
-
-def test_q_that_is_no_flat_list_is_refused_by_name() -> None:
-    for q in (np.ones((2, 2)), np.float64(1), iter(Q), "12", None):
-        with pytest.raises(ProblemError, match=r"^q: .*; give a .*list of numbers"):
-            Problem(M, q)
-
-
-@pytest.mark.parametrize(("entry", "order"), [(np.nan, "C"), (np.inf, "F"), (-np.inf, "C")])
-def test_a_number_that_is_not_finite_is_found_in_a_large_matrix(entry: float, order: Any) -> None:
-    M = np.eye(150, order=order)
-    M[7, 33] = entry
-    with pytest.raises(ProblemError, match=r"M\[7\]\[33\]"):
-        Problem(M, np.ones(150))
 
 
 @pytest.mark.parametrize("diagonal", [1.0, 0.0, 1e-70])
@@ -217,8 +181,6 @@ def test_vectors_are_taken_in_any_form(wrap: Callable[[Any], Any]) -> None:
 def test_known_solutions_may_be_the_rows_of_an_array() -> None:
     for solutions in (np.array([SOLUTION]), Arrayish([SOLUTION]), [np.array(SOLUTION)]):
         assert len(lcpcli.Problem(A, B, solutions=solutions).solutions) == 1
-    with pytest.raises(LCPError, match="is a number; give a list of solutions"):
-        lcpcli.Problem(A, B, solutions=7)  # type: ignore[arg-type]
 
 
 def test_sequences_of_other_types_are_lists() -> None:
@@ -226,27 +188,56 @@ def test_sequences_of_other_types_are_lists() -> None:
     assert lcpcli.solve(A, B, upper=Arrayish(3)).solved
 
 
-@pytest.mark.parametrize(
-    ("call", "said"),
-    [
-        (lambda: lcpcli.solve(aslinearoperator(A), B), "M: is of type MatrixLinearOperator, a linear operator; give"),
-        (lambda: lcpcli.solve(A, sparse.csr_array([B])), "q: is sparse; give a dense array, as by toarray()"),
-        (lambda: lcpcli.solve(Broken(), B), "M: is of type Broken, and gives no array; give a list of rows of numbers"),
-        (lambda: lcpcli.solve(A, Broken()), "q: is of type Broken, and gives no array; give a list of numbers"),
-        (lambda: lcpcli.solve([A[0], A[1][:1]], B), "M[1]: has 1 entry where M[0] has 2"),
-        (lambda: lcpcli.solve([A[:, :1], A[:, 1:]], B), "M[0]: has 2 dimensions; give a row"),
-        (lambda: lcpcli.solve([1, 2], B), "M[0]: is a number; give a row"),
-        (lambda: lcpcli.solve(A, {1.0, 2.0}), "q: is of type set; give a list of numbers"),
-        (lambda: lcpcli.solve(A, b"12"), "q: is of type bytes; give a list of numbers"),
-        (lambda: lcpcli.solve(A, np.array([None, 1])), "q[0]: is null; give real numbers"),
-        (lambda: lcpcli.solve(A, [Decimal("0.1"), 1]), "q[0]: is of type Decimal; give real numbers"),
-        (lambda: lcpcli.solve(A, B, upper=Broken()), "upper: is of type Broken, and gives no array"),
-        (lambda: lcpcli.solve_many(A, ["a", "b"]), "Q[0]: is the text 'a'; give real numbers"),
-        (lambda: lcpcli.solve_many(A, Arrayish(B)), "Q: has 1 dimension; give one vector in each column"),
-        (lambda: lcpcli.solve_many(A, aslinearoperator(A)), "Q: is of type MatrixLinearOperator, a linear operator"),
-        (lambda: lcpcli.solve_many(A, A, upper=[[1], [1, 2]]), "upper[1]: has 2 entries where upper[0] has 1"),
-    ],
-)
+def large(entry: float, order: Any) -> Any:
+    matrix = np.eye(150, order=order)
+    matrix[7, 33] = entry
+    return matrix
+
+
+TWICE = sparse.coo_array(([LARGEST, LARGEST], ([1, 1], [0, 0])), shape=(2, 2))
+REFUSED = [
+    (lambda: lcpcli.solve(np.array([[2, 0], [0, np.nan]]), B), "M[1][1]: "),
+    (lambda: lcpcli.solve(sparse.csr_array([[2, 0], [0, np.nan]]), B), "M[1][1]: "),
+    (lambda: lcpcli.solve(TWICE, B), "M[1][0]: "),
+    (lambda: lcpcli.solve(large(np.nan, "C"), np.ones(150)), "M[7][33]: "),
+    (lambda: lcpcli.solve(large(np.inf, "F"), np.ones(150)), "M[7][33]: "),
+    (lambda: lcpcli.solve(large(-np.inf, "C"), np.ones(150)), "M[7][33]: "),
+    (lambda: lcpcli.solve(np.ones((2, 3)), B), "M: is 2 x 3"),
+    (lambda: lcpcli.solve(sparse.csc_array(np.ones((3, 3))), B), "M: is 3 x 3"),
+    (lambda: lcpcli.solve(np.ones(2), B), "M: has 1 dimension; "),
+    (lambda: lcpcli.solve(np.ones((2, 2, 2)), B), "M: has 3 dimensions; "),
+    (lambda: lcpcli.solve([[10**400, 0], [0, 1]], B), "M: contains a number beyond"),
+    (lambda: lcpcli.solve([[True, 0], [0, 1]], B), "M[0][0]: is true"),
+    (lambda: lcpcli.solve([[1, 0], [np.False_, 1]], B), "M[1][0]: is false"),
+    (lambda: lcpcli.solve({"a": 1}, B), "M: is an object"),
+    (lambda: lcpcli.solve(A, np.ones((2, 2))), "q: has 2 dimensions; give a flat list of numbers"),
+    (lambda: lcpcli.solve(A, np.float64(1)), "q: "),
+    (lambda: lcpcli.solve(A, iter(B)), "q: "),
+    (lambda: lcpcli.solve(A, "12"), "q: is the text '12'; give a list of numbers"),
+    (lambda: lcpcli.solve(A, None), "q: is null; give a list of numbers"),
+    (lambda: lcpcli.solve(aslinearoperator(A), B), "M: is of type MatrixLinearOperator, a linear operator; give"),
+    (lambda: lcpcli.solve(A, sparse.csr_array([B])), "q: is sparse; give a dense array, as by toarray()"),
+    (lambda: lcpcli.solve(Broken(), B), "M: is of type Broken, and gives no array; give a list of rows of numbers"),
+    (lambda: lcpcli.solve(A, Broken()), "q: is of type Broken, and gives no array; give a list of numbers"),
+    (lambda: lcpcli.solve([A[0], A[1][:1]], B), "M[1]: has 1 entry where M[0] has 2"),
+    (lambda: lcpcli.solve([A[:, :1], A[:, 1:]], B), "M[0]: has 2 dimensions; give a row"),
+    (lambda: lcpcli.solve([1, 2], B), "M[0]: is a number; give a row"),
+    (lambda: lcpcli.solve(A, {1.0, 2.0}), "q: is of type set; give a list of numbers"),
+    (lambda: lcpcli.solve(A, b"12"), "q: is of type bytes; give a list of numbers"),
+    (lambda: lcpcli.solve(A, np.array([None, 1])), "q[0]: is null; give real numbers"),
+    (lambda: lcpcli.solve(A, [Decimal("0.1"), 1]), "q[0]: is of type Decimal; give real numbers"),
+    (lambda: lcpcli.solve(A, B, upper=Broken()), "upper: is of type Broken, and gives no array"),
+    (lambda: lcpcli.solve_many(A, ["a", "b"]), "Q[0]: is the text 'a'; give real numbers"),
+    (lambda: lcpcli.solve_many(A, Arrayish(B)), "Q: has 1 dimension; give one vector in each column"),
+    (lambda: lcpcli.solve_many(A, aslinearoperator(A)), "Q: is of type MatrixLinearOperator, a linear operator"),
+    (lambda: lcpcli.solve_many(A, A, upper=[[1], [1, 2]]), "upper[1]: has 2 entries where upper[0] has 1"),
+    (lambda: lcpcli.Problem(A, B, solutions=7), "solutions: is a number; give a list of solutions"),
+    (lambda: lcpcli.Solver(np.eye(2), upper=[1, 1]).update(np.eye(3)), "M: has 3 rows for 2 bounds"),
+    (lambda: lcpcli.check(lcpcli.Problem(A, B), [1, 2, Fraction(1, 3)]), "z: has 3 entries for 2 unknowns"),
+]
+
+
+@pytest.mark.parametrize(("call", "said"), REFUSED, ids=range(len(REFUSED)))
 def test_what_is_no_array_is_refused_by_its_field(call: Callable[[], Any], said: str) -> None:
     with pytest.raises(LCPError) as refusal:
         call()
@@ -268,8 +259,6 @@ def test_fractions_are_numbers_and_a_solution_of_them_is_verified_exactly() -> N
     assert not lcpcli.check(given, [Fraction(4, 3) + Fraction(1, 10**30), exact[1]])
     assert not lcpcli.check(given, exact, tol=1e-10).exact
     assert lcpcli.check(given, np.array(exact)).exact
-    with pytest.raises(LCPError, match="z: has 3 entries for 2 unknowns"):
-        lcpcli.check(given, [*exact, third])
     assert lcpcli.check(lcpcli.Problem([[-1]], [-2]), y=[third]).accepted
 
 
@@ -286,8 +275,3 @@ def test_one_row_of_constraints_may_be_a_list_of_numbers() -> None:
         for row in ([-1.0, -1.0], np.array([-1.0, -1.0])):
             found = lcpcli.solve_qp(np.eye(2), [0, 0], **{name: row, side: [-1.0]})
             assert found.tolist() == pytest.approx([0.5, 0.5])
-
-
-def test_a_solver_with_bounds_refuses_a_matrix_of_another_order_by_its_rows() -> None:
-    with pytest.raises(ProblemError, match="M: has 3 rows for 2 bounds"):
-        lcpcli.Solver(np.eye(2), upper=[1, 1]).update(np.eye(3))

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import pickle
 from fractions import Fraction
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -64,22 +65,37 @@ def test_gradient_is_the_adjoint_of_the_derivative(seed: int, sparse: bool) -> N
     assert np.abs(w - derivative.w).max() <= 1e-11 * np.abs(w).max(initial=1.0)
 
 
+def bad(**given: Any) -> None:
+    result = lcpcli.solve(np.eye(3), [1, 2, 3], lower=[0, None, 1], upper=[None, None, 1])
+    (result.gradient if "g" in given else result.derivative)(**given)
+
+
+def bad_batch(**changes: Any) -> None:
+    batch: Any = lcpcli.solve_many([np.eye(2), 2 * np.eye(2)], [[-1, -2], [-3, 4]])
+    batch.derivative(**changes)
+
+
 BAD = {
-    "g: has 2 entries for 3 unknowns": {"g": [1, 2]},
-    "dM: is 2 x 2 but q has 3 entries": {"dM": np.eye(2)},
-    "dq: has 2 entries for 3 unknowns": {"dq": [1, 2]},
-    "dq[1]: is not a finite number": {"dq": [1, np.nan, 2]},
-    "dlower[1]: is 1, but there is no such bound": {"dlower": [0, 1, 0]},
-    "dupper[0]: is 2, but there is no such bound": {"dupper": [2, 0, 0]},
-    "dlower[2]: is 1 and dupper[2] is 0, but lower[2] = upper[2]": {"dlower": [0, 0, 1]},
+    "g: has 2 entries for 3 unknowns": partial(bad, g=[1, 2]),
+    "g: has 2 entries for 1 row of J": partial(bad, g=[1, 2], J=[[1, 2, 3]]),
+    "J: has shape (1, 2); give rows of 3 numbers": partial(bad, g=[1], J=[[1, 2]]),
+    "dM: is 2 x 2 but q has 3 entries": partial(bad, dM=np.eye(2)),
+    "dq: has 2 entries for 3 unknowns": partial(bad, dq=[1, 2]),
+    "dq[1]: is not a finite number": partial(bad, dq=[1, np.nan, 2]),
+    "dlower[1]: is 1, but there is no such bound": partial(bad, dlower=[0, 1, 0]),
+    "dupper[0]: is 2, but there is no such bound": partial(bad, dupper=[2, 0, 0]),
+    "dlower[2]: is 1 and dupper[2] is 0, but lower[2] = upper[2]": partial(bad, dlower=[0, 0, 1]),
+    "dq: has shape (3, 2); give shape (2, 2)": partial(bad_batch, dq=np.ones((3, 2))),
+    "dM: has shape (2,); give shape (2, 2, 2)": partial(bad_batch, dM=np.ones(2)),
+    "dupper[1][1]: is 1, but there is no such bound; give 0": partial(bad_batch, dupper=[[0, 0], [0, 1]]),
+    "J: has shape (2, 3); give shape (2, k, 2)": partial(bad_batch, J=np.ones((2, 3))),
 }
 
 
 @pytest.mark.parametrize("message", BAD)
 def test_what_cannot_be_used_is_one_clear_error(message: str) -> None:
-    result = lcpcli.solve(np.eye(3), [1, 2, 3], lower=[0, None, 1], upper=[None, None, 1])
     with pytest.raises(ProblemError) as caught:
-        (result.gradient if "g" in BAD[message] else result.derivative)(**BAD[message])
+        BAD[message]()
     assert str(caught.value).startswith(message)
     assert "\n" not in str(caught.value)
 
