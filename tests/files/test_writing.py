@@ -8,6 +8,7 @@ import json
 import os
 import resource
 import stat
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,7 +17,9 @@ from typing import Any
 import pytest
 
 from lcpcli import Problem, read, write
-from lcpcli.errors import LCPError, ProblemError
+from lcpcli.cli import streams
+from lcpcli.errors import LCPError, OptionError, ProblemError
+from lcpcli.files import atomic_write, log
 from lcpcli.files.atomic_write import write_whole
 
 from ..conftest import Outcome
@@ -172,3 +175,163 @@ def test_a_file_with_a_compressed_problem_is_read(suffix: str, tmp_path: Path) -
     packed = tmp_path / f"p{suffix}.gz"
     packed.write_bytes(gzip.compress((tmp_path / f"p{suffix.upper()}").read_bytes()))
     assert read(packed).q.tolist() == [-5, -6]
+
+
+Lcp = Callable[..., Any]
+TOGETHER = "good.json", "three.jsonl", "M.csv", "Q.csv"
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    lines = [json.dumps({"M": [[2, 1], [1, 2]], "q": [-5, -k]}) for k in range(1, 5)]
+    (tmp_path / "good.json").write_text(lines[0])
+    (tmp_path / "three.jsonl").write_text("\n".join(lines[1:]))
+    (tmp_path / "M.csv").write_text("2,1\n1,2\n")
+    (tmp_path / "Q.csv").write_text("-1,-2,-3,-4\n-5,-6,-7,-8\n")
+    return tmp_path
+
+
+def records(path: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in path.read_text().splitlines()]
+
+
+def whole_log(lcp: Lcp, *files: str) -> list[str]:
+    """The lines of the log of these problems."""
+    assert lcp("solve", *(files or TOGETHER), "-o", "log.jsonl").code == 0
+    return Path("log.jsonl").read_text().splitlines(keepends=True)
+
+
+@pytest.mark.parametrize("option", ["-o", "--resume"])
+def test_each_record_has_its_number_and_the_last_one_says_that_it_is(option: str, lcp: Lcp, folder: Path) -> None:
+    assert lcp("solve", *TOGETHER, option, "log.jsonl").code == 0
+    held = records(folder / "log.jsonl")
+    assert [record["number"] for record in held] == list(range(1, 9))
+    assert [record.get("complete") for record in held] == [None] * 7 + [True]
+    assert len({record["digest"] for record in held}) == 8
+
+
+def test_a_log_in_any_order_goes_on_with_what_it_lacks(lcp: Lcp, folder: Path) -> None:
+    path = folder / "log.jsonl"
+    whole = whole_log(lcp)
+    path.write_text("".join(whole[at] for at in (7, 2, 5, 0, 3)) + whole[1][:40])
+    assert lcp("check", "good.json", "log.jsonl", "-q").code == 0, "the first problem is that of number 1"
+    assert lcp("solve", "good.json", "--z0", "log.jsonl", "-q").code == 0
+    outcome = lcp("solve", *TOGETHER, "--resume", "log.jsonl")
+    assert (outcome.code, outcome.err) == (0, "lcp: 8 problems: 8 solved\n")
+    held = records(path)
+    assert [record["number"] for record in held] == [8, 3, 6, 1, 4, 2, 5, 7]
+    z = {record["number"]: record["z"] for record in map(json.loads, whole)}
+    assert all(record["z"] == z[record["number"]] for record in held)
+    before = path.read_text()
+    assert lcp("solve", *TOGETHER, "--resume", "log.jsonl").code == 0
+    assert path.read_text() == before
+
+
+def test_what_did_not_come_to_its_end_is_not_replaced(lcp: Lcp, folder: Path) -> None:
+    path = folder / "log.jsonl"
+    whole_log(lcp)
+    whole = whole_log(lcp)
+    for cut in ("".join(whole[:3]), "".join(whole)[:-5]):
+        path.write_text(cut)
+        outcome = lcp("solve", *TOGETHER, "-o", "log.jsonl")
+        assert (outcome.code, len(outcome.err.splitlines())) == (2, 1)
+        assert "go on with --resume log.jsonl, or delete it" in outcome.err
+        assert path.read_text() == cut
+    assert lcp("solve", *TOGETHER, "--resume", "log.jsonl").code == 0
+    assert len(whole_log(lcp, "good.json")) == 1
+
+
+@pytest.mark.parametrize(
+    ("then", "now", "words"),
+    [
+        ([], ["--upper", "1"], "upper none, but here it is 1"),
+        (["--upper", "1"], [], "upper 1, but here it is none"),
+        (["--upper", "u.json"], ["--upper", "u.json"], "upper u.json (digest"),
+        (["--z0", "1,1"], ["--z0", "1,2"], "z0 1,1, but here it is 1,2"),
+        (["--tol", "1e-9"], [], "tol 1e-09, but here it is 1e-10"),
+    ],
+)
+def test_other_options_are_refused(then: list[str], now: list[str], words: str, lcp: Lcp, folder: Path) -> None:
+    (folder / "u.json").write_text("[1, 2]")
+    lcp("solve", "three.jsonl", "-o", "log.jsonl", *then)
+    before = (folder / "log.jsonl").read_text()
+    (folder / "u.json").write_text("[1, 3]")
+    outcome = lcp("solve", "three.jsonl", "--resume", "log.jsonl", *now)
+    assert (outcome.code, len(outcome.err.splitlines())) == (2, 1)
+    assert words in outcome.err
+    assert (folder / "log.jsonl").read_text() == before
+
+
+def test_problems_that_have_changed_are_solved_anew_and_are_there_once(lcp: Lcp, folder: Path) -> None:
+    path = folder / "log.jsonl"
+    before = {record["number"]: record["z"] for record in map(json.loads, whole_log(lcp))}
+    (folder / "good.json").write_text('{"M": [[2]], "q": [-3]}')
+    (folder / "Q.csv").write_text("-1,-2,-3,-4\n-5,-6,9,-8\n")
+    outcome = lcp("solve", *TOGETHER, "--resume", "log.jsonl")
+    assert (outcome.code, outcome.err) == (0, "lcp: 8 problems: 8 solved\n")
+    held = {record["number"]: record["z"] for record in records(path)}
+    assert len(records(path)) == len(held) == 8
+    assert {number for number, z in held.items() if z != before[number]} == {1, 7}
+    assert held[1] == [1.5]
+    assert lcp("solve", *TOGETHER, "-o", "log.jsonl").code == 0
+
+
+def test_a_run_that_was_killed_after_it_had_solved_one_anew_leaves_it_once(lcp: Lcp, folder: Path) -> None:
+    path = folder / "log.jsonl"
+    first, second, _ = whole_log(lcp, "three.jsonl")
+    as_it_was = json.dumps({**json.loads(first), "digest": "1"}) + "\n"
+    path.write_text(as_it_was + second + first)
+    outcome = lcp("solve", "three.jsonl", "--resume", "log.jsonl")
+    assert (outcome.code, outcome.err) == (0, "lcp: 3 problems: 3 solved\n")
+    assert [record["number"] for record in records(path)] == [2, 1, 3]
+
+
+@pytest.mark.parametrize("tail", ["\0" * 4096, '{"ver' + "\0" * 100, '{"version": "0.1.0", "fi\0\0'])
+def test_zeros_at_the_end_are_what_was_not_written(tail: str, lcp: Lcp, folder: Path) -> None:
+    path = folder / "log.jsonl"
+    path.write_text("".join(whole_log(lcp, "three.jsonl")[:2]) + tail)
+    assert lcp("solve", "three.jsonl", "--resume", "log.jsonl").err == "lcp: 3 problems: 3 solved\n"
+    assert [record["number"] for record in records(path)] == [1, 2, 3]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such locks")
+def test_a_log_is_left_to_a_run_that_has_read_it_and_waits_for_its_processes(
+    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usual = streams._records
+    refused = []
+
+    @contextmanager
+    def late(*arguments: Any, **others: Any) -> Iterator[Any]:
+        with pytest.raises(OptionError, match="is being written by another run"), log.open_log("log.jsonl", anew=False):
+            pass
+        refused.append(True)
+        with usual(*arguments, **others) as held:
+            yield held
+
+    monkeypatch.setattr(streams, "_records", late)
+    (folder / "log.jsonl").write_text(whole_log(lcp, "three.jsonl")[1])
+    assert lcp("solve", "three.jsonl", "--resume", "log.jsonl").code == 0
+    assert (refused, len(records(folder / "log.jsonl"))) == ([True, True], 3)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such locks")
+def test_a_lock_is_that_of_the_file_which_has_the_name(folder: Path) -> None:
+    first = atomic_write.open_alone("log.jsonl", "log.jsonl")
+    write_whole("log.jsonl", "replaced")
+    second = atomic_write.open_alone("log.jsonl", "log.jsonl")
+    assert second.read() == b"replaced"
+    first.close()
+    with pytest.raises(OptionError, match="is being written by another run"):
+        atomic_write.open_alone("log.jsonl", "log.jsonl")
+    second.close()
+    assert folder.is_dir()
+
+
+def test_a_log_that_was_never_begun_leaves_no_file(lcp: Lcp, folder: Path) -> None:
+    outcome = lcp("solve", "three.jsonl", "-o", "log.jsonl", "--jobs", "0")
+    assert outcome.code == 2
+    with pytest.raises(OSError, match="nothing"), log.open_log("log.jsonl", anew=True):
+        raise OSError("nothing")
+    assert not (folder / "log.jsonl").exists()
