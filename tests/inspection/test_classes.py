@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from fractions import Fraction
+from itertools import combinations, product
 from typing import Any
 
 import numpy as np
@@ -21,8 +22,6 @@ from lcpcli.interrupts import within
 from lcpcli.rational.elimination import definiteness
 from lcpcli.rational.numbers import integers
 
-from . import definitions
-
 IMPLIED = {
     "positive_definite": ("positive_semidefinite", "p_matrix", "strictly_copositive"),
     "positive_semidefinite": ("p0_matrix", "column_sufficient", "row_sufficient", "copositive_plus"),
@@ -39,8 +38,8 @@ IMPLIED = {
 
 def check(M: Any, found: dict[str, Verdict], decided: bool = True) -> None:
     """Every verdict on the small M is the true one, and what is shown as a counterexample is one."""
-    A = definitions.rational(M)
-    for name, truth in definitions.belongs(A).items():
+    A = rational(M)
+    for name, truth in belongs(A).items():
         word = found[name].word
         assert word == (YES if truth else NO) or (word == UNDECIDED and not decided), (name, found[name], M)
     for name, implied in IMPLIED.items():
@@ -48,30 +47,30 @@ def check(M: Any, found: dict[str, Verdict], decided: bool = True) -> None:
     check_witnesses(A, found)
 
 
-def check_witnesses(A: definitions.Rows, found: dict[str, Verdict]) -> None:
+def check_witnesses(A: Rows, found: dict[str, Verdict]) -> None:
     """What is shown as a counterexample is one, exactly."""
     for name, sign in (("positive_definite", 0), ("copositive", -1), ("strictly_copositive", 0)):
         v = found[name].vector
         if found[name].word == NO and v is not None:
-            form = definitions.form(A, v)
+            value = form(A, v)
             assert any(v)
-            assert form < 0 or (form == 0 and sign == 0), (name, v)
+            assert value < 0 or (value == 0 and sign == 0), (name, v)
             assert name == "positive_definite" or min(v) >= 0
     v = found["positive_semidefinite"].vector
-    assert found["positive_semidefinite"].word != NO or v is None or definitions.form(A, v) < 0
+    assert found["positive_semidefinite"].word != NO or v is None or form(A, v) < 0
     for name, B in (("column_sufficient", A), ("row_sufficient", [list(column) for column in zip(*A, strict=True)])):
         z = found[name].vector
         if found[name].word == NO and z is not None and "z_i" in found[name].evidence:
-            assert max(definitions.products(B, z)) <= 0 > min(definitions.products(B, z))
+            assert max(products(B, z)) <= 0 > min(products(B, z))
     for name, zero in (("p_matrix", True), ("p0_matrix", False)):
         indices = found[name].indices
         if found[name].word == NO and indices is not None:
-            size = definitions.minor(A, indices)
+            size = minor(A, indices)
             assert size < 0 or (zero and size == 0), (name, indices, size)
     d = found["h_plus"].vector
     if found["h_plus"].word == YES and d is not None:
         assert min(d) > 0
-        assert all(sum(c * Fraction(x) for c, x in zip(row, d, strict=True)) > 0 for row in definitions.comparison(A))
+        assert all(sum(c * Fraction(x) for c, x in zip(row, d, strict=True)) > 0 for row in comparison(A))
 
 
 def whole(n: int, size: int) -> st.SearchStrategy[Any]:
@@ -83,7 +82,7 @@ def whole(n: int, size: int) -> st.SearchStrategy[Any]:
 def test_small_integer_matrices_are_classified_as_the_definitions_say(M: Any) -> None:
     found = classify(M)
     check(M, found)
-    for name, violated in definitions.refuted(M).items():
+    for name, violated in refuted(M).items():
         assert found[name].word == NO or (found[name].word == YES and not violated), (name, M, found[name])
 
 
@@ -334,3 +333,96 @@ def test_singular_sum_of_squares_is_decided_at_every_size(n: int) -> None:
     assert [semidefinite_rank(matrix) for matrix in (S, sparse.csr_array(S))] == [n - 1, n - 1]
     S[0, 0] -= 2.0**-50
     assert semidefinite_rank(S) is None
+
+
+Rows = list[list[Fraction]]
+
+
+def rational(M: Any) -> Rows:
+    """The floats of M as the rationals that they are."""
+    return [[Fraction(float(value)) for value in row] for row in M]
+
+
+def minor(A: Rows, indices: tuple[int, ...]) -> Fraction:
+    """The principal minor."""
+    return determinant([[A[i][j] for j in indices] for i in indices])
+
+
+def determinant(rows: Rows) -> Fraction:
+    """By expansion along the first row."""
+    if not rows:
+        return Fraction(1)
+    first, rest = rows[0], rows[1:]
+    parts = [a * determinant([row[:j] + row[j + 1 :] for row in rest]) for j, a in enumerate(first) if a]
+    signs = [(-1) ** j for j, a in enumerate(first) if a]
+    return sum((sign * part for sign, part in zip(signs, parts, strict=True)), Fraction(0))
+
+
+def minors(A: Rows) -> list[Fraction]:
+    """All principal minors."""
+    n = len(A)
+    return [minor(A, P) for size in range(1, n + 1) for P in combinations(range(n), size)]
+
+
+def form(A: Rows, v: Any) -> Fraction:
+    """v'Av."""
+    x = [Fraction(float(value)) for value in v]
+    return sum((x[i] * A[i][j] * x[j] for i in range(len(x)) for j in range(len(x))), Fraction(0))
+
+
+def products(A: Rows, v: Any) -> list[Fraction]:
+    """v_i (Av)_i for all i."""
+    x = [Fraction(float(value)) for value in v]
+    return [
+        a * sum((value * b for value, b in zip(row, x, strict=True)), Fraction(0)) for a, row in zip(x, A, strict=True)
+    ]
+
+
+def comparison(A: Rows) -> Rows:
+    """|a_ii| on the diagonal, -|a_ij| off it."""
+    return [[abs(v) if i == j else -abs(v) for j, v in enumerate(row)] for i, row in enumerate(A)]
+
+
+def belongs(A: Rows) -> dict[str, bool]:
+    """For each class that minors or entries decide, whether A belongs to it."""
+    n = len(A)
+    T = [list(column) for column in zip(*A, strict=True)]
+    S = [[a + b for a, b in zip(row, column, strict=True)] for row, column in zip(A, T, strict=True)]
+    of_A, of_S = minors(A), minors(S)
+    off = [A[i][j] for i in range(n) for j in range(n) if i != j]
+    z_matrix = all(value <= 0 for value in off)
+    h_plus = all(A[i][i] > 0 for i in range(n)) and min(minors(comparison(A))) > 0
+    return {
+        "symmetric": A == T,
+        "skew_symmetric": not any(value for row in S for value in row),
+        "z_matrix": z_matrix,
+        "strictly_diagonally_dominant": all(sum(row) > 0 for row in comparison(A)),
+        "h_plus": h_plus,
+        "m_matrix": z_matrix and h_plus,
+        "positive_definite": min(of_S) > 0,
+        "positive_semidefinite": min(of_S) >= 0,
+        "p_matrix": min(of_A) > 0,
+        "p0_matrix": min(of_A) >= 0,
+    }
+
+
+def grid(n: int, size: int, lowest: int) -> list[tuple[int, ...]]:
+    """All whole vectors but 0 with entries from `lowest` to `size`."""
+    return [v for v in product(range(lowest, size + 1), repeat=n) if any(v)]
+
+
+def refuted(M: Any, size: int = 3) -> dict[str, bool]:
+    """Whether a small whole vector refutes that M, whole numbers below 2^20, belongs to each of the other classes."""
+    M = np.asarray(M, dtype=np.int64)
+    n = len(M)
+    x, S = np.array(grid(n, size, 0)), M + M.T
+    values = np.einsum("ki,ij,kj->k", x, S, x)
+    zeros = values == 0
+    plus = bool((x[zeros] @ S).any())
+    found = {"copositive": bool((values < 0).any()), "strictly_copositive": bool((values <= 0).any())}
+    found["copositive_plus"] = found["copositive"] or plus
+    z = np.array(grid(n, size, -size))
+    for name, A in (("column_sufficient", M), ("row_sufficient", M.T)):
+        signs = z * (z @ A.T)
+        found[name] = bool(((signs <= 0).all(axis=1) & (signs < 0).any(axis=1)).any())
+    return found

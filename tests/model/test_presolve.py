@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.sparse import csr_array, kron
+from numpy.random import Generator
+from scipy.sparse import block_array, csr_array, kron
 
 import lcpcli
 from lcpcli import Problem
@@ -28,7 +29,6 @@ from lcpcli.verify.certificate import is_clear, proves_infeasible
 from lcpcli.verify.farkas import farkas_vector
 
 from ..exact import refutes
-from . import presolve_problems as problems
 
 COUNT = int(os.environ.get("LCP_ORACLE", "100"))
 ONE_BY_ONE = [*((rule,) for rule in ALL), ALL]
@@ -83,7 +83,7 @@ def bounds_of(change: Presolved) -> list[tuple[Vector, Vector]]:
 def test_what_each_rule_says_and_what_comes_back_from_it_are_true_of_small_problems(most: int) -> None:
     random, used = np.random.default_rng(31), dict.fromkeys(ONE_BY_ONE, 0)
     for _ in range(COUNT):
-        problem = problems.problem(random, most)
+        problem = random_problem(random, most)
         has_solution = first_solution(ExactProblem.of_floats(problem), check) is not None
         for rules in ONE_BY_ONE:
             used[rules] += says_the_truth(problem, rules, has_solution)
@@ -112,20 +112,6 @@ def test_definitions_of_free_variables_are_substituted_exactly(seed: int) -> Non
     assert np.array_equal(change.problem.q, q)
     z = first_solution(ExactProblem.of_floats(change.problem), check)
     assert (z is None) == (first_solution(ExactProblem.of_floats(whole), check) is None)
-
-
-def test_what_single_rows_determine_is_left_out_and_comes_back() -> None:
-    """Fixed variables, rows with a diagonal entry alone, and rows without entries, before and after others are out."""
-    M = np.diag([4.0, 3, 2, 0, 4, 9])
-    M[[0, 0, 1, 4, 5], [1, 4, 0, 2, 1]] = 1, 1, 1, 5, 1
-    lower, upper = [-9.0, -9, 0, -INF, -9, 0.5], [9.0, 9, 3, 2, INF, 0.5]
-    problem = Problem(csr_array(M), [-1.0, 2, -8, -3, 1, 7], lower=lower, upper=upper)
-    change = presolved(problem)
-    assert change.kept.tolist() == [0, 1]
-    inner = lcpcli.run(change.problem)
-    z = problem.box.z_of(change.back(change.problem.box.x_of(inner.z, inner.w)))
-    assert z[2:].tolist() == [3, 2, -4, 0.5]
-    assert np.abs(z - lcpcli.run(problem).z).max() <= 1e-14
 
 
 SUM, TWICE = [[2, 0, -1], [0, 2, -1], [1, 1, 0]], [[0, 1, 2], [-1, 0, 0], [-2, 0, 0]]
@@ -174,17 +160,8 @@ def test_contradictions_are_proofs_for_the_problem_as_given(name: str) -> None:
     assert refutes(problem, list(map(Fraction, found.y.tolist())))
 
 
-def test_proofs_come_back_through_all_rules() -> None:
-    """A transportation problem whose demand is larger than its supply: no single row shows it."""
-    problem = problems.transportation(4, 5, supply=9.0, demand=8.0)
-    change = presolved(problem)
-    assert change.kept.size < problem.n
-    inner = lcpcli.run(change.problem)
-    assert proves_infeasible(problem, change.multipliers(inner.certificate.vector))
-
-
 def test_presolve_can_be_switched_off() -> None:
-    one = problems.linear_program(0, "signs", infeasible=True)
+    one = linear_program(0, "signs", infeasible=True)
     copies = MOST_PIVOTED // one.n + 1  # so that Lemke's path does not come first
     q, lower, upper = (np.tile(each, copies) for each in (one.q, one.lower, one.upper))
     problem = Problem(kron(np.eye(copies), csr_array(one.M)), q, lower=lower, upper=upper)
@@ -196,11 +173,11 @@ def test_presolve_can_be_switched_off() -> None:
 
 
 def test_what_presolve_finds_is_in_the_inspection() -> None:
-    text = " ".join(repr(lcpcli.inspect(problems.linear_program(1, "signs"))).split())
+    text = " ".join(repr(lcpcli.inspect(linear_program(1, "signs"))).split())
     assert "presolve removes 3" in text
     assert "by rows that are bounds, 1 by single entries of free variables" in text
     assert "writes equations in another way" in text
-    refuted = repr(lcpcli.inspect(problems.linear_program(0, "signs", infeasible=True)))
+    refuted = repr(lcpcli.inspect(linear_program(0, "signs", infeasible=True)))
     assert "cannot have its sign" in " ".join(refuted.split())
     assert lcpcli.inspect(Problem(np.eye(2), [-1, 1])).presolve is None
     assert presolved(Problem(np.array([[2.0, 1], [1, 2]]), [-1, -1])) is None, "no bounds but zero"
@@ -236,7 +213,7 @@ def test_ratios_of_mirror_images_that_underflow_are_no_factors() -> None:
 @pytest.mark.parametrize("written", ["plainly", "signs", "disorder", "units"])
 @pytest.mark.parametrize("seed", range(2))
 def test_conditions_of_linear_programs_are_monotone_however_they_are_written(seed: int, written: str) -> None:
-    problem = problems.linear_program(seed, written)
+    problem = linear_program(seed, written)
     change = presolved(problem)
     assert not is_semidefinite(problem.M)
     assert is_semidefinite(change.problem.M)
@@ -247,7 +224,7 @@ def test_conditions_of_linear_programs_are_monotone_however_they_are_written(see
 
 
 def test_conditions_of_infeasible_linear_programs_are_refuted() -> None:
-    result = lcpcli.run(problems.linear_program(0, "signs", infeasible=True))
+    result = lcpcli.run(linear_program(0, "signs", infeasible=True))
     assert result.status.word == "infeasible"
     assert result.certificate.kind == "farkas"
 
@@ -325,3 +302,123 @@ def test_a_row_of_its_own_variable_is_solved_within_both_bounds() -> None:
     nothing = np.zeros(change.problem.n)
     z = problem.box.z_of(change.back(change.problem.box.x_of(nothing, nothing)))
     assert z.tolist() == [2, 2]
+
+
+def random_problem(random: Generator, most: int = 6) -> Problem:
+    """Small integers; bounds of all kinds; a pattern that a rule looks for; a solution, for more than half of them."""
+    n = int(random.integers(1, most + 1))
+    M = np.where(random.random((n, n)) < random.choice([0.2, 0.35, 0.5, 0.8]), random.integers(-2, 3, (n, n)), 0)
+    lower, upper = bounds(random, n)
+    if n > 1:
+        PATTERNS[random.integers(len(PATTERNS))](random, M, lower, upper)
+    q = random.integers(-2, 3, n)
+    if random.random() < 0.6:
+        z, w = solution(random, lower, upper)
+        q = w - M @ z
+    else:
+        i, j = random.integers(n, size=2)
+        q[j] = q[i] * random.choice([-1, 1, 2])
+    return Problem(csr_array(M.astype(float)) if random.random() < 0.3 else M, q, lower=lower, upper=upper)
+
+
+def bounds(random: Generator, n: int) -> tuple[Vector, Vector]:
+    low, high = np.sort(random.integers(-2, 3, (2, n)), axis=0).astype(float)
+    kind = random.integers(7, size=n)  # 0 and 1: z >= 0; 2: one more lower bound; 3: an upper one; 4: both; 5: fixed
+    lower = np.select([kind <= 1, np.isin(kind, (2, 4, 5))], [0.0, low], -np.inf)
+    return lower, np.select([np.isin(kind, (3, 4)), kind == 5], [high, low], np.inf)
+
+
+def solution(random: Generator, lower: Vector, upper: Vector) -> tuple[Vector, Vector]:
+    """z within the bounds, and w with the signs for it."""
+    inside = np.clip(np.where(np.isfinite(lower), lower, 0) + random.integers(0, 2, lower.size), lower, upper)
+    z = np.where(np.isfinite(lower) & (random.random(lower.size) < 0.5), lower, inside)
+    low, high = np.where(z == upper, -1, 0), np.where(z == lower, 2, 1)
+    return z, random.integers(low, high).astype(float)
+
+
+def repeated(random: Generator, M: Vector, lower: Vector, upper: Vector) -> None:
+    i, j = random.choice(lower.size, 2, replace=False)
+    M[j] = M[i] * random.choice([-1, 1, 2])
+    M[:, j] = M[:, i] * random.choice([-1, 1, 2])
+    lower[[i, j]], upper[[i, j]] = -np.inf, np.inf
+
+
+def single_in_row(random: Generator, M: Vector, lower: Vector, upper: Vector) -> None:
+    i, j = random.integers(lower.size, size=2)
+    M[i], M[i, j] = 0, random.choice([-1, 1, 2])
+    if random.random() < 0.5:
+        lower[i], upper[i] = -np.inf, np.inf
+
+
+def single_in_column(random: Generator, M: Vector, lower: Vector, upper: Vector) -> None:
+    i, j = random.integers(lower.size, size=2)
+    M[:, j], M[i, j] = 0, random.choice([-1, 1, 2])
+    lower[[i, j]], upper[[i, j]] = -np.inf, np.inf
+
+
+def bound(random: Generator, M: Vector, lower: Vector, upper: Vector) -> None:
+    """Rows that are bounds of one variable, each with its multiplier."""
+    j, *rows = random.permutation(lower.size)[:3].tolist()
+    for i in rows:
+        M[i], M[:, i] = 0, 0
+        M[i, j], M[j, i] = random.choice([-1, 1], 2)
+        lower[i], upper[i] = (0, np.inf) if random.random() < 0.7 else (-np.inf, 0)
+
+
+def pair(random: Generator, M: Vector, lower: Vector, upper: Vector) -> None:
+    """An equation of two variables, with its multiplier."""
+    i, j, k = random.permutation(max(lower.size, 3))[:3] % lower.size
+    if i not in (j, k) and j != k:
+        M[i], M[:, i] = 0, 0
+        M[i, j], M[i, k] = M[j, i], M[k, i] = random.choice([-2, -1, 1, 2], 2)
+        M[:, i] *= random.choice([-1, 1])
+        lower[[i, j]], upper[[i, j]] = -np.inf, np.inf
+
+
+def skew(random: Generator, M: Vector, lower: Vector, upper: Vector) -> None:
+    """Skew-symmetric but for the signs and the order of equations."""
+    M[:] = np.triu(M, 1) - np.triu(M, 1).T
+    free = np.flatnonzero(np.isinf(lower) & np.isinf(upper))
+    M[free] = M[random.permutation(free)] * random.choice([-1, 1], (free.size, 1))
+
+
+def nothing(random: Generator, M: Vector, lower: Vector, upper: Vector) -> None:
+    pass
+
+
+PATTERNS = (repeated, single_in_row, single_in_column, bound, pair, skew, nothing)
+
+
+def linear_program(seed: int, written: str, infeasible: bool = False) -> Problem:
+    """Conditions of a linear program in x >= 0 with equations and inequalities, as models have them: a free variable
+    for the objective, and rows x - l >= 0 with multipliers of their own.
+
+    written : "plainly", with "signs" of equations, in "disorder", or with rows in other "units".
+    """
+    random = np.random.default_rng(seed)
+    n, equations, inequalities = 30, 8, 10
+    A = np.where(random.random((equations + inequalities, n)) < 0.2, random.integers(-5, 6, (18, n)), 0).astype(float)
+    x = np.where(random.random(n) < 0.5, random.integers(1, 5, n), 0).astype(float)
+    y = random.integers(-3, 4, 18).astype(float)
+    y[equations:] = np.abs(y[equations:])
+    c = A.T @ y + np.where(x == 0, random.integers(0, 4, n), 0)
+    b = A @ x - np.append(np.zeros(equations), np.where(y[equations:] == 0, random.integers(0, 3, inequalities), 0))
+    if infeasible:
+        A[-1], b[-1] = -np.abs(A[-2]) - 1, 1  # no x >= 0 has A x >= b in that row
+    s = np.append(random.choice([-1.0, 1.0], equations) if written != "plainly" else np.ones(equations), np.ones(10))
+    zero = np.zeros((18 + n, 18 + n))
+    top = np.hstack([np.zeros((n, n)), -A.T, -np.eye(n)])
+    M = np.vstack([top, np.hstack([np.vstack([s[:, np.newaxis] * A, np.eye(n)]), zero])])
+    q = np.concatenate([c, -s * b, np.zeros(n)])
+    M = block_array([[M, None], [np.append(-c, np.zeros(18 + n))[np.newaxis], np.ones((1, 1))]]).toarray()
+    lower = np.append(np.where(np.arange(q.size) - n < equations, -np.inf, 0), -np.inf)
+    lower[:n] = 0
+    q = np.append(q, 0.0)
+    rows = np.arange(q.size)
+    if written == "disorder":
+        free = np.isinf(lower)
+        rows[free] = random.permutation(rows[free])
+    units = 10 ** random.uniform(-2, 2, q.size) if written == "units" else np.ones(q.size)
+    order = random.permutation(q.size)
+    M, q = units[:, np.newaxis] * M[rows], units * q[rows]
+    return Problem(csr_array(M[order][:, order]), q[order], lower=lower[order], upper=np.inf)
