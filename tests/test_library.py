@@ -1,5 +1,6 @@
-"""The commands as functions, what their results show to the interpreter, to notebooks and to other programs, and that
-what has been pickled has all its methods in a process that has imported nothing but pickle."""
+"""The commands as functions, what their results show to the interpreter, to notebooks and to other programs; the
+examples in the docstrings run, and what has been pickled has all its methods in a process that has imported nothing but
+pickle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The best solution by a linear objective, against all solutions, and what is proved at a limit."""
+"""The best solution by a linear objective, against all solutions and published optima of bilevel programs, and what is
+proved at a limit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""What is written appears whole or not at all, with the permissions and the links that were there."""
+"""What is written appears whole or not at all, with the permissions and the links that were there; a log of many
+problems has each of them exactly once in the end, whoever wrote it, in whatever order."""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""No class is claimed or denied that does not hold exactly, and matrices of known class are recognised."""
+"""No class is claimed or denied that does not hold exactly, and matrices of known class are recognised, small ones by
+definitions in rational arithmetic that share nothing with the package. Where a definition ranges over all vectors,
+those of a grid can refute it only."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Linear programs: the dual simplex method beside HiGHS, and HiGHS in its own package beside the one in scipy."""
+"""Linear programs: the dual simplex method beside HiGHS, which prints nothing, and HiGHS in its own package beside the
+one in scipy; numbers that overflow reach none of LAPACK's singular values, on which these might never end."""
 
 from __future__ import annotations
 

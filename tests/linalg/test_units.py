@@ -1,5 +1,5 @@
 """The units that a matrix suggests: those of the measure, which powers of two do not change, and those of scaling;
-products and largest entries."""
+products, largest entries, and matrices in compressed rows that are made of arrays, beside those that scipy makes."""
 
 from __future__ import annotations
 

@@ -1,6 +1,5 @@
 """Bounds of 1e20 and beyond: none by the convention of a format or where the user says so, else bounds like others,
-which make no program slower to solve.
-"""
+which make no program slower to solve; and changes of variables, one after another, and the way back in reverse."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Presolve: what each rule takes away, and that solutions, states and proofs come back from what it leaves; that
-conditions of programs as models write them are shown to be monotone."""
+"""Presolve: what each rule takes away, and that solutions, states and proofs come back from what it leaves; that it
+knows whether it may have rounded; that conditions of programs as models write them are shown to be monotone."""
 
 from __future__ import annotations
 

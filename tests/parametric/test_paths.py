@@ -1,4 +1,5 @@
-"""The path between two problems is what solving each problem on the way would give."""
+"""The path between two problems is what solving each problem on the way would give; in fractions each piece is proved,
+and turns and rays are those that the set of all solutions has."""
 
 from __future__ import annotations
 
