@@ -35,72 +35,90 @@ M, Q = [[4.0, 1.0], [0.0, 2.0]], [-9.0, -4.0]
 Z = [1.75, 2.0]
 
 
+M3, Q3, Z3 = [[4.0, -1, 0], [-1, 4, -1], [0, -1, 4]], [-1.0, 2, -3], [0.25, 0.0, 0.75]
+P, C, A = [[2.0, 0.0], [0.0, 4.0]], [-4.0, -1.0], [[3.0, 5.0], [7.0, 9.0]]
+
+
+def square(values: Any, names: Any) -> Frame:
+    """A table whose columns are in the order of the unknowns, and its rows in the opposite one."""
+    return Frame(np.array(values)[::-1], names[::-1], names)
+
+
+def wide(values: Any, rows: Any, columns: Any) -> Frame:
+    return Frame(np.array(values)[:, ::-1], rows, columns[::-1])
+
+
+def table(values: Any, rows: Any, columns: Any) -> Frame:
+    return Frame(np.array(values)[::-1, ::-1], rows[::-1], columns[::-1])
+
+
+def vector(values: Any, names: Any) -> Series:
+    return Series(values[::-1], names[::-1])
+
+
+def plain(values: Any, *_: Any) -> Any:
+    return np.array(values, dtype=float)
+
+
+def parts(problem: lcpcli.Problem) -> list[Any]:
+    return [problem.M, problem.q, *problem.box.vectors(problem.n)]
+
+
+def results(s: Any, w: Any, t: Any, v: Any) -> dict[str, Any]:
+    """What comes of tables and vectors that these functions make, with labels or without."""
+    names = ["a", "b", "c"]
+    problem = lcpcli.Problem(s(M3, names), v(Q3, names))
+    result, solver = lcpcli.run(problem), lcpcli.Solver(s(M3, names))
+    return {
+        "a problem": lcpcli.solve(s(M, "ab"), v(Q, "ab")).z,
+        "a vector alone": lcpcli.solve(Frame(M), v(Q, range(2))).z,
+        "a matrix alone": lcpcli.solve(s(M, "ab"), Q).z,
+        "a matrix that counts its unknowns": lcpcli.solve(Frame(M), Series(Q, "ab")).z,
+        "bounds": lcpcli.Problem(s(M, "ab"), Q, upper=v([1.0, 9], "ab")).upper,
+        "a start": lcpcli.Problem(s(M, "ab"), Q, x0=v([1.0, 2], "ab")).x0,
+        "a known solution": lcpcli.Problem(s(M, "ab"), Q, solutions=[v(Z, "ab")]).solutions[0],
+        "columns": next(lcpcli.solve_many(s(M, "ab"), t([[-9, -9], [-4, -4]], "ab", range(2)))).z,
+        "a program": parts(
+            lcpcli.from_qp(s(P, "ab"), v(C, "ab"), w(A, "rs", "ab"), row_lower=v([1, 2], "rs"), upper=v([8, 9], "ab"))
+        ),
+        "a linear program": parts(lcpcli.from_qp(None, v(C, "ab"), Frame(A, "rs", "ab"), b=v([1, 2], "rs"))),
+        "payoffs": lcpcli.from_game(Frame(A, "ob", "lr"), t(M, "ob", "lr")).origin.data()["B"],
+        "qpsolvers": lcpcli.solve_qp(s(P, "ab"), v(C, "ab"), w([[1.0, 0]], ["row"], "ab"), [0.25]),
+        "its bounds": lcpcli.solve_qp(s(P, "ab"), v(C, "ab"), ub=v([9.0, 0.1], "ab")),
+        "a later q": solver.solve(v(Q3, names)).z,
+        "later bounds": solver.solve(v(Q3, names), upper=v([9, 9, 0.5], names)).z,
+        "a stream": next(lcpcli.solve_many(s(M3, names), iter([v(Q3, names)]))).z,
+        "an answer": lcpcli.check(problem, v(Z3, names)).accepted,
+        "a start of a run": lcpcli.run(problem, "fixed-point", z0=v(Z3, names), max_iterations=0).z,
+        "a derivative": result.derivative(dq=v([4.0, 0, 0], names)).z,
+        "a gradient": result.gradient(v([1.0, 0, 0], names)).q,
+    }
+
+
 def test_labels_decide_the_order() -> None:
-    for matrix, q in (
-        (Frame(M, "ab", "ab"), Series(Q[::-1], "ba")),
-        (Frame(M[::-1], "ba", "ab"), Series(Q[::-1], "ba")),
-        (Frame(M[::-1], "ba", "ab"), Series(Q, "ab")),
-        (Frame(M), Series(Q[::-1], [1, 0])),
-        (Frame(M), Series(Q, "ab")),
-        (Frame(M, "ab", "ab"), Series(Q)),
-        (Frame(M, columns="ab"), Q),
-    ):
-        assert lcpcli.solve(matrix, q).z == pytest.approx(Z)
-
-
-def test_bounds_starts_columns_and_known_solutions_are_taken_by_label_too() -> None:
-    matrix = Frame(M, "ab", "ab")
-    given: dict[str, Any] = {"upper": Series([9.0, 1.0], "ba"), "x0": Series([2.0, 1.0], "ba")}
-    problem = lcpcli.Problem(matrix, Q, **given)
-    assert (np.asarray(problem.upper).tolist(), np.asarray(problem.x0).tolist()) == ([1.0, 9.0], [1.0, 2.0])
-    many = lcpcli.solve_many(matrix, Frame(np.transpose(6 * [Q[::-1]]), "ba", range(6)))
-    assert all(result.z == pytest.approx(Z) for result in many)
-    problem = lcpcli.Problem(matrix, Q, solutions=[Series(Z[::-1], "ba")])  # type: ignore[list-item]
-    assert [z.tolist() for z in problem.solutions] == [Z]
+    known = results(plain, plain, plain, plain)
+    for name, found in results(square, wide, table, vector).items():
+        pairs = zip(found, known[name], strict=True) if isinstance(found, list) else [(found, known[name])]
+        assert all(np.asarray(one) == pytest.approx(np.asarray(other), abs=1e-12) for one, other in pairs), name
 
 
 def test_other_labels_are_refused() -> None:
-    for rows, labels, field in (("ab", "xy", "q"), ("xy", None, "M")):
-        told = f"^{field}: has an index with labels other than the columns of M; .*to_numpy"
-        with pytest.raises(ProblemError, match=told):
-            lcpcli.solve(Frame(M, rows, "ab"), Series(Q, labels))
+    labelled, others = Frame(M, "ab", "ab"), "has an index with labels other than"
+    for refused, message in {
+        lambda: lcpcli.solve(labelled, Series(Q, "xy")): f"^q: {others} the columns of M; .*to_numpy",
+        lambda: lcpcli.solve(Frame(M, "xy", "ab"), Series(Q)): f"^M: {others} the columns of M; .*to_numpy",
+        lambda: lcpcli.from_qp(labelled, Series(Q, "ac")): f"^c: {others} the columns of Q; give",
+        lambda: lcpcli.from_game(labelled, Frame(M, "ab", "ax")): f"^B: {others} the columns of A",
+        lambda: lcpcli.Solver(labelled).solve(Series(Q, "ad")): f"^q: {others} the names of the unknowns",
+    }.items():
+        with pytest.raises(ProblemError, match=message):
+            refused()
 
 
-def test_programs_are_taken_by_label() -> None:
-    Q2, A2 = np.array([[2.0, 0.0], [0.0, 4.0]]), np.array([[3.0, 5.0], [7.0, 9.0]])
-    plain = lcpcli.from_qp(Q2, [1, 2], A2, row_lower=[10, 20], upper=[8, 9])
-    for order in ([0, 1], [1, 0]):
-        columns, rows = ["".join(text[i] for i in order) for text in ("ab", "rs")]
-        own: dict[str, Any] = {
-            "c": Series(np.array([1, 2])[order], columns),
-            "upper": Series(np.array([8, 9])[order], columns),
-        }
-        made = lcpcli.from_qp(
-            Frame(Q2[order], columns, "ab"),
-            A=Frame(A2[:, order], "rs", columns),
-            row_lower=Series(np.array([10, 20])[order], rows),
-            **own,
-        )
-        assert (made.M == plain.M).all()
-        assert (made.q == plain.q).all()
-        assert (np.asarray(made.upper) == plain.upper).all()
-        linear = lcpcli.from_qp(None, A=Frame(A2[order], rows, "ab"), b=Series([20, 10], "sr"), **own)
-        assert linear.q.tolist() == [1, 2, *(-np.array([10.0, 20.0])[order])]
-    with pytest.raises(ProblemError, match="c: has an index with labels other than the columns of Q; give"):
-        lcpcli.from_qp(Frame(Q2, "ab", "ab"), Series([1, 2], "ac"))  # type: ignore[arg-type]
-
-
-def test_payoffs_are_taken_by_label_and_name_the_strategies() -> None:
-    A, B = np.array([[3.0, 0, 1], [0, 2, 1]]), np.array([[1.0, 2, 3], [4, 5, 6]])
-    for rows in ([0, 1], [1, 0]):
-        for columns in ([0, 1, 2], [2, 0, 1]):
-            other = Frame(B[rows][:, columns], [("opera", "box")[i] for i in rows], ["lrm"[j] for j in columns])
-            game = lcpcli.from_game(Frame(A, ["opera", "box"], ["l", "r", "m"]), other)
-            assert game.origin.data()["B"] == B.tolist()
-            assert list(game.names) == ["opera", "box", "l", "r", "m"]
-    with pytest.raises(ProblemError, match="B: has an index with labels other than the columns of A"):
-        lcpcli.from_game(Frame(A, "ob", "lrm"), Frame(B, "ob", "lrx"))
-    assert list(lcpcli.from_game(Frame(A), B).names) == [""] * 5
+def test_labels_of_payoffs_name_the_strategies() -> None:
+    game = lcpcli.from_game(Frame([[3.0, 0, 1], [0, 2, 1]], ["opera", "box"], ["l", "r", "m"]), np.ones((2, 3)))
+    assert list(game.names) == ["opera", "box", "l", "r", "m"]
+    assert list(lcpcli.from_game(Frame(A), np.ones((2, 2))).names) == [""] * 4
 
 
 def test_pandas_itself_is_taken_by_label() -> None:
@@ -145,33 +163,3 @@ def test_a_result_is_a_frame_with_a_row_for_each_unknown(monkeypatch: pytest.Mon
 def test_an_argument_that_belongs_to_the_problem_says_where_it_goes() -> None:
     with pytest.raises(ValueError, match=r"names: belongs to the problem; write Problem\(M, q, names=\.\.\.\)"):
         lcpcli.solve(M, Q, names=["a", "b"])
-
-
-def test_vectors_given_later_are_in_the_order_of_the_names() -> None:
-    """The right-hand sides of a Solver, starts, answers to check, directions of derivatives."""
-    M, names = [[4.0, -1, 0], [-1, 4, -1], [0, -1, 4]], ["a", "b", "c"]
-    table = Frame(M, names, names)
-    q, z = Series([-3.0, -1, 2], ["c", "a", "b"]), Series([0.75, 0.25, 0.0], ["c", "a", "b"])
-    solver = lcpcli.Solver(table)
-    assert solver.solve(q).z == pytest.approx([0.25, 0, 0.75])
-    assert solver.solve(q, upper=Series([0.5, 9.0, 9.0], ["c", "a", "b"])).z == pytest.approx([0.25, 0, 0.5])
-    assert next(lcpcli.solve_many(table, iter([q]))).z == pytest.approx([0.25, 0, 0.75])
-    problem = lcpcli.Problem(table, q)
-    assert lcpcli.check(problem, z).accepted
-    assert lcpcli.run(problem, "fixed-point", z0=z, max_iterations=0).z == pytest.approx([0.25, 0, 0.75])
-    result = lcpcli.run(problem)
-    by_name = result.derivative(dq=Series([0.0, 4.0, 0.0], ["c", "a", "b"])).z
-    assert by_name == pytest.approx(result.derivative(dq=[4.0, 0, 0]).z)
-    assert result.gradient(Series([0.0, 1.0, 0.0], ["c", "a", "b"])).q == pytest.approx(result.gradient([1.0, 0, 0]).q)
-    with pytest.raises(ProblemError, match="has an index with labels other than the names of the unknowns"):
-        solver.solve(Series([-3.0, -1, 2], ["c", "a", "d"]))
-
-
-def test_programs_of_qpsolvers_are_in_the_order_of_the_columns_of_P() -> None:
-    names, other = ["x", "y"], ["y", "x"]
-    P = Frame([[2.0, 0.0], [0.0, 4.0]], names, names)
-    q = Series([-4.0, -1.0], other)
-    assert lcpcli.solve_qp(P, q) == pytest.approx([0.5, 1.0])
-    G = Frame([[0.0, 1.0]], ["row"], other)  # x <= 1/4
-    assert lcpcli.solve_qp(P, q, G, [0.25]) == pytest.approx([0.25, 1.0])
-    assert lcpcli.solve_qp(P, q, ub=Series([0.75, 9.0], other)) == pytest.approx([0.5, 0.75])
