@@ -1,5 +1,5 @@
 """Steps in time: boxes with friction obey mechanics, by momentum, energy, friction cones, and no body that passes
-through another; sequences depend on what they should, and end at what is known."""
+through another."""
 
 from __future__ import annotations
 
@@ -11,10 +11,6 @@ import pytest
 from lcpcli import Status, inspect, run
 from lcpcli.errors import OptionError
 from lcpcli.gallery.rigid_bodies import GRAVITY, HALF, NEAR, STEP, Contact, Scene, contact_in_time
-from lcpcli.model.problem import Problem
-
-from ..benchmarks import steps as sequences
-from ..benchmarks.steps import SequenceStep
 
 INERTIA = float(HALF @ HALF) / 3  # of a box, whose mass is 1
 
@@ -107,33 +103,3 @@ def test_the_matrix_of_bricks_on_two_others_is_singular_symmetric_in_friction_an
     found = inspect(contact_in_time("tower", 4, 1).problem()).classes["copositive"]
     assert found.word == "yes"
     assert "where its diagonal is 0" in found.evidence
-
-
-def z_of(step: SequenceStep) -> np.ndarray:
-    result = run(Problem(step.M, step.q, **step.bounds))
-    assert result.solved
-    return result.z
-
-
-def test_a_put_is_worth_what_binomial_trees_say() -> None:
-    """6.090 for the price and the strike 100, one year, the rate 0.05 and the volatility 0.2."""
-    values: list[np.ndarray] = []
-    sequences.put(199, 50, lambda step: values.append(z_of(step)) or values[-1])
-    assert values[-1][99] == pytest.approx(6.090, abs=0.05)
-
-
-def test_the_market_meets_demand_and_electricity_is_dearer_by_day_where_lines_are_full() -> None:
-    highest = []
-
-    def solve(step: SequenceStep) -> np.ndarray:
-        z = z_of(step)
-        outputs, flows, prices = np.split(z, [24, 36])
-        assert step.M.shape == (44, 44)
-        assert outputs.sum() == pytest.approx(-step.q[36:].sum())
-        highest.append((prices.max(), np.count_nonzero(abs(flows) == 30)))
-        return z
-
-    sequences.market(24, solve)
-    (night, full_by_night), (day, full_by_day) = highest[3], highest[15]
-    assert 0 < night < day
-    assert full_by_night < full_by_day
