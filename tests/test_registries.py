@@ -143,7 +143,7 @@ OF_ALL = (
 )
 
 
-SAMPLED = pytest.mark.slow("the quick suite has a method, a format and another package")
+SAMPLED = pytest.mark.slow("the quick suite has a method, and another package with a method and a format")
 
 
 @pytest.fixture(scope="module")
@@ -227,6 +227,7 @@ def test_family(lcp: Lcp) -> None:
     assert "toy" in families
 
 
+@SAMPLED
 def test_problem_format(lcp: Lcp, copy: Path, tmp_path: Path) -> None:
     solve = "solve problem.toy --format json"
     _, plain, exact = lcp("make diagonal -n 2 --set decades=0 -o problem.toy", solve, f"{solve} --exact")

@@ -142,7 +142,7 @@ def test_branches_by_conditions_of_which_only_the_one_that_is_taken_has_to_be_de
 def test_random_expressions_and_their_enclosures() -> None:
     """Intervals hold the values and the derivatives at all points of a box, also at its ends."""
     rng, points = random.Random(3), np.random.default_rng(3)
-    for _ in range(15):
+    for _ in range(12):
         n = rng.randint(1, 4)
         expressions = [an_expression(rng, n, 4) for _ in range(n)]
         own = [("+", each, ("sin", f"v{i}")) for i, each in enumerate(expressions)]
@@ -381,6 +381,7 @@ def test_values_and_not_multipliers_of_another_solver_are_its_solution(tmp_path:
     assert [float(x) for x in Model(file.read_bytes(), str(file)).solution_in(str(written))] == [1.0, 2.0]
 
 
+@pytest.mark.slow("Pyomo takes a second to load")
 def test_what_pyomo_writes_is_solved_by_the_expressions_of_pyomo(tmp_path: Path) -> None:
     """An equation, a variable with a lower bound, one with an upper bound, and a fixed one; many operators."""
     pyomo, mpec = pytest.importorskip("pyomo.environ", reason="needs Pyomo"), pytest.importorskip("pyomo.mpec")

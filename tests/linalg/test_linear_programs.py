@@ -8,7 +8,7 @@ import sys
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
@@ -30,6 +30,7 @@ def is_feasible(A: np.ndarray, b: np.ndarray, zero: list[int]) -> bool:
     return linprog(np.zeros(n + m), np.zeros((0, n + m)), [], upper=upper, equal=equations) is not None
 
 
+@settings(max_examples=50)
 @given(st.integers(0, 10**6))
 def test_points_and_multipliers_agree_with_an_lp_solver(seed: int) -> None:
     random = np.random.default_rng(seed)

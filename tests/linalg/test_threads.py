@@ -218,6 +218,7 @@ else:
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.slow("a process of its own")
 @pytest.mark.usefixtures("clean")
 def test_without_threadpoolctl_only_a_given_number_is_refused() -> None:
     code = """

@@ -30,7 +30,7 @@ from lcpcli.verify.farkas import farkas_vector
 
 from ..exact import refutes
 
-COUNT = int(os.environ.get("LCP_ORACLE", "100"))
+COUNT = int(os.environ.get("LCP_ORACLE", "60"))
 ONE_BY_ONE = [*((rule,) for rule in ALL), ALL]
 
 INF = np.inf

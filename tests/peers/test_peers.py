@@ -239,6 +239,7 @@ def test_solvers_for_nonnegative_z_are_given_no_bounds() -> None:
     assert peers.load("quantecon").excludes(gallery.make("boxes", 5)) == "takes no bounds but z >= 0"
 
 
+@pytest.mark.slow("pygambit takes a second to load")
 def test_gambit_takes_games_and_finds_an_equilibrium() -> None:
     peer, problem = peers.load("gambit"), gallery.make("bimatrix", 11)
     assert peer.excludes(problem) == peer.excludes(reading.read("winkels")) == ""
