@@ -131,6 +131,7 @@ def test_notebooks_show_the_answer_and_the_iterates_that_were_asked_for(monkeypa
     assert "<img" not in traced._repr_html_()
 
 
+@pytest.mark.slow("draws hundreds of iterates")
 def test_long_traces_make_small_pictures() -> None:
     pytest.importorskip("matplotlib")
     n = 100

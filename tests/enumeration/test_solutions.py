@@ -190,8 +190,8 @@ def test_a_singular_semidefinite_matrix_with_a_positive_diagonal_has_a_face_of_s
     assert [list(ray) for ray in piece.rays] == [[1] * n]
 
 
-COUNT = int(os.environ.get("LCP_ORACLE", "100"))
-SIX, LISTS = COUNT // 25, COUNT // 10  # problems with 6 unknowns; lists that are cut, of each kind
+COUNT = int(os.environ.get("LCP_ORACLE", "80"))
+SIX, LISTS = COUNT // 20, COUNT // 10  # problems with 6 unknowns; lists that are cut, of each kind
 MOST = 5 if "LCP_ORACLE" in os.environ else 4
 
 

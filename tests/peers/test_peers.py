@@ -68,7 +68,10 @@ def relative_residual(problem: Problem, claim: Claim) -> float:
     return Point(Criterion(problem), claim.z, is_admissible=False).scaled_residual
 
 
-@pytest.mark.parametrize("name", GENERAL)
+COMPILING = pytest.param("quantecon", marks=pytest.mark.slow("numba compiles it"))
+
+
+@pytest.mark.parametrize("name", [name if name != "quantecon" else COMPILING for name in GENERAL])
 def test_claims_what_it_solves_and_leaves_arrays_as_they_were_even_those_that_cannot_be_written_to(name: str) -> None:
     peer, made = loaded(name), gallery.make("harker-pang", 8, 2, symmetric=True)
     M, q = np.asfortranarray(made.M), made.q.copy()
