@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import subprocess
 import sys
 from functools import cache
@@ -99,9 +98,9 @@ def test_package_itself_and_the_names_of_peers_load_nothing() -> None:
 
 
 def test_python_m_runs_the_command(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "lcpcli", "compare", "--format", "json"]
+    command = [sys.executable, "-m", "lcpcli", "--version"]
     done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path)
-    assert [json.loads(line)["solved"] for line in done.stdout.splitlines()] == [True] * 4
+    assert lcpcli.__version__ in done.stdout
 
 
 def test_unknown_public_name_is_an_attribute_error() -> None:

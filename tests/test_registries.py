@@ -143,7 +143,7 @@ OF_ALL = (
 )
 
 
-SAMPLED = pytest.mark.slow("the quick suite has a method, and another package with a method and a format")
+SAMPLED = pytest.mark.slow("the quick suite has another package with a method and a format")
 
 
 @pytest.fixture(scope="module")
@@ -207,6 +207,7 @@ def test_what_is_added_passes_the_tests_of_all_of_its_kind(copy: Path) -> None:
     run(copy, copy, "-m", "pytest", "-n", "0", "-m", "", "-p", "no:cacheprovider", compiling, *tests)
 
 
+@SAMPLED
 def test_method_with_two_options(lcp: Lcp) -> None:
     solve = "solve toy.json --method toy --format json"
     plain, other, *helps = lcp(solve, f"{solve} --omega 1.5 --sweeps 2", "help solve --all", "help compare --all")

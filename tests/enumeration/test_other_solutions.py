@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lcpcli import Problem, from_qp, run, solutions
@@ -78,6 +78,7 @@ def test_more_than_a_few_unknowns_are_not_searched() -> None:
     assert others.search_others(problem, run(problem).z, lambda: pytest.fail("a search was begun")) == others.Findings()
 
 
+@settings(max_examples=50)
 @given(st.integers(0, 10**6), st.sampled_from([2, 3, 4]), st.booleans(), st.booleans())
 def test_theorem_says_only_what_all_solutions_in_fractions_show(
     seed: int, n: int, is_mixed: bool, is_definite: bool
