@@ -19,7 +19,7 @@ import lcpcli
 from lcpcli import Problem, Status, Trace, write
 from lcpcli.files import contents
 from lcpcli.inspection.inspection import inspect
-from lcpcli.inspection.theory import SETTLED, contraction, smoothing
+from lcpcli.inspection.theory import SETTLED, smoothing
 from lcpcli.inspection.verdict import CLASSES
 from lcpcli.methods.registry import METHODS
 from lcpcli.model.box import ORTHANT
@@ -28,7 +28,7 @@ from lcpcli.report import inspection_text
 from lcpcli.solving.driver import run
 from lcpcli.solving.reference import with_reference
 
-from ..benchmarks.accuracy import empirical_rate
+from ..benchmarks.accuracy import contraction, empirical_rate
 from ..conftest import Outcome
 
 Lcp = Callable[..., Outcome]
