@@ -15,7 +15,7 @@ import lcpcli
 
 # modules that use those of earlier stages; of one stage, each is compiled by whoever comes first
 STAGES = (
-    ("basis_kernels", "measure_kernels", "gradient_kernels", "block_kernels", "kernels"),
+    ("measure_kernels", "gradient_kernels", "kernels"),
     ("compiled",),
     ("compiled_mixed",),
 )

@@ -15,9 +15,9 @@ import numpy as np
 
 from lcpcli.basis import bounded_form
 from lcpcli.basis.bounded_form import DEPENDENT
+from lcpcli.linalg import units
 from lcpcli.linalg.factors import SingularMatrix, sparse_lu
 from lcpcli.linalg.matrices import product
-from lcpcli.linalg.units import equilibrate
 from lcpcli.model.box import BASIC, Box, of_masks
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Mask, States, Vector
@@ -25,17 +25,30 @@ from lcpcli.typing import Mask, States, Vector
 NEAR_ONE = 2.0**8  # largest entries of rows and columns up to this, and from its inverse on, are not scaled
 
 
-def _has_near_units(A: Vector) -> bool:
+def has_near_units(A: Vector) -> bool:
     """Return whether all rows and columns but those of zeros have largest entries of about size 1."""
-    sizes = np.abs(A)
-    largest = np.concatenate([sizes.max(axis=0, initial=0.0), sizes.max(axis=1, initial=0.0)])
-    used = largest[largest > 0.0]
-    return not used.size or bool(used.max() <= NEAR_ONE and used.min() >= 1 / NEAR_ONE)
+    return are_near_one(units.sizes_in_units(A, np.zeros(2 * A.shape[0])))
 
 
-def scaled(A: Vector) -> tuple[Vector, Vector]:
-    """Equilibrate rows and columns of A; return their factors."""
-    rows, columns = equilibrate(A, np.zeros(len(A)))
+def are_near_one(sizes: Vector) -> bool:
+    """Return whether all of these sizes but zeros are of about size 1."""
+    used = sizes[sizes > 0.0]
+    return bool(used.size == 0 or (used.max() <= NEAR_ONE and used.min() >= 1.0 / NEAR_ONE))
+
+
+def exponents(A: Vector) -> Vector:
+    """Return the exponents of the factors of rows, and then of columns, that `Reduction` uses: 0 if all of these have
+    largest entries of about size 1; none where `equilibrate` has to be asked, as it would balance logarithms."""
+    sizes = units.sizes_in_units(A, np.zeros(2 * A.shape[0]))
+    if are_near_one(sizes):
+        return np.zeros(sizes.size)
+    return units.moderate_powers(A, sizes, np.abs(np.diag(A)))
+
+
+def scaled(A: Vector, powers: Vector) -> tuple[Vector, Vector]:
+    """Scale rows and columns of A by powers of two with their `exponents`; return these factors."""
+    n, factors = A.shape[0], np.exp2(powers)
+    rows, columns = (factors[:n], factors[n:]) if factors.size else units.equilibrate(A, np.zeros(n))
     A *= rows[:, np.newaxis]
     A *= columns
     return rows, columns
@@ -55,9 +68,7 @@ class Reduction:
         self.corner = np.broadcast_to(box.corner, self.n)
         self._own = bounded_form.kept(M, *box.vectors(self.n))
         A, self.kept, self.turn, self.bounded, self.free = self._own
-        rows = columns = np.ones(self.kept.size)
-        if not _has_near_units(A):
-            rows, columns = scaled(A)
+        rows, columns = scaled(A, exponents(A))
         self._found = bounded_form.eliminated(self._own, rows, columns)
         self.K, self.rows, self.columns = self._found[:3]
         self.units = np.append(self.rows[self.bounded], np.ones(len(self.K) - self.bounded.size))
@@ -140,8 +151,6 @@ class WithoutFree:
         rows, others = M[self._free], M[self.bounded]
         self._lu: Any = sparse_lu(False)(rows[:, self._free])
         self._columns, across = rows[:, self.bounded], others[:, self._free]
-        if not self._free.size > 0 or self.bounded.size > MOST_REDUCED:
-            raise SingularMatrix
         X = self._lu.solve(self._columns.toarray())
         if not np.abs(X).max(initial=0.0) <= LARGEST:
             raise SingularMatrix

@@ -8,28 +8,29 @@ from numba import njit, types
 from numba.extending import register_jitable
 
 from lcpcli.basis import bounded_form
-from lcpcli.basis.free_variables import scaled
+from lcpcli.basis.free_variables import exponents, scaled
 from lcpcli.basis.tableau import SOLVED
 from lcpcli.kernels.announcement import announced
-from lcpcli.kernels.compiled import COVER, OPTIONS, judged, path, rows_of
-from lcpcli.linalg import factors, matrices
+from lcpcli.kernels.compiled import COVER, MATRIX, OPTIONS, VECTOR, basic_solution, judged, path, rows_of
+from lcpcli.linalg import matrices
 from lcpcli.methods.direct import DirectAnswer
 from lcpcli.methods.lemke_path import LEAST_REFRESHED
 from lcpcli.model.problem import Problem
 
 with announced():
-    from lcpcli.kernels.basis_kernels import MATRIX, basic_solution, equilibrated
-    from lcpcli.kernels.block_kernels import INDICES, NUMBERS, STATES, VECTOR, pivot_blocks
+    from lcpcli.kernels.kernels import pivot_blocks
     from lcpcli.kernels.measure_kernels import reference_of, surely_solves
 
     for function in (
-        *(factors.finite, bounded_form.largest, bounded_form.cleaned, bounded_form.solved, bounded_form.combinations),
+        *(bounded_form.largest, bounded_form.cleaned, bounded_form.solved, bounded_form.combinations),
         *(bounded_form.same_units, bounded_form.split, bounded_form.eliminated),
         *(bounded_form.constants, bounded_form.widths),
     ):
         register_jitable(**OPTIONS)(function)
     OWN_MATRIX = types.Array(types.float64, 2, "C")
+    NUMBERS, INDICES, STATES = (types.Array(each, 1, "C") for each in (types.float64, types.int64, types.int8))
     KEPT = types.NamedTuple((OWN_MATRIX, INDICES, NUMBERS, INDICES, INDICES), bounded_form.Kept)
+    own_exponents = njit((OWN_MATRIX,), cache=True, **OPTIONS)(exponents)
     kept = njit((MATRIX, VECTOR, VECTOR), cache=True, **OPTIONS)(bounded_form.kept)
     reduced = njit((MATRIX, *3 * (VECTOR,), KEPT, NUMBERS, NUMBERS), cache=True, **OPTIONS)(bounded_form.reduced)
     given_states = njit((KEPT, types.int64, STATES), cache=True, **OPTIONS)(bounded_form.given_states)
@@ -51,9 +52,8 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
         return DirectAnswer(found.z, True, steps)
     M = np.ascontiguousarray(matrices.dense(problem.M))
     own = kept(M, lower, upper)
-    is_known, *units = equilibrated(own.A)
     try:
-        K, k, d = reduced(M, q, lower, upper, own, *(units if is_known else scaled(own.A)))
+        K, k, d = reduced(M, q, lower, upper, own, *scaled(own.A, own_exponents(own.A)))
     except np.linalg.LinAlgError:
         return None
     steps = min(steps, 0)

@@ -3,7 +3,10 @@
 These are `newton` and the first bound of `Measure.surely_solves` once more, for dense LCPs of few unknowns:
 for ten of them, calls of numpy take a hundred times as long as the arithmetic. Where they find no solution beyond
 doubt, the methods themselves decide. All are compiled when `kernels.compiled` loads this file, or taken from numba's
-cache, which knows of changes in this file alone: that is why all kernels are here.
+cache, which knows of changes in this file alone.
+
+Block pivoting on mixed problems is `newton` as `auto` runs it, for few unknowns; `measure_kernels` judge what it finds.
+M is given by the entries of its rows: where each row begins, the columns and the values.
 """
 
 from __future__ import annotations
@@ -13,6 +16,7 @@ from typing import Any
 import numpy as np
 from numba import njit, types
 
+from lcpcli.auto.attempts import NEWTON_SETTLING_FACTOR, SETTLED_CHANGES
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING, SMALLEST_NORMAL
 from lcpcli.linalg.matrices import TINY_TERMS
 from lcpcli.methods.direct import (
@@ -20,20 +24,24 @@ from lcpcli.methods.direct import (
     CANDIDATE,
     CERTAIN,
     FEW_INDEX_STEPS,
-    HASTY_PATIENCE,
-    MANY_WRONG,
+    MOST_PIVOTED,
     MOST_WRONG,
     NOTHING,
+    is_hopeless,
+    safeguarded,
 )
 from lcpcli.methods.final_states import HIDDEN_TERM, LONG_NUMBER, SURE_DIGITS
+from lcpcli.methods.newton import LEAST_INDEX_STEPS
+from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc"}}
 compiled = njit(**OPTIONS)
+_safeguarded, _is_hopeless = compiled(safeguarded), compiled(is_hopeless)
 NUMBER, COUNT = types.float64, types.int64
 VECTOR, MATRIX, MATRICES = (types.Array(NUMBER, d, "C", readonly=True) for d in (1, 2, 3))
 NUMBERS = types.Array(NUMBER, 1, "C")
-STATES = types.Array(types.boolean, 1, "C", readonly=True)
+BASIC_ONES = types.Array(types.boolean, 1, "C", readonly=True)
 FOUND = types.Tuple((COUNT, COUNT, NUMBERS))
 
 
@@ -41,7 +49,7 @@ FOUND = types.Tuple((COUNT, COUNT, NUMBERS))
 def _factorize(A: Any, rows: Any, k: int) -> bool:
     """Replace the leading k-by-k block of A by its LU factors with row exchanges; return whether it is regular.
 
-    Two columns are eliminated at a time, as that halves the passes over the rest."""
+    Two columns are eliminated at a time, as that halves the passes over the rest; rows with zeros there are left."""
     for first in range(0, k, 2):
         last = min(first + 2, k)
         for j in range(first, last):
@@ -64,8 +72,9 @@ def _factorize(A: Any, rows: Any, k: int) -> bool:
             others[c] -= others[first] * pivots[c]
         for i in range(last, k):
             row, factor, other = A[i], A[i, first], A[i, last - 1]
-            for c in range(last, k):
-                row[c] -= factor * pivots[c] + other * others[c]
+            if factor != 0.0 or other != 0.0:
+                for c in range(last, k):
+                    row[c] -= factor * pivots[c] + other * others[c]
     return True
 
 
@@ -161,16 +170,9 @@ def _block_pivoting(
         is_start = False
         if not count:
             return k, steps
-        if count < fewest:
-            fewest, waiting, single = count, BLOCK_PATIENCE, False
-        else:
-            waiting -= 1
-            if waiting < 1:
-                waiting, left, single = 1, left - 1, True
-                if left < 0:
-                    return -1, steps
-            if waiting <= BLOCK_PATIENCE - HASTY_PATIENCE and fewest > MANY_WRONG * n:
-                return -1, steps
+        fewest, waiting, left, single = _safeguarded(fewest, waiting, left, single, count)
+        if left < 0 or _is_hopeless(fewest, waiting, n):
+            return -1, steps
         for i in range(n):
             if wrong[i] and (not single or i == first):
                 basic[i] = not basic[i]
@@ -265,7 +267,7 @@ def _workspace(n: int) -> Any:
     return np.empty((n, n)), np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n)
 
 
-@njit(FOUND(MATRIX, VECTOR, STATES, types.boolean, NUMBER, NUMBER), **OPTIONS)
+@njit(FOUND(MATRIX, VECTOR, BASIC_ONES, types.boolean, NUMBER, NUMBER), **OPTIONS)
 def solve_one(M: Any, q: Any, basic: Any, is_start: bool, largest: float, tol: float) -> Any:
     """Return what was found for one problem from a basis, the steps of `newton`, and z of shape (n,)."""
     z = np.empty(q.size)
@@ -281,3 +283,147 @@ def solve_rows(M: Any, Q: Any, largest: Any, tol: float, Z: Any, found: Any) -> 
     for i in range(Q.shape[0]):
         own = min(i, M.shape[0] - 1)
         found[i, 0], found[i, 1] = _solve_one(M[own], Q[i], largest[own], tol, Z[i], Q[i] < 0.0, False, work)
+
+
+FEW_ROWS = 48  # of M_BB, up to which LAPACK does not pay
+DENSE = 0.2  # of M_BB: from this share of entries other than 0 on it does, if there are more
+CORRECTIONS = 2  # of a solution
+PLACES = types.Array(types.uint32, 1, "C", readonly=True)
+
+
+@compiled
+def _w(entries: Any, q: Any, z: Any) -> Any:
+    """Return M z + q."""
+    (starts, columns, values), w = entries, q.copy()
+    for i in range(q.size):
+        total = 0.0
+        for at in range(starts[i], starts[i + 1]):
+            total += values[at] * z[columns[at]]
+        w[i] += total
+    return w
+
+
+@compiled
+def _state(t: float, lower: float, upper: float) -> int:
+    """Return the state that z - w = t stands for, as `Box.basis_of` does for t / 2."""
+    return LOWER if t <= lower else UPPER if t >= upper else BASIC
+
+
+@compiled
+def _order(entries: Any, n: int) -> Any:
+    """Return the variables by the numbers of entries of their columns, which keeps factors sparse."""
+    starts, columns, _ = entries
+    counts, order, used = np.zeros(n, np.int64), np.empty(n, np.int64), 0
+    for at in range(starts[n]):
+        counts[columns[at]] += 1
+    for count in range(n + 1):
+        for j in range(n):
+            if counts[j] == count:
+                order[used], used = j, used + 1
+        if used == n:
+            break
+    return order
+
+
+@compiled
+def _system(entries: Any, lower: Any, upper: Any, states: Any, order: Any) -> Any:
+    """Return whether M_BB is regular, z with zeros in place of basic variables, and the system of the basis: the places
+    of its variables, M_BB or its factors with their row exchanges, and whether these are factors."""
+    starts, columns, values = entries
+    n, k, place, z = states.size, 0, np.full(states.size, -1), np.empty(states.size)
+    for i in order:
+        z[i] = 0.0 if states[i] == BASIC else lower[i] if states[i] == LOWER else upper[i]
+        if states[i] == BASIC:
+            place[i], k = k, k + 1
+    A, rows, used = np.zeros((k, k)), np.empty(k, np.int64), 0
+    for i in range(n):
+        if place[i] >= 0:
+            for at in range(starts[i], starts[i + 1]):
+                if place[columns[at]] >= 0:
+                    A[place[i], place[columns[at]]] = values[at]
+                    used += 1
+    is_small = k <= FEW_ROWS or used <= DENSE * k * k
+    return not is_small or _factorize(A, rows, k), z, (place, A, rows, is_small)
+
+
+@compiled
+def _correct(entries: Any, q: Any, system: Any, z: Any, w: Any) -> Any:
+    """Add to z what makes w_B = 0; return whether M_BB is regular, and w."""
+    place, A, rows, is_small = system
+    b = np.empty(rows.size)
+    for i in range(q.size):
+        if place[i] >= 0:
+            b[place[i]] = -w[i]
+    if is_small:
+        _solve(A, rows, rows.size, b)
+    else:
+        try:
+            b[:] = np.linalg.solve(A, b)
+        except Exception:  # numba catches no other: M_BB is singular
+            return False, w
+    for i in range(q.size):
+        if place[i] >= 0:
+            z[i] += b[place[i]]
+    return True, _w(entries, q, z)
+
+
+@compiled
+def _is_wrong(entries: Any, q: Any, lower: float, upper: float, state: int, z: Any, w: float, i: int) -> bool:
+    """Return whether a component violates the condition of its state by more than rounding."""
+    starts, columns, values = entries
+    violation = max(lower - z[i], z[i] - upper) if state == BASIC else -w if state == LOWER else w
+    if not violation > 0.0 or lower == upper:
+        return violation != violation
+    terms, largest = abs(q[i]), 0.0
+    for at in range(starts[i], starts[i + 1]):
+        terms += abs(values[at] * z[columns[at]])
+        largest = max(largest, abs(values[at]))
+    return bool(violation * (largest if state == BASIC else 1.0) > ROW_ROUNDING * terms)
+
+
+@njit(types.Tuple((COUNT, NUMBERS))(PLACES, PLACES, *(VECTOR,) * 5), **OPTIONS)
+def pivot_blocks(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, t: Any) -> Any:
+    """Exchange wrong signs, from the states of t = z - w, as `auto` lets `newton` do; return the number of steps and z
+    of the solution; if there is none, minus the number of basic solutions, and 0."""
+    entries = begin, columns, values
+    order, diagonal = _order(entries, q.size), np.zeros(q.size)
+    n, steps, waiting, most, is_single = q.size, 0, BLOCK_PATIENCE, np.inf, False
+    states, last, wrong = np.empty(n, np.int8), np.empty(n, np.int8), np.zeros(n, np.bool_)
+    is_hasty, left = False, FEW_INDEX_STEPS if n <= MOST_PIVOTED else LEAST_INDEX_STEPS
+    for i in range(n):
+        for at in range(begin[i], begin[i + 1]):
+            if columns[at] == i:
+                diagonal[i] = values[at]
+        is_hasty |= diagonal[i] == 0.0
+        left = left if diagonal[i] > 0.0 else 0
+        states[i], last[i] = _state(t[i], lower[i], upper[i]), _state(0.0, lower[i], upper[i])
+    fewest = n + 1
+    while True:
+        is_regular, z, system = _system(entries, lower, upper, states, order)
+        w = _w(entries, q, z)
+        if is_regular:
+            is_regular, w = _correct(entries, q, system, z, w)
+        steps += 1
+        if not is_regular:
+            return 1 - steps, np.zeros(0)
+        count, changes, first = 0, 0, n
+        for i in range(n):
+            wrong[i] = _is_wrong(entries, q, lower[i], upper[i], states[i], z, w[i], i)
+            count, first = count + wrong[i], min(first, i) if wrong[i] else first
+            now = states[i]
+            if wrong[i]:
+                now = BASIC if now != BASIC else UPPER if z[i] > upper[i] else LOWER
+            changes, last[i] = changes + (now != last[i]), now
+        if not count:
+            for _ in range(CORRECTIONS):
+                _, w = _correct(entries, q, system, z, w)
+            return steps, np.minimum(np.maximum(z, lower), upper)
+        if is_hasty and changes > most:
+            return -steps, np.zeros(0)
+        most = max(NEWTON_SETTLING_FACTOR * changes, float(SETTLED_CHANGES))
+        fewest, waiting, left, is_single = _safeguarded(fewest, waiting, left, is_single, count)
+        if left < 0 or (n <= MOST_PIVOTED and _is_hopeless(fewest, waiting, n)):
+            return -steps, np.zeros(0)
+        for i in range(n):
+            if wrong[i] and (not is_single or i == first):
+                states[i] = last[i]

@@ -1,4 +1,4 @@
-"""The judgement of a point by the whole measure, compiled by numba.
+"""The judgement of a point by the whole measure, and the entries of M other than 0, compiled by numba.
 
 These are `reference_point.reference`, `Measure.surely_solves` and `linalg.units.units` once more, for moderate numbers
 and M in compressed sparse rows with sorted columns: begin, columns, values. Where they find no solution beyond doubt,
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numba import njit, types
 
-from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING
+from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING, SMALL_DISTANCE
 from lcpcli.linalg.logarithms import FEW_CG_STEPS, SETTLED_ERROR
 from lcpcli.linalg.matrices import TINY_TERMS
 from lcpcli.model.box import NO_BOUND
@@ -23,7 +23,7 @@ OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}
 compiled = njit(**OPTIONS)
 INDICES = types.Array(types.uint32, 1, "C", readonly=True)  # unsigned, as numba tests each signed index for its sign
 VECTOR = types.Array(types.float64, 1, "C", readonly=True)
-NUMBERS, PARTS = (types.Array(each, 1, "C") for each in (types.float64, types.int64))
+NUMBERS, PARTS, PLACES = (types.Array(each, 1, "C") for each in (types.float64, types.int64, types.uint32))
 ROWS = INDICES, INDICES, VECTOR
 SOLVES, FAILS, UNDECIDED = 1, -1, 0
 
@@ -298,3 +298,27 @@ def judgement(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: 
     for k in range(len(rows)):
         rows[k] = own[k]
     return answer, rows, units
+
+
+@njit(types.Tuple((PLACES, PLACES, NUMBERS))(types.Array(types.float64, 2, "C", readonly=True)), **OPTIONS)
+def compressed(M: Any) -> Any:
+    """Return a dense M in compressed sparse rows."""
+    n, used = M.shape[0], 0
+    begin, columns, values = np.zeros(n + 1, np.uint32), np.empty(n * n, np.uint32), np.empty(n * n)
+    for i in range(n):
+        row = M[i]
+        for j in range(n):
+            columns[used], values[used] = j, row[j]
+            used += row[j] != 0.0
+        begin[i + 1] = used
+    return begin, columns[:used].copy(), values[:used].copy()
+
+
+@njit(NUMBERS(VECTOR, VECTOR, VECTOR), **OPTIONS)
+def without_small_distances(lower: Any, upper: Any, z: Any) -> Any:
+    """Return z with 0 and bounds in place of entries that are near them."""
+    most, found = SMALL_DISTANCE * np.abs(z).max(), np.empty(z.size)
+    for i in range(z.size):
+        inside = 0.0 if abs(z[i]) <= most else z[i]
+        found[i] = lower[i] if z[i] - lower[i] <= most else upper[i] if upper[i] - z[i] <= most else inside
+    return found

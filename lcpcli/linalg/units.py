@@ -104,31 +104,17 @@ def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vecto
         large.
     """
     rows, diagonal = matrices.row_maxima(M) if rows is None else rows, np.abs(M.diagonal())
-    power = _power_of_all(float(diagonal.min()), float(rows.max())) if q.size else 0
-    if power is not None:
+    power = common_power(float(diagonal.min()), float(rows.max())) if q.size else 0.0
+    if not math.isnan(power):
         common = np.full(q.size, 2.0**power)
         return common, common
-    columns = matrices.column_maxima(M)
-    logarithms = np.log2(diagonal, where=diagonal > 0, out=np.full(q.size, -np.inf))
-    low, high = -LARGEST_POWER, LARGEST_POWER
-    row_power, column_power = np.zeros(q.size), np.zeros(q.size)
-    if _are_far_apart(rows) or _are_far_apart(columns):
-        powers = units(M)
-        row_power, column_power = np.clip(np.rint([powers.rows, powers.columns]), low, high)
-        rows, columns = matrices.row_and_column_maxima(M, np.exp2(row_power), np.exp2(column_power))
-    else:
-        changes = np.concatenate([half_power(rows), half_power(columns)])
-        if changes.max() - changes.min() <= NEAR_UNITS:
-            low, high = -changes.max() - EXPONENT_MARGIN, -changes.min() + EXPONENT_MARGIN
-    for _ in range(MOST_SWEEPS):
-        row_change, column_change = half_power(rows), half_power(columns)
-        if not row_change.any() and not column_change.any():
-            break
-        row_power = np.clip(row_power - row_change, low, high)
-        column_power = np.clip(column_power - column_change, low, high)
-        if (row_power + column_power + logarithms >= -1).all():
-            break  # as no entry is now above 2, all largest ones lie between 1/2 and 2
-        rows, columns = matrices.row_and_column_maxima(M, np.exp2(row_power), np.exp2(column_power))
+    sizes = np.concatenate((rows, matrices.column_maxima(M)))
+    powers = moderate_powers(M, sizes, diagonal)
+    if not powers.size:
+        far = units(M)
+        powers = np.clip(np.rint(np.concatenate((far.rows, far.columns))), -LARGEST_POWER, LARGEST_POWER)
+        powers = swept(M, sizes_in_units(M, powers), diagonal, powers, False)
+    row_power, column_power = powers[: q.size], powers[q.size :]
     empty = (rows == 0) & (q != 0)
     if empty.any():
         sizes = row_power[~empty] + 2 * half_power(np.abs(q[~empty]))
@@ -138,24 +124,63 @@ def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vecto
     return np.exp2(row_power), np.exp2(column_power)
 
 
-def _power_of_all(least: float, largest: float) -> int | None:
+def moderate_powers(M: Matrix, sizes: Vector, diagonal: Vector) -> Vector:
+    """Return the exponents of the factors of rows, and then of columns, by which `equilibrate` makes these largest
+    entries about 1, shape (2 n,); none where it would balance logarithms first. It is compiled as well, for a dense M,
+    as are the functions that it calls."""
+    n = diagonal.size
+    power = common_power(diagonal.min(), sizes[:n].max())
+    if not np.isnan(power):
+        return np.full(2 * n, power)
+    if are_far_apart(sizes[:n]) or are_far_apart(sizes[n:]):
+        return np.empty(0)
+    return swept(M, sizes, diagonal, np.zeros(2 * n), True)
+
+
+def swept(M: Matrix, sizes: Vector, diagonal: Vector, powers: Vector, is_limited: bool) -> Vector:
+    """Return the exponents after at most MOST_SWEEPS from some with which the largest entries have these sizes; limited
+    ones leave the range of those of the first sweep by EXPONENT_MARGIN at most, if these are near each other."""
+    n, changes = diagonal.size, half_power(sizes)
+    low, high = -LARGEST_POWER, LARGEST_POWER
+    if is_limited and changes.max() - changes.min() <= NEAR_UNITS:
+        low, high = -changes.max() - EXPONENT_MARGIN, -changes.min() + EXPONENT_MARGIN
+    logarithms = np.where(diagonal > 0.0, np.log2(np.where(diagonal > 0.0, diagonal, 1.0)), -np.inf)
+    for _ in range(MOST_SWEEPS):
+        if not changes.any():
+            break
+        powers = np.minimum(np.maximum(powers - changes, low), high)
+        if (powers[:n] + powers[n:] + logarithms >= -1.0).all():
+            break  # as no entry is now above 2, all largest ones lie between 1/2 and 2
+        changes = half_power(sizes_in_units(M, powers))
+    return powers
+
+
+def sizes_in_units(M: Matrix, powers: Vector) -> Vector:
+    """Return the largest entries of rows, and then of columns, in units with these exponents, shape (2 n,)."""
+    factors, n = np.exp2(powers), M.shape[0]
+    rows, columns = matrices.row_and_column_maxima(M, factors[:n], factors[n:])
+    return np.concatenate((rows, columns))
+
+
+def common_power(least: float, largest: float) -> float:
     """Return the power of two that scales all rows and columns, as their largest entries lie between the least |M_ii|
-    and the largest |M_ij|; None if these two need different powers, or are far from 1."""
-    if not (least > 1 / FAR_FROM_ONE and largest < FAR_FROM_ONE):
-        return None
-    first, last = -round(math.log2(largest) / 2), -round(math.log2(least) / 2)
-    return first if first == last else None
+    and the largest |M_ij|; NaN if these two need different powers, or are far from 1."""
+    if not (least > 1.0 / FAR_FROM_ONE and largest < FAR_FROM_ONE):
+        return np.nan
+    first, last = -np.rint(0.5 * np.log2(largest)), -np.rint(0.5 * np.log2(least))
+    return float(first) if first == last else np.nan
 
 
-def _are_far_apart(sizes: Vector) -> bool:
+def are_far_apart(sizes: Vector) -> bool:
     """Return whether sizes differ by more than units in common use do."""
-    used = sizes[sizes > 0]
-    return bool(used.size and math.log2(used.max()) - math.log2(used.min()) > UNITS_FAR_APART)
+    used = sizes[sizes > 0.0]
+    return bool(used.size > 0 and np.log2(used.max()) - np.log2(used.min()) > UNITS_FAR_APART)
 
 
 def half_power(sizes: Vector) -> Vector:
     """Return half the binary logarithm of each size, rounded to an integer; 0 where the size is 0."""
-    return np.asarray(np.rint(0.5 * np.log2(sizes, where=sizes > 0, out=np.zeros_like(sizes))))
+    found: Vector = np.rint(0.5 * np.log2(np.where(sizes > 0.0, sizes, 1.0)))
+    return found
 
 
 LEAST_DIGITS = 1e-3  # the relative change by rounding from which a matrix counts as singular

@@ -75,6 +75,23 @@ class DirectAnswer(NamedTuple):
     end: States | None = None
 
 
+def safeguarded(fewest: Any, waiting: Any, left: Any, single: Any, count: Any) -> tuple[Any, Any, Any, Any]:
+    """Return the state of the safeguard after a step with so many wrong signs: the fewest so far, the steps without
+    fewer that are left before a single exchange, and the fields of `Safeguard`. For one problem or, in arrays, for m;
+    it is compiled as well."""
+    fewer = count < fewest
+    others = fewer ^ True
+    waiting = fewer * BLOCK_PATIENCE + others * (waiting - 1)
+    spent = waiting < 1
+    return fewer * count + others * fewest, waiting + spent, left - spent, (single | spent) & others
+
+
+def is_hopeless(fewest: int, waiting: int, n: int) -> bool:
+    """Return whether, of one problem with n unknowns, so many signs have been wrong all along that exchanges rarely
+    lead to a solution."""
+    return bool(fewest > MANY_WRONG * n and waiting <= BLOCK_PATIENCE - HASTY_PATIENCE)
+
+
 class Safeguard:
     """The choice of the signs to exchange: all wrong signs while their number reaches new minima, and only the first
     one after BLOCK_PATIENCE steps without a new minimum.
@@ -84,49 +101,38 @@ class Safeguard:
     """
 
     def __init__(self, n: int, patience: float) -> None:
-        self._fewest: Any = n + 1
-        self._waiting: Any = BLOCK_PATIENCE
-        self.left: Any = patience
-        self.single: Any = False
+        self._state: tuple[Any, Any, Any, Any] = (n + 1, BLOCK_PATIENCE, patience, False)
+
+    @property
+    def left(self) -> Any:
+        return self._state[2]
+
+    @property
+    def single(self) -> Any:
+        return self._state[3]
 
     def choose(self, wrong: Mask, count: Any) -> bool:
         """Leave only the signs to exchange next in `wrong`; `count` is the number of relevant wrong signs, shape (m,)
         for m problems. Return whether it is a new minimum of one problem."""
+        before, self._state = self._state[0], safeguarded(*self._state, count)
         if wrong.ndim == 2:
-            self._choose_rows(wrong, count)
-        elif count < self._fewest:
-            self._fewest, self._waiting, self.single = count, BLOCK_PATIENCE, False
-            return True
-        else:
-            self._waiting -= 1
-            if self._waiting < 1:
-                self._waiting, self.left, self.single = 1, self.left - 1, True
-            if self.single:
-                wrong[wrong.nonzero()[0][1:]] = False
-        return False
-
-    def _choose_rows(self, wrong: Mask, count: Any) -> None:
-        fewer = count < self._fewest
-        others = fewer ^ True
-        self._fewest = fewer * count + others * self._fewest
-        self._waiting = fewer * BLOCK_PATIENCE + others * (self._waiting - 1)
-        spent = self._waiting < 1
-        self._waiting, self.left = self._waiting + spent, self.left - spent
-        self.single = (self.single | spent) & others
-        rows = self.single.nonzero()[0]
-        first = wrong[rows].argmax(axis=1)
-        wrong[rows] = False
-        wrong[rows, first] = True
+            rows = self.single.nonzero()[0]
+            first = wrong[rows].argmax(axis=1)
+            wrong[rows] = False
+            wrong[rows, first] = True
+            return False
+        if self.single:
+            wrong[wrong.nonzero()[0][1:]] = False
+        return bool(count < before)
 
     def is_hopeless(self, n: int) -> bool:
-        """Return whether, of one problem with n unknowns, so many signs have been wrong all along that exchanges rarely
-        lead to a solution."""
-        return bool(self._fewest > MANY_WRONG * n and self._waiting <= BLOCK_PATIENCE - HASTY_PATIENCE)
+        """Return whether exchanges rarely lead to a solution of one problem with n unknowns from here."""
+        return is_hopeless(*self._state[:2], n)
 
     def keep(self, rows: Indices) -> None:
         """Continue with only these of the m problems."""
-        self._fewest, self._waiting = self._fewest[rows], self._waiting[rows]
-        self.left, self.single = self.left[rows], self.single[rows]
+        fewest, waiting, left, single = self._state
+        self._state = fewest[rows], waiting[rows], left[rows], single[rows]
 
 
 def as_dense(problem: Problem) -> Problem:

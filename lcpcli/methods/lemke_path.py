@@ -17,12 +17,13 @@ from lcpcli.basis.tableau import PAUSED, RAY, SOLVED, begin, refactorize, tablea
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import LARGEST_DOUBLE, generator
 from lcpcli.linalg.factors import SingularMatrix, finite
+from lcpcli.linalg.matrices import row_and_column_maxima
 from lcpcli.methods.registry import ONES
 from lcpcli.methods.small_numbers import violations
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
-from lcpcli.typing import States, Vector
+from lcpcli.typing import Indices, States, Vector
 
 Follow: TypeAlias = Callable[..., tuple[int, int, int, float]]
 
@@ -160,35 +161,40 @@ def confirmed(problem: Problem, basis: States, near: Vector | None) -> Stage:
 
 @np.errstate(all="ignore")
 def _basic(problem: Problem, near: Vector | None, basis: States, M: Vector) -> Vector:
-    """Return z with w_B = 0, as exactly as rounding of each row allows; where M_BB is singular, as for redundant
-    contacts, values near z_B are corrected as little as possible; raise SingularMatrix if there are no such values."""
+    """Return z with w_B = 0; where M_BB is singular, as for redundant contacts, values near z_B are corrected as little
+    as possible; raise SingularMatrix if there are no such values."""
     z, B = problem.box.nonbasic(basis), (basis == BASIC).nonzero()[0]
-    if not B.size:
-        return z
-    A = M[B[:, np.newaxis], B]
-    rows = _reciprocal(np.abs(A).max(axis=1))
-    A *= rows[:, np.newaxis]
-    columns = _reciprocal(np.abs(A).max(axis=0))
-    A *= columns
-    inverse = _inverse(A)
-    if inverse is None:
-        if near is None:
+    if B.size:
+        reference = np.zeros(z.size) if problem.reference_z is None else problem.reference_z
+        is_regular = solve_basic(M, problem.q_ref, reference, z, B, z if near is None else near)
+        if near is None and not is_regular:
             raise SingularMatrix
-        inverse, z[B] = np.asarray(np.linalg.pinv(finite(A), rcond=DEPENDENT), np.float64), near[B]
-    for _ in range(CORRECTIONS):
-        z[B] -= columns * (inverse @ (rows * problem.w(z)[B]))
     return z if near is None else np.where(np.isfinite(z), z, near)
 
 
-def _reciprocal(sizes: Vector) -> Vector:
+def solve_basic(M: Vector, q: Vector, reference: Vector, z: Vector, B: Indices, near: Vector) -> bool:
+    """Set z_B so that w_B = M (z - reference) + q is 0, as exactly as rounding of each row allows, for a dense M, and
+    return whether M_BB is regular; if not, the values `near` z_B are corrected as little as possible. It is compiled as
+    well."""
+    ones, A = np.ones(B.size), M[B][:, B]
+    rows = reciprocals(row_and_column_maxima(A, ones, ones)[0])
+    A *= rows.reshape(-1, 1)
+    columns = reciprocals(row_and_column_maxima(A, ones, ones)[1])
+    A *= columns
+    inverse, is_regular = A, False
+    try:
+        inverse = np.ascontiguousarray(np.linalg.inv(A))
+        is_regular = np.abs(inverse).max() < 1.0 / SINGULAR
+    except Exception:  # numba catches no other: A is singular
+        pass
+    if not is_regular:
+        z[B], inverse = near[B], np.ascontiguousarray(np.linalg.pinv(finite(A), DEPENDENT))
+    for _ in range(CORRECTIONS):
+        w = M @ (z - reference) + q
+        z[B] -= columns * (inverse @ (rows * w[B]))
+    return bool(is_regular)
+
+
+def reciprocals(sizes: Vector) -> Vector:
     """Return 1 / sizes, 1 for 0; of subnormal sizes the largest double, so that 0 times it stays 0."""
     return np.minimum(1.0 / np.where(sizes > 0.0, sizes, 1.0), LARGEST_DOUBLE)
-
-
-def _inverse(A: Vector) -> Vector | None:
-    """Return the inverse of an equilibrated A; None if it is singular."""
-    try:
-        inverse = np.asarray(np.linalg.inv(A), np.float64)
-    except np.linalg.LinAlgError:
-        return None
-    return inverse if np.abs(inverse).max() < 1 / SINGULAR else None
