@@ -10,6 +10,7 @@ from copy import copy
 
 import numpy as np
 
+from lcpcli.basis.tableau import exchange
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import generator
 from lcpcli.typing import Vector
@@ -34,17 +35,22 @@ class DualSimplex:
         m, n = A.shape
         self._size = float(np.abs(b).max(initial=0.0)) or 1.0
         self._margin = margin * float(np.abs(A).max(initial=0.0))
-        self._rows = np.column_stack((b / self._size, A + self._margin))
+        cost = np.append(0.0, generator(0).uniform(1.0, 2.0, (n,)))  # the last row, whose constant does not count
+        self._dictionary = np.vstack((np.column_stack((b / self._size, A + self._margin)), cost))
         self._basic, self._cobasic = np.arange(n, n + m), np.arange(n)
-        self._cost: Vector = generator(0).uniform(1.0, 2.0, (n,))
         self._varies = np.ones(n, dtype=bool)  # the cobasic forms that are not restricted to 0
 
     def copy(self) -> DualSimplex:
         """Return a copy that can be restricted independently."""
         other = copy(self)
-        for name in ("_rows", "_basic", "_cobasic", "_cost", "_varies"):
+        for name in ("_dictionary", "_basic", "_cobasic", "_varies"):
             setattr(other, name, getattr(self, name).copy())
         return other
+
+    @property
+    def _rows(self) -> Vector:
+        """Return the basic forms, each by its constant and its coefficients."""
+        return self._dictionary[:-1]
 
     def point(self) -> tuple[Vector, Vector] | None:
         """Return z and w where all cobasic forms are 0; None if z is so large that the margin decides."""
@@ -85,16 +91,10 @@ class DualSimplex:
     def _entering(self, row: Vector) -> int | None:
         """Return the cobasic form whose growth raises a row and keeps the objective's coefficients nonnegative."""
         usable = np.flatnonzero((row > ZERO) & self._varies)
-        return int(usable[np.argmin(self._cost[usable] / row[usable])]) if usable.size else None
+        return int(usable[np.argmin(self._dictionary[-1, 1:][usable] / row[usable])]) if usable.size else None
 
     def _pivot(self, i: int, k: int) -> None:
-        row = self._rows[i] / -self._rows[i, k + 1]
-        row[k + 1] = 1 / self._rows[i, k + 1]
-        column, cost = self._rows[:, k + 1].copy(), self._cost[k]
-        self._rows[:, k + 1], self._cost[k] = 0.0, 0.0
-        self._rows += np.multiply.outer(column, row)
-        self._cost += cost * row[1:]
-        self._rows[i] = row
+        exchange(self._dictionary, i, k + 1)
         self._basic[i], self._cobasic[k] = self._cobasic[k], self._basic[i]
 
     def _multipliers(self, i: int, sign: float) -> Vector:

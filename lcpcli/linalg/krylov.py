@@ -38,18 +38,23 @@ def norm(v: Vector) -> float:
     return float(np.sqrt(dot(v, v)))
 
 
-def conjugate_residuals(A: Operator, b: Vector, steps: int) -> Vector:
+def conjugate_residuals(
+    A: Operator, b: Vector, steps: int, precondition: Operator = np.copy, target: float = 0.0
+) -> Vector:
     """Return a rough solution of A x = b, shape (n,), after a few steps of the generalized conjugate residual method,
-    each of which takes one product with A and leaves the least |b - A x|_2 in its Krylov space.
+    each of which takes one product with A and leaves the least |b - A x|_2 in its Krylov space, until that is at most
+    the target.
+
+    precondition : as in `conjugate_gradients`, for any A; it returns a new array.
 
     S. C. Eisenstat, H. C. Elman, M. H. Schultz, Variational iterative methods for nonsymmetric systems of linear
     equations, SIAM Journal on Numerical Analysis 20 (1983) 345-357.
     """
     x, r, spanned = np.zeros(b.size), b.copy(), list[tuple[Vector, Vector, float]]()
     for _ in range(steps):
-        direction = r.copy()
+        direction = precondition(r)
         image = A(direction)
-        for other, other_image, square in spanned:
+        for other, other_image, square in 2 * spanned:  # once more against rounding
             share = dot(image, other_image) / square
             direction -= share * other
             image -= share * other_image
@@ -59,6 +64,8 @@ def conjugate_residuals(A: Operator, b: Vector, steps: int) -> Vector:
         length = dot(r, image) / square
         x += length * direction
         r -= length * image
+        if norm(r) <= target:
+            break
         spanned.append((direction, image, square))
     return x
 

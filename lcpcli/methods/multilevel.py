@@ -25,10 +25,12 @@ out is not exact, but its active set is wrong only close to its edge.
 from __future__ import annotations
 
 from functools import partial
+from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.clock import imports
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import SMALLEST_NORMAL, generator, largest
@@ -37,7 +39,9 @@ from lcpcli.linalg.factors import Solve
 from lcpcli.linalg.krylov import dot
 from lcpcli.linalg.matrices import absolute_product, dense, plus_diagonal
 from lcpcli.linalg.stencils import Operator
-from lcpcli.model.box import BASIC, Box
+from lcpcli.model.box import Box
+from lcpcli.model.problem import Problem
+from lcpcli.model.right_hand_sides import like_with
 from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 
 COARSEST = 150  # n up to which a matrix is inverted
@@ -292,6 +296,7 @@ class FullApproximation:
 
     def __init__(self, hierarchy: Hierarchy, q: Vector, box: Box) -> None:
         self._levels, self._q, self._boxes = hierarchy, [q], [box]
+        self._coarsest_like = Problem(hierarchy.coarsest, np.zeros(len(hierarchy.coarsest)))
         for R, T in zip(hierarchy.restrictions, hierarchy.tentative, strict=True):
             self._q.append(R @ self._q[-1])
             self._boxes.append(self._boxes[-1].mapped(T.T.__matmul__))
@@ -365,19 +370,12 @@ class FullApproximation:
 
     def _coarsest(self, z: Vector, q: Vector) -> Vector:
         """Return the solution on the coarsest level by block pivoting from z, or where that cycles."""
-        A, box = self._levels.coarsest, self._boxes[-1]
-        basis = box.basis_at(z, A @ z + q)
-        for _ in range(COARSEST_PIVOTS):
-            z = box.nonbasic(basis)
-            own = (basis == BASIC).nonzero()[0]
-            z[own] = np.linalg.solve(A[np.ix_(own, own)], -(A @ z + q)[own])
-            w = A @ z + q
-            w[own] = 0.0
-            wrong = box.wrong(z, w, basis)
-            if not np.count_nonzero(wrong):
+        box = self._boxes[-1]
+        basis = box.basis_at(z, self._levels.coarsest @ z + q)
+        for found in islice(BasicSolutions(like_with(self._coarsest_like, q, box)).exchanging(basis), COARSEST_PIVOTS):
+            if found.is_solution:
                 break
-            basis = box.exchanged(basis, wrong, z)
-        return box.project(z)
+        return box.project(found.z)
 
 
 def _free(box: Box, z: Vector, w: Vector) -> Mask:

@@ -61,8 +61,7 @@ class DenseSystem(ChangingSystem):
         n, self.k = self.n, 0
         self._rows, self._cols = np.zeros((2, n + 1), dtype=np.intp)
         self._row_of, self._col_of = np.full((2, n + 1), -1)
-        self._columns = np.zeros((min(n + 1, 16), n))
-        self._inverse = np.zeros((min(n + 1, 16),) * 2)
+        self._columns, self._inverse = np.zeros((n + 1, n)), np.zeros((n + 1, n + 1))  # takes memory as it is used
 
     @property
     def rows(self) -> Indices:
@@ -122,7 +121,6 @@ class DenseSystem(ChangingSystem):
 
     def _add(self, row: int, col: int) -> None:
         """Add a row to R and a column to C."""
-        self._reserve()
         k, X, column = self.k, self.inverse, self.column(col)
         r = self._columns[:k, row]
         y, v = self._coming(col), r @ X
@@ -179,9 +177,6 @@ class DenseSystem(ChangingSystem):
 
     def begin(self, basic: Indices) -> None:
         """Set R and C to some indices; raise SingularMatrix if A_RC is singular."""
-        while self._inverse.shape[0] <= basic.size:
-            self.k = self._inverse.shape[0]
-            self._reserve()
         for k, at in enumerate(basic.tolist()):
             self._put(k, at, at, self.column(at))
         self.k = basic.size
@@ -196,16 +191,6 @@ class DenseSystem(ChangingSystem):
     def _put(self, k: int, row: int, col: int, column: Vector) -> None:
         self._rows[k], self._cols[k], self._columns[k] = row, col, column
         self._row_of[row] = self._col_of[col] = k
-
-    def _reserve(self) -> None:
-        """Make room for one more row and column."""
-        size = self._inverse.shape[0]
-        if self.k < size:
-            return
-        grown = min(2 * size, self._rows.size)
-        inverse, columns = np.zeros((grown, grown)), np.zeros((grown, self._columns.shape[1]))
-        inverse[:size, :size], columns[:size] = self._inverse, self._columns
-        self._inverse, self._columns = inverse, columns
 
     def _pivot(self, value: float, terms: float) -> float:
         """Return a pivot, or 1 and have the inverse computed from scratch if it is too small."""
