@@ -8,7 +8,9 @@ violation counts if it exceeds the rounding error of its row, ROW_ROUNDING (|M| 
 after multiplication by the largest |M_ij|.
 
 Block principal pivoting: M. M. Kostreva, Block pivot methods for solving the complementarity problem, Linear Algebra
-and its Applications 21 (1978) 207-215.
+and its Applications 21 (1978) 207-215. Its safeguard: J. J. Júdice and F. M. Pires, A block principal pivoting
+algorithm for large-scale strictly monotone linear complementarity problems, Computers & Operations Research 21 (1994)
+587-596, after K. G. Murty, Opsearch 11 (1974) 123-130.
 """
 
 from __future__ import annotations
@@ -18,10 +20,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.linalg import factors
-from lcpcli.linalg.doubles import MOST_COPIED_ENTRIES, ROW_ROUNDING, is_finite
-from lcpcli.linalg.factors import PrincipalSolver
-from lcpcli.linalg.matrices import absolute_product, is_sparse, product, row_maxima
+from lcpcli.linalg.doubles import LARGEST_DOUBLE, MOST_COPIED_ENTRIES, ROW_ROUNDING, is_finite
+from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, finite
+from lcpcli.linalg.matrices import absolute_product, is_sparse, product, row_and_column_maxima, row_maxima
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, States, Vector
@@ -85,8 +86,8 @@ class BasicSolutions:
             return self._judged(basis, z, start.copy())
         try:
             return self._refined(basis, z, indices, start[indices])
-        except factors.SingularMatrix:
-            raise factors.SingularMatrix(f"the principal submatrix of order {indices.size} is singular") from None
+        except SingularMatrix:
+            raise SingularMatrix(f"the principal submatrix of order {indices.size} is singular") from None
 
     def _refined(self, basis: States, z: Vector, indices: Indices, own: Vector) -> BasicSolution:
         """Return the basic solution with these basic indices, for z at bounds elsewhere, where w = own."""
@@ -94,7 +95,7 @@ class BasicSolutions:
         z[indices] = solve(-own)
         for refines in (True, False):
             if not is_finite(z):
-                raise factors.SingularMatrix
+                raise SingularMatrix
             w = product(problem.M, z)
             w += problem.q
             residual = w[indices]
@@ -163,3 +164,111 @@ def in_units_of_state(terms: Vector, maxima: Vector, basic: Mask) -> Vector:
     else of w_i."""
     in_z = np.divide(terms, maxima, where=maxima > 0, out=np.zeros_like(terms))
     return np.where(basic, in_z, terms)
+
+
+BLOCK_PATIENCE = 10  # block exchanges without a new minimum of wrong signs, before single ones
+# Of all signs, and exchanges without a new minimum: while that is larger than a part, as of random states, more than a
+# few do not lead to a solution.
+MANY_WRONG, HASTY_PATIENCE = 0.25, 3
+
+
+def safeguarded(fewest: Any, waiting: Any, left: Any, single: Any, count: Any) -> tuple[Any, Any, Any, Any]:
+    """Return the state of the safeguard after a step with so many wrong signs: the fewest so far, the steps without
+    fewer that are left before a single exchange, and the fields of `Safeguard`. For one problem or, in arrays, for m;
+    it is compiled as well."""
+    fewer = count < fewest
+    others = fewer ^ True
+    waiting = fewer * BLOCK_PATIENCE + others * (waiting - 1)
+    spent = waiting < 1
+    return fewer * count + others * fewest, waiting + spent, left - spent, (single | spent) & others
+
+
+def is_hopeless(fewest: int, waiting: int, n: int) -> bool:
+    """Return whether, of one problem with n unknowns, so many signs have been wrong all along that exchanges rarely
+    lead to a solution."""
+    return bool(fewest > MANY_WRONG * n and waiting <= BLOCK_PATIENCE - HASTY_PATIENCE)
+
+
+class Safeguard:
+    """The choice of the signs to exchange: all wrong signs while their number reaches new minima, and only the first
+    one after BLOCK_PATIENCE steps without a new minimum.
+
+    left : how many more single exchanges may be made, negative once there were too many. single : whether the next
+    exchange is a single one. For m problems both are of shape (m,) after the first step.
+    """
+
+    def __init__(self, n: int, patience: float) -> None:
+        self._fewest: Any = n + 1
+        self._waiting: Any = BLOCK_PATIENCE
+        self.left: Any = patience
+        self.single: Any = False
+
+    def choose(self, wrong: Mask, count: Any) -> bool:
+        """Leave only the signs to exchange next in `wrong`; `count` is the number of relevant wrong signs, shape (m,)
+        for m problems. Return whether it is a new minimum of one problem."""
+        before = self._fewest, self._waiting, self.left, self.single
+        self._fewest, self._waiting, self.left, self.single = safeguarded(*before, count)
+        if wrong.ndim == 2:
+            rows = self.single.nonzero()[0]
+            first = wrong[rows].argmax(axis=1)
+            wrong[rows] = False
+            wrong[rows, first] = True
+            return False
+        if self.single:
+            wrong[wrong.nonzero()[0][1:]] = False
+        return bool(count < before[0])
+
+    def is_hopeless(self, n: int) -> bool:
+        """Return whether exchanges rarely lead to a solution of one problem with n unknowns from here."""
+        return is_hopeless(self._fewest, self._waiting, n)
+
+    def keep(self, rows: Indices) -> None:
+        """Continue with only these of the m problems."""
+        self._fewest, self._waiting = self._fewest[rows], self._waiting[rows]
+        self.left, self.single = self.left[rows], self.single[rows]
+
+
+CORRECTIONS = 3  # of a basic solution: the first computes it, the others make small rows exact too
+SINGULAR = 1e-13  # relative: M_BB whose inverse is larger than 1 over this counts as singular
+DEPENDENT = 1e-11  # relative: singular values of such an M_BB that count as 0
+
+
+@np.errstate(all="ignore")
+def basic_solution(problem: Problem, near: Vector | None, basis: States, M: Vector) -> Vector:
+    """Return z with w_B = 0; where M_BB is singular, as for redundant contacts, values near z_B are corrected as little
+    as possible; raise SingularMatrix if there are no such values."""
+    z, B = problem.box.nonbasic(basis), (basis == BASIC).nonzero()[0]
+    if B.size:
+        reference = np.zeros(z.size) if problem.reference_z is None else problem.reference_z
+        is_regular = solve_basic(M, problem.q_ref, reference, z, B, z if near is None else near)
+        if near is None and not is_regular:
+            raise SingularMatrix
+    return z if near is None else np.where(np.isfinite(z), z, near)
+
+
+def solve_basic(M: Vector, q: Vector, reference: Vector, z: Vector, B: Indices, near: Vector) -> bool:
+    """Set z_B so that w_B = M (z - reference) + q is 0, as exactly as rounding of each row allows, for a dense M, and
+    return whether M_BB is regular; if not, the values `near` z_B are corrected as little as possible. It is compiled as
+    well."""
+    ones, A = np.ones(B.size), M[B][:, B]
+    rows = reciprocals(row_and_column_maxima(A, ones, ones)[0])
+    A *= rows.reshape(-1, 1)
+    columns = reciprocals(row_and_column_maxima(A, ones, ones)[1])
+    A *= columns
+    inverse, is_regular = A, False
+    try:
+        inverse = np.ascontiguousarray(np.linalg.inv(A))
+        is_regular = np.abs(inverse).max() < 1.0 / SINGULAR
+    except Exception:  # numba catches no other: A is singular
+        pass
+    if not is_regular:
+        z[B], inverse = near[B], np.ascontiguousarray(np.linalg.pinv(finite(A), DEPENDENT))
+    for _ in range(CORRECTIONS):
+        w = M @ (z - reference) + q
+        z[B] -= columns * (inverse @ (rows * w[B]))
+    return bool(is_regular)
+
+
+def reciprocals(sizes: Vector) -> Vector:
+    """Return 1 / sizes, 1 for 0; of subnormal sizes the largest double, so that 0 times it stays 0."""
+    return np.minimum(1.0 / np.where(sizes > 0.0, sizes, 1.0), LARGEST_DOUBLE)

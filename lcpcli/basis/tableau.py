@@ -5,7 +5,7 @@ bounds, Mathematical Programming Study 7 (1978) 36-54: a basic y_i leaves at eit
 to its other bound, and w_i <= 0 while y_i = d_i. Variables have numbers: i stands for w_i, n + i for y_i, 2 n for z_0.
 
 All but `refactorize` is written for numpy in a form that numba compiles as well, so that both make the same decisions;
-`exchange` is compiled from another body, which makes no temporary arrays (see `compiled`).
+`exchange`, `choose` and `shift` are compiled from other bodies, which make no temporary arrays (see `compiled`).
 """
 
 from __future__ import annotations

@@ -1,14 +1,20 @@
-"""The message that kernels are compiled, which takes seconds once on a machine."""
+"""What comes before kernels are loaded: those are forgotten that are out of date, and a message says when kernels are
+compiled, which takes seconds once on a machine."""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
+from pathlib import Path
 
 from numba.core import event
 
 ANNOUNCEMENT = "lcpcli: compiling the kernels of the extra fast, once on a machine, which takes about a minute"
+PACKAGE = Path(__file__).parents[1]
+ROOMS = ("kernels", "basis", "verify")  # with files of functions that are compiled
+# Files with functions that kernels of other files use: numba's cache knows of changes in the file of a kernel alone.
+USED = ("basis/exchanges", "linalg/units", "verify/enclosure", "kernels/compiled")
 
 
 class Announcement(event.Listener):
@@ -37,6 +43,12 @@ ONCE = Announcement()  # in a process, for all modules of kernels
 
 
 def announced() -> AbstractContextManager[None]:
-    """Open a context in which the first kernel that is compiled is announced."""
+    """Forget kernels that were compiled before one of the files that they use was changed, and open a context in which
+    the first kernel that is compiled is announced."""
+    with suppress(OSError):
+        newest = max((PACKAGE / f"{name}.py").stat().st_mtime for name in USED)
+        for index in (index for room in ROOMS for index in (PACKAGE / room / "__pycache__").glob("*.nbi")):
+            if index.stat().st_mtime < newest:
+                index.unlink()
     manager: AbstractContextManager[None] = event.install_listener("numba:compile", ONCE)
     return manager

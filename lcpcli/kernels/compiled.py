@@ -10,12 +10,12 @@ import numpy as np
 from numba import njit, types
 from numba.extending import overload, register_jitable
 
-from lcpcli.basis import free_variables, tableau
+from lcpcli.basis import exchanges, free_variables, tableau
+from lcpcli.basis.tableau import NO_ROW, NOISE, SMALL, UNBOUNDED, ZERO, lexicographic_minimum
 from lcpcli.kernels.announcement import announced
 from lcpcli.linalg import factors, matrices, units
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import Units
-from lcpcli.methods import lemke_path
 from lcpcli.methods.direct import CERTAIN, MOST_COMPILED, DirectAnswer
 from lcpcli.methods.final_states import Confirmed, confirmed
 from lcpcli.methods.lemke_path import LEAST_REFRESHED, cover_of
@@ -54,6 +54,60 @@ def _exchange(T: Any, row: Any, column: Any) -> Any:  # noqa: ARG001
     return exchange
 
 
+@overload(tableau.shift, jit_options=OPTIONS)
+def _shift(tableau: Any, entering: Any, way: Any, step: Any) -> Any:  # noqa: ARG001
+    """Return the body of `tableau.shift` that is compiled: one pass."""
+
+    def shift(tableau: Any, entering: Any, way: Any, step: Any) -> Any:
+        fastest, values, noise = 0.0, tableau.values, tableau.noise
+        for i in range(values.size):
+            change = tableau.T[i, entering] * way
+            rate = abs(change)
+            fastest = max(fastest, rate)
+            values[i] += step * change
+            noise[i] = max(noise[i], NOISE * step * rate)
+            if abs(values[i]) <= ZERO * noise[i]:
+                values[i] = 0.0
+        return fastest
+
+    return shift
+
+
+@overload(tableau.choose, jit_options=OPTIONS)
+def _choose(tableau: Any, d: Any, entering: Any, way: Any, cover_row: Any, lexicographic: Any) -> Any:  # noqa: ARG001
+    """Return the body of `tableau.choose` that is compiled: two passes."""
+
+    def choose(tableau: Any, d: Any, entering: Any, way: Any, cover_row: Any, lexicographic: Any) -> Any:
+        n, noise, values = tableau.values.size, tableau.noise, tableau.values
+        variable, most = tableau.nonbasic[entering], SMALL * tableau.growth[0]
+        own = d[variable - n] if n <= variable < 2 * n else np.inf
+        rooms, least = np.empty(n), own
+        for i in range(n):
+            change = tableau.T[i, entering] * way
+            room = max(values[i] - tableau.lower[i] if change < 0.0 else tableau.upper[i] - values[i], 0.0)
+            rooms[i] = room
+            if abs(change) > most:
+                least = min(least, room / abs(change))
+        if least == np.inf:
+            return UNBOUNDED, 0.0
+        fall = -tableau.T[cover_row, entering] * way
+        if fall > most and values[cover_row] - least * fall <= noise[cover_row]:
+            return cover_row, rooms[cover_row] / fall
+        if own <= least:
+            return NO_ROW, own
+        row, fastest, tied = 0, 0.0, np.zeros(n, np.bool_)
+        for i in range(n):
+            rate = abs(tableau.T[i, entering])
+            tied[i] = rate > most and rooms[i] - least * rate <= noise[i]
+            if tied[i] and rate > fastest:
+                row, fastest = i, rate
+        if lexicographic:
+            row = lexicographic_minimum(tableau, np.nonzero(tied)[0], tableau.T[:, entering] * way)
+        return row, rooms[row] / abs(tableau.T[row, entering])
+
+    return choose
+
+
 @overload(matrices.row_and_column_maxima, jit_options=OPTIONS)
 def _maxima(M: Any, R: Any, C: Any) -> Any:  # noqa: ARG001
     """Return the body of `row_and_column_maxima` that is compiled: one pass over a dense M."""
@@ -61,12 +115,11 @@ def _maxima(M: Any, R: Any, C: Any) -> Any:  # noqa: ARG001
     def maxima(M: Any, R: Any, C: Any) -> Any:
         rows, columns = np.zeros(R.size), np.zeros(R.size)
         for i in range(R.size):
-            row, largest = M[i], 0.0
+            row = M[i]
             for j in range(R.size):
-                size = abs(row[j]) * R[i] * C[j]
-                largest = max(largest, size)
-                columns[j] = max(columns[j], size)
-            rows[i] = largest
+                if row[j] != 0.0:
+                    size = abs(row[j]) * R[i] * C[j]
+                    rows[i], columns[j] = max(rows[i], size), max(columns[j], size)
         return rows, columns
 
     return maxima
@@ -86,8 +139,8 @@ with announced():
     )
 
     for function in (
-        *(tableau.lexicographic_minimum, tableau.choose, tableau.shift, tableau.move, tableau.tableau_of),
-        *(tableau.begin, tableau.follow, factors.finite, lemke_path.reciprocals, lemke_path.solve_basic),
+        *(tableau.lexicographic_minimum, tableau.move, tableau.tableau_of, tableau.begin, tableau.follow),
+        *(factors.finite, exchanges.reciprocals, exchanges.solve_basic),
         *(units.half_power, units.common_power, units.are_far_apart, units.sizes_in_units, units.swept),
         *(units.moderate_powers, free_variables.are_near_one),
     ):
@@ -102,7 +155,7 @@ with announced():
         """Return the basic solution z of a basis, put within the bounds, shape (n,); the least one if M_BB is
         singular."""
         z, nothing = np.where(states == LOWER, lower, np.where(states == BASIC, 0.0, upper)), np.zeros(q.size)
-        lemke_path.solve_basic(M, q, nothing, z, (states == BASIC).nonzero()[0], nothing)
+        exchanges.solve_basic(M, q, nothing, z, (states == BASIC).nonzero()[0], nothing)
         return np.minimum(np.maximum(z, lower), upper)
 
 

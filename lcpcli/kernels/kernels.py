@@ -3,7 +3,7 @@
 These are `newton` and the first bound of `Measure.surely_solves` once more, for dense LCPs of few unknowns:
 for ten of them, calls of numpy take a hundred times as long as the arithmetic. Where they find no solution beyond
 doubt, the methods themselves decide. All are compiled when `kernels.compiled` loads this file, or taken from numba's
-cache, which knows of changes in this file alone.
+cache.
 
 Block pivoting on mixed problems is `newton` as `auto` runs it, for few unknowns; `measure_kernels` judge what it finds.
 M is given by the entries of its rows: where each row begins, the columns and the values.
@@ -17,27 +17,26 @@ import numpy as np
 from numba import njit, types
 
 from lcpcli.auto.attempts import NEWTON_SETTLING_FACTOR, SETTLED_CHANGES
-from lcpcli.linalg.doubles import EPS, ROW_ROUNDING, SMALLEST_NORMAL
+from lcpcli.basis.exchanges import BLOCK_PATIENCE, is_hopeless, safeguarded
+from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.matrices import TINY_TERMS
 from lcpcli.methods.direct import (
-    BLOCK_PATIENCE,
     CANDIDATE,
     CERTAIN,
     FEW_INDEX_STEPS,
     MOST_PIVOTED,
     MOST_WRONG,
     NOTHING,
-    is_hopeless,
-    safeguarded,
 )
 from lcpcli.methods.final_states import HIDDEN_TERM, LONG_NUMBER, SURE_DIGITS
 from lcpcli.methods.newton import LEAST_INDEX_STEPS
 from lcpcli.model.box import BASIC, LOWER, UPPER
+from lcpcli.verify.enclosure import regular_change
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc"}}
 compiled = njit(**OPTIONS)
-_safeguarded, _is_hopeless = compiled(safeguarded), compiled(is_hopeless)
+_safeguarded, _is_hopeless, _regular_change = map(compiled, (safeguarded, is_hopeless, regular_change))
 NUMBER, COUNT = types.float64, types.int64
 VECTOR, MATRIX, MATRICES = (types.Array(NUMBER, d, "C", readonly=True) for d in (1, 2, 3))
 NUMBERS = types.Array(NUMBER, 1, "C")
@@ -49,7 +48,7 @@ FOUND = types.Tuple((COUNT, COUNT, NUMBERS))
 def _factorize(A: Any, rows: Any, k: int) -> bool:
     """Replace the leading k-by-k block of A by its LU factors with row exchanges; return whether it is regular.
 
-    Two columns are eliminated at a time, as that halves the passes over the rest; rows with zeros there are left."""
+    Two columns are eliminated at a time, as that halves the passes over the rest."""
     for first in range(0, k, 2):
         last = min(first + 2, k)
         for j in range(first, last):
@@ -72,9 +71,8 @@ def _factorize(A: Any, rows: Any, k: int) -> bool:
             others[c] -= others[first] * pivots[c]
         for i in range(last, k):
             row, factor, other = A[i], A[i, first], A[i, last - 1]
-            if factor != 0.0 or other != 0.0:
-                for c in range(last, k):
-                    row[c] -= factor * pivots[c] + other * others[c]
+            for c in range(last, k):
+                row[c] -= factor * pivots[c] + other * others[c]
     return True
 
 
@@ -220,7 +218,7 @@ def _hides_terms(q: Any, largest: float, z: Any) -> bool:
 
 @compiled
 def _is_sure(M: Any, q: Any, k: int, P: Any, z: Any) -> bool:
-    """Return the same as `final_states._is_sure`."""
+    """Return whether a solution with the states of z surely differs from it by its last digits alone."""
     B = P[:k]
     y, columns = z[B], M[:, B]
     sizes, w = np.abs(columns), columns @ y + q
@@ -229,16 +227,8 @@ def _is_sure(M: Any, q: Any, k: int, P: Any, z: Any) -> bool:
         return False
     error = ROW_ROUNDING * terms
     if k:
-        A = columns[B]
-        try:
-            R = np.ascontiguousarray(np.linalg.inv(A))
-        except Exception:  # numba catches no other: M_PP is singular
-            return False
-        rounding = 4 * (k + 2) * (EPS * (np.abs(R) @ np.abs(A)) + SMALLEST_NORMAL)
-        off = 2.0 * (((np.abs(np.eye(k) - R @ A) + rounding) @ y) / y).max()
-        first = 2.0 * (np.abs(R) @ (np.abs(w[B]) + error[B]))
-        distance = first + 2.0 * off * (first / y).max() * y
-        if not (off < 0.5 and (distance <= SURE_DIGITS * y).all()):
+        distance = y * _regular_change(columns[B] * y, np.abs(w[B]) + error[B])
+        if not (distance <= SURE_DIGITS * y).all():
             return False
         error += 2.0 * (sizes @ distance)
     left = 0
@@ -304,6 +294,36 @@ def _w(entries: Any, q: Any, z: Any) -> Any:
 
 
 @compiled
+def _factorize_thin(A: Any, rows: Any) -> bool:
+    """Replace A by its LU factors with row exchanges, passing over entries 0, one column at a time, so that entries
+    that cancel are 0; return whether it is regular."""
+    k = A.shape[0]
+    others = np.empty(k, np.int64)
+    for j in range(k):
+        at, used, largest = j, 0, abs(A[j, j])
+        for i in range(j + 1, k):
+            size = abs(A[i, j])
+            if size != 0.0:
+                others[used], used = i, used + 1
+                if size > largest:
+                    at, largest = i, size
+        if not largest > 0.0:
+            return False
+        rows[j] = at
+        pivots = A[j]
+        if at != j:
+            for c in range(k):
+                pivots[c], A[at, c] = A[at, c], pivots[c]
+        for i in others[:used]:
+            if A[i, j] != 0.0:
+                row, factor = A[i], A[i, j] / pivots[j]
+                row[j] = factor
+                for c in range(j + 1, k):
+                    row[c] -= factor * pivots[c]
+    return True
+
+
+@compiled
 def _state(t: float, lower: float, upper: float) -> int:
     """Return the state that z - w = t stands for, as `Box.basis_of` does for t / 2."""
     return LOWER if t <= lower else UPPER if t >= upper else BASIC
@@ -343,7 +363,7 @@ def _system(entries: Any, lower: Any, upper: Any, states: Any, order: Any) -> An
                     A[place[i], place[columns[at]]] = values[at]
                     used += 1
     is_small = k <= FEW_ROWS or used <= DENSE * k * k
-    return not is_small or _factorize(A, rows, k), z, (place, A, rows, is_small)
+    return not is_small or _factorize_thin(A, rows), z, (place, A, rows, is_small)
 
 
 @compiled

@@ -146,44 +146,18 @@ def _components(begin: Any, columns: Any, values: Any) -> Any:
 
 
 @compiled
-def _without_leaves(begin: Any, columns: Any, values: Any) -> Any:
-    """Return which entries remain when rows and columns with one entry are taken away as long as there are any, and in
-    which order these were taken, with their entries and the other ends of these."""
-    n = begin.size - 1
-    degrees, sums, owners, used = np.zeros(2 * n, np.int64), np.zeros(2 * n, np.int64), columns.copy(), values != 0.0
-    for i in range(n):
-        for at in range(begin[i], begin[i + 1]):
-            owners[at] = i
-            for node in (i, n + columns[at]):
-                degrees[node] += used[at]
-                sums[node] += at * used[at]
-    taken, count = np.empty((2 * n, 3), np.int64), 0
-    for leaf in range(2 * n):
-        node = leaf
-        while degrees[node] == 1:
-            at = sums[node]
-            other = owners[at] + n + columns[at] - node
-            taken[count], count = (node, at, other), count + 1
-            degrees[node], used[at] = 0, False
-            degrees[other] -= 1
-            sums[other] -= at
-            node = other
-    return used, taken[:count]
-
-
-@compiled
 def _units(begin: Any, columns: Any, values: Any) -> Any:
     """Return log2 of R and of C, the components of rows and columns, shape (2 n,), and their number, as
     `linalg.logarithms.least_squares` finds them up to a constant for each component; 0 components if they are not
     settled."""
     n = begin.size - 1
-    sums, counts, logarithms = np.zeros(2 * n), np.zeros(2 * n), np.zeros(values.size)
-    used, taken = _without_leaves(begin, columns, values)
+    sums, counts = np.zeros(2 * n), np.zeros(2 * n)
+    used = values != 0.0
     for i in range(n):
         for at in range(begin[i], begin[i + 1]):
-            logarithms[at] = np.log2(abs(values[at])) if values[at] != 0.0 else 0.0
+            logarithm = np.log2(abs(values[at])) if used[at] else 0.0
             for node in (i, n + columns[at]):
-                sums[node] += logarithms[at] * used[at]
+                sums[node] += logarithm
                 counts[node] += used[at]
     x, residual, step, direction, image = np.zeros(2 * n), -sums, np.empty(2 * n), np.zeros(2 * n), np.empty(2 * n)
     before, settled, is_settled = 0.0, SETTLED_ERROR, False
@@ -211,8 +185,6 @@ def _units(begin: Any, columns: Any, values: Any) -> Any:
         for v in range(2 * n):
             x[v] += size / total * direction[v]
             residual[v] -= size / total * image[v]
-    for k in range(len(taken) - 1, -1, -1):
-        x[taken[k, 0]] = -logarithms[taken[k, 1]] - x[taken[k, 2]]
     parts, count = _components(begin, columns, values)
     return x[:n].copy(), x[n:].copy(), parts, count if is_settled else 0
 

@@ -11,19 +11,18 @@ from typing import TypeAlias
 import numpy as np
 
 from lcpcli.basis import tableau
-from lcpcli.basis.exchanges import BasicSolution, BasicSolutions
+from lcpcli.basis.exchanges import BasicSolution, BasicSolutions, basic_solution
 from lcpcli.basis.free_variables import Reduction
 from lcpcli.basis.tableau import PAUSED, RAY, SOLVED, begin, refactorize, tableau_of
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import LARGEST_DOUBLE, generator
-from lcpcli.linalg.factors import SingularMatrix, finite
-from lcpcli.linalg.matrices import row_and_column_maxima
+from lcpcli.linalg.doubles import generator
+from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.methods.registry import ONES
 from lcpcli.methods.small_numbers import violations
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, States, Vector
+from lcpcli.typing import States, Vector
 
 Follow: TypeAlias = Callable[..., tuple[int, int, int, float]]
 
@@ -114,9 +113,6 @@ class LemkePath:
 
 
 LITERAL_STEPS = 8  # exchanges of wrong signs at the end of a path
-CORRECTIONS = 3  # of a basic solution: the first computes it, the others make small rows exact too
-SINGULAR = 1e-13  # relative: M_BB whose inverse is larger than 1 over this counts as singular
-DEPENDENT = 1e-11  # relative: singular values of such an M_BB that count as 0
 
 
 def solution_at(problem: Problem, path: LemkePath) -> Vector:
@@ -127,7 +123,7 @@ def solution_at(problem: Problem, path: LemkePath) -> Vector:
     """
     near, _, basis = path.point()
     box, M = problem.box, path.reduction.M
-    z = _basic(problem, near, basis, M)
+    z = basic_solution(problem, near, basis, M)
     first = box.project(z)
     if not violations(problem, first).rows.any():
         return first
@@ -138,7 +134,7 @@ def solution_at(problem: Problem, path: LemkePath) -> Vector:
         if not violated.any():
             return box.project(z)
         basis = box.exchanged(basis, violated, z)
-        z = _basic(problem, box.project(z), basis, M)
+        z = basic_solution(problem, box.project(z), basis, M)
     return first
 
 
@@ -150,51 +146,10 @@ def confirmed(problem: Problem, basis: States, near: Vector | None) -> Stage:
     """
     box, M = problem.box, matrices.dense(problem.M)
     try:
-        z = box.project(_basic(problem, near, basis, M))
+        z = box.project(basic_solution(problem, near, basis, M))
     except SingularMatrix:
         return Breakdown("the principal submatrix of the given states is singular")
     if violations(problem, z).rows.any():
         return Stalled("the given states are not those of a solution")
     yield Iterate(box.x_within(z, problem.w(z), box.basis_at(z)), None, "block", 1, basis=basis)
     return Finished()
-
-
-@np.errstate(all="ignore")
-def _basic(problem: Problem, near: Vector | None, basis: States, M: Vector) -> Vector:
-    """Return z with w_B = 0; where M_BB is singular, as for redundant contacts, values near z_B are corrected as little
-    as possible; raise SingularMatrix if there are no such values."""
-    z, B = problem.box.nonbasic(basis), (basis == BASIC).nonzero()[0]
-    if B.size:
-        reference = np.zeros(z.size) if problem.reference_z is None else problem.reference_z
-        is_regular = solve_basic(M, problem.q_ref, reference, z, B, z if near is None else near)
-        if near is None and not is_regular:
-            raise SingularMatrix
-    return z if near is None else np.where(np.isfinite(z), z, near)
-
-
-def solve_basic(M: Vector, q: Vector, reference: Vector, z: Vector, B: Indices, near: Vector) -> bool:
-    """Set z_B so that w_B = M (z - reference) + q is 0, as exactly as rounding of each row allows, for a dense M, and
-    return whether M_BB is regular; if not, the values `near` z_B are corrected as little as possible. It is compiled as
-    well."""
-    ones, A = np.ones(B.size), M[B][:, B]
-    rows = reciprocals(row_and_column_maxima(A, ones, ones)[0])
-    A *= rows.reshape(-1, 1)
-    columns = reciprocals(row_and_column_maxima(A, ones, ones)[1])
-    A *= columns
-    inverse, is_regular = A, False
-    try:
-        inverse = np.ascontiguousarray(np.linalg.inv(A))
-        is_regular = np.abs(inverse).max() < 1.0 / SINGULAR
-    except Exception:  # numba catches no other: A is singular
-        pass
-    if not is_regular:
-        z[B], inverse = near[B], np.ascontiguousarray(np.linalg.pinv(finite(A), DEPENDENT))
-    for _ in range(CORRECTIONS):
-        w = M @ (z - reference) + q
-        z[B] -= columns * (inverse @ (rows * w[B]))
-    return bool(is_regular)
-
-
-def reciprocals(sizes: Vector) -> Vector:
-    """Return 1 / sizes, 1 for 0; of subnormal sizes the largest double, so that 0 times it stays 0."""
-    return np.minimum(1.0 / np.where(sizes > 0.0, sizes, 1.0), LARGEST_DOUBLE)

@@ -3,8 +3,7 @@
 Generalized Newton on F(x) = 0: where x has no zero, F is linear, and the Newton step from x leads to the basic solution
 of the complementary set P = {i : x_i > 0}: M_PP z_P = -q_P, w_P = 0, z_N = 0, w_N = M_NP z_P + q_N. Indices of negative
 entries are exchanged. With bounds, a basic variable goes to the bound that it violates, and a variable at a bound whose
-w has the wrong sign becomes basic. The exchanges and their source are in `basis.exchanges`, their safeguard in
-`direct`.
+w has the wrong sign becomes basic. The exchanges, their safeguard and the sources are in `basis.exchanges`.
 """
 
 from __future__ import annotations
@@ -16,13 +15,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lcpcli.basis.exchanges import BasicSolutions
+from lcpcli.basis.exchanges import BasicSolutions, Safeguard
 from lcpcli.clock import imports
 from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix
 from lcpcli.linalg.krylov import conjugate_residuals
 from lcpcli.linalg.matrices import is_narrow, is_sparse, product
-from lcpcli.methods.direct import Safeguard
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
 from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.basis import tableau
+from lcpcli.basis.exchanges import basic_solution
 from lcpcli.basis.free_variables import WithoutFree
 from lcpcli.basis.tableau import SOLVED
 from lcpcli.clock import MOST_LAPS, Stopwatch, imports, seconds
@@ -27,11 +28,11 @@ from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import MOST_PIVOTED, MOST_UNKNOWNS, as_dense
 from lcpcli.methods.josephy_newton import josephy_newton
 from lcpcli.methods.lemke import path_to_end, reduced
-from lcpcli.methods.lemke_path import DEPENDENT, solution_at
+from lcpcli.methods.lemke_path import solution_at
 from lcpcli.methods.newton import from_states
 from lcpcli.methods.stages import FAULTS, Breakdown, Ending, Finished, Iterate, Stalled, advance, ended
 from lcpcli.model.arrays import FROM_0
-from lcpcli.model.box import BASIC, Box, in_words
+from lcpcli.model.box import Box, in_words
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem
@@ -337,9 +338,10 @@ def _pivoted(
     if fast is not None and problem.is_mixed and (answer := mixed_answer(problem, DEFAULTS.tol)) is not None:
         return answer.z, problem.box.basis_at(answer.z) if answer.end is None else answer.end
     if basis is not None and isinstance(step, Breakdown) and problem.n > SHORT_PATH:
-        shortest = _shortest(problem, basis)
-        if shortest is not None:
-            return shortest, problem.box.basis_at(shortest)
+        with suppress(SingularMatrix):
+            z = problem.box.project(basic_solution(problem, np.zeros(problem.n), basis, problem.M))
+            if _is_close(problem, z, CLOSE):  # one of several, as where an equation follows from others
+                return z, problem.box.basis_at(z)
     with suppress(*FAULTS), np.errstate(over="raise", invalid="raise", divide="raise"):
         path = path_to_end(problem, tableau.follow if fast is None else fast.follow, reduced(problem))
         evaluations.pivots += path.pivots
@@ -349,15 +351,4 @@ def _pivoted(
             z = solution_at(problem, path)
         if _is_close(problem, z, CLOSE):
             return z, states
-    return None
-
-
-def _shortest(problem: Problem, basis: States) -> Vector | None:
-    """Return the shortest solution with these states, whose equations are singular, as where one follows from others;
-    None if there is none."""
-    B, z = (basis == BASIC).nonzero()[0], problem.box.nonbasic(basis)
-    with suppress(np.linalg.LinAlgError):
-        z[B] = np.linalg.lstsq(problem.M[np.ix_(B, B)], -problem.w(z)[B], rcond=DEPENDENT)[0]
-        z = problem.box.project(z)
-        return z if _is_close(problem, z, CLOSE) else None
     return None

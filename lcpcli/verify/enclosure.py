@@ -94,18 +94,17 @@ def _independent(G: Vector) -> Indices | None:
 
 
 def regular_change(B: Vector, size: Vector) -> Vector:
-    """Return a bound on |c|, where B c = -g with |g| <= size; infinite if none is found."""
+    """Return a bound on |c|, where B c = -g with |g| <= size; infinite if none is found. It is compiled as well."""
     k, nothing = size.size, np.full(size.size, np.inf)
-    with suppress(np.linalg.LinAlgError):
-        R = np.linalg.inv(B)
-        absolute, rounding = np.abs(R), 4 * (k + 2)
-        terms = absolute @ np.abs(B)
-        a = 2 * float((np.abs(np.eye(k) - R @ B) + rounding * (EPS * terms + SMALLEST_NORMAL)).sum(axis=1).max())
-        if a < 0.5:
-            change = 2 * (absolute @ size + rounding * SMALLEST_NORMAL)
-            own: Vector = change + 2 * a * float(change.max())
-            return own
-    return nothing
+    try:
+        R = np.ascontiguousarray(np.linalg.inv(B))
+    except Exception:  # numba catches no other: B is singular
+        return nothing
+    absolute, rounding = np.abs(R), 4 * (k + 2)
+    terms = absolute @ np.abs(B)
+    a = 2.0 * (np.abs(np.eye(k) - R @ B) + rounding * (EPS * terms + SMALLEST_NORMAL)).sum(axis=1).max()
+    change: Vector = 2.0 * (absolute @ size + rounding * SMALLEST_NORMAL)
+    return change + 2.0 * a * change.max() if a < 0.5 else nothing
 
 
 TOO_LARGE = f"its {{}} basic variables are more than the {LARGEST_ENCLOSED} of a system that is enclosed"
