@@ -38,12 +38,9 @@ def norm(v: Vector) -> float:
     return float(np.sqrt(dot(v, v)))
 
 
-def conjugate_residuals(
-    A: Operator, b: Vector, steps: int, precondition: Operator = np.copy, target: float = 0.0
-) -> Vector:
+def conjugate_residuals(A: Operator, b: Vector, steps: int, precondition: Operator = np.copy) -> Vector:
     """Return a rough solution of A x = b, shape (n,), after a few steps of the generalized conjugate residual method,
-    each of which takes one product with A and leaves the least |b - A x|_2 in its Krylov space, until that is at most
-    the target.
+    each of which takes one product with A and leaves the least |b - A x|_2 in its Krylov space.
 
     precondition : as in `conjugate_gradients`, for any A; it returns a new array.
 
@@ -64,8 +61,6 @@ def conjugate_residuals(
         length = dot(r, image) / square
         x += length * direction
         r -= length * image
-        if norm(r) <= target:
-            break
         spanned.append((direction, image, square))
     return x
 

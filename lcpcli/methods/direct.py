@@ -14,7 +14,6 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from lcpcli.basis.exchanges import Safeguard
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROUNDED_ZERO, ROW_ROUNDING, row_sizes
@@ -183,6 +182,8 @@ def _exchanged(problem: Problem, tol: float, basic: Mask | None, made: list[Made
         if not count:
             return _judged(problem, z, P, block, own, w, tol, steps)
         if guard is None:
+            with imports:
+                from lcpcli.basis.exchanges import Safeguard
             guard = Safeguard(problem.n, FEW_INDEX_STEPS)
         if not guard.choose(wrong, count):
             if np.array_equal(wrong, last) and is_rounding(problem, z, w):

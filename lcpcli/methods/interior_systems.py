@@ -78,7 +78,7 @@ class AccurateSystems:
         self._of_factors = max(self._of_factors, of_factors / size)
         x, r, left = self._refined(x, r, b, goal)
         if left > max(10 * goal, DOUBTFUL_RESIDUAL * size):
-            x, r, left = self._by_residuals(x, r, b, goal)
+            x, r, left = self._by_residuals(x, r, b)
         if left > 10 * goal:
             self._left = max(self._left, left / size)
         return x, r
@@ -104,12 +104,12 @@ class AccurateSystems:
                 break
         return x, r, left
 
-    def _by_residuals(self, x: Vector, r: Vector, b: Vector, goal: float) -> tuple[Vector, Vector, float]:
+    def _by_residuals(self, x: Vector, r: Vector, b: Vector) -> tuple[Vector, Vector, float]:
         """Return x, its residual and the norm of the residual after at most KRYLOV_STEPS, with the factors as their
         preconditioner, if they reduce it."""
         self._used_krylov, weights = True, self._weights
-        steps = KRYLOV_STEPS, lambda v: self._systems.solve(v / weights), 0.1 * goal
-        better = x + conjugate_residuals(lambda v: weights * self._product(v), weights * r, *steps)
+        product, precondition = lambda v: weights * self._product(v), lambda v: self._systems.solve(v / weights)
+        better = x + conjugate_residuals(product, weights * r, KRYLOV_STEPS, precondition)
         residual = b - self._product(better)
         size, left = self._norm(residual), self._norm(r)
         return (better, residual, size) if size < left else (x, r, left)
