@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +20,7 @@ from .. import kernels_together  # noqa: F401
 
 pytest.importorskip("numba")
 
-from lcpcli.kernels import compiled
+from lcpcli.kernels import announcement, compiled
 from lcpcli.kernels.compiled import NUMBERS_AT_ONCE, direct_many, lemke, solves
 from lcpcli.kernels.kernels import solve_one
 from lcpcli.methods.direct import CERTAIN, NOTHING
@@ -161,3 +163,20 @@ def test_the_lexicographic_minimum_is_the_row_that_blocks_first_after_a_perturba
         follow(each, d, entering, way, row, True, 1)
     first = int(np.argmin(other.values - own.values))  # it blocks first if e, e^2, e^3 are added to q
     assert lexicographic_minimum(own, np.arange(3), -np.ones(3)) == first
+
+
+def test_kernels_are_forgotten_that_are_older_than_the_files_they_use(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(announcement, "PACKAGE", tmp_path)
+    for name in announcement.USED:
+        (tmp_path / f"{name}.py").parent.mkdir(exist_ok=True)
+        (tmp_path / f"{name}.py").touch()
+    cache = tmp_path / "basis" / "__pycache__"
+    cache.mkdir()
+    for name, seconds in (("old.nbi", 0), ("new.nbi", 2**32), ("old.nbc", 0)):
+        (cache / name).touch()
+        os.utime(cache / name, (seconds, seconds))
+    with announcement.announced():
+        pass
+    assert sorted(path.name for path in cache.iterdir()) == ["new.nbi", "old.nbc"]
