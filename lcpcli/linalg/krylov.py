@@ -38,20 +38,18 @@ def norm(v: Vector) -> float:
     return float(np.sqrt(dot(v, v)))
 
 
-def conjugate_residuals(A: Operator, b: Vector, steps: int, precondition: Operator = np.copy) -> Vector:
+def conjugate_residuals(A: Operator, b: Vector, steps: int) -> Vector:
     """Return a rough solution of A x = b, shape (n,), after a few steps of the generalized conjugate residual method,
     each of which takes one product with A and leaves the least |b - A x|_2 in its Krylov space.
-
-    precondition : as in `conjugate_gradients`, for any A; it returns a new array.
 
     S. C. Eisenstat, H. C. Elman, M. H. Schultz, Variational iterative methods for nonsymmetric systems of linear
     equations, SIAM Journal on Numerical Analysis 20 (1983) 345-357.
     """
     x, r, spanned = np.zeros(b.size), b.copy(), list[tuple[Vector, Vector, float]]()
     for _ in range(steps):
-        direction = precondition(r)
+        direction = r.copy()
         image = A(direction)
-        for other, other_image, square in 2 * spanned:  # once more against rounding
+        for other, other_image, square in spanned:
             share = dot(image, other_image) / square
             direction -= share * other
             image -= share * other_image
