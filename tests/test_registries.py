@@ -126,7 +126,7 @@ ADDITIONS = {
     "class": ("inspection/toy.py", CLASS, "inspection/verdict.py", "CLASSES", '"toy": "toy"'),
     "page": ("topics/toys.md", PAGE, "topics/tasks.md", "", "| what a toy is | `lcp help` | `toys` |"),
 }
-GENERAL = ("looks", "help", "completion")  # tests of all of a kind
+GENERAL = ("help", "completion")  # tests of all of a kind
 OF_ALL = (
     "inspect.py::test_facts_of_the_first_example_are_those_of_its_matrix",
     "inspect.py::test_kostrevas_matrix_is_no_h_matrix_so_the_modulus_iteration_is_not_guaranteed",
@@ -134,11 +134,12 @@ OF_ALL = (
     "pages.py::test_readme_is_short_and_a_problem_of_ones_own_comes_first",
     "peers.py::test_quadratic_programming_solvers_get_the_bounds[boxes-toy]",
     "gallery.py::test_families_say_what_they_are_and_auto_comes_to_what_is_known[toy]",
-    "convert_programs.py::test_numbers_are_the_same_in_all_formats",
-    "convert_programs.py::test_complete_formats_keep_everything",
-    "convert_programs.py::test_what_a_format_cannot_keep_is_named",
+    "make.py::test_numbers_are_the_same_in_all_formats",
+    "make.py::test_complete_formats_keep_everything",
+    "make.py::test_what_a_format_cannot_keep_is_named",
     "gallery.py::test_same_arguments_give_the_same_numbers_and_other_seeds_others[toy]",
     "driver.py::test_options_in_force_are_reported_defaults_too[toy]",
+    "figures.py::test_looks_are_of_methods_and_peers_and_the_others_take_spare_ones",
     "clock.py::test_nothing_that_a_first_run_loads_is_part_of_it[toy]",
 )
 
@@ -198,7 +199,7 @@ def test_declarations_of_methods_name_known_classes() -> None:
     assert {name for method in METHODS.values() for name in method.guaranteed} <= {ANY, *CLASSES}
 
 
-@pytest.mark.slow("it runs six files of tests, and some of others, on a copy")
+@pytest.mark.slow("it runs two files of tests, and some of others, on a copy")
 def test_what_is_added_passes_the_tests_of_all_of_its_kind(copy: Path) -> None:
     files = {path.name: str(path) for path in (copy / "tests").rglob("test_*.py")}
     tests = [files[f"test_{name}.py"] for name in GENERAL]

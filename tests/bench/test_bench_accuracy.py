@@ -1,10 +1,13 @@
-"""The accuracy of answers that a bench shows: of programs by their residuals and gap, which for some are known by hand,
-and forward errors in units of what rounding the data may cause."""
+"""The accuracy of answers that a bench shows: residuals and gaps of programs, times to an error, and forward errors
+in units of what rounding the data may cause."""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +17,7 @@ from scipy import sparse
 from scipy.linalg import hilbert
 
 from lcpcli import Problem, from_qp, read, run
+from lcpcli.bench import record as records
 from lcpcli.bench import report
 from lcpcli.bench.record import BenchRecord, Measurement
 from lcpcli.bench.statistics import shifted_geometric_mean
@@ -21,6 +25,7 @@ from lcpcli.bench.suites import EXTREME, STIFF, Case, case, cases_of, prepare
 from lcpcli.bench.timing import ABSOLUTE, NATURAL, RELATIVE, Checker, optimality, run_method
 from lcpcli.files import contents
 from lcpcli.report import wording
+from lcpcli.report.wording import LEVELS
 from lcpcli.solving.answer import Minimum
 
 from ..benchmarks import accuracy
@@ -37,7 +42,6 @@ OPTIMA = {  # Hock and Schittkowski 1981, Dantzig 1963, Klee and Minty 1972; of 
     "portfolio": 1091 / 99_200,
     "transport": 153.675,
 }
-
 HALF_SQUARE = from_qp(Q=[[1]], c=[0], A=[[1]], row_lower=[1], lower=[-np.inf])  # min x^2 / 2, x >= 1: x = y = 1
 STEEP = from_qp(Q=[[1e4]], c=[-2e4], upper=[1])  # x = 1
 RANGE = from_qp(Q=[[1]], c=[-4], A=[[2]], row_lower=[0], row_upper=[4], upper=[9])  # x = 2, y = -1, s = 4
@@ -190,7 +194,7 @@ def test_zero_solution_has_no_sensitivity_to_speak_of() -> None:
     assert sensitivity(Problem(np.eye(2), [1.0, 2.0]), np.zeros(2)) == 0.0
 
 
-def record(*successes: bool) -> BenchRecord:
+def ladder(*successes: bool) -> BenchRecord:
     cases = [case("diagonal", 50, decades=decades) for decades in (1, 2, 4)]
     rows = []
     for i, (each, good) in enumerate(zip(cases, successes, strict=True)):
@@ -209,8 +213,47 @@ def record(*successes: bool) -> BenchRecord:
     ],
 )
 def test_ladder_is_climbed_up_to_the_first_failure(successes: tuple[bool, ...], cells: list[str]) -> None:
-    held = record(*successes)
+    held = ladder(*successes)
     ((row,),) = accuracy.stability(held).tables[0].groups
     assert row == ["diagonal", "decades", "auto", *cells]
     held.suite = ["quick"]  # not in order of stiffness
     assert not any(accuracy.stability(held).tables[0].groups)
+
+
+FILES = [contents.shipped_path(name) for name in contents.PAPER_EXAMPLES]
+Lcp = Callable[..., Any]
+
+
+@pytest.fixture
+def record(lcp: Lcp, tmp_path: Path) -> BenchRecord:
+    file = str(tmp_path / "r.json")
+    assert (
+        lcp("bench", *FILES, "--budget", "0", "--method", "fixed-point", "--method", "shi", "-q", "-o", file).code == 0
+    )
+    return records.read(file)
+
+
+def test_times_to_an_error_are_those_of_the_first_iterates_with_it(
+    record: BenchRecord,
+) -> None:
+    section = accuracy.reached(record)
+    (sheet,) = section.tables
+    assert sheet.header == ["problem", "fixed-point", "shi"]
+    unit = {"s": 1.0, "ms": 1e-3, "us": 1e-6}[section.title.split()[2]]
+    cells = {(row[0], solver): row[1 + j] for row in sheet.groups[0] for j, solver in enumerate(sheet.header[1:])}
+    for row in record.measurements:
+        size = max(json.loads(Path(contents.shipped_path(row.problem)).read_text())["solution"])
+        firsts = {
+            level: next(point[:2] for point in row.curve or [] if point[2] is not None and point[2] <= level * size)
+            for level in LEVELS
+        }
+        assert dict(accuracy.firsts_of(row.curve or [], size)) == {level: at for level, (_, at) in firsts.items()}
+        _, seconds = firsts[accuracy.LISTED_LEVEL]
+        assert float(cells[row.key]) * unit == pytest.approx(seconds, rel=6e-3)
+
+
+def test_records_with_fields_of_earlier_versions_are_read(record: BenchRecord) -> None:
+    text = json.loads(report.render(record, "json", None, False))
+    for row in text["measurements"]:
+        row["rate"] = {"measured": 0.5, "bound": 0.6}
+    assert records.parse(json.dumps(text)) == record

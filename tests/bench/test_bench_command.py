@@ -1,4 +1,4 @@
-"""lcp bench: what it keeps, what it counts, how it ends, and how it goes on after it was cut off."""
+"""lcp bench: what it keeps and counts, how it ends, goes on after it was cut off, and what it refuses before that."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ import pytest
 from lcpcli.bench import record as records
 from lcpcli.bench.record import BenchRecord
 from lcpcli.bench.report import render
+from lcpcli.files.atomic_write import reserve
 from lcpcli.model.problem import Problem
 from lcpcli.peers.registry import Claim
 
@@ -205,3 +207,64 @@ def test_progress_is_shown_on_a_terminal_alone(tmp_path: Path, lcp: Lcp, monkeyp
     assert [word for word in ("one.json: auto", "one.json: lemke", "1/2") if word not in shown] == []
     quiet = lcp(*arguments, "-q")
     assert (quiet.code, quiet.out, quiet.err) == (0, "", "")
+
+
+Lcp = Callable[..., Any]
+REFUSED = {
+    "quik": "did you mean quick?",
+    "nothing-like-it": "choose one of quick",
+    "path": "path: is neither a suite nor a file; run tests/benchmarks/paths.py of the source instead",
+    "missing.json": "missing.json: no such file",
+    "-": "standard input",
+    "--peer quantecom": "did you mean quantecon?",
+    "--method newtom": "'newtom'",
+    "--time-limit 0": "--time-limit",
+    "--time-limit inf": "--time-limit",
+    "--accept 2": "--accept",
+    "--budget -1": "--budget",
+    "--tol nan": "--tol",
+    "-o r.xlsx": "r.xlsx",
+    "-o /nowhere/r.json": "/nowhere",
+    "--plot r.gif": "--plot",
+    "--resume r.json": "no such file",
+    "--resume r.json quick": "SUITE: has no effect with --resume",
+    "--resume r.json --method auto": "--method: has no effect with --resume",
+    "--resume r.json --budget 1": "--budget: has no effect with --resume",
+}
+
+
+@pytest.mark.parametrize("arguments", REFUSED)
+def test_bad_usage_is_reported_in_one_line(
+    arguments: str, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    outcome = lcp("bench", *arguments.split())
+    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
+    assert REFUSED[arguments] in outcome.err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such locks")
+@pytest.mark.parametrize("link", [False, True])
+def test_bench_that_another_run_writes_is_left_to_it(link: bool, tmp_path: Path, lcp: Lcp) -> None:
+    files = bench_problems.write(tmp_path, "one", "two")
+    output = name = tmp_path / "r.json"
+    if link:
+        name = tmp_path / "link.json"
+        name.symlink_to(output)
+    bench = ("bench", *files, "--budget", "0", "--method", "auto", "-o", str(name), "-q")
+    with reserve([str(output)]):
+        outcome = lcp(*bench)
+        assert (outcome.code, outcome.err.count("\n")) == (2, 1)
+        assert f"{name}: is being written by another run" in outcome.err
+    assert lcp(*bench).code == 0
+    with reserve([str(output)]):
+        assert lcp("bench", "--resume", str(name), "-q").code == 0  # nothing is left, so that nothing is written
+    record = records.read(str(output))
+    del record.measurements[1:]
+    output.write_text(render(record, "json", None, False))
+    with reserve([str(output)]):
+        assert "is being written by another run" in lcp("bench", "--resume", str(name), "-q").err
+    assert lcp("bench", "--resume", str(name), "-o", str(output), "-q").code == 0
+    assert len(records.read(str(output)).measurements) == len(files)
+    assert not [*tmp_path.glob(".*")]

@@ -1,4 +1,4 @@
-"""The record of a bench: what it holds, what it refuses, and that it comes back from JSON as it was."""
+"""The record of a bench: what it holds, refuses and checks, of nonlinear problems too, and that JSON gives it back."""
 
 from __future__ import annotations
 
@@ -15,13 +15,17 @@ from hypothesis import strategies as st
 from lcpcli.bench import record as records
 from lcpcli.bench.record import BenchRecord, Measurement
 from lcpcli.bench.report import render
-from lcpcli.bench.suites import ALL, SUITES, Case, case, cases_of, problem_of
+from lcpcli.bench.suites import ALL, SUITES, Case, case, cases_of, methods_of, problem_of
 from lcpcli.bench.timing import NONE, SOLUTION, Checker, TimedAnswer
 from lcpcli.errors import OptionError
+from lcpcli.gallery import nonlinear as gallery
+from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem
 from lcpcli.report.wording import finite
 
-from .bench_problems import MACHINE, SETTINGS, measurement
+from ..cli.conftest import Lcp, assert_refused
+from ..cli.test_nl_models import MARKET
+from .bench_problems import MACHINE, SETTINGS, install, liar, measurement, write
 
 NUMBERS = st.none() | st.floats(allow_nan=False, allow_infinity=False)
 COUNTS, SECONDS = st.none() | st.integers(0, 10**9), st.floats(0, 1e6)
@@ -101,6 +105,7 @@ def measured(**changes: Any) -> str:
         measured().replace("[1.0]", "[1e999]"),
         measured(solver="nobody"),
         measured(problem="nothing"),
+        changed(measurements=2 * [asdict(measurement("a.json", "auto"))]),
         measured(curve=[[0, 1.0]]),
         measured(parameters={"a": [1]}),
     ],
@@ -131,6 +136,7 @@ def answer(z: Any, claim: str = SOLUTION, status: str = "solved") -> TimedAnswer
 SOLVABLE = Problem([[2, 1], [1, 2]], [-5, -6], solutions=[[4 / 3, 7 / 3]])
 UNKNOWN = Problem([[2, 1], [1, 2]], [-5, -6])
 INFEASIBLE = Problem([[0, -1], [1, 0]], [-1, -1], verdict="infeasible")
+SOLVED_ALL_THE_SAME = Problem([[2]], [-1], verdict="infeasible")
 DIAGONAL = Problem([[1e6, 0], [0, 1]], [-1e6, -1])  # whose second row is nothing to a tolerance for all rows
 SOLVED = [4 / 3, 7 / 3]
 
@@ -154,6 +160,7 @@ SOLVED = [4 / 3, 7 / 3]
         (DIAGONAL, answer([0, 1]), False, True),
         (INFEASIBLE, answer([0, 0], claim=NONE), True, False),
         (INFEASIBLE, answer([1, 1]), False, True),
+        (SOLVED_ALL_THE_SAME, answer([0.5]), False, True),
         (INFEASIBLE, answer([1, 1], claim=""), False, False),
     ],
 )
@@ -182,3 +189,49 @@ def test_files_of_the_same_name_are_told_apart(tmp_path: Path) -> None:
     (tmp_path / "q.json").write_text('{"M": [[1]], "q": [1]}')
     paths = [str(tmp_path / name) for name in ("a/p.json", "b/p.json", "q.json", "q.json")]
     assert [each.name for each in cases_of(paths)] == [paths[0], paths[1], "q.json"]
+
+
+def test_cases_of_the_suite_have_the_stated_numbers_of_unknowns() -> None:
+    cases = SUITES["nonlinear"].cases
+    assert [problem_of(each).n for each in cases] == [each.n for each in cases]
+    assert {each.family for each in cases} == set(gallery.FAMILIES)
+    assert methods_of(["nonlinear"]) == ["josephy-newton"]
+
+
+def test_answers_are_checked_by_f_evaluated_again() -> None:
+    problem = gallery.josephy()
+    undefined = NonlinearProblem(lambda z: np.log(z - 2), x0=[3.0])
+
+    def checked(given: NonlinearProblem, z: list[float], claim: str = SOLUTION) -> tuple[bool, bool]:
+        found = Checker(given, 1e-6).check(TimedAnswer(np.array(z), claim, "", "", 0.1))
+        return found["success"], found["false_success"]
+
+    solution = problem.solutions[0].tolist()
+    assert checked(problem, solution) == (True, False)
+    assert checked(problem, solution, "") == (False, False)
+    assert checked(problem, [1.2, 0, 0, 0.5]) == (False, True)
+    assert checked(undefined, [3.0]) == (True, False)
+    assert checked(undefined, [1.0]) == (False, True)
+
+
+def test_bench_of_linear_and_nonlinear_problems_leaves_out_what_does_not_take_them(
+    lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    install(monkeypatch, "liar", liar)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "market.nl").write_bytes(MARKET)
+    (path,) = write(tmp_path, "one")
+    solvers = [word for name in ("auto", "newton", "josephy-newton") for word in ("--method", name)]
+    done = lcp("bench", "market.nl", path, *solvers, "--peer", "liar", "--budget", "0", "-o", "b.json", "-q")
+    assert done.code == 1
+    rows = {row.key: row for row in records.read("b.json").measurements}
+    by_verdict = {key: (row.status, row.success, row.false_success) for key, row in rows.items()}
+    for key in [("market.nl", "auto"), ("market.nl", "josephy-newton"), ("one.json", "auto"), ("one.json", "newton")]:
+        assert by_verdict[key] == ("solved", True, False)
+    for key in [("market.nl", "newton"), ("market.nl", "liar"), ("one.json", "josephy-newton")]:
+        assert by_verdict[key][0] == records.EXCLUDED
+    assert rows["market.nl", "liar"].statement == "solves linear problems only"
+    assert by_verdict["one.json", "liar"][2]
+    assert rows["market.nl", "auto"].curve_of == "residual"
+    assert json.loads(Path("b.json").read_text())["cases"][0]["file"].endswith("market.nl")
+    assert_refused(lcp("bench", "market.nl", "--infinity", "1e20"), "--infinity: has no effect on a nonlinear model")

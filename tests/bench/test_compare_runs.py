@@ -1,4 +1,4 @@
-"""lcp compare-runs: what is worse, slower or gone is said, and a script can stop at it."""
+"""Variants and sweeps are compared under names that tell them apart; lcp compare-runs says what is worse or gone."""
 
 from __future__ import annotations
 
@@ -10,8 +10,12 @@ from typing import Any
 
 import pytest
 
+from lcpcli.bench import record as records
 from lcpcli.bench.comparison import Comparison
 from lcpcli.files import contents
+from lcpcli.methods.variants import Variant, labels, parse, sweep
+
+from ..documents import assert_as_before
 
 FIRST, SECOND = map(contents.shipped_path, contents.PAPER_EXAMPLES)
 RESULT: dict[str, Any] = {"problem": "p", "file": "a/p.json", "item": None, "label": "shi", "method": "shi"}
@@ -19,7 +23,6 @@ RESULT |= {"status": "solved", "solved": True, "iterations": 12, "seconds": 1.0,
 STALLED, INFEASIBLE, BROKEN, CUT = (
     {"status": status, "solved": False} for status in ("stalled", "infeasible", "breakdown", "iteration_limit")
 )
-
 Lcp = Callable[..., Any]
 
 
@@ -67,46 +70,22 @@ def test_a_run_changes_by_its_status_and_then_by_its_time_beyond_the_spread(
     assert verdicts() == [verdict]
 
 
-def test_a_script_stops_at_a_contradiction(lcp: Lcp) -> None:
-    results("old.json", {})
-    results("new.json", INFEASIBLE)
-    assert lcp("compare-runs", "old.json", "new.json", "-q").code == 1
-
-
 def test_the_exit_code_is_1_for_a_worse_run_and_for_a_slower_one_if_that_is_asked(lcp: Lcp) -> None:
-    results("old.json", {}, {"label": "newton"}, {"label": "lemke"})
-    results("new.json", {"seconds": 1.6}, {"label": "newton", "seconds": 0.5}, {"label": "milp"})
-    outcome = lcp("compare-runs", "old.json", "new.json")
-    assert (outcome.code, outcome.err) == (0, "")
-    title, verdict, blank, _, _, *rows = outcome.out.splitlines()
-    assert (title, blank) == ("new.json against old.json", "")
-    assert verdict.startswith(
-        "4 runs: 1 slower, 1 faster, 1 gone, 1 new; geometric mean of the ratios of times, new over old: 0.894"
-    )
-    assert [row.split()[:3] for row in rows] == [
-        *(["p.json", "shi", "slower"], ["p.json", "newton", "faster"], ["p.json", "lemke", "gone"]),
-        ["p.json", "milp", "new"],
-    ]
+    results("old.json", {}, {"label": "newton"}, {"label": "lemke"}, {"label": "auto"}, {"label": "auto"})
+    changed = {"seconds": 1.6}, {"label": "newton", "seconds": 0.5}, {"label": "milp"}, {"label": "auto"}
+    results("new.json", *changed, {"label": "auto", "iterations": 13})
+    text = ""
+    for form in ("table", "json", "csv"):
+        outcome = lcp("compare-runs", "old.json", "new.json", "--format", form)
+        assert (outcome.code, outcome.err) == (0, "")
+        text += outcome.out
+    assert_as_before("compare-runs", text)  # in which the table has the changes alone
     assert lcp("compare-runs", "old.json", "new.json", "--slower", "1.7", "-q").code == 0
     assert lcp("compare-runs", "old.json", "new.json", "--slower", "1.5", "-q").code == 1
-    results("bad.json", STALLED)
-    assert lcp("compare-runs", "old.json", "bad.json", "-q").code == 1
+    for worse in (INFEASIBLE, STALLED):
+        results("bad.json", worse)
+        assert lcp("compare-runs", "old.json", "bad.json", "-q").code == 1
     assert lcp("compare-runs", "bad.json", "old.json", "-q").code == 0
-
-
-def test_json_and_csv_have_the_runs_that_are_as_before_too(lcp: Lcp) -> None:
-    results("old.json", {}, {})
-    results("new.json", {}, {"seconds": 3})
-    arguments = ("compare-runs", "old.json", "new.json", "--format")
-    first, second = map(json.loads, lcp(*arguments, "json").out.splitlines())
-    whole = {"problem": "p.json", "method": "shi", "verdict": "as before", "status": ["solved", "solved"]}
-    assert first == whole | {"iterations": [12, 12], "seconds": [1.0, 1.0], "ratio": 1.0}
-    assert (second["problem"], second["verdict"], second["ratio"]) == ("p.json (2)", "slower", 3)
-    rows = list(csv.DictReader(lcp(*arguments, "csv").out.splitlines()))
-    assert [(row["verdict"], row["old_seconds"], row["new_seconds"]) for row in rows] == [
-        ("as before", "1.0", "1.0"),
-        ("slower", "1.0", "3"),
-    ]
 
 
 def test_records_of_lcp_bench_are_compared_and_logs_of_lcp_solve(lcp: Lcp) -> None:
@@ -162,3 +141,96 @@ def test_a_last_line_that_was_cut_off_counts_as_not_written() -> None:
     results("old.json", {}, {"label": "newton"})
     Path("new.json").write_text(Path("old.json").read_text()[:-30])
     assert verdicts() == ["as before", "gone"]
+
+
+EXAMPLE = contents.shipped_path("paper-example-1.json")
+
+
+def compared(lcp: Lcp, *arguments: str) -> list[dict[str, Any]]:
+    outcome = lcp("compare", EXAMPLE, *arguments, "--format", "json")
+    assert outcome.err == ""
+    return [json.loads(line) for line in outcome.out.splitlines()]
+
+
+def test_variant_is_written_as_it_is_read_and_its_options_are_numbers_of_their_kind() -> None:
+    for text in ("shi", "shi:p=10", "shi:p=1e4,k-star=5,rho=0.1,sigma=0.5", "fixed-point:omega=auto,scale"):
+        assert str(parse(text)) == text
+    assert parse("shi: p = 1e4, k_star = 5").options == {"p": 1e4, "k_star": 5}
+    assert isinstance(parse("shi:k-star=5").options["k_star"], int)
+    own = {"omega": "auto", "scale": True, "finish": False}
+    assert parse("fixed-point:omega=auto,scale,finish=false").options == own
+
+
+def test_several_sweeps_make_a_grid_and_leave_methods_without_the_option_alone() -> None:
+    grid = sweep([parse("fixed-point"), parse("shi")], ["p=1,10", "k-star=5,100"])
+    ours = [f"shi:p={p},k-star={k_star}" for p in (1, 10) for k_star in (5, 100)]
+    assert [str(each) for each in grid] == ["fixed-point", *ours]
+    assert sweep([Variant("shi")], ["p=1,1"]) == [parse("shi:p=1")]  # once
+
+
+def test_names_say_in_what_the_runs_of_a_method_differ() -> None:
+    asked = [parse(text) for text in ("shi:p=1,k-star=5", "shi:p=10,k-star=5", "newton", "fixed-point:scale")]
+    assert labels(asked) == ["shi:p=1", "shi:p=10", "newton", "fixed-point:scale"]
+    assert labels([Variant("shi"), parse("shi:p=10")]) == ["shi", "shi:p=10"]
+
+
+def test_every_value_that_is_asked_for_runs(lcp: Lcp) -> None:
+    runs = compared(lcp, "--method", "shi:p=10", "--method", "shi:p=100,k-star=5", "--method", "fixed-point")
+    asked = {"shi:p=10": (10, 100), "shi:p=100,k-star=5": (100, 5), "fixed-point": (None, None)}
+    assert {run["label"]: (run["options"].get("p"), run["options"].get("k_star")) for run in runs} == asked
+    assert [run["options"]["p"] for run in compared(lcp, "--method", "shi", "--sweep", "p=10,1e4")] == [10, 1e4]
+    runs = compared(lcp, "--method", "shi:p=10", "--method", "shi:k-star=7", "--p", "50")
+    assert [run["options"]["p"] for run in runs] == [10, 50]
+    result = json.loads(lcp("solve", EXAMPLE, "--method", "shi:k-star=5", "--format", "json").out)
+    assert result["options"]["k_star"] == 5
+
+
+def test_bench_measures_variants_and_resumes_them(lcp: Lcp, tmp_path: Path) -> None:
+    output = str(tmp_path / "bench.json")
+    given = ("--method", "shi", "--method", "newton", "--sweep", "p=100,1e4", "--budget", "0")
+    outcome = lcp("bench", EXAMPLE, *given, "-o", output)
+    assert (outcome.code, outcome.err) == (0, "")
+    record = records.read(output)
+    assert record.methods == ["shi:p=100", "shi:p=1e4", "newton"]
+    assert [row.solver for row in record.measurements] == record.methods
+    resumed = lcp("bench", "--resume", output, "--format", "csv")
+    lines = list(csv.DictReader(line for line in resumed.out.splitlines() if not line.startswith("#")))
+    assert resumed.code == 0
+    assert [line["solver"] for line in lines] == record.methods
+    refused = lcp("bench", "--resume", output, "--sweep", "p=1,2")
+    assert (refused.code, refused.err.count("\n")) == (2, 1)
+
+
+MISTAKES = {
+    "--method shi --p 10 --p 100": "--p: is given 2 times; give it once",
+    "--tol 1e-6 --tol 1e-8": "--tol: is given 2 times; give it once",
+    "--scale --no-scale": "--scale: is given 2 times",
+    "--sweep p": "'p' lacks a value",
+    "--sweep p=1,,2": "lacks a value",
+    "--sweep q=1,2": "'q' is not an option of any method",
+    "--sweep p=1,10 --p 5": "--p is given beside it",
+    "--method shi:p=3 --sweep p=1,10": "p is also set by shi:p=3",
+    "--method newton --sweep p=1,10": "p has no effect with newton; add --method shi",
+    "--method newton:p=1": "newton has no option p",
+    "--method shi:kstar=1": "did you mean k-star?",
+    "--method shi:p": "'p' has no value",
+    "--method shi:p=x": "'x' is not a number",
+    "--method shi:p=-1": "it must be: 0 < p < infinity",
+    "--method shi:p=1,p=2": "p is set twice",
+    "--method sho:p=1": "did you mean shi?",
+    "--method shi:p=1 --p 5": "--p: has no effect with shi:p=1",
+    "--sweep k-star=2.5": "whole number",
+    "--sweep rho=0.1,0.95": "out of range",
+    "--method fixed-point:scale=perhaps": "write true or false",
+}
+
+
+@pytest.mark.parametrize("arguments", MISTAKES)
+def test_mistake_is_refused_in_one_line_before_anything_runs(arguments: str, lcp: Lcp) -> None:
+    outcome = lcp("compare", EXAMPLE, *arguments.split())
+    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
+    assert MISTAKES[arguments] in outcome.err
+
+
+def test_flag_may_be_repeated(lcp: Lcp) -> None:
+    assert lcp("solve", EXAMPLE, "-q", "-q").code == 0

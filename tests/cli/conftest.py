@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import shlex
 import subprocess
 import sys
 from collections.abc import Callable
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +16,19 @@ import pytest
 from lcpcli.files import contents
 
 from ..conftest import Outcome
+from ..documents import assert_as_before
 
 Lcp = Callable[..., Outcome]
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 MAIN = "from lcpcli.cli.main import main; main()"
 GOOD = '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}'
 INFEASIBLE = '{"M": [[0, -1], [1, 0]], "q": [-1, -1]}'
+
+
+@pytest.fixture(autouse=True)
+def few_repetitions(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs that are compared are repeated once in these tests, which do not look at how exact their times are."""
+    monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 1)
 
 
 @pytest.fixture
@@ -29,6 +38,28 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name, text in {"good.json": GOOD, "none.json": INFEASIBLE, "M.csv": "2,1\n1,2\n", "q.csv": "-5\n-6\n"}.items():
         (tmp_path / name).write_text(text)
     return tmp_path
+
+
+@pytest.fixture
+def still(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A clock that stands still, but for what iterates are timed by."""
+    monkeypatch.setattr("time.perf_counter", lambda: 0.0)
+    monkeypatch.setattr("lcpcli.solving.iterates.seconds", count(1.0).__next__)
+    monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 0)
+
+
+@pytest.fixture
+def session(lcp: Lcp, tmp_path: Path, still: None) -> Callable[..., None]:  # noqa: ARG001
+    """Compare what commands print one after the other with the document of a name."""
+
+    def compare(name: str, *lines: str) -> None:
+        text = ""
+        for line in lines:
+            outcome = lcp(*shlex.split(line))
+            text += f"$ lcp {line}\n{outcome.out}{outcome.err}exit code {outcome.code}\n"
+        assert_as_before(name, text.replace(str(tmp_path), "FOLDER"))
+
+    return compare
 
 
 def records(outcome: Outcome) -> list[dict[str, Any]]:

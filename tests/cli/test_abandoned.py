@@ -1,14 +1,18 @@
-"""Time limits in the middle of a step, and the calls that go on after them: the program still ends as it says."""
+"""Time limits in the middle of a step, the calls that go on after them, and what a long run shows of itself."""
 
 from __future__ import annotations
 
+import itertools
 import json
+import re
 import signal
 import subprocess
 import sys
 import threading
+import time
 from dataclasses import replace
 from fractions import Fraction
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -16,19 +20,22 @@ import numpy as np
 import pytest
 from scipy.sparse import diags_array, eye_array, random_array
 
-from lcpcli import Problem, exact
-from lcpcli.cli import request
+from lcpcli import Problem, exact, interrupts
+from lcpcli.cli import request, terminal
 from lcpcli.cli.main import of_result
 from lcpcli.cli.problems import Inputs
 from lcpcli.files import writing
 from lcpcli.files.csv_format import table_of
 from lcpcli.gallery import families
+from lcpcli.gallery import families as gallery
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.linalg import factors
 from lcpcli.linalg.factors import PrincipalSolver
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.patterns import order_of
+from lcpcli.methods import registry as methods
 from lcpcli.methods.bimatrix import costs, lemke_howson
+from lcpcli.methods.stages import Finished, Iterate, Stage
 from lcpcli.options import Limits
 from lcpcli.rational.dictionary import LONG_ROW, Dictionary
 from lcpcli.rational.exact_problem import ExactProblem
@@ -36,9 +43,11 @@ from lcpcli.rational.numbers import Doubles, fraction
 from lcpcli.solving import driver
 from lcpcli.solving.driver import run
 from lcpcli.solving.proof import prove
+from lcpcli.solving.trace import INTERVAL, Observer
+from lcpcli.typing import Vector
 from lcpcli.verify import error_theorems
 
-from .conftest import MAIN, python
+from .conftest import MAIN, Lcp, python
 
 PROBLEM = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
 ABANDONING = """
@@ -84,7 +93,7 @@ def test_program_ends_as_it_says_although_a_compiled_call_was_abandoned(calling:
 
 
 def test_interpreter_waits_for_an_abandoned_call() -> None:
-    done = python(f"{ABANDONING}sys.exit(3)", "1")
+    done = python(f"{ABANDONING}sys.exit(3)", "0.2")
     assert (done.returncode, done.stdout, done.stderr) == (3, "late\ndone\n", "")
 
 
@@ -138,16 +147,6 @@ def test_remaining_seconds_are_those_of_the_innermost_context() -> None:
         assert 1000 < remaining() <= 2000
     with within(-1.0):
         assert remaining() == 0
-
-
-def test_time_limit_ends_a_path_of_a_game() -> None:
-    game = families.make("bimatrix", 20, 0)
-    payoffs = costs(game)
-    assert payoffs is not None
-    with within(60.0):
-        assert next(lemke_howson(game, payoffs)).step == "label"
-    with within(-1.0), pytest.raises(TimeIsUp):
-        next(lemke_howson(game, payoffs))
 
 
 @pytest.mark.parametrize("name", ["LONG_LU", "LONG_CHOLESKY"])
@@ -235,6 +234,9 @@ def test_time_limit_holds_while_numbers_are_made_exact_and_while_long_rows_are_p
     assert (data.are_floats(), ExactProblem.of_decimals(Problem([[0.1]], [-1])).are_floats()) == (True, False)
     z, sized = [Fraction(4, 3), Fraction(7, 3)], Doubles()
     sized("0.10000000000000000001")
+    game = families.make("bimatrix", 20, 0)
+    payoffs = costs(game)
+    assert payoffs is not None
     long = Dictionary({2: [1] * LONG_ROW, 3: [2] * LONG_ROW}, list(range(10, 9 + LONG_ROW)), (), lambda: None)
     for work in (
         lambda: ExactProblem.of_floats(PROBLEM),
@@ -248,6 +250,7 @@ def test_time_limit_holds_while_numbers_are_made_exact_and_while_long_rows_are_p
         lambda: data.w(z),
         lambda: data.with_transpose(z),
         lambda: long.pivot(2, 1),
+        lambda: next(lemke_howson(game, payoffs)),
     ):
         with within(-1.0), pytest.raises(TimeIsUp):
             work()
@@ -283,3 +286,109 @@ def test_exact_proof_has_the_time_that_the_run_has_left() -> None:
 
     assert asked.prove(result, exactly).exact is not None
     assert [9e5 < each < 1e6 - result.seconds for each in seconds] == [True]
+
+
+class Clock:
+    """A clock that is set forward."""
+
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+class Terminal(StringIO):
+    """A standard error that is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    clock = Clock()
+    monkeypatch.setattr(time, "monotonic", clock)
+    return clock
+
+
+def test_observer_reports_by_the_clock_and_not_by_the_iterate(clock: Clock) -> None:
+    reports: list[tuple[str, int, float, float]] = []
+    observer = Observer(lambda *seen: reports.append(seen), "shi")
+    for k in range(1000):
+        clock.now = k * INTERVAL / 100
+        observer.note("shi", k, 1.0 / (k + 1))
+    assert 9 <= len(reports) <= 10
+    assert all(later[3] - earlier[3] >= 0.999 * INTERVAL for earlier, later in itertools.pairwise(reports))
+    method, k, level, seconds = reports[0]
+    assert (method, level) == ("shi", 1.0 / (k + 1))
+    assert seconds == pytest.approx(k * INTERVAL / 100)
+
+
+def test_driver_reports_the_iterate_and_its_level(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
+    def method(problem: Problem, x0: Vector, **_: object) -> Stage:  # noqa: ARG001
+        for k in range(1, 4):
+            clock.now = float(k)
+            yield Iterate(np.array([9.0]), np.array([4.0 / 2**k]), "", k, method="inner" if k == 2 else "")
+        return Finished()
+
+    monkeypatch.setattr(methods, "load", lambda name: method)  # noqa: ARG005
+    reports: list[tuple[str, int, float, float]] = []
+    run(Problem([[1.0]], [-1.0]), "newton", observe=lambda *seen: reports.append(seen))
+    assert reports == [("newton", 1, 2.0, 1.0), ("inner", 2, 1.0, 2.0), ("newton", 3, 0.5, 3.0)]
+
+
+def test_a_long_step_in_compiled_code_is_watched_too() -> None:
+    looks: list[int] = []
+    with interrupts.within(10.0, lambda: looks.append(1)), interrupts.within(9.0):
+        assert interrupts.interruptibly(lambda: time.sleep(3.5 * interrupts.WAIT) or "done") == "done"
+    assert looks
+    assert interrupts.interruptibly(lambda: "unwatched") == "unwatched"
+
+
+def test_nothing_is_shown_in_the_first_second_and_all_is_gone_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    stream = Terminal()
+    monkeypatch.setattr(sys, "stderr", stream)
+    with terminal.Line() as line:
+        line.tell("shi", 3, 0.5, terminal.PATIENCE / 2)
+    assert stream.getvalue() == ""
+    with terminal.Line() as line:
+        line.tell("shi", 1234, 2.5e-5, 1.5)
+        line.tell("shi", 2345, float("inf"), 2.5)
+    shown = stream.getvalue().split(terminal.ERASE)
+    assert shown == ["", "shi  k = 1234  relative residual about 2.5e-05  1.5 s", "shi  k = 2345  2.5 s", ""]
+    assert "\n" not in stream.getvalue()
+
+
+def test_quiet_and_a_terminal_that_cannot_erase_silence_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    for stream, quiet, term, shown in (
+        (Terminal(), False, "xterm", True),
+        (Terminal(), True, "xterm", False),
+        (Terminal(), False, "dumb", False),
+        (StringIO(), False, "xterm", False),
+    ):
+        monkeypatch.setattr(sys, "stderr", stream)
+        monkeypatch.setenv("TERM", term)
+        assert terminal.shows_progress(quiet) is shown
+
+
+def test_long_solve_shows_its_line_on_standard_error_alone(
+    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stream = Terminal()
+    monkeypatch.setattr(sys, "stderr", stream)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr(terminal, "PATIENCE", 0.0)
+    monkeypatch.setattr("lcpcli.solving.trace.INTERVAL", 0.0)
+    assert (folder / "none.json").exists()  # so that the iterates run off for ever
+    outcome = lcp("solve", "none.json", "--method", "fixed-point", "--max-iterations", "200", "--format", "json")
+    shown = stream.getvalue()
+    assert (outcome.out[:1], outcome.out.count("\n")) == ("{", 1)
+    assert re.search(r"fixed-point  k = \d+  relative residual about \d\.\de[-+]\d+  \d\.\d s", shown)
+    assert (shown.endswith(terminal.ERASE), "\n" in shown) == (True, False)
+
+
+def test_observing_changes_nothing_in_the_result() -> None:
+    problem = gallery.make("harker-pang", 20)
+    plain = run(problem, "shi", limits=Limits(max_iterations=50))
+    watched = run(problem, "shi", limits=Limits(max_iterations=50), observe=lambda *seen: None)  # noqa: ARG005
+    assert np.array_equal(plain.z, watched.z)

@@ -1,8 +1,10 @@
-"""`lcp check` verifies an answer on the data, and says which conditions it violates."""
+"""`lcp check` verifies an answer, of a program x alone too, and says which conditions it violates."""
 
 from __future__ import annotations
 
 import json
+import re
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -12,12 +14,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import lcpcli
 from lcpcli import Problem
 from lcpcli.files import contents, writing
 from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.solving.answer import Minimum
 from lcpcli.verify.verification import verify, verify_exactly
 
 from .. import exact as oracle
+from ..solving.test_program_forms import SEEDS, program
 from .conftest import Lcp, assert_refused, record
 
 EXAMPLE = contents.shipped_path("paper-example-2.json")  # z = (0, 15/29, 17/29, 0), w = (14/29, 0, 0, 99/29)
@@ -34,6 +39,34 @@ def checked(lcp: Lcp, tmp_path: Path) -> Lcp:
         return lcp("check", problem, str(file), *options)
 
     return run
+
+
+EXACT_X = "13/62,41/124,57/124"
+ROUNDED = [",".join(["0", f"{15 / 29:.{digits}f}", f"{17 / 29:.{digits}f}", "0"]) for digits in (6, 9)]
+SAID = (
+    *(f"portfolio {x}" for x in ("0.2,0.3,0.4", "0.3,0.3,0.4", "0.2096774,0.3306452,0.4596774")),
+    *(f"portfolio 0.3,0.3,0.4 --format {form}" for form in ("json", "csv", "markdown")),
+    *(f"portfolio {x} --exact" for x in (EXACT_X, f"{EXACT_X},6/775,101/496", "0.2096774193548387,41/124,57/124")),
+    "portfolio 0.2096774,0.3306452,0.4596774 --tol 1e-6",
+    *(f"paper-example-2 '0 1/2 -1/10 2' --exact --format {form}" for form in ("json", "table")),
+    *(f"paper-example-2 {line}" for line in ("0,15/29,17/29,0 --exact -q", "0,0,0,0 -q", *ROUNDED)),
+    *(f"near.json {z}" for z in ("3,3", "1e-6,3")),
+    *(f"minus.json {line}" for line in ("-1,4,0", "--tol 1e-9 -1,1,1", "-.5,1,1 --exact -q", "-1/2,1,1 -q")),
+    *("minus.json -x1", "minus.json -1,4,0 -x", "minus.json -1,4,0 --tol -1 --tol -1"),
+    *("minus.json", "minus.json missing.json", "minus.json 1,1 -q", "minus.json 1,1,1 --exact --tol 0.1"),
+)
+
+
+def test_what_is_said_of_answers_is_the_same_as_before(session: Callable[..., None], folder: Path) -> None:
+    (folder / "near.json").write_text('{"M": [[2, 1], [1, 2]], "q": [5, -6]}')
+    identity = '{"M": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "q": [1, -4, 1], "lower": [null, 0, 0]}'
+    (folder / "minus.json").write_text(identity)
+    session("check", *(f"check {line}" for line in SAID))
+
+
+def test_upper_bound_that_is_violated_is_named(lcp: Lcp) -> None:
+    statement = "x is not feasible: cash is 0.6, 0.1 above its upper bound 0.5; 1 other bound violated"
+    assert lcp("check", PORTFOLIO, "0.2,0.2,0.6").out.splitlines()[2] == statement
 
 
 @pytest.mark.parametrize(
@@ -76,21 +109,6 @@ def test_results_of_solve_are_accepted_and_any_changed_digit_is_refused(lcp: Lcp
             }
             outcome = checked(solved | {"exact": answer}, "--exact")
             assert (outcome.code, told in outcome.out) == (1, True), changed
-
-
-def test_what_a_wrong_answer_violates_is_reported(checked: Lcp) -> None:
-    outcome = checked("0 1/2 -1/10 2", "--exact", "--format", "json")
-    held = record(outcome)
-    assert (outcome.code, held["violated"], held["residual"], held["backward_error"]) == (1, 4, 9.5, None)
-    assert {v["index"]: (v["kind"], v["z"], v["w"]) for v in held["violations"]} == {
-        0: ("w < 0", "0", "-19/2"),
-        1: ("z w > 0", "1/2", "3/5"),
-        2: ("z < 0, w < 0", "-1/10", "-61/10"),
-        3: ("z w > 0", "2", "181/10"),
-    }
-    table = checked("0 1/2 -1/10 2").out
-    assert "does not solve the problem: its relative residual" in table
-    assert "z < 0, w < 0" in table
 
 
 def test_at_most_ten_violations_are_listed(lcp: Lcp, tmp_path: Path) -> None:
@@ -159,18 +177,6 @@ def test_bad_answers_are_reported_in_one_line(answer: str, words: str, checked: 
     assert_refused(checked(answer), words)
 
 
-def test_q_in_a_file_of_its_own(lcp: Lcp, folder: Path) -> None:
-    for name, content in (("M.csv", "0.1,0\n0,0.3\n"), ("q.csv", "-0.1\n-0.1\n"), ("z.csv", "1\n1/3\n")):
-        (folder / name).write_text(content)
-    assert lcp("check", "M.csv", "q.csv", "z.csv", "--exact").code == 0
-
-
-def test_bad_usage_is_reported_in_one_line(lcp: Lcp) -> None:
-    assert_refused(lcp("check", EXAMPLE), "give the file of the problem")
-    assert_refused(lcp("check", EXAMPLE, "missing.json"), "no such file")
-    assert_refused(lcp("check", EXAMPLE, EXAMPLE, "--exact", "--tol", "0.1"), "has no effect with --exact")
-
-
 ints = st.integers(-4, 4)
 
 
@@ -213,20 +219,194 @@ def reachable(row: list[int], constant: int, z: list[Fraction], i: int, omega: F
     return high >= 0 and (not z[i] or low <= 0)
 
 
-def test_quiet_leaves_the_outcome_to_the_exit_code(checked: Lcp) -> None:
-    for answer, code in (('[0, "15/29", "17/29", 0]', 0), ("0 0 0 0", 1)):
-        outcome = checked(answer, "--exact", "-q")
-        assert (outcome.code, outcome.out, outcome.err) == (code, "", "")
-    assert checked("0 0", "-q").err.count("\n") == 1
+PORTFOLIO = contents.shipped_path("programs/portfolio.json")
+UNIQUE = "x is the unique minimizer, as Q is positive definite"
+SHIPPED = sorted(Path(contents.shipped_path("programs")).glob("*.json"))
 
 
-@pytest.mark.parametrize(("numbers", "code"), [("-1,4,0", 0), ("-1,1,1", 1), ("-.5,1,1", 1), ("-1/2,1,1", 1)])
-def test_a_solution_given_here_may_begin_with_a_minus_sign(lcp: Lcp, tmp_path: Path, numbers: str, code: int) -> None:
-    path = tmp_path / "p.json"
-    path.write_text('{"M": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "q": [1, -4, 1], "lower": [null, 0, 0]}')
-    for arguments in ((str(path), numbers), (str(path), "--tol", "1e-9", numbers), (str(path), numbers, "--exact")):
-        outcome = lcp("check", *arguments)
-        assert (outcome.code, outcome.err) == (code, "")
-    assert "lcp: -x1: is no option of lcp check" in lcp("check", str(path), "-x1").err
-    assert "lcp: -x: is no option of lcp check" in lcp("check", str(path), numbers, "-x").err
-    assert "given 2 times" in lcp("check", str(path), numbers, "--tol", "-1", "--tol", "-1").err
+@pytest.fixture
+def checks(lcp: Lcp, folder: Path) -> Lcp:
+    """Check an answer, typed or an object for a file, to a problem, in a file or an object or text for one."""
+
+    def run(problem: Any, answer: Any, *options: str) -> Any:
+        if not isinstance(problem, str) or problem.startswith("{"):
+            (folder / "p.json").write_text(problem if isinstance(problem, str) else json.dumps(problem))
+            problem = "p.json"
+        if not isinstance(answer, str):
+            (folder / "a.json").write_text(json.dumps(answer))
+            answer = "a.json"
+        return lcp("check", problem, answer, *options)
+
+    return run
+
+
+def minimum(problem: lcpcli.Problem) -> Minimum:
+    answer = lcpcli.run(problem).answer
+    assert isinstance(answer, Minimum)
+    return answer
+
+
+@pytest.mark.parametrize("distance", [1e-3, -0.09])
+def test_what_is_missing_to_the_minimum_is_said_exactly_where_a_short_step_leads_there(distance: float) -> None:
+    """x^2 - 2x has its minimum at 1, and x exceeds it by the square of the distance."""
+    verification = lcpcli.check(lcpcli.from_qp([[2]], [-2]), [1 + distance])
+    assert not verification.accepted
+    (gain,) = re.findall(r" is at least (\S+) above the minimum$", verification.statement)
+    assert 0.95 * distance**2 <= float(gain) <= distance**2
+
+
+@pytest.mark.parametrize("size", [1e-8, 1.0, 1e8])
+def test_gain_that_is_small_beside_the_terms_of_the_objective_is_none(size: float) -> None:
+    verification = lcpcli.check(lcpcli.from_qp([[2 * size]], [-2 * size]), [1 + 1e-6])
+    statement = "x is feasible to the tolerance 1e-10, but not shown to be a minimizer"
+    assert (verification.accepted, verification.statement) == (False, statement)
+
+
+@pytest.mark.parametrize("problem", [*map(lcpcli.read, SHIPPED), *(lcpcli.from_qp(**program(s)) for s in SEEDS[:5])])
+def test_x_alone_and_x_with_its_multipliers_are_accepted_and_a_changed_one_is_not(problem: lcpcli.Problem) -> None:
+    answer = minimum(problem)
+    alone = lcpcli.check(problem, answer.x)
+    both = lcpcli.check(problem, np.concatenate((answer.x, answer.y)))
+    assert (alone.accepted, both.accepted) == (True, True)
+    assert lcpcli.check(problem, np.concatenate((answer.x, alone.multipliers))).accepted
+    changed = lcpcli.check(problem, answer.x + 0.01)
+    assert not changed.accepted
+    assert changed.statement.startswith("x is ")
+
+
+def test_x_at_the_end_of_a_range_is_not_beyond_it_by_rounding() -> None:
+    """0.1 + 0.1 + 0.1 is 0.30000000000000004."""
+    program = lcpcli.from_qp(np.eye(3), [-5] * 3, [[0.1, 0.1, 0.1]], row_lower=-1, row_upper=0.3)
+    assert max(lcpcli.check(program, x).relative_residual for x in ([1, 1, 1], [1, 1, 1, -40])) <= 1e-15
+
+
+def test_worst_row_is_the_one_violated_most_relative_to_its_terms() -> None:
+    program = lcpcli.from_qp([[1, 0], [0, 1]], [1, 1], [[1, 0], [0, 1]], row_lower=[1, 1e6], rows=["small", "large"])
+    statement = lcpcli.check(program, [0.5, 1e6 - 10]).statement
+    assert statement == "x is not feasible: row small is 0.5, 0.5 below its lower bound 1; 1 other bound violated"
+
+
+@pytest.mark.parametrize("keys", ["result", "answer", "x", "x and y"])
+def test_answers_in_json_are_read(keys: str, lcp: Lcp, checks: Lcp) -> None:
+    result = record(lcp("solve", PORTFOLIO, "--format", "json"))
+    answer = result["answer"]
+    held: dict[str, Any] = {
+        "result": result,
+        "answer": {"z": [1.0], "answer": answer},
+        "x": {"x": answer["x"]},
+        "x and y": {"x": answer["x"], "y": answer["y"]},
+    }[keys]
+    outcome = checks(PORTFOLIO, held)
+    assert (outcome.code, outcome.out.splitlines()[2]) == (0, UNIQUE)
+
+
+def test_wrong_lengths_are_reported_in_one_line(checks: Lcp) -> None:
+    for answer, words in (
+        ({"x": [1, 2]}, "x: has 2 entries for 3 unknowns; make them agree"),
+        ({"x": [1, 2, 3], "y": [1]}, "y: has 1 entry for 2 unknowns; make them agree"),
+        ([1, 2], "z: has 2 entries for 6 unknowns; give 3 for x, 5 for x and y or 6 for z"),
+    ):
+        assert_refused(checks(PORTFOLIO, answer), f"a.json: {words}")
+
+
+def test_multipliers_of_a_maximum_have_the_sign_of_the_answer_or_of_z_and_wrong_ones_are_told() -> None:
+    for bounds in ({"row_upper": [4, 6]}, {"row_lower": [0, -9], "row_upper": [4, 6]}):
+        problem = lcpcli.from_qp(None, [3, 2], [[1, 1], [1, 3]], sense="max", **bounds)
+        answer = minimum(problem)
+        for y in (answer.y, -answer.y):
+            found = lcpcli.check(problem, np.concatenate((answer.x, y)))
+            assert (found.accepted, found.statement) == (True, "x is a maximizer of the linear program")
+    found = lcpcli.check(lcpcli.read(PORTFOLIO), [13 / 62, 41 / 124, 57 / 124, 0.1, 0.2])
+    assert (found.accepted, found.statement) == (False, f"{UNIQUE}, but with other multipliers")
+
+
+def test_stationary_point_is_not_called_a_minimizer() -> None:
+    problem = lcpcli.from_qp([[-2, 0], [0, 1]], [1, 0], [[1, 1]], row_lower=-1, row_upper=2)
+    found = lcpcli.check(problem, [0.5, 0])
+    assert found.accepted
+    assert found.statement.startswith("x is a stationary point and need not be a minimizer")
+
+
+PROVED = {
+    "unbounded": {"c": [-1, -1], "A": [[1, -1]], "b": [-2], "columns": ["up", "out"]},
+    "without-x": {"c": [1, 1], "A": [[1, 1]], "row_lower": [3], "upper": 1, "rows": ["both"]},
+}
+
+
+def test_a_proof_is_told_in_terms_of_the_program(session: Callable[..., None], lcp: Lcp, folder: Path) -> None:
+    lines = []
+    for name, given_too in PROVED.items():
+        (folder / f"{name}.json").write_text(json.dumps(given_too))
+        assert lcp("solve", f"{name}.json", "-q", "-o", f"{name}.jsonl").code == 3
+        lines += [f"check {name}.json {name}.jsonl {options}" for options in ("", "--exact", "--format json")]
+    session("check-proofs", *lines)
+
+
+def test_of_decimals_that_are_no_doubles_only_what_y_proves_is_told(checks: Lcp) -> None:
+    proof = {"z": None, "certificate": {"kind": "farkas", "vector": [1, 1, 0]}}
+    outcome = checks({"c": [-0.1, -0.1], "A": [[0.1, -0.1]], "b": [-0.2]}, proof, "--exact")
+    assert "proved: the program has no minimum: it is infeasible or unbounded below\n" in outcome.out
+
+
+def test_tolerance_has_no_effect_on_a_proof(lcp: Lcp, checks: Lcp) -> None:
+    Path("p.json").write_text(INFEASIBLE)
+    proof = record(lcp("solve", "p.json", "--format", "json"))
+    assert proof["certificate"]["kind"] == "farkas"
+    assert [checks("p.json", proof, *options).code for options in ([], ["--tol", "1e-3"])] == [0, 2]
+
+
+NAMED = '{{"name": "{}", "M": [[2, 1], [1, 2]], "q": [-5, {}]}}\n'
+
+
+def test_of_several_results_that_of_the_problem_is_checked_and_a_log_without_it_is_refused(
+    lcp: Lcp, folder: Path
+) -> None:
+    lines = [NAMED.format(f"s{i}", -i) for i in range(3)]
+    Path("many.jsonl").write_text("".join(lines))
+    lcp("solve", "many.jsonl", "-o", "log.jsonl")
+    for line in lines:
+        Path("one.json").write_text(line)
+        outcome = lcp("check", "one.json", "log.jsonl")
+        assert (outcome.code, outcome.err) == (0, ""), line
+    Path("other.json").write_text(lines[0].replace("s0", "another"))
+    told = "lcp: log.jsonl: has no results for another; give the line of one as a file of its own\n"
+    assert_refused(lcp("check", "other.json", "log.jsonl", "-q"), told)
+    (folder / "bare.jsonl").write_text('{"z": [1, 2]}\n{"z": [3, 4]}\n')
+    assert "the first of 2 results is checked" in lcp("check", "other.json", "bare.jsonl").err
+    assert lcp("check", "other.json", "bare.jsonl", "-q").err == ""
+
+
+def test_of_results_of_one_name_that_of_the_file_or_of_its_content_is_checked(lcp: Lcp, folder: Path) -> None:
+    """Also in a log that another program has written again, without blanks."""
+    files = [f"p{i}.json" for i in range(3)]
+    for i, name in enumerate(files):
+        Path(name).write_text(NAMED.format("trial", -i))
+    Path("lines.jsonl").write_text("".join(NAMED.format("trial", -i) for i in range(3)))
+    lcp("solve", *files, "-o", "log.jsonl")
+    lcp("solve", "lines.jsonl", "-o", "log-of-lines.jsonl")
+    found = [json.loads(line) for line in Path("log.jsonl").read_text().splitlines()]
+    Path("bare.jsonl").write_text("".join(json.dumps(record, separators=(",", ":")) + "\n" for record in found))
+    Path("elsewhere").mkdir()
+    for name in files:
+        content = Path(name).read_text()
+        Path("elsewhere", name).write_text(content.replace("2, 1", "2,1"))  # with another digest
+        Path("copy.json").write_text(content)
+        for file in (name, f"./{name}", str(folder / name), "copy.json", f"elsewhere/{name}"):
+            assert (lcp("check", file, "log.jsonl").code, file) == (0, file)
+        assert lcp("check", name, "log-of-lines.jsonl").code == 0
+        assert lcp("check", name, "bare.jsonl", "-q").code == 0
+    told = "lcp: log-of-lines.jsonl: has 3 results for trial; give the line of one as a file of its own\n"
+    assert_refused(lcp("check", "elsewhere/p0.json", "log-of-lines.jsonl"), told)
+
+
+@pytest.mark.parametrize("n", [8, 30])
+def test_of_an_ill_posed_problem_the_proof_stands_and_the_solution_does_not(n: int, lcp: Lcp, checks: Lcp) -> None:
+    """Weights in a row whose rounding leaves a solution: they are chosen so that the exact pivots are positive."""
+    M = 2.2 * np.eye(n) - np.diag(np.full(n - 1, 1.1), 1) - np.diag(np.full(n - 1, 1.1), -1)
+    M[0, 0], M[-1, -1] = 1.1, np.nextafter(1.1, 2)
+    Path("p.json").write_text(json.dumps({"M": M.tolist(), "q": [-1.0] + [0.0] * (n - 1)}))
+    solved = lcp("solve", "p.json", "--format", "json")
+    result = record(solved)
+    assert (solved.code, result["status"], result["solved"]) == (1, "ill_posed", False)
+    assert result["certificate"]["kind"] == "farkas"
+    assert [checks("p.json", answer).code for answer in (result, result["z"])] == [0, 1]

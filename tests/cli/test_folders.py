@@ -1,18 +1,25 @@
-"""A folder stands for the files of problems in it, in order, in every command that takes several problems."""
+"""A folder stands for its problems, in order, also as steps of a sequence; no output replaces a file that is read."""
 
 from __future__ import annotations
 
+import io
 import json
+import os
+import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
+
+from lcpcli.solving import solver
 
 from .conftest import Lcp, assert_refused, records
 
 ONE = '{"M": [[2]], "q": [-1]}'
 FILES = {"b.json": ONE, "a.csv": "2,-1\n", "c.JSON": ONE.replace("2", "4"), "notes.txt": "none"}
 INSIDE = ["inside/a.csv", "inside/b.json", "inside/c.JSON"]
-
 OTHERS = "lcp: inside: 2 entries left out (folders, or without the suffix of a problem): deeper.json, notes.txt\n"
 
 
@@ -27,10 +34,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return inside
 
 
-def test_solve_takes_its_files_in_the_order_of_their_names(folder: Path, lcp: Lcp) -> None:
-    outcome = lcp("solve", "inside", str(folder / "b.json"), "--format", "json")
-    assert (outcome.code, outcome.err) == (0, f"{OTHERS}lcp: 4 problems: 4 solved\n")
-    assert [record["file"] for record in records(outcome)] == [*INSIDE, str(folder / "b.json")]
+def test_solve_takes_its_files_in_the_order_of_their_names(folder: Path, session: Callable[..., None]) -> None:
+    (folder / ".hidden.json").write_text(ONE)
+    session("folder", "solve inside ./inside/b.json", "solve inside -q", "solve inside --format csv")
 
 
 def test_bench_and_compare_take_the_same_files(lcp: Lcp) -> None:
@@ -95,44 +101,188 @@ def test_results_in_a_folder_are_left_out_with_a_remark(folder: Path, lcp: Lcp) 
     assert "inside: is a folder without problem files" in lcp("solve", "inside").err
 
 
-ALONE = "lcp: {}: contains M, 2 x 2, but no q; add q, or name the file of q after it\n"
-PAIRS = {
-    "another-M": ("2,0\n0,2\n", 2, [], ["a.csv", "b.csv"]),
-    "another-M-with-a-header": ("x,y\n2,0\n0,2\n", 2, [], ["a.csv", "b.csv"]),
-    "M-and-q": ("2,1,-1\n1,2,-1\n", 2, ["b.csv"], ["a.csv"]),
-    "JSON": (ONE, 2, ["b.csv"], ["a.csv"]),
-    "row": ("-5,-6\n", 0, ["a.csv"], []),
-    "list": ("[-5, -6]", 0, ["a.csv"], []),
-    "several-q": ("a,b,c,d\n-5,1,2,3\n-6,1,2,3\n", 0, ["b.csv"] * 4, []),
+BESIDE_M = {
+    "another M": "2,0\n0,2\n",
+    "another M with a header": "x,y\n2,0\n0,2\n",
+    "M and q": "2,1,-1\n1,2,-1\n",
+    "JSON": ONE,
+    "a row": "-5,-6\n",
+    "a list": "[-5, -6]",
+    "several q": "a,b,c,d\n-5,1,2,3\n-6,1,2,3\n",
 }
 
 
-@pytest.mark.parametrize("case", PAIRS)
-def test_a_file_after_an_M_alone_is_its_q_only_if_it_is_nothing_else(case: str, folder: Path, lcp: Lcp) -> None:
-    text, code, solved, alone = PAIRS[case]
+@pytest.mark.parametrize("kind", BESIDE_M)
+def test_a_file_after_an_M_alone_is_its_q_only_if_it_is_nothing_else(
+    kind: str, folder: Path, session: Callable[..., None]
+) -> None:
     for name in FILES:
         (folder / name).unlink()
     (folder / "a.csv").write_text("2,1\n1,2\n")
-    (folder / "b.csv").write_text(text)
-    outcome = lcp("solve", "inside", "--jobs", "1", "--format", "json")
-    assert outcome.code == code
-    assert [Path(each["file"]).name for each in records(outcome) if each["status"] == "solved"] == solved
-    faults = [line for line in outcome.err.splitlines(keepends=True) if "contains M" in line]
-    assert faults == [ALONE.format(f"inside/{name}") for name in alone]
+    (folder / "b.csv").write_text(BESIDE_M[kind])
+    session(f"folder-with-{kind.replace(' ', '-')}", "solve inside --jobs 1")
 
 
-def test_a_vector_after_a_problem_does_not_take_it_away_and_named_files_go_together(folder: Path, lcp: Lcp) -> None:
+def test_a_vector_after_a_problem_does_not_take_it_away_and_named_files_go_together(
+    folder: Path, session: Callable[..., None]
+) -> None:
     (folder / "b1.csv").write_text("1\n2\n3\n")
-    outcome = lcp("solve", "inside")
-    assert outcome.code == 2
-    assert outcome.err.removeprefix(OTHERS).startswith("lcp: inside/b1.csv: has 3 rows of 1 column;")
-    assert outcome.err.endswith("lcp: 4 problems: 3 solved, 1 bad input\n")
-    for name, text in {"a": "2,1\n1,2\n", "b": "-5,-6\n-1,1\n"}.items():
-        (folder / f"{name}.csv").write_text(text)
-    assert lcp("solve", "inside/a.csv", "inside/b.csv").err.endswith("lcp: 2 problems: 2 solved\n")
+    for name, text in {"M": "2,1\n1,2\n", "q": "-5,-6\n-1,1\n"}.items():
+        Path(f"{name}.csv").write_text(text)
+    session("folder-with-a-vector", "solve inside", "solve M.csv q.csv")
 
 
-def test_hidden_files_of_a_folder_are_skipped(tmp_path: Path, lcp: Lcp) -> None:
-    for name in (".hidden.json", "p1.json"):
-        (tmp_path / name).write_text('{"M": [[2]], "q": [-1]}')
-    assert ".hidden" not in lcp("solve", str(tmp_path)).err
+PROBLEM = '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}'
+GAME = '{"A": [[1, 0], [0, 1]], "B": [[0, 1], [1, 0]]}'
+INPUTS = {"p.json": PROBLEM, "to.json": PROBLEM.replace("-5", "5"), "v.json": "[1, 1]", "g.json": GAME}
+TABLES = {"M.csv": "2,1\n1,2\n", "q.csv": "-5\n-6\n"}
+OF_Q = "%%MatrixMarket matrix array real general\n2 1\n-5\n-6\n"
+
+
+@pytest.fixture
+def inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    for name, text in {**INPUTS, **TABLES, "p.q.mtx": OF_Q}.items():
+        (tmp_path / name).write_text(text)
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "a.json").write_text(PROBLEM)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "solve p.json -o p.json",
+        "solve p.json -o in/../p.json",
+        "solve M.csv q.csv -o q.csv",
+        "solve in -o in/a.json",
+        "solve p.json --x0 v.json -o v.json",
+        "solve p.json --lower v.json -o v.json",
+        "solve p.json --basis v.json -o v.json",
+        "solve p.json --all -o p.json",
+        "solve p.json -o hard.json",
+        "solve p.json -o soft.json",
+        "compare p.json -o p.json",
+        "convert p.json -o p.json",
+        "convert M.csv p.q.mtx -o p.mtx",
+        "make --from-game g.json -o g.json",
+        "bench p.json -o p.json",
+        "bench in -o in/a.json",
+        "path p.json to.json -o to.json",
+    ],
+)
+def test_an_output_that_is_read_is_refused(words: str, lcp: Lcp, inputs: Path) -> None:
+    os.link(inputs / "p.json", inputs / "hard.json")
+    os.symlink("p.json", inputs / "soft.json")
+    before = {file: file.read_bytes() for file in inputs.rglob("*") if file.is_file()}
+    outcome = lcp(*words.split())
+    assert_refused(outcome)
+    faults = ("holds the problem", "holds a problem", "is an input of this run")
+    assert any(f"{fault}; choose another file" in outcome.err for fault in faults)
+    assert {file: file.read_bytes() for file in inputs.rglob("*") if file.is_file()} == before
+
+
+@pytest.mark.parametrize("command", ["solve p.json", "path p.json to.json"])
+def test_a_picture_that_is_read_is_refused(command: str, lcp: Lcp, inputs: Path) -> None:
+    pytest.importorskip("matplotlib")
+    os.link(inputs / "p.json", inputs / "picture.svg")
+    told = "lcp: picture.svg: holds the problem; choose another file for the output\n"
+    assert_refused(lcp(*command.split(), "--plot", "picture.svg"), told)
+    assert (inputs / "p.json").read_text() == PROBLEM
+
+
+CONTACT = [[2, 2, -1], [2, 2, -1], [1, 1, 0]]  # with impulses that are not unique, which Lemke's path finds
+
+
+def step(load: float, size: float = 1.0) -> str:
+    return json.dumps({"M": [[size * a for a in row] for row in CONTACT], "q": [-load, -load, 0.5]})
+
+
+@pytest.fixture(autouse=True)
+def steps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "steps").mkdir()
+    for k in range(4):
+        (tmp_path / "steps" / f"{k}.json").write_text(step(1 + k / 10))
+    return tmp_path
+
+
+def test_folder_has_the_same_verdicts_and_keys_in_fewer_pivots_and_columns_are_steps_too(lcp: Lcp) -> None:
+    alone, found = (records(lcp("solve", "steps", "--format", "json", *own)) for own in ((), ("--sequence",)))
+    for one, other in zip(alone, found, strict=True):
+        assert list(one) == list(other)
+        for key in ("file", "item", "problem", "n", "status", "solved", "method", "options", "tol"):
+            assert one[key] == other[key]
+        assert other["relative_residual"] <= 1e-10
+    assert [record["route"] for record in alone] == [["lemke"]] * 4
+    assert [record["route"] for record in found] == [["lemke"], ["newton"], ["newton"], ["newton"]]
+    np.savetxt("M.csv", CONTACT, delimiter=",")
+    np.savetxt("q.csv", [[-1, -1.1, -1.2]] * 2 + [[0.5] * 3], delimiter=",")
+    columns = records(lcp("solve", "M.csv", "q.csv", "--sequence", "--format", "json"))
+    assert [record["item"] for record in columns] == [1, 2, 3]
+    assert [record["route"] for record in columns] == [["lemke"], ["newton"], ["newton"]]
+
+
+def test_stream_may_change_in_size_and_have_lines_that_cannot_be_read(
+    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lines = [step(1.0), step(1.1), '{"M": [[2]], "q": [-1]}', "{}", step(1.2), step(1.3, 1.01)]
+    (folder / "lines").write_text("\n".join(lines))
+    with (folder / "lines").open("rb") as stream:
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(stream))
+        outcome = lcp("solve", "-", "--sequence", "--format", "json")
+    found = records(outcome)
+    assert [record["status"] for record in found] == ["solved"] * 3 + ["bad_input"] + ["solved"] * 2
+    routes = [record["route"] for record in found if record["route"]]
+    assert routes == [["lemke"], ["newton"], ["newton"], ["lemke"], ["newton"]]
+    assert (outcome.code, outcome.err.splitlines()[-1]) == (2, "lcp: 6 problems: 5 solved, 1 bad input")
+
+
+def test_options_without_effect_are_refused_in_a_line(lcp: Lcp) -> None:
+    for line in (
+        "--method lemke",
+        "--jobs 1",
+        "--cluster tcp://localhost:1",
+        "--trace",
+        "--z0 1,1,1",
+        "--scale",
+        "--p 2",
+    ):
+        told = f"lcp: {line.split()[0]}: has no effect with --sequence"
+        assert_refused(lcp("solve", "steps", "--sequence", "--format", "json", *line.split()), told)
+    assert_refused(lcp("solve", "steps/0.json", "--sequence", "--all"), "lcp: --sequence: has no effect with --all")
+
+
+def test_single_problem_has_the_record_of_one_of_many(lcp: Lcp) -> None:
+    outcome = lcp("solve", "steps/0.json", "--sequence")
+    assert (outcome.code, outcome.out.splitlines()[1].split()[:3]) == (0, ["steps/0.json", "3", "solved"])
+
+
+def test_interrupted_sequence_goes_on_from_its_log(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(self: solver.Solver, problem: Any) -> Any:
+        if problem.q[0] < -1.15:
+            raise KeyboardInterrupt
+        return usual(self, problem)
+
+    usual = solver.Solver.next
+    with monkeypatch.context() as patch:
+        patch.setattr(solver.Solver, "next", interrupted)
+        outcome = lcp("solve", "steps", "--sequence", "-o", "log.jsonl")
+    told = "lcp: 2 of 4 problems: 2 solved; interrupted; go on with --resume log.jsonl\n"
+    assert (outcome.code, outcome.err) == (130, told)
+    assert_refused(lcp("solve", "steps", "--resume", "log.jsonl"), "was written with sequence True")
+    assert lcp("solve", "steps", "--sequence", "--resume", "log.jsonl").err == "lcp: 4 problems: 4 solved\n"
+    found = [json.loads(line) for line in Path("log.jsonl").read_text().splitlines()]
+    assert [record["number"] for record in found] == [1, 2, 3, 4]
+    assert [record["route"] for record in found] == [["lemke"], ["newton"]] * 2
+
+
+def test_sequence_of_programs_has_answers_and_proofs(lcp: Lcp) -> None:
+    pytest.importorskip("flint")
+    program = {"Q": [[2, 0], [0, 2]], "A": [[1, 1]], "b": [1]}
+    lines = [json.dumps({**program, "c": [-2.0 - k, -3.0]}) for k in range(3)]
+    Path("programs.jsonl").write_text("\n".join(lines))
+    found = records(lcp("solve", "programs.jsonl", "--sequence", "--exact", "--format", "json"))
+    alone = records(lcp("solve", "programs.jsonl", "--exact", "--format", "json"))
+    assert [record["answer"]["x"] for record in found] == [record["answer"]["x"] for record in alone]
+    assert [record["exact"]["z"] for record in found] == [record["exact"]["z"] for record in alone]

@@ -1,21 +1,32 @@
-"""lcp make writes problems that lcp solve reads, lists what there is, and refuses the rest in one line."""
+"""lcp make and lcp convert write problems, programs as programs, that are read again, and refuse the rest in a line."""
 
 from __future__ import annotations
 
 import json
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import hypothesis.strategies as st
 import numpy as np
 import pytest
+from hypothesis import given
+from scipy.sparse import csr_array
 
-from lcpcli import read
+import lcpcli
+from lcpcli import Problem, from_game, from_qp, read, write
 from lcpcli.cli import terminal
+from lcpcli.errors import ProblemError
+from lcpcli.files import contents
+from lcpcli.files.formats import COMPLETE, GENERAL_SUFFIXES, WRITTEN
 from lcpcli.gallery import families as gallery
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.problem import conditions_of
+from lcpcli.model.program import Program, ProgramData
 
+from ..small_problem import numbers
 from .conftest import Lcp, assert_refused
 
 EXIT_CODES = {"infeasible": 3, "unsolvable": 3, "solved": 0}
@@ -36,28 +47,10 @@ def test_what_is_made_can_be_solved_from_its_file(family: str, lcp: Lcp, tmp_pat
     assert status == (problem.verdict or "solved") or family == "gaussian"  # of which it is not known
 
 
-def test_a_pipe_from_make_to_solve_and_to_a_reader_that_has_enough() -> None:
-    def shell(command: str) -> subprocess.CompletedProcess[str]:
-        script = command.replace("lcp", f"{sys.executable} -m lcpcli")
-        return subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True)
-
-    result = json.loads(shell("lcp make obstacle -n 100 | lcp solve - --format json").stdout)
-    assert (result["problem"], result["status"], result["n"]) == ("obstacle-100", "solved", 100)
-    done = shell("lcp make harker-pang -n 200 | head -1; echo ${PIPESTATUS[0]}")
+def test_a_pipe_to_a_reader_that_has_enough() -> None:
+    script = f"{sys.executable} -m lcpcli make harker-pang -n 200 | head -1; echo ${{PIPESTATUS[0]}}"
+    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True)
     assert (done.stdout in (f"{{\n{terminal.CLOSED_PIPE}\n", "{\n0\n"), done.stderr) == (True, "")
-
-
-@pytest.mark.parametrize("suffix", [".json", ".csv", ".npz", ".mtx"])
-@pytest.mark.parametrize("family", ["degenerate", "diagonal"])
-def test_files_keep_the_numbers_and_some_everything(suffix: str, family: str, lcp: Lcp, tmp_path: Path) -> None:
-    file, q_file = tmp_path / f"own{suffix}", tmp_path / "own.q.mtx"
-    assert lcp("make", family, "-n", "7", "-o", str(file)).code == 0
-    problem, expected = read(file, q_file if suffix == ".mtx" else None), gallery.make(family, 7)
-    assert abs(problem.M - expected.M).max() == 0
-    assert np.array_equal(problem.q, expected.q)
-    if suffix in (".json", ".npz"):
-        assert is_sparse(problem.M) is is_sparse(expected.M)
-        assert np.array_equal(problem.solutions, expected.solutions)
 
 
 @pytest.mark.parametrize(
@@ -130,3 +123,222 @@ def test_one_line_says_where_what_and_how_to_fix_it(
     assert_refused(outcome, words)
     assert len(outcome.err) < 1000
     assert list(tmp_path.iterdir()) == []
+
+
+PORTFOLIO = contents.shipped_path("programs/portfolio.json")
+INF = np.inf
+NUMBERS = st.one_of(st.integers(-9, 9).map(float), st.floats(-1e6, 1e6).filter(lambda x: x == 0 or abs(x) > 1e-6))
+WORDS = st.text("abcRHS1 -_,;ä", max_size=6)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("programs")
+
+
+def interval(draw: st.DrawFn) -> tuple[float, float]:
+    low, high = sorted((draw(NUMBERS), draw(NUMBERS)))
+    kind = draw(st.sampled_from(["both", "low", "high", "none", "equal"]))
+    ends = {"both": (low, high), "low": (low, INF), "high": (-INF, high), "none": (-INF, INF), "equal": (low, low)}
+    return ends[kind]
+
+
+@st.composite
+def programs(draw: st.DrawFn) -> Problem:
+    k, m = draw(st.integers(1, 4)), draw(st.integers(0, 4))
+    half = np.array(draw(st.lists(st.lists(NUMBERS, min_size=k, max_size=k), min_size=k, max_size=k)))
+    Q = draw(st.sampled_from([None, half + half.T]))
+    A = np.array(draw(st.lists(st.lists(NUMBERS, min_size=k, max_size=k), min_size=m, max_size=m))).reshape(m, k)
+    if draw(st.booleans()):
+        Q, A = None if Q is None else csr_array(Q), csr_array(A)
+    ends = np.array([interval(draw) for _ in range(m)]).reshape(m, 2).T
+    bounds = np.array([interval(draw) for _ in range(k)]).T
+    named = draw(st.booleans())
+    return from_qp(
+        Q,
+        draw(st.lists(NUMBERS, min_size=k, max_size=k)),
+        A if m else None,
+        row_lower=ends[0] if m else None,
+        row_upper=ends[1] if m else None,
+        lower=bounds[0],
+        upper=bounds[1],
+        sense=draw(st.sampled_from(["min", "max"])),
+        constant=draw(NUMBERS),
+        rows=draw(st.lists(WORDS, min_size=m, max_size=m)) if named else (),
+        columns=draw(st.lists(WORDS, min_size=k, max_size=k)) if named else (),
+        name=draw(WORDS).strip() or "own",
+        note=draw(WORDS).strip(),
+    )
+
+
+def program(problem: Problem) -> tuple[Program, ProgramData]:
+    assert isinstance(problem.origin, Program)
+    data = problem.origin.program(conditions_of(problem))
+    assert data is not None
+    return problem.origin, data
+
+
+def parts(problem: Problem, named: bool = True) -> list[Any]:
+    """All that a program consists of, in lists."""
+    origin, data = program(problem)
+    texts = [origin.rows, origin.columns, problem.name, problem.note] if named else []
+    arrays = [(part.toarray() if is_sparse(part) else part).tolist() for part in data]
+    return [origin.sense, origin.constant, *texts, *arrays]
+
+
+@pytest.mark.slow("many random programs")
+@pytest.mark.parametrize("ending", ["json", "npz", "mat"])
+@given(problem=programs())
+def test_programs_are_read_back_exactly(ending: str, folder: Path, problem: Problem) -> None:
+    file = folder / f"p.{ending}"
+    write(problem, file, as_program=True)
+    assert parts(read(file)) == parts(problem)
+
+
+@pytest.mark.slow("many random programs")
+@given(problem=programs())
+def test_mps_is_read_back_but_for_names_and_the_rounding_of_ranges(folder: Path, problem: Problem) -> None:
+    write(problem, folder / "p.mps")
+    again = read(folder / "p.mps")
+    (sense, constant, *before), (same_sense, same_constant, *after) = parts(problem, False), parts(again, False)
+    assert (sense, constant) == (same_sense, same_constant)
+    for old, new, part in zip(before, after, ProgramData._fields, strict=True):
+        exact = part not in ("row_lower", "row_upper")
+        np.testing.assert_allclose(new, old, rtol=0 if exact else 1e-15, atol=0 if exact else 1e-9, err_msg=part)
+    origin, _ = program(again)
+    assert len(set(origin.rows)) == len(origin.rows)
+    assert len(set(origin.columns)) == len(origin.columns)
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.1, 1e17), (-1e17, 0.1), (-3.0, 7.0)])
+def test_range_in_mps_starts_at_the_side_from_which_sums_in_doubles_lead_to_the_other(
+    low: float, high: float, tmp_path: Path
+) -> None:
+    """As other readers add a range to the right-hand side of a row G, and take it from that of a row L."""
+    write(from_qp([[1]], [1], [[1]], row_lower=low, row_upper=high), tmp_path / "p.mps")
+    words = [line.split() for line in (tmp_path / "p.mps").read_text().splitlines()]
+    (kind,) = (word[0] for word in words if word[-1:] == ["r1"])
+    side, size = (float(word[-1]) for word in words if word[0] in ("RHS", "RNG") and "r1" in word)
+    ends = (side, side + size) if kind == "G" else (side - size, side)
+    assert ends == pytest.approx((low, high), rel=1e-15, abs=0)
+
+
+def test_shipped_programs_and_families_keep_everything_in_mps(tmp_path: Path) -> None:
+    shipped_ones = [read(file) for file in sorted(Path(contents.shipped_path("programs")).glob("*.json"))]
+    for problem in [*shipped_ones, *(gallery.make(name, 30) for name in ("portfolio", "control", "transport"))]:
+        write(problem, tmp_path / "p.mps")
+        assert parts(read(tmp_path / "p.mps"), False) == parts(problem, False)
+
+
+def test_convert_writes_the_keys_of_a_program_and_make_its_conditions(lcp: Lcp, tmp_path: Path) -> None:
+    keys = set(json.loads(lcp("convert", PORTFOLIO).out))
+    assert keys >= {"Q", "c", "A", "row_lower", "row_upper", "upper", "rows", "columns"}
+    assert "M" not in keys
+    assert lcp("make", "--from-qp", PORTFOLIO, "-o", str(tmp_path / "lcp.json")).code == 0
+    assert set(json.loads((tmp_path / "lcp.json").read_text())) >= {"M", "q", "origin"}
+    assert set(json.loads(lcp("convert", str(tmp_path / "lcp.json")).out)) == keys | {"name"}
+
+
+def test_starting_points_and_solutions_keep_the_conditions(lcp: Lcp, tmp_path: Path) -> None:
+    problem = read(PORTFOLIO)
+    solved = lcpcli.run(problem).z
+    known = Problem(
+        problem.M, problem.q, lower=problem.lower, upper=problem.upper, origin=problem.origin, solutions=[solved]
+    )
+    write(known, tmp_path / "known.json")
+    assert set(json.loads(lcp("convert", str(tmp_path / "known.json")).out)) >= {"M", "q", "solution"}
+    outcome = lcp("convert", str(tmp_path / "known.json"), "-o", str(tmp_path / "known.mps"))
+    assert (outcome.code, outcome.err.count("left out: solution")) == (0, 1)
+
+
+PROGRAM = {"Q": [[2, 0], [0, 2]], "c": [-1.0, 3], "columns": ["a", "b"]}
+GAME = {"A": [["1/3", 2], [1, 0]], "B": [[1, 0], ["1/3", 2]]}
+FREE = {"M": [[1.0]], "q": [-1]}
+CONDITIONS = "written as the program's optimality conditions, M, q and bounds; left out: objective, names"
+
+
+@pytest.mark.parametrize(
+    ("data", "output", "told"),
+    [
+        (PROGRAM, "p.csv", CONDITIONS),
+        (GAME, "p.csv", "written as the game's LCP, M, q and bounds; left out: payoffs"),
+        (PROGRAM, "p.mat", "were rounded; .json or .mps or .qps would keep them all"),
+        (FREE, "p.npz", "were rounded; .json or .csv or .mtx would keep them all"),
+        (FREE | {"upper": 1}, "p.npz", "were rounded; .json or .csv would keep them all"),
+    ],
+)
+def test_remarks_name_what_is_left_out_and_the_formats_that_keep_it(
+    data: dict[str, object], output: str, told: str, lcp: Lcp, tmp_path: Path
+) -> None:
+    (tmp_path / "given.json").write_text(json.dumps(data).replace("1.0", "1.00000000000000000001"))
+    outcome = lcp("convert", str(tmp_path / "given.json"), "-o", str(tmp_path / output))
+    assert (outcome.code, f"{told}\n" in outcome.err) == (0, True)
+
+
+def test_names_without_a_place_in_mps_are_changed_and_told(lcp: Lcp, tmp_path: Path) -> None:
+    program = {"c": [1, 2, 3], "A": [[1, 1, 1]], "b": [1], "rows": ["New York"], "columns": ["a b", "a_b", "RHS"]}
+    program["name"] = "m n"
+    (tmp_path / "p.json").write_text(json.dumps(program))
+    outcome = lcp("convert", str(tmp_path / "p.json"), "-o", str(tmp_path / "p.mps"))
+    lines = (tmp_path / "p.mps").read_text().splitlines()
+    assert lines[0] == "NAME m_n"
+    assert [line.split()[0] for line in lines if "New_York 1" in line][:3] == ["a_b", "a_b_", "RHS_"]
+    told = "4 names had to be changed, as MPS needs unique names without spaces or control characters"
+    told += ": 'a b' is 'a_b', and so on"
+    assert (outcome.code, outcome.err) == (0, f"lcp: {tmp_path}/p.mps: {told}\n")
+    (tmp_path / "p.json").write_text(json.dumps(program | {"rows": ["a"], "columns": ["a", "b", "c"], "name": "m"}))
+    assert lcp("convert", str(tmp_path / "p.json"), "-o", str(tmp_path / "p.mps")).err == ""
+
+
+def test_what_mps_cannot_hold_is_refused_in_one_line(lcp: Lcp, tmp_path: Path) -> None:
+    outcome = lcp("convert", contents.shipped_path("bimatrix.json"), "-o", str(tmp_path / "b.mps"))
+    words = "b.mps: is for programs, and the problem is not made from one; use .json"
+    assert_refused(outcome, words)
+    with pytest.raises(ProblemError, match=r"upper: has a bound of 1e.20 or more, which means no bound in MPS"):
+        write(from_qp(None, [1], upper=1e21), tmp_path / "far.mps")
+    assert list(tmp_path.iterdir()) == []
+
+
+SPARSE, NAMED_GAME = gallery.make("tridiagonal", 5), from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]], name="Übung")
+RICH = Problem([[1, 1], [1, 1]], [-1, -1], "rich", [1, 2], [3, 4], [[1, 0], [0.25, 0.75]], "", "a book", "a note")
+
+
+def files_of(path: Path) -> list[str]:
+    """The file of a problem, with that of q beside it."""
+    q = path.with_suffix(f".q{path.suffix}")
+    return [str(path), *([str(q)] if q.exists() else [])]
+
+
+@pytest.mark.parametrize(("first", "second"), [*pairwise([*GENERAL_SUFFIXES, GENERAL_SUFFIXES[0]])])
+def test_numbers_are_the_same_in_all_formats(tmp_path: Path, lcp: Lcp, first: str, second: str) -> None:
+    write(Problem([[0.1, 1e-300], [-1 / 3, 5e20]], [0.7, -2]), tmp_path / f"a{first}")
+    outcome = lcp("convert", *files_of(tmp_path / f"a{first}"), "-o", str(tmp_path / f"b{second}"))
+    assert (outcome.code, outcome.out, outcome.err) == (0, "", "")
+    assert numbers(read(*files_of(tmp_path / f"b{second}"))) == ([[0.1, 1e-300], [-1 / 3, 5e20]], [0.7, -2])
+
+
+@pytest.mark.parametrize("ending", COMPLETE)
+@pytest.mark.parametrize("problem", [SPARSE, NAMED_GAME, RICH], ids=lambda problem: problem.name)
+def test_complete_formats_keep_everything(tmp_path: Path, lcp: Lcp, ending: str, problem: Problem) -> None:
+    write(problem, tmp_path / "a.json", as_program=True)
+    assert lcp("convert", str(tmp_path / "a.json"), "-o", str(tmp_path / f"b{ending}")).code == 0
+    outcome = lcp("convert", str(tmp_path / f"b{ending}"))
+    assert outcome.out.encode() == (tmp_path / "a.json").read_bytes()
+
+
+def test_what_a_format_cannot_keep_is_named(tmp_path: Path, lcp: Lcp) -> None:
+    write(RICH, tmp_path / "a.json")
+    out = str(tmp_path / "a.csv")
+    outcome = lcp("convert", str(tmp_path / "a.json"), "-o", out)
+    lost = "name, source, note, x0, x1, solution"
+    assert outcome.err == f"lcp: {out}: the format keeps only M, q and bounds; left out: {lost}\n"
+
+
+def test_an_output_of_no_known_format_or_without_its_option_is_refused_and_leaves_nothing(
+    tmp_path: Path, lcp: Lcp
+) -> None:
+    write(RICH, tmp_path / "a.json")
+    made = str(tmp_path / "b.xyz")
+    assert_refused(lcp("convert", str(tmp_path / "a.json"), "-o", made), f"has the unknown suffix .xyz; use {WRITTEN}")
+    assert_refused(lcp("convert", str(tmp_path / "a.json"), str(tmp_path / "b.mat")), "give -o")
+    assert [file.name for file in tmp_path.iterdir()] == ["a.json"]

@@ -1,10 +1,5 @@
-"""Runs that are compared are repeated once in these tests, which do not look at how exact their times are."""
+"""The fixtures of the commands that repeat few runs and compare sessions."""
 
-from __future__ import annotations
-
-import pytest
-
-
-@pytest.fixture(autouse=True)
-def _few_repetitions(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 1)
+from ..cli.conftest import few_repetitions as few_repetitions
+from ..cli.conftest import session as session
+from ..cli.conftest import still as still

@@ -1,13 +1,21 @@
-"""Data of figures for tests: a few runs, many, strange ones, and some that really ran."""
+"""Data of figures for tests, a figure as a text, and whether its texts, as they are drawn, lie on one another."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
+from typing import Any
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.patches import Wedge
+from matplotlib.path import Path
+from matplotlib.text import Text
 
 from lcpcli import Trace, read, run
 from lcpcli.files import contents
@@ -91,3 +99,80 @@ def grid_panel(ps: Sequence[str] = ("1", "100", "1e4"), ks: Sequence[str] = ("1"
     ]
     runs[-1] = replace(runs[-1], solved=False)
     return Panel("grid, n = 2", "error", [decaying("fixed-point", 0.4, 20), *runs])
+
+
+def texts(figure: Figure) -> list[Text]:
+    """All texts that are drawn, in their places."""
+    FigureCanvasAgg(figure).draw()
+    found = list(figure.texts)
+    for axes in figure.axes:
+        found += axes.texts
+        if axes.axison:
+            found += [axes._left_title, axes.title]  # type: ignore[attr-defined]
+            for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
+                ticks = zip(axis.get_majorticklocs(), axis.get_majorticklabels(), strict=False)  # no labels if hidden
+                found += [axis.label, axis.offsetText, *(label for at, label in ticks if low <= at <= high)]
+    for legend in [*figure.legends, *filter(None, (axes.get_legend() for axes in figure.axes))]:
+        found += legend.get_texts()
+    return [text for text in found if text.get_text() and text.get_visible()]
+
+
+def corners(text: Text) -> np.ndarray:
+    """Those of the box around a text, turned as it is."""
+    around = text.get_window_extent()
+    middle = np.array([(around.x0 + around.x1) / 2, (around.y0 + around.y1) / 2])
+    angle = math.radians(text.get_rotation())
+    text.set_rotation(0)
+    flat = text.get_window_extent()
+    text.set_rotation(math.degrees(angle))
+    box = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]) * np.array([flat.width, flat.height]) / 2
+    cos, sin = math.cos(angle), math.sin(angle)
+    return box @ [[cos, sin], [-sin, cos]] + middle
+
+
+def assert_no_text_is_on_another_or_leaves(figure: Figure) -> None:
+    with style.context():
+        boxes = [(text.get_text(), corners(text)) for text in texts(figure)]
+        page = figure.bbox
+    for text, box in boxes:
+        assert page.x0 <= box[:, 0].min() <= box[:, 0].max() <= page.x1, text
+        assert page.y0 <= box[:, 1].min() <= box[:, 1].max() <= page.y1, text
+    for (text, box), (other_text, other) in combinations(boxes, 2):
+        if (box.min(axis=0) < other.max(axis=0)).all() and (other.min(axis=0) < box.max(axis=0)).all():
+            assert not Path(box).intersects_path(Path(other), filled=True), (text, other_text)
+
+
+def points(pairs: Any) -> str:
+    """How many points, and the first ones and the last one."""
+    pairs = np.asarray(pairs, dtype=float).reshape(-1, 2)
+    pairs = np.where(np.abs(pairs) < 1e-12, 0.0, pairs)
+    shown = [f"({x:.4g}, {y:.4g})" for x, y in pairs]
+    return " ".join(shown if len(shown) <= 4 else [*shown[:3], f"... {len(shown)} in all ...", shown[-1]])
+
+
+def described(figure: Figure) -> str:
+    """What a figure shows: of all axes the scales, the texts and the lines, and the legends."""
+    width, height = figure.get_size_inches()
+    lines = [f"{width:.1f} x {height:.1f}"]
+    for axes in figure.axes:
+        kinds = f"{axes.get_xlabel()!r} {axes.get_xscale()}, {axes.get_ylabel()!r} {axes.get_yscale()}"
+        lines.append(f"axes {axes.get_title('left')!r}: {kinds}")
+        for line in (line for line in axes.lines if len(line.get_xdata())):
+            kind = (to_hex(line.get_color()), line.get_linestyle(), f"{line.get_linewidth():g}", line.get_marker())
+            filled = f"{to_hex(line.get_markerfacecolor(), True)} {line.get_markersize():g}"
+            lines.append(f"  line {' '.join(map(str, kind))} {filled}: {points(line.get_xydata())}")
+        for patch in axes.patches:
+            if isinstance(patch, Wedge):
+                lines.append(
+                    f"  wedge {patch.theta1:.1f} to {patch.theta2:.1f}, {patch.r:.3g}, filled {patch.get_fill()}"
+                )
+        for each in axes.collections:
+            if isinstance(each, LineCollection):
+                lines += [f"  segment {points(part)}" for part in each.get_segments()]
+        lines += [f"  text {text.get_text()!r}" for text in axes.texts if text.get_text()]
+        lines += [f"  {legend_of(legend)}" for legend in filter(None, [axes.get_legend()])]
+    return "\n".join([*lines, *(f"text {text.get_text()!r}" for text in figure.texts), *map(legend_of, figure.legends)])
+
+
+def legend_of(legend: Any) -> str:
+    return f"legend: {[text.get_text() for text in legend.get_texts() if text.get_text()]}"

@@ -1,19 +1,28 @@
-"""Every command has every format, on standard output and in files; a page in HTML is whole and needs no network."""
+"""Every command has every format, whose texts parse back to every digit; pages in HTML need no network."""
 
 from __future__ import annotations
 
 import csv
 import json
 import re
+import shutil
+import subprocess
 from collections.abc import Callable
 from html.parser import HTMLParser
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from lcpcli import Trace, read, run
 from lcpcli.files import contents
-from lcpcli.report.document import FORMATS
+from lcpcli.report import latex
+from lcpcli.report.document import FORMATS, TABLES, Document, Section, Table, typeset
+from lcpcli.report.latex import escape_latex
+from lcpcli.report.markdown import escape_markdown
+from lcpcli.report.terminal import _folds
 
 EXAMPLE = contents.shipped_path(contents.PAPER_EXAMPLES[0])
 SMALL = {"name": "a_b|c", "M": [[2, 1], [1, 2]], "q": [-5, -6], "names": ["a_b", "c|d"]}
@@ -59,58 +68,6 @@ class Page(HTMLParser):
             self.tables[-1][-1][-1] += data
 
 
-def of_json(text: str) -> None:
-    try:
-        json.loads(text)
-    except ValueError:
-        assert all(json.loads(line) for line in text.splitlines())
-
-
-def of_csv(text: str) -> None:
-    rows = list(csv.reader(line for line in text.splitlines() if not line.startswith("#")))
-    assert len(rows) > 1
-    assert {len(row) for row in rows} == {len(rows[0])}
-
-
-def of_markdown(text: str) -> None:
-    assert text.startswith("##")
-    rows = [line for line in text.splitlines() if line.startswith("| ")]
-    assert [row for row in rows if not row.endswith(" |")] == []
-    assert ":-- |" in text
-    assert "a_b" not in text
-    assert "b|c" not in text
-
-
-def of_latex(text: str) -> None:
-    assert text.startswith("% needs")
-    assert "a_b" not in text
-    for name in ("table", "tabular"):
-        assert text.count(rf"\begin{{{name}}}") == text.count(rf"\end{{{name}}}") > 0
-    assert text.count("{") - text.count(r"\{") == text.count("}") - text.count(r"\}")
-
-
-def of_html(text: str) -> None:
-    assert text.startswith("<!doctype html>")
-    assert text.endswith("</html>\n")
-    assert Page(text).tables
-
-
-def of_table(text: str) -> None:
-    assert "----" in text
-    assert [line for line in text.splitlines() if line != line.rstrip()] == []
-
-
-VERDICTS = {  # of commands that say on standard error how they ended
-    "solve": ".*: solved by ",
-    "all solutions": "small.json: 1 solution",
-    "compare": "2 of 2 runs solved",
-    "check": "small.json: z ",
-    "inspect": "small.json: there is exactly one solution",
-    "path": "small.json: the path reaches ",
-    "bench": "2 of 2 measurements succeeded",
-}
-
-
 @pytest.fixture(autouse=True)
 def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
@@ -119,24 +76,28 @@ def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("form", FORMATS)
 @pytest.mark.parametrize("name", COMMANDS)
-def test_a_command_has_the_format_in_an_output_file_which_takes_the_place_of_the_screen(
-    name: str, form: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+def test_a_command_has_the_format_on_the_screen_or_in_an_output_file(
+    name: str, form: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
 ) -> None:
-    if name not in ("bench", "all solutions"):
+    if name != "bench":  # which is of times alone
+        request.getfixturevalue("still")
+    if name not in ("bench", "all solutions") or form != "html":
         monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)  # without a figure
-    saved = lcp(*COMMANDS[name], "-o", f"out{FORMATS[form].suffix}")
+    file = f"out{FORMATS[form].suffix}"
+    saved = lcp(*COMMANDS[name], "-o", file)
     assert (saved.code, saved.out) == (int(name == "check"), "")
-    assert re.fullmatch(f"lcp: {VERDICTS[name]}.*\n" if name in VERDICTS else "", saved.err), saved.err
-    if name in VERDICTS:
-        assert lcp(*COMMANDS[name], "-q", "-o", f"out{FORMATS[form].suffix}").err == ""
-    globals()[f"of_{form}"](Path(f"out{FORMATS[form].suffix}").read_text())
-
-
-@pytest.mark.parametrize("form", FORMATS)
-def test_a_command_has_the_format_on_standard_output(form: str, lcp: Lcp) -> None:
-    shown = lcp(*COMMANDS["check"], "--format", form)
-    globals()[f"of_{form}"](shown.out)
-    assert lcp(*COMMANDS["check"], "--format", form, "-o", "-") == shown
+    verdicts = {"solve": "lcp: .*: solved by .*", "all solutions": "lcp: .*: 1 solution.*", "compare": "lcp: 2 of 2 .*"}
+    assert re.fullmatch(f"({verdicts[name]}\n)" if name in verdicts else "", saved.err), saved.err
+    if form == "html":
+        text = Path(file).read_text(encoding="utf-8")
+        assert (text.startswith("<!doctype html>"), text.endswith("</html>\n")) == (True, True)
+        assert Page(text).tables
+    else:
+        shown = lcp(*COMMANDS[name], "--format", form, "-o", "-")
+        texts = [shown.out, Path(file).read_text(encoding="utf-8")]
+        assert len(set(texts if name != "bench" else (text.count("\n") for text in texts))) == 1
+    if name in verdicts:
+        assert lcp(*COMMANDS[name], "-q", "-o", file).err == ""
 
 
 @pytest.mark.parametrize("name", ["result.pdf", "result.xlsx"])
@@ -206,3 +167,181 @@ def test_a_page_leads_with_the_answer(lcp: Callable[..., Any], tmp_path: Path) -
     places = [page.index(word) for word in ("solved by", "x = (x 3, y 1)", "maximizer", "z = (3", "slack", "Iterates")]
     assert places == sorted(places)
     assert "<figure>" not in page[: page.index("slack")]
+
+
+def test_json_is_one_object_a_run_with_numbers_that_agree(lcp: Lcp) -> None:
+    lines = [json.loads(line) for line in lcp("compare", "--format", "json").out.splitlines()]
+    assert [(line["problem"], line["method"]) for line in lines] == [
+        (f"paper-example-{number}", method) for number in (1, 2) for method in ("fixed-point", "shi")
+    ]
+    for line in lines:
+        assert line["seconds"] == line["setup_seconds"] + line["solve_seconds"] + line["verify_seconds"]
+        problem = read(contents.shipped_path(f"{line['problem']}.json"))
+        z = np.array(line["z"])
+        assert np.array_equal(line["w"], problem.w(z))
+        assert line["residual"] == np.abs(np.minimum(z, problem.w(z))).max()
+
+
+def test_json_has_null_where_a_number_is_not_finite(lcp: Lcp, tmp_path: Path) -> None:
+    file = tmp_path / "own.json"
+    file.write_text('{"M": [[1e300]], "q": [-1e300], "x0": [1e300]}')
+    outcome = lcp("solve", str(file), "--format", "json", "--trace", "--max-iterations", "0")
+    record = json.loads(outcome.out, parse_constant=lambda name: pytest.fail(name))
+    assert record["residual"] == 2e300
+    assert record["w"] == [None]
+
+
+def table(text: str) -> list[dict[str, str]]:
+    """The rows of a CSV text, without the comments before its header."""
+    return list(csv.DictReader(line for line in StringIO(text) if not line.startswith("#")))
+
+
+def test_csv_parses_back_to_every_digit(lcp: Lcp) -> None:
+    rows = table(lcp("compare", EXAMPLE, "--format", "csv", "--trace", "--k-star", "10").out)
+    trace = Trace()
+    run(read(EXAMPLE), "fixed-point", trace=trace)
+    kept = [row for row in rows if row["method"] == "fixed-point"]
+    assert len(kept) == len(trace.rows)
+    for text, row in zip(kept, trace.rows, strict=True):
+        assert int(text["k"]) == row.k
+        assert [float(text[f"z{i + 1}"]) for i in range(4)] == row.z.tolist()
+        assert float(text["residual"]) == row.residual
+        assert float(text["error"]) == row.error
+    assert {row["step"] for row in rows if row["method"] == "shi"} >= {"1", "2.2", "2.4"}
+
+
+def test_csv_of_problems_of_different_sizes_is_one_table(lcp: Lcp) -> None:
+    arguments = ("--format", "csv", "--trace", "--max-iterations", "3")
+    rows = table(lcp("compare", EXAMPLE, contents.shipped_path("bimatrix.json"), *arguments).out)
+    assert all(None not in row and None not in row.values() for row in rows)
+    assert rows[0]["z5"] == ""
+
+
+def test_latex_and_markdown_escape_what_they_must() -> None:
+    assert escape_latex("a_b & 50% | <x> --y 1e-3") == (
+        r"a\_b \& 50\% \textbar{} \textless{}x\textgreater{} -{}-y 1e-3"
+    )
+    assert escape_markdown("a|b\\ &lt;&#60; & $x$ ~s~ `t` *u* _v_ <w> [x] %") == (
+        r"a\|b\\ \&lt;\&#60; & \$x\$ \~s\~ \`t\` \*u\* \_v\_ \<w> \[x] %"
+    )
+
+
+def text_of(form: str, *tables: Table, verdict: str = "") -> str:
+    return typeset(Document("t", [Section("t", verdict, True, tables=tables)]), form)
+
+
+def test_names_are_no_numbers_and_no_units_in_LaTeX(lcp: Lcp, tmp_path: Path) -> None:
+    file = tmp_path / "p.json"
+    file.write_text('{"M": [[2, 1], [1, 2]], "q": [-5, -6], "names": ["us", "1e5"]}')
+    for options in ((), ("--all",), ("--minimize", "us")):
+        text = lcp("solve", str(file), *options, "--format", "latex").out
+        assert re.search(r"\bus (&|\d)", text)
+        assert re.search(r"\b1e5 (&|\d)", text)
+        assert "10^{5}" not in text
+
+
+def test_no_control_character_of_any_part_comes_through() -> None:
+    section = Section("t", "solved", True, provenance="lcp solve \x1b[2J\u202e.json")
+    assert not {"\x1b", "\u202e"} & set("".join(typeset(Document("t", [section]), form) for form in TABLES))
+
+
+def test_columns_of_numbers_stay_aligned_beside_a_star() -> None:
+    table = Table(("method", "time", "k"), [[["lemke", "1.0", "3"], ["shi", "2.0", "5"]]], best=[(0, 1)], why="fastest")
+    best, other = text_of("table", table).splitlines()[3:5]
+    assert best.index("1.0") == other.index("2.0")
+    assert best.index("3") == other.index("5")
+
+
+def test_a_table_that_just_fits_is_not_folded() -> None:
+    assert _folds([3, 3, 3], 1, 2, 13) == [[0, 1, 2]]  # 3 + 2 + 3 + 2 + 3
+    assert _folds([3, 3, 3], 1, 2, 12) == [[0, 1], [0, 2]]
+
+
+def test_digits_under_the_pointer_cannot_break_out_of_a_page() -> None:
+    table = Table(("k",), [[["1"]]], digits=[['"><script>alert(1)</script>']])
+    assert "<script>alert" not in text_of("html", table)
+
+
+def test_tables_that_a_page_folds_come_last() -> None:
+    text = text_of("html", Table(("a",), [[["long"]]], name="Iterates"), Table(("a",), [[["short"]]]))
+    assert text.index("short") < text.index("long")
+
+
+def test_a_cell_in_brackets_is_no_argument_of_the_end_of_a_row_in_LaTeX() -> None:
+    text = text_of("latex", Table(("name", "k"), [[["one", "1"], ["[2]", "2"]]]))
+    assert "\\\\\n[" not in text
+    assert "{[}2]" in text
+
+
+def test_a_long_table_and_its_notes_have_one_caption_and_one_label() -> None:
+    table = Table(("k", "z1"), [[[str(k), "0.5"] for k in range(60)]])
+    text = text_of("latex", table, verdict="solved")
+    assert text.count(r"\label{") == text.count(r"\caption{") == 1
+    assert text.count(r"\begin{longtable}") == text.count(r"\end{longtable}") == text.count(r"\endhead") == 1
+
+
+def test_the_best_cells_are_those_of_the_last_group() -> None:
+    table = Table(("k", "time"), [[["1", "4"]], [["2", "5"], ["3", "6"]]], best=[(1, 1)])
+    text = text_of("markdown", table)
+    assert "| 3 | **6** |" in text
+    assert "| 1 | 4 |" in text
+
+
+SECOND = contents.shipped_path("paper-example-2.json")
+LARGE = contents.shipped_path("tridiagonal-100.json")
+PROBLEMS = {
+    "none.json": '{"name": "no_solution", "M": [[0, -1], [1, 0]], "q": [-1, -1]}',
+    "names.json": '{"name": "50% of #1 & ~^{x}\\\\ <y>", "M": [[2, 1], [1, 2]], "q": [-5, -6]}',
+    "program.json": '{"Q": [[4, 1], [1, 2]], "c": [1, 1], "A": [[1, 1]], "b": [1]}',
+    "game.json": '{"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]], "rows": ["up_1", "down"], "columns": ["a", "b"]}',
+}
+IN_LATEX = {
+    "solved": ("solve", EXAMPLE),
+    "no solution": ("solve", "none.json"),
+    "special characters": ("solve", "names.json"),
+    "exact": ("solve", SECOND, "--exact"),
+    "program": ("solve", "program-lcp.json"),
+    "game": ("solve", "game-lcp.json"),
+    "not solved": ("solve", EXAMPLE, "--method", "shi", "--p", "10"),
+    "several problems": ("compare", EXAMPLE, LARGE),
+    "sweep": ("compare", EXAMPLE, "--method", "shi", "--sweep", "p=1e4,1e8", "--sweep", "k-star=5,20"),
+    "bench": ("bench", EXAMPLE, SECOND, "none.json", "--budget", "0"),
+}
+
+
+@pytest.fixture
+def rendered(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], str]:
+    monkeypatch.chdir(tmp_path)
+    for name, text in PROBLEMS.items():
+        Path(name).write_text(text)
+    lcp("make", "--from-qp", "program.json", "-o", "program-lcp.json")
+    lcp("make", "--from-game", "game.json", "-o", "game-lcp.json")
+    return lambda name: lcp(*IN_LATEX[name], "--format", "latex").out
+
+
+def test_numbers_are_powers_of_ten_and_nothing_is_advice_to_whoever_ran_it(rendered: Callable[[str], str]) -> None:
+    texts = {name: rendered(name) for name in ("not solved", "several problems", "solved")}
+    assert [text.count(r"\begin{tabular}") for text in texts.values()] == [1, 4, 1]  # a summary has its own
+    assert "z = (1, 0, 1, 0)" in texts["solved"]
+    assert r"\label{tab:tridiagonal-100}" in texts["several problems"]
+    assert r"$z_{100}$" in texts["several problems"]
+    for text in texts.values():
+        assert not re.search(r"(?<!\w)\d(\.\d+)?e[+-]?\d", text)
+        assert "10^{-" in text
+        assert not re.search(r"\btry -|other programs|-o FILE|\bus\b", text)
+
+
+def test_labels_of_like_names_differ() -> None:
+    names = ["a b", "a_b", "", "é", "a_b & 50%"]
+    assert latex.labels(names) == ["tab:a-b", "tab:a-b-2", "tab:lcp", "tab:lcp-2", "tab:a-b-50"]
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="there is no pdflatex")
+def test_every_table_compiles_and_fits_the_width_of_the_text(rendered: Callable[[str], str], tmp_path: Path) -> None:
+    pages = "\\clearpage\n".join(rendered(name) for name in IN_LATEX)
+    head = r"\documentclass[11pt,a4paper]{article}\usepackage{booktabs}\usepackage{graphicx}\begin{document}"
+    (tmp_path / "all.tex").write_text(f"{head}\n{pages}\n\\end{{document}}\n")
+    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "all.tex"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, errors="replace")
+    assert done.returncode == 0, done.stdout[-2000:]
+    assert "Overfull" not in done.stdout

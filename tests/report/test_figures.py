@@ -1,4 +1,5 @@
-"""Figures of runs and of benchmarks: every curve, marker, legend and exponent, small files, and few settings."""
+"""Every figure is what it was, has no text on another one or off the page, whole and small files, and looks that are
+told apart."""
 
 from __future__ import annotations
 
@@ -6,6 +7,7 @@ import math
 import subprocess
 import sys
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -16,38 +18,38 @@ from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+import lcpcli
+from lcpcli import Problem
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
+from lcpcli.parametric.path import Path as Solutions
+from lcpcli.report import plotting
 from lcpcli.report import plotting as figures
-from lcpcli.report.figures import data, run_figures, style
-from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile, Range
+from lcpcli.report.figures import cones_figure, data, paths_figure, run_figures, style
+from lcpcli.report.figures.data import Cones, Curve, Growth, GrowthPanel, Panel, Power, Profile, Range, Trajectories
+from lcpcli.report.figures.data import Trajectory as Run
+from lcpcli.report.figures.style import grid_of
+from lcpcli.report.pictures import response
 
-from .drawn_texts import texts
-from .figure_samples import METHODS, PEERS, bench, convergence, crowd, decaying, growth, odd, paper_panel, profiles
+from ..documents import assert_as_before
+from . import test_path_figures as paths
+from .figure_samples import (
+    assert_no_text_is_on_another_or_leaves,
+    bench,
+    convergence,
+    crowd,
+    decaying,
+    described,
+    grid_panel,
+    growth,
+    odd,
+    paper_panel,
+    profiles,
+    strange,
+)
+from .path_samples import cornered, entering, frontier, portfolio, small
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")
-
-
-def legend_of(figure: Figure) -> list[str]:
-    (legend,) = figure.legends
-    return [text.get_text() for text in legend.get_texts()]
-
-
-@pytest.mark.slow("draws large figures")
-@pytest.mark.parametrize("count", [1, 2, 6, 11])
-def test_one_legend_below_the_axes_names_every_curve_and_explains_the_signs(count: int) -> None:
-    figure = convergence(crowd(count), crowd(count))
-    with style.context():
-        (legend,) = figure.legends
-        named = [text.get_text() for text in texts(figure) if text in legend.get_texts()]
-        below = min(axes.xaxis.label.get_window_extent().y0 for axes in figure.axes)
-        assert max(text.get_window_extent().y1 for text in legend.get_texts()) < below
-    signs = ["0 or beyond the axis"] + ["not solved"] * (count > 1)
-    assert named == [*(METHODS + PEERS)[:count], *signs]
-
-
-def test_a_figure_is_no_higher_than_its_rows_and_its_legend() -> None:
-    assert convergence(paper_panel()).get_figheight() < 1.12 * style.ROW
 
 
 def test_long_runs_make_small_files() -> None:
@@ -56,16 +58,6 @@ def test_long_runs_make_small_files() -> None:
     assert (
         len(figures.convergence([Panel("long", "error", [Curve("shi", "shi", k, k, errors, True)])], "svg")) < 200_000
     )
-
-
-def test_a_curve_has_few_markers_and_its_ends_among_them() -> None:
-    for axes in convergence(Panel("p", "error", [decaying("shi", 0.99, 1000)])).axes:
-        markers = [line for line in axes.lines if line.get_marker() == style.METHODS["shi"].marker]
-        xs = np.concatenate([line.get_xdata() for line in markers[:1]])
-        assert 5 <= xs.size <= run_figures.MOST_MARKERS + 2
-        line = next(line for line in axes.lines if line.get_linestyle() != "None")
-        assert {xs[0], xs[-1]} == {line.get_xdata()[0], line.get_xdata()[-1]}
-        assert {line.get_linestyle() for line in axes.lines} <= {"-", "None"}
 
 
 @pytest.mark.slow("draws many large figures")
@@ -77,28 +69,6 @@ def test_the_figure_of_the_most_problems_fits_on_a_page(lcp: Callable[..., Any],
     outcome = lcp("compare", *one_more, "--plot", str(tmp_path / "figure.svg"))
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
     assert "8 problems" in outcome.err
-
-
-def test_a_profile_is_the_share_of_problems_within_each_ratio_or_over_time() -> None:
-    (axes,) = bench([Profile("shi", "shi", [1.0, 2.0, 2.0, math.inf])]).axes
-    assert axes.lines[0].get_xydata()[:2].tolist() == [[1.0, 0.25], [2.0, 0.75]]
-    assert axes.lines[0].get_ydata()[-1] == 0.75
-    (axes,) = bench([Profile("shi", "shi", [0.25, 0.5, 0.5, math.inf], in_seconds=True)]).axes
-    assert axes.lines[0].get_xydata()[1:3].tolist() == [[0.25, 0.25], [0.5, 0.75]]
-    assert (axes.get_xlabel(), axes.get_title("left")) == ("run time (s)", "Solved over time, 4 problems")
-
-
-def test_growth_has_its_quartiles_and_a_fit_with_the_interval_of_its_exponent_or_joined_times() -> None:
-    def drawn(fit: Power | None) -> Any:
-        grown = Growth("shi", "shi", [10, 1000], [1.0, 3.0], [1.0, 2.0], [1.0, 4.0], fit)
-        return bench([], [], [GrowthPanel("p", [grown])]).axes[0]
-
-    fitted, joined = drawn(Power(2.0, 0.25, 1e-3, 1.0)), drawn(None)
-    assert fitted.lines[0].get_ydata() == pytest.approx([0.1, 1000.0])
-    assert [text.get_text() for text in fitted.get_legend().get_texts()] == [r"$n^{2.00 \pm 0.25}$"]
-    assert [part[:, 1].tolist() for part in fitted.collections[0].get_segments()] == [[1.0, 1.0], [2.0, 4.0]]
-    assert joined.lines[0].get_ydata() == pytest.approx([1.0, 3.0])
-    assert joined.get_legend() is None
 
 
 @pytest.mark.slow("draws large figures")
@@ -115,42 +85,6 @@ def test_exponents_stand_in_the_order_of_the_lines_and_clear_of_them(count: int)
         assert axes.bbox.y0 < box.y0 < box.y1 < axes.bbox.y1
     exponents = sorted((one.fit.exponent for one in growth(count).growths if one.fit), reverse=True)
     assert [text.get_text() for text in legend.get_texts()] == [rf"$n^{{{e:.2f} \pm 0.10}}$" for e in exponents]
-
-
-SHORT = Panel("short", "error", [decaying("shi", 0.5, 12), decaying("fixed-point", 0.4, 20)])
-LONG = Panel("long", "error", [decaying("shi", 0.5, 6), decaying("fixed-point", 0.99, 2000)])
-BARE = odd("lemke", [None, None])
-
-
-@pytest.mark.parametrize(("panels", "kind"), [([SHORT], "linear"), ([SHORT, LONG], "symlog"), ([LONG], "symlog")])
-def test_all_axes_of_one_quantity_are_of_one_kind(panels: list[Panel], kind: str) -> None:
-    axes = convergence(*panels).axes
-    assert {each.get_xscale() for each in axes[1::2]} == {kind}
-    assert {each.get_xscale() for each in axes[::2]} == {"log"}
-
-
-def test_a_legend_names_what_is_drawn_alone_and_is_left_out_without_entries() -> None:
-    with_bare = Panel("bare", "error", [*SHORT.curves, BARE])
-    for figure in (convergence(with_bare, SHORT), bench([], [with_bare])):
-        assert legend_of(figure)[:2] == ["shi", "fixed-point"]
-        assert "lemke" not in legend_of(figure)
-    assert not convergence(Panel("p", "error", [BARE])).legends
-    assert len(legend_of(bench(profiles(3)))) == 3
-    assert len(legend_of(bench([], [], [growth(2)]))) == 2
-
-
-def test_a_run_without_a_finite_error_is_drawn_at_the_edge_and_named() -> None:
-    figure = convergence(Panel("p", "error", [odd("shi", [math.nan, math.inf])]))
-    assert figure.axes[1].lines
-    assert legend_of(figure)[0] == "shi"
-
-
-def test_what_is_beyond_the_axes_is_ringed_and_explained() -> None:
-    solved = Curve("lemke", "lemke", [0, 1, 2], [0.0, 1.0, 2.0], [1.0, 0.1, 0.0], True)
-    figure = convergence(Panel("p", "error", [solved]))
-    rings = [line for line in figure.axes[1].lines if line.get_markerfacecolor() == "none" and len(line.get_xdata())]
-    assert [list(ring.get_xdata()) for ring in rings] == [[2]]
-    assert "0 or beyond the axis" in legend_of(figure)
 
 
 def test_long_text_is_cut_on_one_line_and_nothing_in_it_is_parsed() -> None:
@@ -228,3 +162,244 @@ def test_zero_lies_below_all_other_values_and_infinity_above_them() -> None:
     low, high = {points[1].y, points[3].y}, {point.y for point in points[4:]}
     assert (low, high) == ({up.low}, {up.high})
     assert up.low < 1e-5 < 1 < up.high
+
+
+ALL = [*style.METHODS.values(), *style.PEERS.values(), *style.SPARE]
+
+
+def lightness(color: str) -> float:
+    """L* of a colour (CIE 1976) from its relative luminance."""
+    parts = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    red, green, blue = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue
+    return 116 * luminance ** (1 / 3) - 16 if luminance > 0.008856 else 903.3 * luminance
+
+
+def test_methods_are_told_apart_by_colour_and_marker_and_in_grey_and_visible_on_white() -> None:
+    assert len({look.color for look in ALL}) == len({look.marker for look in ALL}) == len(ALL)
+    grey = sorted(lightness(look.color) for look in style.METHODS.values())
+    assert min(b - a for a, b in pairwise(grey)) > 6
+    assert max(lightness(look.color) for look in ALL) < 75
+
+
+def test_looks_are_of_methods_and_peers_and_the_others_take_spare_ones() -> None:
+    from lcpcli.methods.registry import METHODS as methods
+    from lcpcli.peers.registry import PEERS as peers
+
+    assert style.METHODS.keys() <= methods.keys()
+    assert style.PEERS.keys() <= peers.keys()
+    found = style.looks([(name, name) for name in (*methods, *peers)])
+    assert len({look.marker for look in found.values()}) == len(found)
+
+
+def test_runs_of_one_method_share_its_colour_and_differ_in_their_markers() -> None:
+    cold, warm, other = style.looks([("shi", "cold"), ("shi", "warm"), ("shi", "cold"), ("other", "other")]).values()
+    assert cold == style.METHODS["shi"]
+    assert warm.color == cold.color
+    assert warm.fill != cold.fill
+    assert other in style.SPARE
+
+
+@pytest.mark.parametrize("name", [*style.METHODS, "path-start"])
+def test_runs_of_a_sweep_go_from_light_to_dark_with_markers_of_their_own(name: str) -> None:
+    other = "fixed-point" if name != "fixed-point" else "shi"
+    found = style.looks([(other, other), *((name, f"{name}:p={i}") for i in range(8))])
+    grey = [lightness(look.color) for (own, _), look in found.items() if own == name]
+    assert min(a - b for a, b in pairwise(grey)) > 6
+    assert max(grey) < 75.5
+    assert len({look.marker for look in found.values()}) == len(found)
+
+
+def test_a_grid_of_two_options_is_read_from_the_labels_of_its_runs() -> None:
+    grid = grid_of(["shi:p=1,k-star=5", "shi:p=1,k-star=9", "shi:p=1e4,k-star=5"])
+    assert grid is not None
+    assert grid.options == ("p", "k-star")
+    assert grid.values == (["1", "1e4"], ["5", "9"])
+    assert grid.places == {"shi:p=1,k-star=5": (0, 0), "shi:p=1,k-star=9": (0, 1), "shi:p=1e4,k-star=5": (1, 0)}
+    grid = grid_of(["fixed-point:omega=1,scale", "fixed-point:omega=2,scale", "fixed-point:omega=1,scale=false"])
+    assert grid is not None
+    assert grid.values == (["1", "2"], ["true", "false"])
+
+
+@pytest.mark.parametrize(
+    "labels",
+    [
+        "shi",
+        "shi:p=1 shi:p=2 shi:p=3",
+        "shi:p=1,k-star=5 shi:p=2,k-star=9",
+        "shi:p=1,k-star=5 shi:p=1,k-star=9 shi:p=1,k-star=7",
+        "shi:p=1,k-star=5 shi:p=1,rho=9 shi:p=2,rho=9",
+        "shi:p=1,k-star=5 shi:p=1,k-star=9 shi:p=2,k-star=5 shi",
+        "shi:a=1,b=5,c=0 shi:a=1,b=5,c=1 shi:a=2,b=5,c=1",
+    ],
+)
+def test_other_runs_make_no_grid(labels: str) -> None:
+    assert grid_of([label.replace("_", " ") for label in labels.split()]) is None
+
+
+def test_a_legend_of_a_grid_and_many_other_runs_fits() -> None:
+    panel = crowd(11)
+    more = grid_panel(ks=[str(k) for k in range(1, 9)]).curves[1:]
+    curves = [curve for curve in panel.curves if curve.name != "shi"]
+    figure = convergence(type(panel)(panel.title, panel.measure, [*curves, *more]))
+    with style.context():
+        assert figure.legends[0].get_window_extent().width <= figure.bbox.width
+
+
+NOTHING_MEASURED = Panel("p", "residual", [odd("shi", [None, None])])
+RUNS: dict[str, Callable[[], Figure]] = {
+    **{f"crowd {n}": lambda n=n: convergence(crowd(n)) for n in (1, 2, 6, 11)},
+    **{f"bench {n}": lambda n=n: bench(profiles(n), [crowd(n), crowd(1)], [growth(n)]) for n in (1, 2, 6, 11)},
+    "paper": lambda: convergence(paper_panel()),
+    "7 panels": lambda: convergence(*(crowd(1 + i) for i in range(6)), paper_panel()),
+    "profile alone": lambda: bench(profiles(4)),
+    "growth alone": lambda: bench([], [], [growth(11), growth(2)]),
+    "nothing measured": lambda: convergence(NOTHING_MEASURED),
+    "no curves": lambda: convergence(Panel("p", "error", [])),
+    "strange texts": lambda: convergence(Panel("$a$ \u4e2d _{ " * 30, "error", [strange()])),
+}
+CONES = [([[2, 1], [1, 2]], (-5, -6)), (paths.MURTY, (-1, -1)), ([[-1, 2], [2, -1]], (1, 0))]
+CONES += [([[-1, 0], [0, -1]], (1, 1)), ([[1, 1], [1, 1.001]], (-1, -1.0005)), ([[-1, -2], [0.2, -3]], (4, 0))]
+CONES += [([[-1, -1], [0, 0]], (1, 0))]
+CONES += [(M, ((0, 0), (0, 1), (-1, -1))[k % 3]) for k, M in enumerate(paths.DEGENERATE.values())]
+FOUR = (*paths.METHODS, "newton", "lemke")
+FAR = Problem([[-1, 3], [2, -1]], [-400, -3e4], x0=[1e4, -1])
+PATHS: dict[str, tuple[list[Problem], tuple[str, ...]]] = {
+    "one": ([paths.TWO], paths.METHODS),
+    "four methods": ([paths.SKEW], FOUR),
+    "three problems": ([paths.TWO, paths.SKEW, FAR], paths.METHODS),
+    "all zero": ([Problem([[0, 0], [0, 0]], [0, 0])], paths.METHODS),
+    "huge": ([Problem([[1e200, 0], [0, 1]], [-1e300, -1])], paths.METHODS),
+}
+ENDS = [Problem(np.eye(2), q, names=["$x_{", "long " * 60], name="$a$ " * 50) for q in ([1, 1], [1, -1])]
+RESPONSES: dict[str, Callable[[], Solutions]] = {
+    "small": small,
+    "cornered": cornered,
+    "frontier": frontier,
+    "12 lines": lambda: entering(12),
+    "many": lambda: entering(80),
+    "point": lambda: lcpcli.path(Problem([[-1]], [0]), Problem([[-1]], [-1])),
+    "nothing": lambda: lcpcli.path(Problem([[-1]], [-2]), Problem([[-1]], [2])),
+    "strange names": lambda: lcpcli.path(*ENDS),
+}
+
+
+def drawn(draw: Callable[..., Figure], *given: Any) -> Figure:
+    with style.context():
+        return draw(*given)
+
+
+SHORT = Panel("short", "error", [decaying("shi", 0.5, 12), decaying("fixed-point", 0.4, 20)])
+LONG = Panel("long", "error", [decaying("shi", 0.5, 6), decaying("fixed-point", 0.99, 2000)])
+BARE = Panel("bare", "error", [*SHORT.curves, odd("lemke", [None, None])])
+RATIOS = [1.0, 2.0, 2.0, math.inf]
+BEYOND = Curve("lemke", "lemke", [0, 1, 2], [0.0, 1.0, 2.0], [1.0, 0.1, 0.0], True)
+GROWN = [
+    Growth("shi", "shi", [10, 1000], [1.0, 3.0], [1.0, 2.0], [1.0, 4.0], fit)
+    for fit in (None, Power(2.0, 0.25, 1e-3, 1.0))
+]
+NO_ITERATES = [Run("newton", "newton", [0, 1], [(0, 0), (0.5, 0.5)]), Run("milp", "milp", [0], [(0, 0)])]
+ZEROS = [Problem(np.eye(3), q) for q in ([1, 1, -1], [1, -1, -1])]
+RETURNS = [portfolio(0.05, c=c) for c in ([0, 0, 0], [0, 0.01, 0.02])]
+DRAWN: dict[str, Callable[[], Figure]] = {
+    "crowd": lambda: convergence(crowd(11), crowd(2)),
+    "kinds-of-axes": lambda: convergence(SHORT, LONG),
+    "short-runs": lambda: convergence(SHORT),
+    "runs-without-errors": lambda: convergence(BARE, Panel("p", "error", [odd("newton", [math.nan, math.inf])])),
+    "no-errors": lambda: convergence(NOTHING_MEASURED),
+    "beyond-the-axes": lambda: convergence(Panel("p", "error", [BEYOND])),
+    "grid": lambda: convergence(grid_panel()),
+    "bench": lambda: bench(profiles(3), [BARE], [growth(3)]),
+    "profile": lambda: bench([Profile("shi", "shi", RATIOS)]),
+    "profile-over-time": lambda: bench([Profile("shi", "shi", [ratio / 4 for ratio in RATIOS], in_seconds=True)]),
+    "growths": lambda: bench([], [], [GrowthPanel("p", [grown]) for grown in GROWN]),
+    **{f"cones-{name.replace(' ', '-')}": lambda M=M: paths.drawn(M, (1, -2)) for name, M in paths.DEGENERATE.items()},
+    "cones-of-a-P-matrix": lambda: paths.drawn([[2, 1], [1, 2]], (-5, -6)),
+    "cones-that-hold-q": lambda: paths.drawn(paths.MURTY, (-1, -1)),
+    "iterates": lambda: drawn(paths_figure.draw, [paths.data(paths.TWO)]),
+    "no-iterates": lambda: drawn(
+        paths_figure.draw, [Trajectories("p", [[2, 1], [1, 2]], [-5, -6], [(0.5, 0.5)], NO_ITERATES)]
+    ),
+    "path": lambda: drawn(run_figures.draw, response(small())),
+    "path-with-zeros": lambda: drawn(run_figures.draw, response(lcpcli.path(*ZEROS))),
+    "path-with-jump-and-turn": lambda: drawn(run_figures.draw, response(cornered())),
+    "frontier": lambda: drawn(run_figures.draw, response(frontier())),
+    "objective": lambda: drawn(run_figures.draw, response(lcpcli.path(*RETURNS))),
+    "many-lines": lambda: drawn(run_figures.draw, response(entering(40))),
+}
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_a_figure_shows_the_same_as_before(name: str) -> None:
+    assert_as_before(f"figure-{name}", described(DRAWN[name]()) + "\n")
+
+
+@pytest.mark.slow("draws many large figures")
+@pytest.mark.parametrize("name", RUNS)
+def test_texts_of_runs_are_apart(name: str) -> None:
+    assert_no_text_is_on_another_or_leaves(RUNS[name]())
+
+
+@pytest.mark.slow("draws many figures")
+@pytest.mark.parametrize(("M", "q"), CONES)
+def test_texts_of_cones_are_apart(M: list[list[float]], q: tuple[float, float]) -> None:
+    with style.context():
+        figure = cones_figure.draw(paths.picture(M, q, names=("price of $x", "y " * 60)))
+    assert_no_text_is_on_another_or_leaves(figure)
+
+
+@pytest.mark.slow("draws large figures")
+@pytest.mark.parametrize("name", PATHS)
+def test_texts_of_paths_of_iterates_are_apart(name: str) -> None:
+    problems, methods = PATHS[name]
+    with style.context():
+        figure = paths_figure.draw([paths.data(problem, methods) for problem in problems])
+    assert_no_text_is_on_another_or_leaves(figure)
+
+
+@pytest.mark.parametrize("name", RESPONSES)
+def test_texts_of_paths_of_solutions_are_apart(name: str) -> None:
+    with style.context():
+        figure = run_figures.draw(response(RESPONSES[name]()))
+    assert_no_text_is_on_another_or_leaves(figure)
+
+
+def test_a_long_title_and_count_of_cones_are_cut_and_nothing_in_them_is_parsed() -> None:
+    long = Cones("$\\alpha_ " * 30, paths.MURTY, (-1, -1), [False] * 4, "at least $3 " * 20)
+    with style.context():
+        figure = cones_figure.draw(long)
+        title, count = (text.get_window_extent() for text in figure.texts[:2])
+    assert figure.bbox.x0 <= title.x0 < title.x1 < count.x0 < count.x1 <= figure.bbox.x1
+
+
+MADE_BY = "lcp solve murty.json (exact)"
+FILES: dict[str, Callable[[str], bytes]] = {
+    "convergence": lambda form: plotting.convergence([Panel("p", "error", [decaying("shi")], MADE_BY)], form),
+    "bench": lambda form: plotting.bench(profiles(3), [crowd(2)], [growth(3)], form),
+    "cones": lambda form: plotting.cones(paths.picture(paths.MURTY, (-1, -1), provenance=[MADE_BY]), form),
+    "paths": lambda form: plotting.paths([paths.data(paths.TWO)], form),
+    "response": lambda form: plotting.response(response(frontier()), form),
+}
+BEGINNING = {"png": b"\x89PNG\r\n\x1a\n", "svg": b"<?xml", "pdf": b"%PDF-1."}
+END = {"png": b"IEND\xaeB`\x82", "svg": b"</svg>", "pdf": b"%%EOF"}
+SLOWLY = [pytest.param(kind, marks=pytest.mark.slow("draws figures twice")) for kind in FILES if kind != "cones"]
+
+
+@pytest.mark.parametrize("form", plotting.FORMS)
+@pytest.mark.parametrize("kind", ["cones", *SLOWLY])
+def test_a_file_is_whole_tells_what_made_it_and_is_always_the_same(kind: str, form: str) -> None:
+    first, second = FILES[kind](form), FILES[kind](form)
+    assert first == second
+    assert first.startswith(BEGINNING[form])
+    assert first.rstrip().endswith(END[form])
+    assert not [word for word in (b"CreationDate", b"dc:date", b"<text") if word in first], "texts are curves"
+    assert kind not in ("convergence", "cones") or MADE_BY.encode() in first.replace(b"\\", b"")
+
+
+def test_a_picture_of_a_path_is_saved_as_often_as_one_likes(tmp_path: Any) -> None:
+    picture = small().plot(tmp_path / "path.svg")
+    assert repr(picture) == "<Picture: path of 4 breakpoints>"
+    assert picture._repr_svg_() == (tmp_path / "path.svg").read_text()
+    picture.save(tmp_path / "path.pdf")
+    assert (tmp_path / "path.pdf").read_bytes().startswith(BEGINNING["pdf"])
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["path.pdf", "path.svg"]

@@ -1,25 +1,26 @@
-"""--show chooses the unknowns of tables, figures and CSV by their names."""
+"""--show chooses unknowns by their names; bounds are named, and sentences do not speak of z >= 0 beside them."""
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import lcpcli
+from lcpcli import Problem, plot, run, solve
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
-from lcpcli.report import pictures
+from lcpcli.methods import shi
+from lcpcli.report import notebook, pictures
 from lcpcli.report.selection import places
 
 NAMES = ["price n0", "price n1", "flow", "", "price *"]
 MARKET = {"M": [[3, 1, 0], [1, 3, 1], [0, 1, 3]], "q": [-4, -5, -4], "names": ["price n0", "flow", "price n1"]}
 GAME = {"A": [[3, 0], [5, 1]], "B": [[3, 5], [0, 1]], "rows": ["co", "de"], "columns": ["co", "de"]}
-
 Lcp = Callable[..., Any]
 
 
@@ -44,57 +45,30 @@ def test_a_name_of_none_is_refused(pattern: str) -> None:
         places(NAMES, [pattern])
 
 
-def headings(text: str, first: str) -> list[str]:
-    return next(words for line in text.splitlines() if (words := line.split())[:1] == [first])
+SHOWN = (
+    *(f"{line} market.json --show 'price *'" for line in ("solve", "solve --all", "compare --method newton")),
+    "solve market.json --all --show 'price *' --format csv",
+    "solve game.json --all --show 'row *'",
+    "solve game.json --all --show 'column de' --format csv",
+    *(f"path from.json market.json --show flow --format {form}" for form in ("table", "csv")),
+    "solve market.json --show flow",
+    "solve market.json --show flow --format csv",
+    "solve market.json --method newton --trace --show 'price n1' --format csv",
+)
+PROGRAM = {"Q": [[2, 0], [0, 2]], "A": [[1, 2]], "row_upper": [1], "rows": ["wood"], "columns": ["a", "b"]}
 
 
-def test_tables_have_the_chosen_unknowns_alone(lcp: Lcp) -> None:
-    for command, first in ((("solve",), "method"), (("solve", "--all"), "piece"), (("compare",), "method")):
-        shown = lcp(command[0], "market.json", *command[1:], "--show", "price *").out
-        assert headings(shown, first).count("price") == 2
-        assert "flow" not in shown
-    result = lcp("solve", "market.json", "--show", "flow").out
-    assert "z = (flow 1)" in result
-    path = lcp("path", "market.json", "--direction", "1,1,1", "--to", "9", "--show", "flow").out
-    assert headings(path, "t") == ["t", "change", "flow"]
+def test_tables_and_csv_have_the_chosen_unknowns_alone(session: Callable[..., None]) -> None:
+    Path("from.json").write_text(json.dumps(MARKET | {"q": [4, 5, 4]}))
+    session("show", *SHOWN)
 
 
-def test_a_multiplier_is_called_as_its_row_or_with_y_by_every_command(lcp: Lcp) -> None:
+def test_a_multiplier_is_called_as_its_row_or_with_y_by_every_command(session: Callable[..., None]) -> None:
     for file, c in (("p.json", [-2, -5]), ("to.json", [-2, -6])):
-        own = {"Q": [[2, 0], [0, 2]], "c": c, "A": [[1, 2]], "row_upper": [1], "rows": ["wood"], "columns": ["a", "b"]}
-        Path(file).write_text(json.dumps(own))
-    for words in ("path p.json to.json", "solve p.json", "solve p.json --all", "solve p.json --minimize a"):
-        for name, code in (("y wood", 0), ("wood", 0), ("y steel", 2)):
-            outcome = lcp(*words.split(), "--show", name)
-            assert (outcome.code, "wood" in outcome.out, " a " in outcome.out.replace("(a ", "")) == (
-                code,
-                code == 0,
-                False,
-            ), (words, name)
-
-
-def test_CSV_has_the_chosen_unknowns_alone(lcp: Lcp) -> None:
-    def rows(*arguments: str) -> list[dict[str, str]]:
-        lines = lcp(*arguments, "--format", "csv").out.splitlines()
-        return list(csv.DictReader(line for line in lines if not line.startswith("#")))
-
-    (answer,) = rows("solve", "market.json", "--show", "flow")
-    assert (answer["component"], float(answer["z"]), answer["name"]) == ("2", pytest.approx(1), "flow")
-    iterates = rows("solve", "market.json", "--method", "shi", "--trace", "--show", "price n1")
-    assert [name for name in iterates[0] if name[0] == "z"] == ["z3"]
-    first, second = rows("solve", "market.json", "--all", "--show", "price *")
-    assert [(row["component"], row["name"]) for row in (first, second)] == [("1", "price n0"), ("3", "price n1")]
-    path = rows("path", "market.json", "--direction", "1,1,1", "--to", "9", "--show", "flow")
-    assert list(path[0]) == ["breakpoint", "t", "change", "flow", "w flow"]
-    assert float(path[0]["flow"]) == pytest.approx(1)
-
-
-def test_strategies_of_a_game_are_chosen_by_the_headings_of_the_table(lcp: Lcp) -> None:
-    shown = lcp("solve", "game.json", "--all", "--show", "row *").out
-    assert "row co  row de  row gets" in shown
-    assert "column co" not in shown
-    lines = lcp("solve", "game.json", "--all", "--show", "column de", "--format", "csv").out.splitlines()
-    assert lines[2:] == ["1,column,2,1.0,1.0,de"]
+        Path(file).write_text(json.dumps(PROGRAM | {"c": c}))
+    commands = ("path p.json to.json", "solve p.json", "solve p.json --all", "solve p.json --minimize a")
+    names = ("y wood", "wood", "y steel")
+    session("show-multipliers", *(f"{command} --show '{name}'" for command in commands for name in names))
 
 
 def test_a_figure_of_a_path_has_the_chosen_lines_alone_and_multipliers_too() -> None:
@@ -142,3 +116,74 @@ def test_digits_under_the_pointer_are_those_of_the_components_that_a_page_shows(
     chosen = lcp("solve", "market.json", "--method", "newton", "--format", "html", "--show", "flow").out
     assert "z2 = " in chosen
     assert "z1 = " not in chosen
+
+
+MIXED = {
+    "M": [[2, 1, 0], [1, 2, 1], [0, 1, 3]],
+    "q": [-5, -6, 4],
+    "lower": [None, 0, -1],
+    "upper": [None, 2, None],
+    "name": "mixed",
+}
+SIZE = "n = 3 (1 free, 1 lower bound, 1 boxed)"
+BASIS = ["basic", "upper", "lower"]
+
+
+def test_basis_has_the_state_of_each_variable_of_every_problem() -> None:
+    assert run(Problem(**MIXED)).basis == BASIS
+    assert solve([[2, 1], [1, 2]], [-5, 1]).basis == ["basic", "lower"]
+    assert solve([[2.0]], [-5.0], lower=1, upper=1).basis == ["lower"]
+    assert solve([[1.0]], [-1.0], upper=5e-324).basis == ["upper"], "although half of this bound underflows"
+    assert solve([[0]], [-5]).to_dict()["basis"] is None
+    assert solve([[1e300]], [-1e300], lower=-1, x0=[1e300], max_iterations=0).basis == ["lower"]
+
+
+def test_next_step_begins_with_the_basis_in_json(lcp: Lcp, tmp_path: Path) -> None:
+    contact = {"M": [[2, 2, -1], [2, 2, -1], [1, 1, 0]], "q": [-1, -1, 0.5]}  # the impulses are not unique
+    for name, q in (("first", [-1, -1, 0.5]), ("next", [-1.1, -1.1, 0.5])):
+        (tmp_path / f"{name}.json").write_text(json.dumps(contact | {"q": q}))
+    result = tmp_path / "result.jsonl"
+    assert lcp("solve", str(tmp_path / "first.json"), "-o", str(result)).code == 0
+    assert json.loads(result.read_text())["basis"] == run(Problem(**contact)).basis
+    found = json.loads(lcp("solve", str(tmp_path / "next.json"), "--basis", str(result), "--format", "json").out)
+    assert (found["solved"], found["iterations"]) == (True, 1)
+
+
+def test_long_basis_is_counted_in_the_table(lcp: Lcp, tmp_path: Path) -> None:
+    path = tmp_path / "long.json"
+    path.write_text(json.dumps({"M": np.eye(30).tolist(), "q": [-3] * 10 + [0] * 20, "lower": -1, "upper": 2}))
+    assert "basis: 20 basic, 10 upper\n" in lcp("solve", str(path)).out
+    path.write_text(json.dumps(MIXED))
+    assert "basis = (basic, upper, lower)\n" in lcp("solve", str(path)).out
+
+
+def test_sentence_on_an_infeasible_problem_speaks_of_its_bounds() -> None:
+    found = solve([[1, 1], [1, 1]], [1, -2], lower=None)
+    assert found.status.word == "infeasible"
+    assert "no z within the bounds has w with the signs that they ask for" in found.message
+    assert "z >= 0" not in found.message
+    assert "no z >= 0 has Mz + q >= 0" in solve([[-1]], [-1]).message
+
+
+def test_notebook_shows_bounds() -> None:
+    problem = Problem(**MIXED)
+    assert SIZE in repr(run(problem))
+    assert "<td>-inf</td><td>inf</td>" in notebook.problem_html(problem)
+    assert "<th>l</th>" not in notebook.problem_html(Problem([[1]], [1]))
+
+
+def test_runs_on_different_bounds_do_not_share_a_panel() -> None:
+    runs = [solve([[2]], [-5], lower=lower, trace=True) for lower in (0, 0, 1)]
+    assert repr(plot(runs)) == "<Picture: 3 runs on 2 problems>"
+
+
+@pytest.mark.parametrize("shift", [0.0, 1e6])
+def test_every_advice_is_accepted_and_solves_the_problem_wherever_its_bounds_lie(shift: float) -> None:
+    problem = Problem([[2, 1], [1, 3]], [-5 - 3 * shift, -6 - 4 * shift], lower=shift, upper=shift + 2)
+    failed = run(problem, "shi", p=10)
+    less_smoothing, automatic, *_ = failed.suggestions.ways
+    without_bounds = shi.default_p(Problem([[2, 1], [1, 3]], [-5, -6]))
+    assert 0 <= less_smoothing["p"] / without_bounds - 1 < 1
+    assert automatic == {"method": "auto"}
+    for options in failed.suggestions.ways:
+        assert run(problem, **{"method": "shi", **options}).solved

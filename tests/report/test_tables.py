@@ -1,4 +1,4 @@
-"""What people see: tables like the paper's, columns on request, a summary, no line too wide, colour on terminals."""
+"""What people and programs get: every kind of answer in every format of text, tables, columns, widths and colours."""
 
 from __future__ import annotations
 
@@ -7,22 +7,211 @@ import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from lcpcli import Problem, Status
+from lcpcli import Problem, Status, Trace, error_bound, read, write
 from lcpcli.cli import terminal as cli_terminal
 from lcpcli.files import contents
-from lcpcli.report import wording
+from lcpcli.report import outcome, tables, wording
 from lcpcli.solving import driver
+from lcpcli.solving.driver import run
+
+SMALL = {"M": [[2, 1], [1, 2]], "q": [-4, -5]}  # z = (1, 2)
+PROGRAM = {"A": [[1, 1], [1, 3]], "columns": ["chairs", "tables"], "rows": ["labour", "wood"]}
+INPUTS: dict[str, dict[str, Any]] = {
+    "small": SMALL | {"solution": [1, 2]},
+    "start": SMALL | {"q": [2, 1]},
+    "from": {"M": [[2, 1], [0, 2]], "q": [2, 1]},
+    "to": {"M": [[2, 1], [0, 2]], "q": [-4, -7]},
+    "mixed": {
+        "M": [[2, 1, 0], [1, 2, 1], [0, 1, 3]],
+        "q": [-5, -6, 4],
+        "lower": [None, 0, -1],
+        "upper": [None, 2, None],
+    },
+    "most": PROGRAM | {"c": [3, 2], "row_upper": [4, 6], "sense": "max"},
+    "least": PROGRAM | {"c": [3, 2], "row_lower": [4, 6], "upper": [None, 3]},
+    "cost": PROGRAM | {"c": [-3, -2], "row_upper": [4, 6], "constant": 10},
+    "game": {"A": [[3, 0], [5, 1]], "B": [[3, 5], [0, 1]], "rows": ["co", "de"], "columns": ["in", "out"]},
+    "none": {"M": [[0, -1], [1, 0]], "q": [-1, -1]},
+    "many": {"M": [[1, 2], [2, 1]], "q": [-1, -1], "names": ["steel", "coal"]},
+    "faces": {"M": [[0, 1], [0, 0]], "q": [-1, 0]},
+    "line": {"M": [[0, 0], [0, 1]], "q": [0, -0.1], "lower": [None, 0]},
+    "ray": {"M": [[0, 0], [3, 0]], "q": [0, 5]},
+    "coordination": {"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]]},
+    "degenerate": {"A": [[2, 2], [2, 1]], "B": [[2, 2], [2, 1]]},
+    "decimals": {"M": [[0.3]], "q": [-0.1]},
+    "without": {"c": [-1, -1], "A": [[1, -1]], "b": [-2], "columns": ["up", "out"]},
+}
+ALL = "table csv markdown latex json"
+DOCUMENTS = {  # the commands, and the formats that show something else than those of another document
+    "solution": ("solve small.json --method newton --tol 1e-8 --time-limit 9", ALL),
+    "bounds": ("solve mixed.json", "table csv json"),
+    "maximum": ("solve most.json", ALL),
+    "minimum": ("solve least.json", "table csv"),
+    "unbounded": ("solve without.json", "table csv json"),
+    "equilibrium": ("solve game.json --exact", "table csv json"),
+    "disproof": ("solve none.json", "table json"),
+    "proof": ("solve decimals.json --exact", "table csv json"),
+    "failure": ("solve small.json --method fixed-point --max-iterations 3 --z0 1,1", "table markdown"),
+    "all-solutions": ("solve many.json --all --exact", ALL),
+    "all-equilibria": ("solve game.json --all", "table csv json"),
+    **{f"all-of-{name}": (f"solve {name}.json --all", "table csv") for name in ("faces", "line", "ray", "degenerate")},
+    "all-in-fractions": ("solve line.json --all --exact", "table csv json"),
+    "all-of-coordination": ("solve coordination.json --all --exact", "table json"),
+    "all-of-none": ("solve none.json --all", "table csv json"),
+    "all-of-a-program": ("solve cost.json --all", "table json"),
+    "all-maxima": ("solve most.json --all", "table csv json"),
+    "largest-multiplier": ("solve most.json --maximize labour", "table csv json"),
+    "least-of-a-cost": ("solve cost.json --minimize labour", "table json"),
+    "optimum": ("solve many.json --minimize coal", "table csv json"),
+    "comparison": (
+        "compare small.json --method newton --method shi:k-star=7,p=1e6 --method fixed-point:omega=99 --tol 1e-5 "
+        "--max-iterations 30",
+        "table latex",
+    ),
+    "wrong-answer": ("check small.json 0,0.5", "table csv json"),
+    "right-answer": ("check mixed.json 1.5,2,-1 --exact", "table json"),
+    "diagnosis": ("inspect mixed.json", "table"),
+    "several": ("solve small.json most.json none.json", "table csv json"),
+    "path-with-roundings": ("path start.json small.json", "table"),
+    "path": ("path from.json to.json --at 0.25", ALL),
+}
+
+
+@pytest.mark.parametrize("kind", DOCUMENTS)
+def test_a_document_has_the_same_text_as_before(
+    kind: str, session: Callable[..., None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("flint")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("lcpcli.report.tables._shortest", lambda _: [])  # which of two methods is faster may differ
+    for name, data in INPUTS.items():
+        Path(f"{name}.json").write_text(json.dumps(data))
+    command, forms = DOCUMENTS[kind]
+    session(kind, *(f"{command} --format {form}" for form in forms.split()))
+
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")
+TRIDIAGONAL = contents.shipped_path("tridiagonal-100.json")
 ESCAPE = "\x1b["
-
 Lcp = Callable[..., Any]
-SUMMARY = ["method", "to", "1e-3", "UNIT", "to", "1e-6", "UNIT", "to", "1e-9", "UNIT", "end", "UNIT", "error", "status"]
+
+
+def test_long_z_fits_the_terminal_and_is_whole_in_a_file(
+    lcp: Lcp, terminal: Callable[[int, bool], None], tmp_path: Path
+) -> None:
+    terminal(60, False)
+    head, _ = lcp("solve", TRIDIAGONAL).out.split("\n\n")
+    (line,) = (line for line in head.splitlines() if line.startswith("z = "))
+    assert line.endswith(", ..., 0)")
+    assert 50 < len(line) <= 60
+    assert "see all 100 components of z with --format csv" in head
+    assert "all 5 components of z" not in lcp("solve", contents.shipped_path("bimatrix.json")).out
+    file = tmp_path / "result.txt"
+    lcp("solve", TRIDIAGONAL, "-o", str(file))
+    rows = re.findall(r"^z(\d+) +(.*)$", file.read_text(), flags=re.MULTILINE)
+    assert [float(cell) for _, row in rows for cell in row.split()] == [1.0, 0.0] * 50
+    assert rows[1][0] == str(1 + len(rows[0][1].split()))
+
+
+@pytest.mark.parametrize(
+    ("error", "shown"), [(None, "0.3333333"), (2e-3, "0.333"), (0.4, "0.3"), (2.0, "0"), (1e-12, "0.3333333")]
+)
+def test_z_is_rounded_to_what_is_known(error: float | None, shown: str) -> None:
+    solutions = () if error is None else ([1 / 3 + error],)
+    result = run(Problem([[3.0]], [-1.0], solutions=solutions), "newton")
+    assert outcome.facts(result, 80, False)[-1] == f"z = ({shown})"
+
+
+def test_first_to_each_level_stands_out_in_colour_alone(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
+    results = [run(read(EXAMPLE), method, curve=Trace(levels=wording.LEVELS)) for method in ("newton", "shi")]
+    assert {column for _, column in tables.summary_of_costs(results, None).best} == {2, 4, 6, 8}
+    assert tables.summary_of_costs(results[:1], None).best == set()
+    plain = lcp("compare", EXAMPLE).out
+    terminal(80, True)
+    colored = lcp("compare", EXAMPLE).out
+    last = [line for line in colored.splitlines() if line.startswith(("fixed-point", "shi"))][-2:]
+    assert f"{ESCAPE}1m" in "".join(last)
+    assert ESCAPE not in plain
+
+
+def test_no_colour_is_lost_on_a_light_or_a_dark_ground(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
+    """Only red, green and magenta, which stand out on both; yellow, white, black and the bright ones do not."""
+    terminal(80, False)
+    assert ESCAPE not in lcp("solve", EXAMPLE).out
+    terminal(80, True)
+    runs = [lcp("solve", EXAMPLE), lcp("solve", EXAMPLE, "--max-iterations", "1"), lcp("compare", EXAMPLE)]
+    used = {code for run in runs for codes in re.findall(r"\x1b\[([\d;]*)m", run.out) for code in codes.split(";")}
+    assert used <= {"0", "1", "31", "32", "35"}
+    assert {"1", "31", "32", "35"} <= used
+
+
+def test_disturbed_times_are_said_to_be_over_the_least_of_their_ratios() -> None:
+    result = run(Problem([[3.0]], [-1.0]), "newton")
+    runs = [replace(result, spread=ratio, label=str(ratio)) for ratio in (1.5, 4.0, 2.5)]
+    warning = outcome.spread(runs)
+    assert warning.startswith("times of 4.0 and 2.5 vary by more than 2.5x between repeats")
+
+
+def test_a_printed_bound_is_rounded_upwards() -> None:
+    assert [wording.above(v) for v in (0.0, 9.91e-10, 1.25, 3.0)] == ["0", "1.0e-09", "1.3e+00", "3.0e+00"]
+
+
+def test_a_bound_is_shown_where_it_is_asked_for(lcp: Lcp, tmp_path: Path) -> None:
+    file = str(tmp_path / "problem.json")
+    write(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), file)
+    plain, bounded = (json.loads(lcp("solve", file, "--format", "json", *o).out) for o in ([], ["--bound"]))
+    assert (plain["error_bound"], plain["error_bound_source"]) == (None, None)
+    expected = error_bound(read(file), np.array(bounded["z"]))
+    assert expected is not None
+    assert (bounded["error_bound"], bounded["error_bound_source"]) == (expected.value, expected.source)
+    lines = lcp("compare", contents.shipped_path("paper-example-2.json"), "--bound").out.splitlines()
+    told = [re.match(r"(fixed-point|shi): \|z - z\*\| <= (\S+)", line) for line in lines if "|z - z*|" in line]
+    assert [found and (found[1], 0 < float(found[2]) < 1e-8) for found in told] == [
+        ("fixed-point", True),
+        ("shi", True),
+    ]
+    none = lcp("solve", contents.shipped_path("bimatrix.json"), "--bound").out
+    assert "\nno bound: M is not known to be H+ or positive definite\n" in none
+
+
+def test_files_name_the_methods_that_took_part_and_options_with_all_digits(lcp: Lcp, tmp_path: Path) -> None:
+    assert "auto by newton: solved" in lcp("solve", EXAMPLE, "--format", "csv").out
+    given = ("--tol", "1.2345678e-9", "--time-limit", "100.25", "--p", "1234567.5")
+    arguments = ("solve", EXAMPLE, "--method", "shi", *given, "--trace", str(tmp_path / "t.csv"))
+    out = lcp(*arguments, "--format", "csv").out
+    trace = (tmp_path / "t.csv").read_text()
+    for text in (out, trace):
+        assert "tol 1.2345678e-09, at most 10000 iterations, time limit 100.25 s\n" in text
+        assert "shi, p=1234567.5, k-star=100, " in text
+    assert "shi: p=123456, k-star=100" in lcp("solve", EXAMPLE, "--method", "shi", "--p", "123456").out
+
+
+def test_times_of_the_last_row_and_of_the_summary_are_by_one_clock(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The verified answer comes after the last iterate; the clock goes on by 1 ms each time it is read."""
+    seconds = count(0.0, 1e-3)
+    monkeypatch.setattr("time.perf_counter", lambda: next(seconds))
+    lines = lcp("compare", EXAMPLE, "--method", "fixed-point").out.splitlines()
+    start = next(i for i, line in enumerate(lines) if line.startswith("method") and line.endswith("status"))
+    units = re.search(r"time/(\w+)", lines[1]), lines[start].split()[3]
+    assert units[0]
+    scale = {"us": 1e-6, "ms": 1e-3, "s": 1.0}
+    last, cells = float(lines[start - 1].split()[-1]) * scale[units[0][1]], lines[start + 2].split()
+    assert last * 0.99 <= float(cells[8]) * scale[units[1]] <= last + 10.0
+
+
+def test_default_beside_a_run_with_an_option_and_every_value_in_a_figure_are_told(lcp: Lcp, tmp_path: Path) -> None:
+    file = tmp_path / "figure.svg"
+    methods = ("--method", "shi", "--method", "shi:k-star=5", "--method", "shi:k-star=17")
+    out = lcp("compare", EXAMPLE, *methods, "--plot", str(file)).out
+    assert " ".join(out[out.index("\nlcp ") :].split()).endswith("default shi: k-star=100")
+    assert re.search(r"k-star=5, .*k-star=17, ", file.read_text())
 
 
 def iterates(out: str) -> list[str]:
@@ -30,61 +219,18 @@ def iterates(out: str) -> list[str]:
     return out.split("\n\n", 1)[1].splitlines()
 
 
-def without_units(header: str) -> list[str]:
-    return re.sub(r" (us|ms|s)\b", " UNIT", header).split()
+SWEEP = "compare paper-example-1 --method shi --sweep p=1e3,1e4 --sweep k-star=5,100"
 
 
-def test_compare_prints_one_table_an_example_and_a_line_a_method(lcp: Lcp) -> None:
-    outcome = lcp("compare")
-    assert (outcome.code, outcome.err) == (0, "")
-    tables = outcome.out.split("\n\n")
-    assert [table.splitlines()[0].split(":")[0] for table in tables] == ["paper-example-1", "paper-example-2"]
-    for table in tables:
-        lines = table[: table.index("\nlcp ")].splitlines()
-        *names, time = lines[1].split()
-        assert names == ["method", "k", "z1", "z2", "z3", "z4", "step", "error"]
-        assert time in ("time/us", "time/ms", "time/s")
-        *summary, star = lines[-5:]
-        assert without_units(summary[0]) == SUMMARY
-        assert [line.split()[0] for line in summary[2:]] == ["fixed-point", "shi"]
-        assert all(line.endswith(" solved") for line in summary[2:])
-        assert star.endswith("; * the shortest time")
-
-
-def test_rows_are_the_first_every_fifth_and_the_last_three_with_seven_decimals(lcp: Lcp) -> None:
-    lines = iterates(lcp("solve", EXAMPLE, "--method", "fixed-point").out)
-    assert lines[2].split()[:6] == ["fixed-point", "1", "0.0000000", "0.0000000", "0.0000000", "0.0000000"]
-    assert lines[3].split()[:5] == ["5", "0.7883251", "0.0000000", "1.3448593", "0.0000000"]
-    assert lines[3].startswith("  ")
-    shown = [int(line.removeprefix("fixed-point").split()[0]) for line in lines[2:14]]
-    assert (shown, len(lines)) == ([1, *range(5, 41, 5), 44, 45, 46], 15)
-
-
-def test_columns_are_those_asked_for_in_that_order(lcp: Lcp) -> None:
+def test_columns_and_sweeps_are_shown_as_before(session: Callable[..., None]) -> None:
     """Table 1 of the paper has k and z alone."""
-    out = lcp("compare", EXAMPLE, "--columns", "k,z").out
-    assert out.splitlines()[1].split() == ["method", "k", "z1", "z2", "z3", "z4"]
-    assert "status" not in out
-    rows = [line.split()[-5:] for line in out.splitlines()]
-    assert ["15", "0.9985643", "0.0000000", "1.0012907", "0.0000000"] in rows
-    header = next(line for line in lcp("solve", EXAMPLE, "--columns", "time,k").out.splitlines() if "method" in line)
-    assert re.fullmatch(r"method +time/(us|ms|s) +k", header)
-    for arguments in (("--columns", "k,tme"), ("--columns", "k", "--format", "json"), ("--columns", "k", "-q")):
-        outcome = lcp("solve", EXAMPLE, *arguments)
-        assert outcome.code == 2
-        assert outcome.err.startswith("lcp: --columns: ")
-
-
-def test_sweep_shows_its_summary_and_iterates_on_request(lcp: Lcp) -> None:
-    sweep = ("compare", EXAMPLE, "--method", "shi", "--sweep", "p=1e3,1e4", "--sweep", "k-star=5,100")
-    title, header, _, *rows, star = lcp(*sweep).out.splitlines()[:8]
-    assert title.startswith("paper-example-1")
-    assert without_units(header) == ["method", "p", "k-star", *SUMMARY[1:]]
-    assert [row.split()[:3] for row in rows] == [["shi", p, k] for p in ("1e3", "1e4") for k in ("5", "100")]
-    assert star.endswith("; * the shortest time")
-    assert sum("*" in row for row in rows) >= 1
-    asked = ("--every", "10"), ("--trace",), ("--columns", "k,error")
-    assert min(len(lcp(*sweep, *each).out.splitlines()) for each in asked) > 20
+    wrong = ("--columns k,tme", "--columns k --format json", "--columns k -q")
+    session(
+        "columns",
+        *("compare paper-example-1 --columns k,z", "solve paper-example-1 --method newton --columns time,k"),
+        *(f"solve paper-example-1 {options}" for options in wrong),
+        *(SWEEP, f"{SWEEP} --every 10", f"{SWEEP} --columns k,error"),
+    )
 
 
 def test_csv_of_a_sweep_has_a_row_a_run_with_options_and_costs(lcp: Lcp) -> None:
@@ -121,14 +267,6 @@ def test_long_runs_are_thinned_unless_every_is_given(lcp: Lcp) -> None:
     assert whole.startswith("bimatrix: n = 5, 3 known solutions")
 
 
-def test_colour_is_for_terminals_only(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
-    plain = lcp("solve", EXAMPLE).out
-    terminal(80, False)
-    assert ESCAPE not in plain + lcp("solve", EXAMPLE).out
-    terminal(80, True)
-    assert ESCAPE in lcp("solve", EXAMPLE).out
-
-
 @pytest.mark.parametrize(
     ("environment", "colored"),
     [({}, True), ({"NO_COLOR": "1"}, False), ({"NO_COLOR": ""}, True), ({"TERM": "dumb"}, False)],
@@ -140,20 +278,6 @@ def test_no_color_is_obeyed(environment: dict[str, str], colored: bool, monkeypa
         monkeypatch.setenv(name, value)
     monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
     assert cli_terminal.terminal()[1] is colored
-
-
-def test_without_a_known_solution_the_residual_is_shown(lcp: Lcp, tmp_path: Path) -> None:
-    (tmp_path / "own.json").write_text('{"M": [[2, 1], [1, 2]], "q": [-5, -6]}')
-    out = lcp("solve", str(tmp_path / "own.json"), "--method", "fixed-point").out
-    assert iterates(out)[0].split()[:-1] == ["method", "k", "z1", "z2", "residual"]
-    assert "error" not in out
-
-
-def test_unsolved_run_says_why_and_exits_with_one(lcp: Lcp) -> None:
-    outcome = lcp("solve", EXAMPLE, "--method", "fixed-point", "--max-iterations", "2")
-    assert outcome.code == 1
-    assert outcome.out.splitlines()[1] == "fixed-point stopped at the iteration limit"
-    assert outcome.out.splitlines()[6].startswith("try --method auto, or --scale ")
 
 
 def test_quiet_prints_nothing_and_the_exit_code_gives_the_outcome(lcp: Lcp) -> None:
@@ -211,32 +335,26 @@ COMMANDS = {
     "inspect": ("inspect", SECOND),
     "bench": ("bench", EXAMPLE, "--budget", "0", "--method", "newton", "--method", "shi"),
     "list": ("make", "--list"),
-    **{f"help of {name}": (name, "--help") for name in ("solve", "compare", "bench", "check", "inspect", "make")},
 }
-
 Terminal = Callable[[int, bool], None]
 
 
-@pytest.mark.parametrize("width", [50, 80])
 @pytest.mark.parametrize("name", COMMANDS)
-def test_no_line_is_wider_than_the_screen(name: str, width: int, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COLUMNS", str(width))
+def test_no_line_is_wider_than_the_screen(name: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "50")
     lines = lcp(*COMMANDS[name]).out.splitlines()
     assert lines
-    examples = [line for line in lines if line.startswith("  lcp ")]  # they are copied, and so are not broken
-    assert [line for line in lines if len(line) > width and line not in examples] == []
+    assert [line for line in lines if len(line) > 50] == []
 
 
 @pytest.mark.parametrize("size", ["9" * 4400, "9" * 20, "-5", "\u00b2", "x", "0"], ids=lambda size: size[:3])
-@pytest.mark.parametrize("name", ["solve, large", "inspect"])
 def test_sizes_of_the_environment_that_are_none_are_passed_over(
-    name: str, size: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+    size: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for variable in ("COLUMNS", "LINES"):
         monkeypatch.setenv(variable, size)
-    ran = lcp(*COMMANDS[name])
-    assert ran.out
-    assert not ran.err
+    ran = lcp(*COMMANDS["solve, large"])
+    assert (bool(ran.out), ran.err) == (True, "")
 
 
 @pytest.mark.parametrize(("width", "levels"), [(100, 3), (74, 2), (55, 1)])

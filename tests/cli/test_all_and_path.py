@@ -1,0 +1,293 @@
+"""lcp solve --all and lcp path: every solution or breakpoint in every format, every end, and the exit codes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lcpcli
+from lcpcli import Problem
+from lcpcli.cli import path as command
+from lcpcli.files import contents, writing
+from lcpcli.files.inputs import Input
+from lcpcli.interrupts import TimeIsUp
+from lcpcli.report import plotting, solutions
+from lcpcli.report.figures.data import Cones
+
+from .conftest import Lcp, assert_refused, record
+
+PROBLEMS = {
+    "murty": '{"M": [[1, 2], [2, 1]], "q": [-1, -1]}',
+    "faces": '{"M": [[0, 1], [0, 0]], "q": [-1, 0]}',
+    "none": '{"M": [[0, -1], [1, 0]], "q": [-1, -1]}',
+    "one": '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}',
+    "line": '{"M": [[0, 0], [0, 1]], "q": [0, -0.1], "lower": [null, 0]}',
+}
+
+
+@pytest.fixture(autouse=True)
+def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    for name, text in PROBLEMS.items():
+        (tmp_path / f"{name}.json").write_text(text)
+    (tmp_path / "game.json").write_text('{"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]]}')
+    (tmp_path / "both.json").write_text('{"A": [[2, 2], [2, 1]], "B": [[2, 2], [2, 1]]}')
+    return tmp_path
+
+
+@pytest.fixture
+def listed(lcp: Lcp) -> Any:
+    """What JSON has of all solutions of a problem."""
+
+    def run(name: str, *options: str) -> dict[str, Any]:
+        return record(lcp("solve", f"{name}.json", "--all", *options, "--format", "json"))
+
+    return run
+
+
+@pytest.mark.parametrize(("name", "extreme"), [("coordination-4", 15), ("winkels", 12)])
+def test_shipped_games_have_the_published_numbers_of_equilibria(name: str, extreme: int, lcp: Lcp) -> None:
+    outcome = lcp("solve", contents.shipped_path(f"games/{name}.nfg"), "--all", "--format", "json")
+    held = record(outcome)
+    assert (outcome.code, held["complete"], len(held["solutions"])) == (0, True, extreme)
+
+
+def test_two_tables_are_the_payoffs_of_a_game_fractions_among_them(lcp: Lcp) -> None:
+    for name, text in {"A": "3,0\n0,1/2\n", "B": "2;0\n0;0,1\n", "C": "1,2,3\n"}.items():
+        Path(f"{name}.csv").write_text(text)
+    outcome = lcp("solve", "A.csv", "B.csv", "--game", "--all", "--exact", "--format", "json")
+    told = [each["equilibrium"]["payoffs"] for each in record(outcome)["solutions"]]
+    assert told == [["3", "2"], ["3/7", "2/21"], ["1/2", "1/10"]]
+    assert "row = " in lcp("solve", "A.csv", "B.csv", "--game").out
+    assert_refused(lcp("solve", "A.csv", "--game"), "lcp: --game: takes two files, not 1")
+    assert_refused(lcp("solve", "A.csv", "C.csv", "--game"), "make them agree")
+
+
+def test_objective_of_a_program_has_its_curvature_sense_and_constant(lcp: Lcp, listed: Any) -> None:
+    """3 x_1^2 + x_1 x_2 + x_2^2 - 7 x_1 - 3 x_2 + 10 at its minimizer (1, 1), and minus that."""
+    held = record(lcp("solve", contents.shipped_path("programs/transport.json"), "--all", "--format", "json"))
+    assert {each["objective"] for each in held["solutions"]} == {153.675}
+    assert (len(held["solutions"]), len(held["pieces"]), held["complete"]) == (2, 1, True)
+    Q, c = np.array([[6, 1], [1, 2]]), np.array([-7, -3])
+    for sign, sense in ((1, "min"), (-1, "max")):
+        lcpcli.write(lcpcli.from_qp(sign * Q, sign * c, sense=sense, constant=10 * sign), "program.json")
+        assert [each["objective"] for each in listed("program")["solutions"]] == [sign * 5]
+
+
+def test_list_that_is_as_long_as_was_asked_for_says_whether_there_are_others(session: Callable[..., None]) -> None:
+    Path("connected.json").write_text('{"A": [[1, 0], [0, 0], [1, 0]], "B": [[1, 0], [1, 1], [1, 1]]}')
+    most = (("murty", 2), ("murty", 3), ("faces", 2), ("one", 1), ("game", 1), ("both", 2), ("connected", 2))
+    lines = (f"solve {name}.json --all --max-solutions {k}" for name, k in most)
+    session("as-many-as-asked-for", *lines, "solve connected.json --all")
+
+
+def test_list_that_is_stopped_while_numbers_are_read_is_none(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    def reading_until_the_limit(_: Input) -> None:
+        raise TimeIsUp
+
+    monkeypatch.setattr(Input, "exact_parts", reading_until_the_limit)
+    late = lcp("solve", "murty.json", "--all", "--time-limit", "9", "--format", "json")
+    assert (late.code, record(late)["status"], record(late)["complete"]) == (1, "time_limit", False)
+
+
+@pytest.mark.parametrize(("name", "holding"), [("murty", "0111"), ("faces", "0011"), ("none", "0000")])
+def test_picture_marks_the_cones_that_hold_q(
+    name: str, holding: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("matplotlib")
+    drawn: list[Cones] = []
+    usual = plotting.cones
+
+    def kept(picture: Cones, form: str) -> bytes:
+        drawn.append(picture)
+        return b"<?xml" if name == "none" else usual(picture, form)
+
+    monkeypatch.setattr(plotting, "cones", kept)
+    lcp("solve", f"{name}.json", "--all", "--plot", "cones.svg")
+    (picture,) = drawn
+    assert Path("cones.svg").read_text().startswith("<?xml")
+    assert picture.holding == [mark == "1" for mark in holding]
+    assert "1" not in holding or picture.count in lcp("solve", f"{name}.json", "--all").out
+
+
+@pytest.mark.parametrize("name", ["murty", "both"])
+def test_long_table_is_cut_and_says_so(name: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = lcp("solve", f"{name}.json", "--all").out.split("\n\n")
+    monkeypatch.setattr(solutions, "MOST_LINES", 2)
+    monkeypatch.setattr(solutions, "MOST_SUBSETS", 1)
+    head, rows = lcp("solve", f"{name}.json", "--all").out.split("\n\n")
+    assert re.search(r"the first 2 of [34] rows; --format json and csv have all of them", head)
+    shown, expected = (
+        [line.split() for line in text.splitlines()[:-1] if "--" not in line] for text in (rows, whole[1])
+    )
+    assert shown[1:] == expected[1:3]
+    assert ("{1, 2}, and 1 other:" in head) == (name == "both")
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        *((f"murty.json --all {it}", f"{it.split()[0]}: has no effect with --all") for it in ("--p 3", "--z0 1,1")),
+        *((f"murty.json --all {it}", f"{it.split()[0]}: has no effect with --all") for it in ("--trace", "--jobs 2")),
+        ("murty.json --all --method shi", "leave out --method"),
+        ("murty.json one.json --all", "takes one problem"),
+        ("murty.json --all --max-solutions 0", "--max-solutions: 0 is out of range"),
+        ("murty.json --max-solutions 3", "without --all"),
+        ("murty.json --all --plot cones.doc", "no known suffix"),
+        ("bimatrix --all --plot cones.svg", "not a problem with n = 5"),
+        ("line.json --all --plot cones.svg", "1 free"),
+        ("large.npz --all", "900 unknowns"),
+        ("nowhere.json --all", "no such file"),
+    ],
+)
+def test_what_does_not_go_with_all_is_refused_in_a_line(line: str, words: str, lcp: Lcp) -> None:
+    if "large" in line:
+        assert lcp("make", "obstacle", "-n", "900", "-o", "large.npz").code == 0
+    assert_refused(lcp("solve", *line.split()), words)
+
+
+M = [[2, 1], [1, 2]]
+
+
+@pytest.fixture(autouse=True)
+def ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with two problems that have one M, and with others."""
+    monkeypatch.chdir(tmp_path)
+    problems = {
+        "first": Problem(M, [1, 1]),
+        "last": Problem(M, [-5, -6]),
+        "other": Problem([[2, 1], [1, 3]], [-5, -6]),
+        "larger": Problem(np.eye(3), [1, 1, 1]),
+        "bounded": Problem(M, [-5, -6], upper=[1, np.inf]),
+        "back": Problem([[-1]], [2]),
+        "beyond": Problem([[-1]], [-2]),
+    }
+    for name, problem in problems.items():
+        writing.write(problem, f"{name}.json")
+    for name, text in {"M": "2,1\n1,2\n", "q0": "1,1\n", "q1": "-5,-6\n", "d": "-6\n-7\n"}.items():
+        (tmp_path / f"{name}.csv").write_text(text)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "first.json last.json",
+        "M.csv q0.csv q1.csv",
+        "first.json --direction d.csv --to 1",
+        "M.csv q0.csv --direction d.csv --to 1",
+        "first.json --direction -6,-7 --to 1",
+    ],
+)
+def test_problems_are_given_in_files_or_by_a_direction(words: str, lcp: Lcp) -> None:
+    outcome = lcp("path", *words.split(), "--format", "json")
+    assert (outcome.code, outcome.err) == (0, "")
+    found = record(outcome)
+    assert found["t"] == pytest.approx([0, 1 / 7, 1 / 5, 1])
+    assert found["z"][-1] == pytest.approx([4 / 3, 7 / 3])
+    assert (found["end"], found["verified"]) == ("reached", True)
+    own = lcpcli.path(lcpcli.read("first.json"), lcpcli.read("last.json")).to_dict()
+    assert own.keys() == found.keys()
+    if words == "first.json last.json":
+        assert (found["file"], found["to_file"]) == ("first.json", "last.json")
+        assert {**found, "file": None, "to_file": None, "seconds": 0} == {**own, "seconds": 0}
+
+
+PATHS = (
+    *("last.json --from 1 --to 8", "--direction d.csv --from 0.1 --to 2", "last.json --upper 1,none"),
+    *("last.json --at 0.6,1/10", "last.json --max-breakpoints 1", "last.json -q"),
+)
+IN_FRACTIONS = (
+    "a.json b.json --at 0.9",
+    "a.json --direction -1/30 --from 1/3 --to 4",
+    "a.json --direction e.csv --to 2",
+)
+
+
+def test_paths_to_every_end_are_the_same_as_before(session: Callable[..., None]) -> None:
+    pytest.importorskip("flint")
+    Path("0.6,1").mkdir()  # the folder of a file of this name
+    for name, text in {"0.6,1/10": "not numbers", "e.csv": "-0.1\n"}.items():
+        Path(name).write_text(text)
+    for name, q in (("a", "0.1"), ("b", "-0.1")):
+        Path(f"{name}.json").write_text(f'{{"M": [[0.3]], "q": [{q}]}}')
+    program = Path(contents.shipped_path("programs/portfolio.json")).read_text()
+    for name, least in (("from", "0.05"), ("to", "0.12")):
+        limits = f'"row_lower": [1, {least}], "row_upper": [1, null], "upper"'
+        Path(f"{name}.json").write_text(re.sub(r'"row_lower".*"upper"', limits, program, flags=re.DOTALL))
+    session(
+        "paths",
+        *(f"path first.json {line}" for line in PATHS),
+        *(
+            f"path {line}"
+            for line in ("back.json beyond.json", "back.json beyond.json --turns", "beyond.json back.json")
+        ),
+        *(f"path {line} --exact --format {form}" for line in IN_FRACTIONS for form in ("table", "json")),
+        "path from.json to.json --from 0.05 --to 0.12 --exact",
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("first.json", "lcp: FROM TO: stands for 2 or 3 files, not 1; give two problems, or a file with M"),
+        (
+            "first.json last.json back.json --direction 1,1 --to 1",
+            "lcp: --direction: takes 1 or 2 files, not 3; give one",
+        ),
+        ("first.json --direction 1,1", "lcp: --direction: has no end; add --to, the last t"),
+        ("first.json --direction 1,1,1 --to 1", "lcp: --direction: has 3 entries for 2 unknowns"),
+        ("first.json --direction 1,x --to 1", "lcp: 1,x: "),
+        ("first.json other.json", "lcp: other.json: M: differs between the two problems; give two problems with one M"),
+        ("first.json larger.json", "lcp: larger.json: n: is 2 and 3; give two problems with the same unknowns"),
+        ("first.json bounded.json", "lcp: bounded.json: upper[0]: is finite in one problem"),
+        ("first.json last.json --from 1", "lcp: --to: is 1, and the path begins at t = 1; give a larger number"),
+        ("first.json last.json --to nan", "lcp: --to: has 'nan', which is not finite; give a finite number"),
+        ("first.json last.json --to 1e400", "lcp: --to: is too large; give a number in double precision"),
+        ("first.json --direction 1,1e300 --to 1e300", "lcp: --direction: q[1]: is not a finite number"),
+        ("first.json last.json --at 2", "lcp: --at: is 2, and the path goes from 0 to 1; give values between these"),
+        ("first.json last.json --at a", "lcp: --at: 'a' is not a list of numbers; write 0,0.5,1"),
+        ("first.json last.json --max-breakpoints 0", "lcp: --max-breakpoints: 0 is out of range"),
+        ("first.json last.json --plot -", "lcp: --plot: '-' has no known suffix of a picture; use one of .png, .svg"),
+        ("first.json last.json -o json", "lcp: --output: json is a format"),
+        ("first.json last.json -o a.xyz", "lcp: a.xyz: the suffix .xyz is not a format"),
+        ("first.json other.json -o q0.csv", "lcp: other.json: M: differs"),
+        ("- -", "lcp: standard input: can be read only once"),
+    ],
+)
+def test_error_is_one_line_that_says_where_and_leaves_the_files(words: str, message: str, lcp: Lcp) -> None:
+    assert_refused(lcp("path", *words.split()), message)
+    assert Path("q0.csv").read_text() == "1,1\n"
+
+
+def test_picture_is_written_whole(lcp: Lcp, files: Path) -> None:
+    pytest.importorskip("matplotlib")
+    before = set(files.iterdir())
+    assert lcp("path", "first.json", "last.json", "--plot", "path.png").code == 0
+    assert set(files.iterdir()) - before == {files / "path.png"}
+    assert (files / "path.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_program_that_a_direction_leaves_keeps_its_names(lcp: Lcp) -> None:
+    words = ["path", "portfolio", "--to", "0.1", "--format", "json"]
+    moved = record(lcp(*words, "--direction", "1,0,0,0,0,0"))
+    assert moved["answer"]["columns"] == ["shares", "bonds", "cash"]
+    assert moved["moving"]["name"] == "shares"
+    left = record(lcp(*words, "--direction", "0,0,0,0,1,0"))  # the row of a range has no constant
+    assert left["answer"] is None
+    assert left["names"][:5] == ["shares", "bonds", "cash", "budget", "return"]
+
+
+def test_missing_matplotlib_is_told_before_the_path(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    from lcpcli.report import plotting
+
+    monkeypatch.setattr(plotting, "find_spec", lambda _: None)
+    monkeypatch.setattr(command, "_followed", None)
+    outcome = lcp("path", "first.json", "last.json", "--plot", "a.png")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err == "lcp: --plot: needs matplotlib; pip install 'linear-complementarity[plot]'\n"

@@ -1,0 +1,293 @@
+"""Bounds typed or in files, far ones as none, and programs and games in files, in every command that reads problems."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lcpcli
+from lcpcli import from_game, from_qp, read
+from lcpcli.errors import ProblemError
+from lcpcli.files import contents
+
+from ..bad_input.matrix_kinds import archive, mat, npy
+from ..conftest import Outcome
+from ..far_bounds import FAR
+from .conftest import EXAMPLE, Lcp, assert_refused, record, records
+
+MIXED = '{"M": [[2, 1], [1, 2]], "q": [-5.1, -6], "lower": [-1e20, 0.1], "upper": [1e20, 1e400]}'
+REMARK = "lcp: far.json: 6 bounds of 1e20 or more; --infinity 1e20 makes them infinite\n"
+
+
+@pytest.fixture(autouse=True)
+def far_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A folder, entered, with far.json, a program with far bounds, mixed.json and lcp.json."""
+    monkeypatch.chdir(tmp_path)
+    Path("far.json").write_text(json.dumps(FAR))
+    Path("mixed.json").write_text(MIXED)
+    Path("lcp.json").write_text('{"M": [[2, 1], [1, 2]], "q": [-5, 1e25]}')
+
+
+def test_check_inspect_convert_compare_and_bench_read_the_same_problem_as_solve(lcp: Lcp) -> None:
+    infinity = ("--infinity", "1e20")
+    assert lcp("solve", "far.json", *infinity, "-o", "z.csv").code == 0
+    assert lcp("check", "far.json", "z.csv", *infinity).code == 0
+    assert lcp("check", "far.json", "z.csv", *infinity, "--exact").code == 0
+    assert lcp("inspect", "far.json", *infinity).out.startswith("far: n = 6 ")
+    assert lcp("convert", "far.json", *infinity, "-o", "near.json") == Outcome(0, "", "")
+    near = read("near.json")
+    assert near.n == read("far.json", infinity=1e20).n == 6
+    assert not (near.q != from_qp(**FAR, infinity=1e20).q).any()
+    assert record(lcp("compare", "far.json", *infinity, "--method", "newton", "--format", "json"))["n"] == 6
+    lcp("bench", "far.json", *infinity, "--method", "newton", "--budget", "0", "-o", "bench.json", "-q")
+    assert json.loads(Path("bench.json").read_text())["measurements"][0]["n"] == 6
+    assert lcp("bench", "--resume", "bench.json", "-q").code == 0
+    lcp("bench", "lcp.json", "--method", "newton", "--budget", "0", "-o", "older.json", "-q")
+    text = Path("older.json").read_text()
+    assert ', "infinity": null' in text
+    Path("older.json").write_text(text.replace(', "infinity": null', ""))
+    assert lcp("bench", "--resume", "older.json", "-q") == Outcome(0, "", "")
+
+
+def test_exact_bounds_are_the_decimals_but_for_those_that_are_none(lcp: Lcp) -> None:
+    pytest.importorskip("flint")
+    result = record(lcp("solve", "mixed.json", "--infinity", "1e20", "--exact", "--format", "json"))
+    assert result["exact"]["z"] == ["7/5", "23/10"]
+    both = ("--lower", "1/3", "--upper", "1e20,0.7")
+    result = record(lcp("solve", "mixed.json", *both, "--infinity", "1e19", "--exact", "--format", "json"))
+    assert result["exact"]["z"] == ["11/5", "7/10"]
+    for name in ("far.json", "far.npz"):
+        lcp("convert", "far.json", "-o", "far.npz")
+        result = record(lcp("solve", name, "--infinity", "1e20", "--exact", "--format", "json"))
+        assert result["answer"]["exact"]["x"] == ["3/2", "0"]
+
+
+@pytest.mark.parametrize(
+    ("path", "size"), [("lcp.json", "1e20"), (contents.shipped_path("diode-bridge.json"), "1e20"), (EXAMPLE, "inf")]
+)
+def test_problems_without_such_bounds_are_solved_with_it_as_without_it(path: str, size: str, lcp: Lcp) -> None:
+    before, after = (lcp("solve", path, *given, "--format", "csv") for given in ((), ("--infinity", size)))
+    assert after == before
+    assert before.err == ""
+
+
+REMARKED = (
+    *("solve far.json", "solve far.json --exact", "solve far.json --all", "compare far.json --method newton"),
+    *("solve far.json mixed.json", "solve far.json -q", "solve far.json far.json -q", "solve far.json --infinity 1e25"),
+    *("inspect far.json", "inspect far.json --infinity 1e20", "solve far.json mixed.json lcp.json --infinity 1e20"),
+    *(f"solve mixed.json --all {options}" for options in ("", "--infinity 1e20")),
+    "solve far.json --infinity 1e20",
+)
+
+
+def test_the_remark_on_far_bounds_comes_once_wherever_a_problem_is_read(session: Callable[..., None], lcp: Lcp) -> None:
+    pytest.importorskip("flint")
+    session("far-bounds", *(f"{line} --format csv" if "solve far.json" in line else line for line in REMARKED))
+    assert lcp("bench", "far.json", "--method", "newton", "--budget", "0").err == REMARK
+    assert REMARK.split(": ")[2].strip() in lcpcli.inspect(read("far.json")).hints
+
+
+LOWER = [-np.inf, -0.5]
+FILES = {
+    "v.json": b"[null, -0.5]",
+    "v.csv": b"none\n-0.5\n",
+    "row.csv": b",-0.5\n",
+    "headed.csv": b"lower\n-inf\n-0.5\n",
+    "decimal-commas.csv": b";lower\n0;-inf\n1;-0,5\n",
+    "v.npy": npy(np.array(LOWER)),
+    "column.npy": npy(np.array([LOWER]).T),
+    "both.npz": archive(upper=[1, 1], lower=LOWER),
+    "v.mat": mat(anything=LOWER),
+}
+
+
+@pytest.fixture
+def bounds(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Lcp:
+    """The lower and upper bounds of a problem of two unknowns with these options."""
+    monkeypatch.chdir(tmp_path)
+    Path("given.json").write_text('{"M": [[2, 1], [1, 2]], "q": [-5, -6], "lower": -9, "upper": [8, 9]}')
+
+    def given(*options: str) -> Any:
+        held = record(lcp("convert", "given.json", *options))
+        return held.get("lower", 0), held.get("upper")
+
+    return given
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_every_format_gives_the_same_bounds(name: str, bounds: Lcp) -> None:
+    Path(name).write_bytes(FILES[name])
+    assert bounds("--lower", name) == ([None, -0.5], [8, 9])
+
+
+@pytest.mark.parametrize("typed", ["none,-0.5", "NONE -1/2", "[null, -0.5]", "-Infinity;-5e-1", "-inf, -.5"])
+def test_typed_bounds_are_those_meant(typed: str, bounds: Lcp) -> None:
+    assert bounds("--lower", typed) == ([None, -0.5], [8, 9])
+
+
+def test_one_number_is_for_all_in_mat_too_and_none_takes_bounds_away(bounds: Lcp) -> None:
+    assert bounds("--lower", "-1/2", "--upper", "none") == (-0.5, None)
+    assert bounds("--lower", "0", "--upper", "inf") == (0, None)
+    Path("one.mat").write_bytes(mat(lower=-1))
+    assert bounds("--lower", "one.mat") == (-1, [8, 9])
+
+
+def test_as_many_bounds_may_be_typed_as_a_problem_has(lcp: Lcp, tmp_path: Path) -> None:
+    made = str(tmp_path / "p.json")
+    lcp("make", "tridiagonal", "-n", "1200", "-o", made)
+    written = lcp("convert", made, "--upper", ",".join(map(str, range(1200))))
+    assert record(written)["upper"] == [*range(1200)]
+
+
+def test_bounds_of_a_program_or_a_game_are_refused_and_those_of_named_unknowns_are_not(
+    lcp: Lcp, tmp_path: Path
+) -> None:
+    file = tmp_path / "p.json"
+    for text, hint in (
+        ('{"Q": [[1]], "c": [-1]}', "this is a program; give the bounds of its variables in the file"),
+        ('{"A": [[1]], "B": [[1]]}', "this is a game; leave it out"),
+    ):
+        file.write_text(text)
+        told = f"lcp: --lower: is for problems given by M and q, but {hint}\n"
+        assert_refused(lcp("solve", str(file), "--lower", "1"), told)
+    file.write_text('{"M": [[1]], "q": [-3], "names": ["a"]}')
+    assert "n = 1 (1 boxed)" in lcp("solve", str(file), "--upper", "1").out
+
+
+PROGRAM = {"Q": [[2, 0], [0, 2]], "c": [-3, 1], "A": [[1, 1]], "b": [1]}
+GAME = {"A": [[3, 0], [0, 2]], "B": [[0, 2], [3, 0]], "rows": ["opera", "football"], "columns": ["left", "right"]}
+
+
+@pytest.fixture(autouse=True)
+def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder, entered, with program.json and game.json."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "program.json").write_text(json.dumps(PROGRAM))
+    (tmp_path / "game.json").write_text(json.dumps(GAME))
+    return tmp_path
+
+
+def remade(lcp: Lcp, option: str, name: str, *arguments: str) -> list[str]:
+    """The lines that lcp solve prints on the problem that lcp make makes of a file."""
+    assert lcp("make", option, name, "-o", "made.json") == Outcome(0, "", "")
+    outcome = lcp("solve", "made.json", *arguments)
+    assert (outcome.code, outcome.err) == (0, "")
+    return outcome.out.splitlines()
+
+
+def test_the_minimum_is_reported_and_of_a_comparison_by_each_method(lcp: Lcp) -> None:
+    lines = remade(lcp, "--from-qp", "program.json")
+    assert lines[0] == "program: n = 3"
+    assert lines[1].endswith("; objective -2.25")
+    line = lines.index("x = (1.5, 0), y = (0)")
+    assert lines[line + 1] == "x is the unique minimizer, as Q is positive definite"
+    shown = lcp("compare", "made.json", "--method", "newton", "--method", "lemke").out.splitlines()
+    assert {f"{method}: {lines[line]}, objective -2.25" for method in ("newton", "lemke")} <= set(shown)
+    (record,) = records(lcp("compare", EXAMPLE, "--method", "newton", "--format", "json"))
+    assert record["answer"] is None
+
+
+def test_an_unsolvable_program_is_reported_in_words_and_by_the_exit_code(lcp: Lcp, files: Path) -> None:
+    (files / "program.json").write_text('{"Q": [[0]], "c": [1], "A": [[-1]], "b": [1], "name": "no  point"}')
+    assert lcp("make", "--from-qp", "program.json", "-o", "made.npz").code == 0
+    outcome = lcp("solve", "made.npz")
+    assert outcome.code == 3
+    assert "the program is infeasible: no x satisfies its constraints" in outcome.out.splitlines()
+
+
+BAD = {
+    "--from-qp": {
+        "[1]": "is a list; give an object with the keys M and q",
+        '{"Q": [[1]], "c": [1], "b": [1]}': "A: is missing; give it with b, or leave both out",
+        '{"Q": [[1]], "c": [1], "A": [[]], "b": [1]}': "A: has empty rows; give a list of rows of numbers",
+        '{"Q": [[1]], "c": [1e999]}': "c[0]: is not a finite number",
+        '{"Q": [[1]], "c": [1], "free": 0}': "free: is a number; give a list of indices",
+        '{"Q": [[1]], "c": [1], "free": [0, 0]}': "free: names an index twice; keep one",
+        '{"Q": [[1]], "c": [1], "name": 3}': "name: is a number; give a text",
+    },
+    "--from-game": {
+        "3": "is a number; give an object with the keys M and q",
+        '{"A": [[1]]}': "B: is missing; add the key B",
+        '{"A": [[1, 2]], "B": [[1]]}': "B: is 1 x 1 but A is 1 x 2; make them agree",
+        '{"A": [[1]], "B": [["x"]]}': "B[0][0]: is the text 'x'; give real numbers",
+        '{"A": [[1e308], [-1e308]], "B": [[1], [2]]}': "A: exceeds the double-precision range; scale the payoffs",
+        '{"A": [[1]], "B": [[1]], "rows": "x"}': "rows: is the text 'x'; give a list of names",
+        '{"A": [[1]], "B": [[1]], "rows": [1]}': "rows[0]: is a number; give a text",
+        '{"A": [[1]], "B": [[1]], "columns": ["x", "y"]}': "columns: has 2 names for 1 strategy; make them agree",
+        '{"A": [[1]], "B": [[1]], "row": ["x"]}': "row: is not a key of a game; did you mean rows?",
+    },
+}
+
+
+@pytest.mark.parametrize(("option", "text"), [(option, text) for option in BAD for text in BAD[option]])
+def test_bad_files_are_reported_in_one_line(option: str, text: str, lcp: Lcp, files: Path) -> None:
+    (files / "bad.json").write_text(text)
+    assert_refused(lcp("make", option, "bad.json", "-o", "made.json"), f"lcp: bad.json: {BAD[option][text]}")
+    assert not (files / "made.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("--from-qp program.json murty", "FAMILY: has no effect with --from-qp; leave one out"),
+        ("--from-qp program.json -n 3", "-n: has no effect with --from-qp"),
+        ("--from-game game.json --set a=3", "--set: has no effect with --from-game"),
+        ("--from-game game.json --from-qp program.json", "--from-game: has no effect with --from-qp"),
+        ("--list --from-qp program.json", "--from-qp: has no effect with --list"),
+        ("--from-qp gone.json", "gone.json: no such file"),
+    ],
+)
+def test_options_without_effect_are_refused(line: str, words: str, lcp: Lcp) -> None:
+    assert_refused(lcp("make", *line.split()), words)
+
+
+BAD_ORIGINS = {
+    "3": "origin: is a number; give an object with the key kind",
+    "{}": "origin.kind: is missing; add one of qp, game",
+    '{"kind": "lp"}': "origin.kind: is 'lp'; use one of qp, game",
+    '{"kind": 3}': "origin.kind: is a number; use one of qp, game",
+    '{"kind": "qp"}': "origin.variables: is not a number of variables; give a whole number from 1",
+    '{"kind": "qp", "variables": 1.5}': "origin.variables: is not a number of variables",
+    '{"kind": "qp", "variables": 1, "free": [2]}': "origin.free: is not a key",
+    '{"kind": "qp", "variables": 9}': "origin: does not yield this M and q",
+    '{"kind": "qp", "variables": 1}': "origin: does not yield this M and q",
+    '{"kind": "game", "A": [[1]]}': "origin.B: is missing; add the key B",
+}
+
+
+@pytest.mark.parametrize("origin", BAD_ORIGINS)
+def test_bad_origins_are_reported_in_one_line(origin: str, lcp: Lcp, files: Path) -> None:
+    M, q = [[2.0, 1.0], [1.0, 2.0]], [-1.0, -1.0]
+    (files / "bad.json").write_text(f'{{"M": {M}, "q": {q}, "origin": {origin}}}')
+    assert_refused(lcp("solve", "bad.json"), f"lcp: bad.json: {BAD_ORIGINS[origin]}")
+    np.savez(files / "bad.npz", M=M, q=q, origin=origin)
+    assert_refused(lcp("solve", "bad.npz"), f"lcp: bad.npz: {BAD_ORIGINS[origin]}")
+    np.savez(files / "bad.npz", M=M, q=q, origin="{")
+    assert_refused(lcp("solve", "bad.npz"), "lcp: bad.npz: origin: line 1, column 2: ends too early")
+
+
+@pytest.mark.parametrize("place", [(0, 1), (0, 2), (2, 2), (3, 3)])
+@pytest.mark.parametrize("option", BAD)
+def test_a_changed_matrix_no_longer_fits_its_origin(option: str, place: tuple[int, int]) -> None:
+    program = from_qp(PROGRAM["Q"], [1, 2], [[1, 1]], [1], row_upper=[2])
+    problem = program if option == "--from-qp" else from_game(GAME["A"], GAME["B"])
+    M = problem.M.copy()
+    M[place] += 1
+    unit = np.eye(problem.n)[2]
+    for changes in ({"M": M}, {"q": problem.q + unit}, {"lower": unit, "upper": np.inf}):
+        with pytest.raises(ProblemError, match="origin: does not yield this M and q"):
+            replace(problem, **changes)
+
+
+def test_names_come_from_the_file_or_its_content(lcp: Lcp, files: Path) -> None:
+    assert json.loads(lcp("make", "--from-qp", "program.json").out)["name"] == "program"
+    (files / "program.json").write_text(json.dumps(PROGRAM | {"name": "own", "source": "me", "note": "short"}))
+    assert lcp("make", "--from-qp", "program.json", "-o", "made.json").code == 0
+    problem = read("made.json")
+    assert (problem.name, problem.source, problem.note) == ("own", "me", "short")

@@ -1,0 +1,319 @@
+"""Ctrl-C, SIGTERM and time limits at every stage: what is finished is reported or raised, with the exit code of the
+signal, nothing half-written is left, and no traceback is seen."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import pickle
+import pkgutil
+import shlex
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lcpcli
+from lcpcli import Status
+from lcpcli.files import atomic_write, contents, reading, writing
+from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.parametric import following
+from lcpcli.solving.loop import Loop
+
+from ..conftest import Outcome
+from .conftest import EXAMPLE, MAIN, Lcp, interrupt, python, record, records
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
+
+BENCH = f"bench {EXAMPLE} --method newton --budget 0"
+PROGRAM = contents.shipped_path("programs/portfolio.json")
+SIGNALS = pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+SOLVED = {"status": "solved", "z": [1, 0, 1, 0]}
+UNEXAMINED = "x satisfies the first-order conditions; whether it is a minimizer was not examined"
+
+
+@pytest.fixture
+def stopped(lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Outcome]:
+    """Run a command that gets a signal, or an error, at a call of a function: after so many others, or at the first one
+    with such arguments."""
+    rng = np.random.default_rng(0)
+    A, q = rng.normal(size=(60, 60)), rng.uniform(0.1, 1, 60)
+    for name, sign in (("from", 1), ("to", -1)):  # with many breakpoints between them
+        writing.write(lcpcli.Problem(A @ A.T + A - A.T, sign * q), f"{name}.npz")
+    games = np.random.default_rng(1)
+    A, B = (np.round(games.random((16, 16)) * 99).tolist() for _ in "AB")
+    (folder / "game.json").write_text(json.dumps({"A": A, "B": B}))
+    (folder / "murty.json").write_text('{"M": [[1, 2], [2, 1]], "q": [-1, -1]}')
+
+    def run(line: str, place: str, when: int | Callable[..., bool], cause: int | type[BaseException]) -> Outcome:
+        function, number, over = pkgutil.resolve_name(place), itertools.count(), list[bool]()
+
+        def counted(*given: Any, **named: Any) -> Any:
+            if not over and (next(number) == when if isinstance(when, int) else when(*given)):
+                over.append(True)
+                if not isinstance(cause, int):
+                    raise cause
+                signal.raise_signal(cause)
+            return function(*given, **named)
+
+        monkeypatch.setattr(place, counted)
+        return lcp(*shlex.split(line))
+
+    return run
+
+
+def _has_a_bound(search: Any, *_: Any) -> bool:
+    return search.value is not None and search.bound("time_limit") is not None
+
+
+STAGES: dict[str, tuple[str, str, Any, list[dict[str, Any]]]] = {
+    "an iteration": (
+        "solve paper-example-2 --method shi",
+        "lcpcli.solving.loop.Loop._take",
+        3,
+        [{"status": "interrupted", "iterations": 2}],
+    ),
+    "a path": (
+        "path from.npz to.npz",
+        "lcpcli.parametric.following.check",
+        20,
+        [{"end": "interrupted", "verified": True}],
+    ),
+    "the best solution": (
+        """solve game.json --maximize '"payoff of row"' """,
+        "lcpcli.enumeration.optimum._Search.children",
+        _has_a_bound,
+        [{"status": "interrupted"}],
+    ),
+    "all solutions": (
+        "solve murty.json --all",
+        "lcpcli.enumeration.search.Solutions.__next__",
+        2,
+        [{"status": "interrupted", "complete": False}],
+    ),
+    "the first run": (f"compare {EXAMPLE}", "lcpcli.solving.driver.run", 0, []),
+    "the second run": (f"compare {EXAMPLE}", "lcpcli.solving.driver.run", 1, [{"method": "fixed-point"}]),
+    "the second bound": (
+        f"compare {EXAMPLE} --bound",
+        "lcpcli.verify.error_theorems.error_bound",
+        1,
+        [{"solved": True}, {"solved": True, "error_bound": None}],
+    ),
+    "a proof": (f"solve {EXAMPLE} --exact", "lcpcli.solving.proof.from_point", 0, [SOLVED | {"status": "interrupted"}]),
+    "the verification": (f"compare {EXAMPLE} --method newton", "lcpcli.solving.driver.verified", 0, [SOLVED]),
+    "other solutions": (f"solve {EXAMPLE}", "lcpcli.enumeration.others.search_others", 0, [SOLVED]),
+    "digits": (f"solve {EXAMPLE}", "lcpcli.verify.digits.digits", 0, [SOLVED]),
+    "digits of many": (f"solve {EXAMPLE} {EXAMPLE}", "lcpcli.verify.digits.digits", 0, [SOLVED]),
+    "the second of many": (f"solve {EXAMPLE} {EXAMPLE}", "lcpcli.cli.request.Request.run", 1, [SOLVED]),
+    "a figure": (f"solve {EXAMPLE} --plot error.svg", "lcpcli.report.plotting.convergence", 0, [SOLVED]),
+    "the kind of a point": (f"solve {PROGRAM}", "lcpcli.solving.minimum.kind_of_point", 0, [{"solved": True}]),
+    "reading": (f"check {EXAMPLE} {EXAMPLE}", "lcpcli.files.reading.problem_of", 0, []),
+    "reading a problem": (f"solve {EXAMPLE}", "lcpcli.files.reading.problem_of", 0, []),
+    "the reference": (f"compare {EXAMPLE}", "lcpcli.solving.reference.with_reference", 0, []),
+    "the start of a bench": (BENCH, "lcpcli.bench.recording.start", 0, []),
+}
+
+
+MANY = "1 of 2 problems: 1 solved; interrupted; with -o FILE.jsonl it could be resumed"
+TOLD = {"the reference": "before the first run", "digits of many": MANY, "the second of many": MANY}
+
+
+@SIGNALS
+@pytest.mark.parametrize("stage", STAGES)
+def test_signal_leaves_what_is_finished(
+    stage: str, number: int, code: int, stopped: Callable[..., Outcome], folder: Path
+) -> None:
+    for package in ("flint", "matplotlib"):
+        pytest.importorskip(package)
+    line, place, when, expected = STAGES[stage]
+    files = set(folder.iterdir())
+    outcome = stopped(f"{line} --format json", place, when, number)
+    assert (outcome.code, set(folder.iterdir())) == (code, files)
+    assert TOLD[stage] in outcome.err if stage in TOLD else outcome.err.strip() == ""
+    assert outcome.err.strip().count("\n") == 0
+    for found, facts in zip(records(outcome), expected, strict=True):
+        assert {key: found[key] for key in facts} == facts
+        assert 1 < len(found.get("t", (0, 1))) <= 21
+        assert found.get("bound", 0) >= found.get("value", 0)
+        assert len(found.get("pieces", (0, 1))) == 2
+        assert (found.get("answer") or {}).get("statement", UNEXAMINED) == UNEXAMINED
+    assert [signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)] == [
+        signal.default_int_handler,
+        signal.SIG_DFL,
+    ]
+
+
+def test_path_that_is_stopped_has_its_points_in_a_file_and_says_why(stopped: Callable[..., Outcome]) -> None:
+    check, path = "lcpcli.parametric.following.check", "path from.npz to.npz"
+    outcome = stopped(f"{path} --at 0.01,1 -o part.csv", check, 20, KeyboardInterrupt)
+    assert (outcome.code, outcome.err) == (130, "")
+    lines = Path("part.csv").read_text().splitlines()
+    assert ("interrupted; " in lines[1], lines[1].endswith(", verified"), lines[-1][:6]) == (True, True, ",0.01,")
+    late = stopped(f"{path} --time-limit 100 --format json", check, 20, following.TimeIsUp)
+    found = record(late)
+    assert (late.code, found["end"], found["verified"]) == (1, "time_limit", True)
+    assert (found["message"], 1 < len(found["t"]) <= 21) == ("stopped at the time limit", True)
+    broken = stopped(path, check, 1, SingularMatrix)
+    assert (broken.code, "broke down: a basis is too ill-conditioned" in broken.out) == (1, True)
+
+
+@pytest.mark.parametrize("kind", [ImportError, SystemError])
+def test_interrupt_that_a_library_wraps_is_one_and_leaves_what_is_measured(
+    kind: type[Exception], lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def wrapped(*_: Any) -> Any:
+        raise kind("returned a result with an exception set") from KeyboardInterrupt()
+
+    pytest.importorskip("piqp")
+    monkeypatch.setattr("lcpcli.peers.packages.piqp.solve", wrapped)
+    outcome = lcp(*BENCH.split(), "--peer", "piqp")
+    told = "lcp bench: interrupted after 1 of 2 measurements; with -o FILE.json it could be resumed\n"
+    assert (outcome.code, outcome.err, "1 of 2 measured" in outcome.out) == (130, told, True)
+    monkeypatch.setattr(reading, "problem_of", wrapped)
+    assert lcp("solve", EXAMPLE) == Outcome(130, "", "")
+
+
+LOADING = f"""
+import os, signal, sys
+class Finder:
+    def find_spec(self, name, *_):
+        if name == "lcpcli.cli.command":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Finder())
+{MAIN}
+"""
+IN_A_CALLBACK = f"""
+import os, signal, time, weakref
+from lcpcli.files import reading
+
+class Lock: pass
+
+def read(*_):
+    lock = Lock()
+    reference = weakref.ref(lock, lambda _: os.kill(os.getpid(), signal.SIGINT))
+    del lock
+    for _ in range(1000):
+        time.sleep(0.02)
+
+reading.problem_of = read
+{MAIN}
+"""
+
+
+@pytest.mark.parametrize("program", [LOADING, IN_A_CALLBACK], ids=["modules are loaded", "a callback runs"])
+def test_interrupt_while_the_interpreter_is_at_work_ends_without_a_word(program: str) -> None:
+    done = python(program, "solve", EXAMPLE, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr.strip()) == (130, "", "")
+
+
+@SIGNALS
+def test_signal_while_a_file_is_read_ends_at_once(number: signal.Signals, code: int, tmp_path: Path) -> None:
+    pipe = tmp_path / "problem.json"
+    os.mkfifo(pipe)
+    command = [sys.executable, "-c", MAIN, "solve", str(pipe), "-o", str(tmp_path / "result.json")]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    with pipe.open("w"):  # waits for the reader
+        process.send_signal(number)
+        out, err = process.communicate(timeout=60)
+    assert (process.returncode, out, err.strip(), list(tmp_path.iterdir())) == (code, b"", b"", [pipe])
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_signal_waits_until_files_are_whole(number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def pressed(target: Path, data: bytes) -> Path:
+        signal.raise_signal(number)
+        return temporary(target, data)
+
+    def handler(*_: Any) -> None:
+        seen.append({path.name: path.read_text() for path in tmp_path.iterdir()})
+
+    seen: list[dict[str, str]] = []
+    temporary, usual = atomic_write._temporary, signal.signal(number, handler)
+    monkeypatch.setattr(atomic_write, "_temporary", pressed)
+    try:
+        atomic_write.write_together({str(tmp_path / "M.mtx"): "M", str(tmp_path / "q.mtx"): "q"})
+        assert signal.getsignal(number) is handler
+    finally:
+        signal.signal(number, usual)
+    assert seen[0] == {"M.mtx": "M", "q.mtx": "q"}
+
+
+def test_ctrl_c_that_the_caller_ignores_stays_ignored(lcp: Lcp) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        assert lcp("--version").code == 0
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+PROBLEM = lcpcli.Problem([[2, 1], [1, 2]], [-5, -6])
+CALLS: dict[str, Callable[..., Any]] = {
+    "run": lcpcli.run,
+    "solve": lambda problem, **options: lcpcli.solve(problem.M, problem.q, **options),
+    "solve_many of problems": lambda problem, **options: next(lcpcli.solve_many([problem], **options)),
+    "solve_many of columns": lambda problem, **options: next(lcpcli.solve_many(problem.M, [[-5], [-6]], **options)),
+    "exact": lcpcli.exact,
+}
+
+
+@pytest.fixture
+def _interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C comes with the first iterate."""
+    monkeypatch.setattr(Loop, "_take", interrupt)
+    monkeypatch.setattr("lcpcli.solving.direct_run.result_of", interrupt)
+
+
+@pytest.mark.usefixtures("_interrupted")
+@pytest.mark.parametrize("name", CALLS)
+def test_ctrl_c_raises_with_the_best_iterate_or_returns_it(name: str) -> None:
+    pytest.importorskip("flint")
+    call = CALLS[name]
+    with pytest.raises(lcpcli.Interrupted, match="interrupted") as ending:
+        call(PROBLEM)
+    assert isinstance(ending.value, KeyboardInterrupt)
+    assert (ending.value.result.status, ending.value.result.z.tolist()) == (Status.INTERRUPTED, [0, 0])
+    assert call(PROBLEM, interrupts="return").interrupted
+    with pytest.raises(lcpcli.errors.OptionError, match='interrupts: \'ignore\' is unknown; give "raise" or "return"'):
+        call(PROBLEM, interrupts="ignore")
+    assert isinstance(pickle.loads(pickle.dumps(ending.value)), lcpcli.Interrupted)
+
+
+@pytest.mark.usefixtures("_interrupted")
+def test_ctrl_c_is_not_lost_although_the_last_iterate_is_a_solution() -> None:
+    solved = lcpcli.run(lcpcli.Problem([[2, 1], [1, 2]], [5, 6]), interrupts="return")
+    assert (solved.status, solved.interrupted) == (Status.SOLVED, True)
+
+
+LINEAR = {"Q": None, "c": [1, 1], "A": [[1, 1]], "row_lower": [1]}
+
+
+def test_ctrl_c_after_the_iteration_raises_with_the_best_iterate(monkeypatch: pytest.MonkeyPatch) -> None:
+    once, real = iter([interrupt]), Loop._verified
+    monkeypatch.setattr(Loop, "_verified", lambda *given: next(once, real)(*given))
+    problem = lcpcli.from_qp(**LINEAR)
+    with pytest.raises(lcpcli.Interrupted) as ending:
+        lcpcli.run(problem, "interior", trace=True)
+    assert (ending.value.result.interrupted, ending.value.result.z.size) == (True, problem.n)
+
+
+def test_ctrl_c_while_a_conclusion_is_worked_out_leaves_it_to_the_next_reader(monkeypatch: pytest.MonkeyPatch) -> None:
+    result = lcpcli.run(lcpcli.from_qp(**LINEAR))
+    with monkeypatch.context() as patched:
+        patched.setattr("lcpcli.solving.minimum.has_other_minimum", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            result.answer.statement  # noqa: B018
+    assert result.answer.proved == "several_optima"
+
+
+def test_ctrl_c_itself_ends_the_loop_of_a_user(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Loop, "_take", lambda *_: signal.raise_signal(signal.SIGINT))
+    with pytest.raises(lcpcli.Interrupted, match="interrupted") as ending:
+        lcpcli.solve(PROBLEM.M, PROBLEM.q, "newton")
+    assert f"{ending.type.__module__}.{ending.type.__qualname__}" == "lcpcli.Interrupted"
