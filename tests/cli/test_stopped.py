@@ -97,7 +97,7 @@ STAGES: dict[str, tuple[str, str, Any, list[dict[str, Any]]]] = {
         2,
         [{"status": "interrupted", "complete": False}],
     ),
-    "the first run": (f"compare {EXAMPLE}", "lcpcli.solving.driver.run", 0, []),
+    "the first run": (f"compare {EXAMPLE} --plot error.svg", "lcpcli.solving.driver.run", 0, []),
     "the second run": (f"compare {EXAMPLE}", "lcpcli.solving.driver.run", 1, [{"method": "fixed-point"}]),
     "the second bound": (
         f"compare {EXAMPLE} --bound",
