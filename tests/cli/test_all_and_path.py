@@ -134,7 +134,7 @@ def test_long_table_is_cut_and_says_so(name: str, lcp: Lcp, monkeypatch: pytest.
     [
         *((f"murty.json --all {it}", f"{it.split()[0]}: has no effect with --all") for it in ("--p 3", "--z0 1,1")),
         *((f"murty.json --all {it}", f"{it.split()[0]}: has no effect with --all") for it in ("--trace", "--jobs 2")),
-        ("murty.json --all --method shi", "leave out --method"),
+        ("murty.json --all --method shi", "--method: has no effect with --all"),
         ("murty.json one.json --all", "takes one problem"),
         ("murty.json --all --max-solutions 0", "--max-solutions: 0 is out of range"),
         ("murty.json --max-solutions 3", "without --all"),

@@ -152,7 +152,7 @@ def test_signal_leaves_what_is_finished(
 def test_path_that_is_stopped_has_its_points_in_a_file_and_says_why(stopped: Callable[..., Outcome]) -> None:
     check, path = "lcpcli.parametric.following.check", "path from.npz to.npz"
     outcome = stopped(f"{path} --at 0.01,1 -o part.csv", check, 20, KeyboardInterrupt)
-    assert (outcome.code, outcome.err) == (130, "")
+    assert (outcome.code, outcome.err) == (130, "lcp: to.npz: interrupted\n")
     lines = Path("part.csv").read_text().splitlines()
     assert ("interrupted; " in lines[1], lines[1].endswith(", verified"), lines[-1][:6]) == (True, True, ",0.01,")
     late = stopped(f"{path} --time-limit 100 --format json", check, 20, following.TimeIsUp)

@@ -19,7 +19,7 @@ from lcpcli.report import notebook, pictures
 from lcpcli.report.selection import places
 
 NAMES = ["price n0", "price n1", "flow", "", "price *"]
-MARKET = {"M": [[3, 1, 0], [1, 3, 1], [0, 1, 3]], "q": [-4, -5, -4], "names": ["price n0", "flow", "price n1"]}
+MARKET = {"M": [[2, 0, 0], [1, 2, 0], [0, 1, 2]], "q": [-2, -3, -3], "names": ["price n0", "flow", "price n1"]}
 GAME = {"A": [[3, 0], [5, 1]], "B": [[3, 5], [0, 1]], "rows": ["co", "de"], "columns": ["co", "de"]}
 Lcp = Callable[..., Any]
 

@@ -45,7 +45,7 @@ INPUTS: dict[str, dict[str, Any]] = {
     "ray": {"M": [[0, 0], [3, 0]], "q": [0, 5]},
     "coordination": {"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]]},
     "degenerate": {"A": [[2, 2], [2, 1]], "B": [[2, 2], [2, 1]]},
-    "decimals": {"M": [[0.3]], "q": [-0.1]},
+    "decimals": {"M": [[3]], "q": [-1]},
     "without": {"c": [-1, -1], "A": [[1, -1]], "b": [-2], "columns": ["up", "out"]},
 }
 ALL = "table csv markdown latex json"
