@@ -164,10 +164,11 @@ def test_number_for_ampl_says_solved_of_nothing_but_what_is_solved() -> None:
 
 
 def test_run_without_a_finite_point_writes_no_values(models: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ampl, "_answer", lambda *_: ampl.Answer("diverged", 404, np.array([np.nan, 1.0])))
-    assert ampl.run(str(models / "market"), []) == 0
-    lines = (models / "market.sol").read_text().splitlines()
-    assert (lines[-2], lines[-1]) == ("0", "objno 0 500")
+    for number, z, told in ((404, np.array([np.nan, 1.0]), 500), (401, None, 500), (201, None, 201), (300, None, 300)):
+        monkeypatch.setattr(ampl, "_answer", lambda *_, own=(number, z): ampl.Answer("a message", *own))
+        assert ampl.run(str(models / "market"), []) == 0
+        lines = (models / "market.sol").read_text().splitlines()
+        assert (lines[-2], lines[-1]) == ("0", f"objno 0 {told}")
 
 
 def test_objective_of_a_linear_model_chooses_among_its_solutions(lcp: Lcp, models: Path) -> None:

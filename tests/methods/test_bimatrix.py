@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lcpcli
-from lcpcli.methods.bimatrix import costs, lemke_howson
+from lcpcli.methods.bimatrix import LABELS, PIVOTS, costs, lemke_howson
 from lcpcli.methods.stages import Finished, Iterate, advance
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
@@ -88,6 +88,21 @@ def test_a_large_game_is_solved_in_few_pivots() -> None:
     assert result.route[-1] == "lemke-howson"
     assert result.evaluations < 10_000
     assert_equilibrium(A, B, result)
+
+
+def test_each_pivot_counts_once() -> None:
+    """Paths take turns, of PIVOTS at first, and then half of them of twice as many."""
+    rng = np.random.default_rng(2)
+    A, noise = rng.standard_normal((2, 100, 110))
+    problem = lcpcli.from_game(A, 0.3 * noise - A)
+    game = costs(problem)
+    assert game is not None
+    stage, evaluations = lemke_howson(problem, game), [0]
+    while isinstance(step := advance(stage), Iterate):
+        evaluations.append(step.evaluations)
+    rises = np.diff(evaluations)
+    assert (rises[:LABELS] == PIVOTS).all()
+    assert (rises[LABELS : LABELS + LABELS // 2] == 2 * PIVOTS).all()
 
 
 def test_other_matrices_are_no_games() -> None:

@@ -82,7 +82,7 @@ BAD = {
     "dM: is 2 x 2 but q has 3 entries": partial(bad, dM=np.eye(2)),
     "dq: has 2 entries for 3 unknowns": partial(bad, dq=[1, 2]),
     "dq[1]: is not a finite number": partial(bad, dq=[1, np.nan, 2]),
-    "dlower[1]: is 1, but there is no such bound": partial(bad, dlower=[0, 1, 0]),
+    "dlower[1]: is -1, but there is no such bound": partial(bad, dlower=[0, -1, 0]),
     "dupper[0]: is 2, but there is no such bound": partial(bad, dupper=[2, 0, 0]),
     "dlower[2]: is 1 and dupper[2] is 0, but lower[2] = upper[2]": partial(bad, dlower=[0, 0, 1]),
     "dq: has shape (3, 2); give shape (2, 2)": partial(bad_batch, dq=np.ones((3, 2))),

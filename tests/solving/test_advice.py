@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli import Problem, Status, read, run, solve_mcp
+from lcpcli import Problem, Status, Trace, read, run, solve_mcp
 from lcpcli.files import contents, writing
 from lcpcli.gallery import families as gallery
 from lcpcli.solving.advice import suggestions
@@ -127,8 +127,17 @@ def test_at_the_time_limit_of_auto_the_method_that_came_near_is_named() -> None:
     assert [way.get("method") for way in suggestions(late).ways] == [None, "interior"]
     far = replace(late, point=run(near.problem, "interior", max_iterations=0).point)
     assert [way.get("method") for way in suggestions(far).ways] == [None]
-    result = run(gallery.make("planted", 60), max_iterations=30)
-    assert result.nearest in result.route, "the method of the iterate that is reported"
+    trace = Trace()
+    result = run(gallery.make("hilbert", 60), max_iterations=10, trace=trace)
+    reported = [row.method for row in trace.rows if np.array_equal(row.z, result.z)]
+    assert result.nearest in reported, "the method of the iterate that is reported, which here is not the last"
+
+
+def test_more_iterations_are_advised_than_were_not_enough() -> None:
+    stopped = replace(run(gallery.make("qp", 20), max_iterations=1), status=Status.ITERATION_LIMIT)
+    for k in (1, 9_999, 10_000, 10_001):
+        (way,) = suggestions(replace(stopped, iterations=k)).ways
+        assert way["max_iterations"] > k
 
 
 def test_other_starts_are_advised_where_a_nonlinear_problem_is_stuck_and_what_may_be_wrong_with_its_functions() -> None:
@@ -137,6 +146,8 @@ def test_other_starts_are_advised_where_a_nonlinear_problem_is_stuck_and_what_ma
     assert re.fullmatch(r"try restarts=\d+, or another start", stuck.advice)
     outside = solve_mcp(lambda z: np.sqrt(z) + 1, lower=None, x0=[1.0], restarts=10)
     assert outside.advice == "try restarts=50, or another start, or bounds within the domain of F"
+    second = solve_mcp(lambda z: [z[0] - 1, np.sqrt(z[1]) + 1], lower=None, x0=[1.0, 1.0], restarts=1)
+    assert "F is undefined, in row 2, were cut back" in second.message
     scaled = solve_mcp(lambda z: [1 + z[0] ** 2, 1e9 * (z[1] - 1)], lower=None, x0=[0.5, 2.0])
     assert "other units, as rows or columns of J differ by " in scaled.advice
     assert solve_mcp(lambda z: z - 1, x0=[0.0]).advice == ""

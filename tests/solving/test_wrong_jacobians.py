@@ -55,6 +55,7 @@ def test_large_units_of_F_are_no_fault_of_its_jacobian() -> None:
     ("wrong", "words"),
     [
         (lambda z: -J(z), "J[0, 0] is -2.34375 there, but by differences of F 2.34375 "),
+        (lambda z: J(z) + np.array([[0, 99], [0, 0]]), "J[0, 1] is 100 there, but by differences of F 1 "),
         (lambda _: np.full((2, 2), np.nan), "J[0, 0] is nan there, but by differences of F "),
         (lambda z: 1j * J(z), "is nan there, but by differences of F "),
     ],
