@@ -8,9 +8,7 @@ violation counts if it exceeds the rounding error of its row, ROW_ROUNDING (|M| 
 after multiplication by the largest |M_ij|.
 
 Block principal pivoting: M. M. Kostreva, Block pivot methods for solving the complementarity problem, Linear Algebra
-and its Applications 21 (1978) 207-215. Its safeguard: J. J. Júdice and F. M. Pires, A block principal pivoting
-algorithm for large-scale strictly monotone linear complementarity problems, Computers & Operations Research 21 (1994)
-587-596, after K. G. Murty, Opsearch 11 (1974) 123-130.
+and its Applications 21 (1978) 207-215.
 """
 
 from __future__ import annotations
@@ -164,68 +162,6 @@ def in_units_of_state(terms: Vector, maxima: Vector, basic: Mask) -> Vector:
     else of w_i."""
     in_z = np.divide(terms, maxima, where=maxima > 0, out=np.zeros_like(terms))
     return np.where(basic, in_z, terms)
-
-
-BLOCK_PATIENCE = 10  # block exchanges without a new minimum of wrong signs, before single ones
-# Of all signs, and exchanges without a new minimum: while that is larger than a part, as of random states, more than a
-# few do not lead to a solution.
-MANY_WRONG, HASTY_PATIENCE = 0.25, 3
-
-
-def safeguarded(fewest: Any, waiting: Any, left: Any, single: Any, count: Any) -> tuple[Any, Any, Any, Any]:
-    """Return the state of the safeguard after a step with so many wrong signs: the fewest so far, the steps without
-    fewer that are left before a single exchange, and the fields of `Safeguard`. For one problem or, in arrays, for m;
-    it is compiled as well."""
-    fewer = count < fewest
-    others = fewer ^ True
-    waiting = fewer * BLOCK_PATIENCE + others * (waiting - 1)
-    spent = waiting < 1
-    return fewer * count + others * fewest, waiting + spent, left - spent, (single | spent) & others
-
-
-def is_hopeless(fewest: int, waiting: int, n: int) -> bool:
-    """Return whether, of one problem with n unknowns, so many signs have been wrong all along that exchanges rarely
-    lead to a solution."""
-    return bool(fewest > MANY_WRONG * n and waiting <= BLOCK_PATIENCE - HASTY_PATIENCE)
-
-
-class Safeguard:
-    """The choice of the signs to exchange: all wrong signs while their number reaches new minima, and only the first
-    one after BLOCK_PATIENCE steps without a new minimum.
-
-    left : how many more single exchanges may be made, negative once there were too many. single : whether the next
-    exchange is a single one. For m problems both are of shape (m,) after the first step.
-    """
-
-    def __init__(self, n: int, patience: float) -> None:
-        self._fewest: Any = n + 1
-        self._waiting: Any = BLOCK_PATIENCE
-        self.left: Any = patience
-        self.single: Any = False
-
-    def choose(self, wrong: Mask, count: Any) -> bool:
-        """Leave only the signs to exchange next in `wrong`; `count` is the number of relevant wrong signs, shape (m,)
-        for m problems. Return whether it is a new minimum of one problem."""
-        before = self._fewest, self._waiting, self.left, self.single
-        self._fewest, self._waiting, self.left, self.single = safeguarded(*before, count)
-        if wrong.ndim == 2:
-            rows = self.single.nonzero()[0]
-            first = wrong[rows].argmax(axis=1)
-            wrong[rows] = False
-            wrong[rows, first] = True
-            return False
-        if self.single:
-            wrong[wrong.nonzero()[0][1:]] = False
-        return bool(count < before[0])
-
-    def is_hopeless(self, n: int) -> bool:
-        """Return whether exchanges rarely lead to a solution of one problem with n unknowns from here."""
-        return is_hopeless(self._fewest, self._waiting, n)
-
-    def keep(self, rows: Indices) -> None:
-        """Continue with only these of the m problems."""
-        self._fewest, self._waiting = self._fewest[rows], self._waiting[rows]
-        self.left, self.single = self.left[rows], self.single[rows]
 
 
 CORRECTIONS = 3  # of a basic solution: the first computes it, the others make small rows exact too

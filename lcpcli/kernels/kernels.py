@@ -17,16 +17,18 @@ import numpy as np
 from numba import njit, types
 
 from lcpcli.auto.attempts import NEWTON_SETTLING_FACTOR, SETTLED_CHANGES
-from lcpcli.basis.exchanges import BLOCK_PATIENCE, is_hopeless, safeguarded
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.matrices import TINY_TERMS
 from lcpcli.methods.direct import (
+    BLOCK_PATIENCE,
     CANDIDATE,
     CERTAIN,
     FEW_INDEX_STEPS,
     MOST_PIVOTED,
     MOST_WRONG,
     NOTHING,
+    is_hopeless,
+    safeguarded,
 )
 from lcpcli.methods.final_states import HIDDEN_TERM, LONG_NUMBER, SURE_DIGITS
 from lcpcli.methods.newton import LEAST_INDEX_STEPS

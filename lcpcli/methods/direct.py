@@ -4,13 +4,17 @@ For few unknowns a step of `newton` takes less time than what a run does around 
 in as few operations as possible, and continues only where these do not lead to a solution beyond doubt. The exchanges
 are those of `newton`, and the judgement is the first bound of `Measure.surely_solves`.
 
+The safeguard: single exchanges of the least index, once block exchanges do not advance: J. J. Júdice and F. M. Pires, A
+block principal pivoting algorithm for large-scale strictly monotone linear complementarity problems, Computers &
+Operations Research 21 (1994) 587-596, after K. G. Murty, Opsearch 11 (1974) 123-130.
+
 Block pivoting on many dense problems with an M each, all at once, with the answers judged on the spot.
 """
 
 from __future__ import annotations
 
 from dataclasses import fields, replace
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -45,6 +49,10 @@ MOST_COMPILED = 400  # the same for the compiled path of a mixed problem
 NOTHING, CANDIDATE, CERTAIN = 0, 1, 2  # what kernels find: no answer, one to be judged, or a solution beyond doubt
 MOST_WRONG = 0.25  # of all signs at a start: if more are wrong, it is not near a solution's basis
 MOST_STEPS = 12  # of many problems at once, before those that are left are solved one by one
+BLOCK_PATIENCE = 10  # block exchanges without a new minimum of wrong signs, before single ones
+# Of all signs, and exchanges without a new minimum: while that is larger than a part, as of random states, more than a
+# few do not lead to a solution.
+MANY_WRONG, HASTY_PATIENCE = 0.25, 3
 FEW_INDEX_STEPS = 5  # single exchanges where Lemke's path or interior follows: they may take 2^n
 
 Made: TypeAlias = tuple[Vector, Vector, bool]
@@ -65,6 +73,65 @@ class DirectAnswer(NamedTuple):
     method: str = "newton"
     evaluations: int | None = None
     end: States | None = None
+
+
+def safeguarded(fewest: Any, waiting: Any, left: Any, single: Any, count: Any) -> tuple[Any, Any, Any, Any]:
+    """Return the state of the safeguard after a step with so many wrong signs: the fewest so far, the steps without
+    fewer that are left before a single exchange, and the fields of `Safeguard`. For one problem or, in arrays, for m;
+    it is compiled as well."""
+    fewer = count < fewest
+    others = fewer ^ True
+    waiting = fewer * BLOCK_PATIENCE + others * (waiting - 1)
+    spent = waiting < 1
+    return fewer * count + others * fewest, waiting + spent, left - spent, (single | spent) & others
+
+
+def is_hopeless(fewest: int, waiting: int, n: int) -> bool:
+    """Return whether, of one problem with n unknowns, so many signs have been wrong all along that exchanges rarely
+    lead to a solution."""
+    return bool(fewest > MANY_WRONG * n and waiting <= BLOCK_PATIENCE - HASTY_PATIENCE)
+
+
+class Safeguard:
+    """The choice of the signs to exchange: all wrong signs while their number reaches new minima, and only the first
+    one after BLOCK_PATIENCE steps without a new minimum.
+
+    left : how many more single exchanges may be made, negative once there were too many. single : whether the next
+    exchange is a single one. For m problems both are of shape (m,) after the first step.
+    """
+
+    def __init__(self, n: int, patience: float) -> None:
+        self._fewest: Any = n + 1
+        self._waiting: Any = BLOCK_PATIENCE
+        self.left: Any = patience
+        self.single: Any = False
+
+    def choose(self, wrong: Mask, count: Any) -> bool:
+        """Leave only the signs to exchange next in `wrong`; `count` is the number of relevant wrong signs, shape (m,)
+        for m problems. Return whether it is a new minimum of one problem."""
+        if wrong.ndim == 1 and count < self._fewest:  # as `safeguarded` does, in a tenth of the time
+            self._fewest, self._waiting, self.single = count, BLOCK_PATIENCE, False
+            return True
+        before = self._fewest, self._waiting, self.left, self.single
+        self._fewest, self._waiting, self.left, self.single = safeguarded(*before, count)
+        if wrong.ndim == 2:
+            rows = self.single.nonzero()[0]
+            first = wrong[rows].argmax(axis=1)
+            wrong[rows] = False
+            wrong[rows, first] = True
+            return False
+        if self.single:
+            wrong[wrong.nonzero()[0][1:]] = False
+        return False
+
+    def is_hopeless(self, n: int) -> bool:
+        """Return whether exchanges rarely lead to a solution of one problem with n unknowns from here."""
+        return is_hopeless(self._fewest, self._waiting, n)
+
+    def keep(self, rows: Indices) -> None:
+        """Continue with only these of the m problems."""
+        self._fewest, self._waiting = self._fewest[rows], self._waiting[rows]
+        self.left, self.single = self.left[rows], self.single[rows]
 
 
 def as_dense(problem: Problem) -> Problem:
@@ -182,8 +249,6 @@ def _exchanged(problem: Problem, tol: float, basic: Mask | None, made: list[Made
         if not count:
             return _judged(problem, z, P, block, own, w, tol, steps)
         if guard is None:
-            with imports:
-                from lcpcli.basis.exchanges import Safeguard
             guard = Safeguard(problem.n, FEW_INDEX_STEPS)
         if not guard.choose(wrong, count):
             if np.array_equal(wrong, last) and is_rounding(problem, z, w):

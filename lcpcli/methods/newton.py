@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lcpcli.basis.exchanges import BasicSolutions, Safeguard
+from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.clock import imports
 from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix
 from lcpcli.linalg.krylov import conjugate_residuals
 from lcpcli.linalg.matrices import is_narrow, is_sparse, product
+from lcpcli.methods.direct import Safeguard
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
 from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem

@@ -81,7 +81,16 @@ def test_objective_of_a_program_has_its_curvature_sense_and_constant(lcp: Lcp, l
 
 def test_list_that_is_as_long_as_was_asked_for_says_whether_there_are_others(session: Callable[..., None]) -> None:
     Path("connected.json").write_text('{"A": [[1, 0], [0, 0], [1, 0]], "B": [[1, 0], [1, 1], [1, 1]]}')
-    most = (("murty", 2), ("murty", 3), ("faces", 2), ("one", 1), ("game", 1), ("game", 2), ("both", 2), ("connected", 2))
+    most = (
+        ("murty", 2),
+        ("murty", 3),
+        ("faces", 2),
+        ("one", 1),
+        ("game", 1),
+        ("game", 2),
+        ("both", 2),
+        ("connected", 2),
+    )
     lines = (f"solve {name}.json --all --max-solutions {k}" for name, k in most)
     session("as-many-as-asked-for", *lines, "solve connected.json --all")
 

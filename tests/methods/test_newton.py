@@ -12,11 +12,12 @@ import pytest
 from scipy.sparse import csr_array
 
 from lcpcli import Problem, Status, Trace, read
-from lcpcli.basis.exchanges import BLOCK_PATIENCE, BasicSolutions, Safeguard
+from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.linalg import factors, matrices
 from lcpcli.methods import projected_gradient
+from lcpcli.methods.direct import BLOCK_PATIENCE, Safeguard
 from lcpcli.methods.newton import FINISH, finish
 from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import ORTHANT

@@ -23,11 +23,12 @@ from hypothesis.extra.numpy import arrays
 
 import lcpcli
 from lcpcli import Problem, Result
-from lcpcli.basis.exchanges import BLOCK_PATIENCE, HASTY_PATIENCE
 from lcpcli.errors import OptionError
 from lcpcli.gallery import families
 from lcpcli.methods.direct import (
+    BLOCK_PATIENCE,
     CERTAIN,
+    HASTY_PATIENCE,
     MOST_UNKNOWNS,
     NOTHING,
     DirectAnswer,
