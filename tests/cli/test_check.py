@@ -22,7 +22,7 @@ from lcpcli.solving.answer import Minimum
 from lcpcli.verify.verification import verify, verify_exactly
 
 from .. import exact as oracle
-from ..solving.test_program_forms import SEEDS, program
+from ..solving.test_programs import SEEDS, program
 from .conftest import Lcp, assert_refused, record
 
 EXAMPLE = contents.shipped_path("paper-example-2.json")  # z = (0, 15/29, 17/29, 0), w = (14/29, 0, 0, 99/29)

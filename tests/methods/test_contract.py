@@ -1,20 +1,30 @@
-# ruff: noqa: ARG001 (every method has both arguments)
-"""The methods of this package keep the contract of methods, and each way to break it is found."""
+"""The methods of this package keep the contract of methods, and each way to break it is found; faults of methods and
+formats of other packages are the status of a run, or one line.
+"""
 
 from __future__ import annotations
 
+import json
+import os
+import re
+import subprocess
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
 
+from lcpcli import solve
+from lcpcli.errors import OptionError
 from lcpcli.methods.registry import METHODS, Method
 from lcpcli.methods.stages import Finished, Iterate
 from lcpcli.options import Option
 from lcpcli.solving.contract import check_method
+
+# ruff: noqa: ARG001 (every method has both arguments)
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -22,74 +32,56 @@ def test_the_methods_of_this_package_keep_it(name: str) -> None:
     check_method(name)
 
 
-def good(problem: Any, x0: Any) -> Any:
-    x = x0 + 1.0
-    yield Iterate(x, None, "", 1)
-    yield Iterate(x + 1, None, "", 2)
-    return Finished()
+def yielding(*made: Callable[[Any, Any], Any]) -> Callable[..., Any]:
+    """A method that yields what these make of the problem and the start, and has then finished."""
+
+    def steps(problem: Any, x0: Any) -> Any:
+        for make in made:
+            yield make(problem, x0)
+        return Finished()
+
+    return steps
+
+
+def step(change: float, evaluations: Any = 1) -> Callable[[Any, Any], Iterate]:
+    return lambda _, x0: Iterate(x0 + change, None, "", evaluations)
 
 
 def changes_q(problem: Any, x0: Any) -> Any:
     problem.q.flags.writeable = True
     problem.q[0] += 1.0
-    return (yield from good(problem, x0))
+    return step(1.0)(problem, x0)
 
 
-def reuses_its_array(problem: Any, x0: Any) -> Any:
-    for k in range(3):
-        x0 += k
-        yield Iterate(x0, None, "", k)
-    return Finished()
+def changes_x(problem: Any, x0: Any) -> Any:
+    x0 += 1.0
+    return Iterate(x0, None, "", 1)
 
 
-def counts_down(problem: Any, x0: Any) -> Any:
-    yield Iterate(x0 + 1, None, "", 2)
-    yield Iterate(x0 + 2, None, "", 1)
-    return Finished()
-
-
-def draws_lots(problem: Any, x0: Any) -> Any:
-    yield Iterate(np.random.default_rng().random(problem.n), None, "", 1)
-    return Finished()
+def raises(problem: Any, x0: Any) -> Any:
+    raise KeyError("no such key")
 
 
 def returns_nothing(problem: Any, x0: Any) -> Any:
     yield Iterate(x0, None, "", 1)
 
 
-def is_undefined(problem: Any, x0: Any) -> Any:
-    yield Iterate(np.full(problem.n, np.nan), None, "", 1)
-
-
-def yields_a_list(problem: Any, x0: Any) -> Any:
-    yield Iterate(x0.tolist(), None, "", 1)
-
-
-def counts_nothing(problem: Any, x0: Any) -> Any:
-    yield Iterate(x0, None, "", None)  # type: ignore[arg-type]
-
-
-def raises(problem: Any, x0: Any) -> Any:
-    yield from good(problem, x0)
-    raise KeyError("no such key")
-
-
 def takes_an_option(problem: Any, x0: Any, *, sweeps: int) -> Any:
-    return good(problem, x0)
+    return yielding(step(1.0))(problem, x0)
 
 
-FAULTS = [
-    (changes_q, "changes M or q"),
-    (reuses_its_array, "changes an array that it has yielded"),
-    (counts_down, "counts fewer evaluations than before"),
-    (draws_lots, "yields other iterates when it is run again"),
-    (is_undefined, "yields an x with nan"),
-    (yields_a_list, "yields an x that is not an array of numbers"),
-    (counts_nothing, "counts None evaluations"),
-    (raises, "raises KeyError: 'no such key'"),
-    (takes_an_option, "takes the options ['sweeps'], but declares []"),
-    (returns_nothing, "yields or returns None"),
-]
+FAULTS = {
+    "changes M or q": yielding(changes_q),
+    "changes an array that it has yielded": yielding(changes_x, changes_x),
+    "counts fewer evaluations than before": yielding(step(1.0, 2), step(2.0, 1)),
+    "yields other iterates when it is run again": yielding(lambda *_: step(np.random.default_rng().random())(*_)),
+    "yields an x with nan": yielding(step(np.nan)),
+    "yields an x that is not an array of numbers": yielding(lambda _, x0: Iterate(x0.tolist(), None, "", 1)),
+    "counts None evaluations": yielding(step(0.0, None)),
+    "raises KeyError: 'no such key'": yielding(step(1.0), raises),
+    "takes the options ['sweeps'], but declares []": takes_an_option,
+    "yields or returns None": returns_nothing,
+}
 
 
 def declare(monkeypatch: pytest.MonkeyPatch, function: Callable[..., Any], **declared: Any) -> None:
@@ -101,12 +93,11 @@ def declare(monkeypatch: pytest.MonkeyPatch, function: Callable[..., Any], **dec
     monkeypatch.setitem(METHODS, "toy", Method("a toy", location=("toys.methods", "toy"), **declared))
 
 
-@pytest.mark.parametrize(("function", "fault"), FAULTS)
-def test_each_fault_is_named(function: Callable[..., Any], fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    declare(monkeypatch, function, uses_start=True)
-    with pytest.raises(AssertionError) as error:
+@pytest.mark.parametrize("fault", FAULTS)
+def test_each_fault_is_named(fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    declare(monkeypatch, FAULTS[fault], uses_start=True)
+    with pytest.raises(AssertionError, match=re.escape(fault)):
         check_method("toy")
-    assert fault in str(error.value)
 
 
 def test_a_start_that_matters_is_declared(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -126,11 +117,121 @@ def test_a_default_is_in_its_range(monkeypatch: pytest.MonkeyPatch) -> None:
         while True:
             yield Iterate(x0 + sweeps, None, "", 1)
 
-    for default in (1, 0):
-        option = Option("sweeps", int, default, "whole number >= 1", lambda number: number >= 1, "Sweeps.")
-        declare(monkeypatch, steps, uses_start=True, options=(option,))
-        if default:
-            check_method("toy")
-        else:
-            with pytest.raises(AssertionError, match="0 is out of range"):
-                check_method("toy")
+    right, wrong = (Option("sweeps", int, n, "whole number >= 1", lambda own: own >= 1, "Sweeps.") for n in (1, 0))
+    declare(monkeypatch, steps, uses_start=True, options=(right,))
+    check_method("toy")
+    declare(monkeypatch, steps, uses_start=True, options=(wrong,))
+    with pytest.raises(AssertionError, match="0 is out of range"):
+        check_method("toy")
+
+
+ROOT = Path(__file__).parent.parent.parent
+NAMES = ("raises", "short", "nothing", "done", "nowhere")
+CODE = f"""
+import numpy as np
+from lcpcli.methods.registry import Method
+from lcpcli.methods.stages import Finished, Iterate
+
+{", ".join(NAMES).upper()} = (Method("faulty", location=("faulty.methods", name)) for name in {NAMES})
+
+def raises(problem, x0):
+    yield Iterate(x0, None, "", 1)
+    raise KeyError("no such key")
+
+def short(problem, x0):
+    yield Iterate(x0[:1], None, "", 1)
+
+def nothing(problem, x0):
+    yield Iterate(x0, None, "", 1)
+
+def done(problem, x0):
+    yield Iterate(x0, None, "", 1)
+    return Finished("a sweep moved less than 1e-9")
+"""
+FORMATS = """
+from lcpcli.files.formats import Kind
+
+RAISES, NOTHING = Kind("faulty.raising", ""), Kind("faulty.nothing", "")
+"""
+# What becomes of each method: a message and the package in the record, or an error.
+RUNS = """
+import json, lcpcli
+seen = {}
+for method in ("raises", "short", "nothing", "done", "newton", "nowhere", "raisse"):
+    try:
+        result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6], method)
+        seen[method] = [result.message, json.loads(result.to_json())["package"]]
+    except lcpcli.errors.OptionError as error:
+        seen[method] = [str(error), None]
+print(json.dumps(seen))
+"""
+
+
+@pytest.fixture(scope="module")
+def faulty(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with an installed package whose methods and formats are wrong, each in another way."""
+    folder = tmp_path_factory.mktemp("faulty")
+    methods = "".join(f"{name} = faulty.methods:{name.upper()}\n" for name in NAMES)
+    formats = ".raises = faulty.formats:RAISES\n.nothing = faulty.formats:NOTHING\n"
+    files = {
+        "faulty-1.0.dist-info/METADATA": "Metadata-Version: 2.1\nName: faulty\nVersion: 1.0\n",
+        "faulty-1.0.dist-info/entry_points.txt": f"[lcpcli.methods]\n{methods}[lcpcli.formats]\n{formats}",
+        "faulty/methods.py": CODE,
+        "faulty/formats.py": FORMATS,
+        "faulty/raising.py": "def fields(content, number=float):\n    raise RuntimeError('line 3')\n",
+        "faulty/nothing.py": "def fields(*_):\n    return None\n",
+        "p.raises": "1 2 3",
+        "p.nothing": "1 2 3",
+        "good.json": '{"M": [[2]], "q": [-1]}',
+    }
+    for name, text in files.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text(text)
+    return folder
+
+
+def python(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """What Python does in that folder, whose packages it finds."""
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(folder), str(ROOT)])}
+    command = [sys.executable, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder, env=environment)
+
+
+def test_a_fault_of_a_method_of_another_package_is_the_status_of_its_run_or_one_line(faulty: Path) -> None:
+    """The record names the package and its version."""
+    own = "broke down: the package faulty "
+    told = {
+        "raises": own + f"raises KeyError: 'no such key' ({faulty / 'faulty' / 'methods.py'}, line 10)",
+        "short": own + "yields an x of shape (1,) for 2 unknowns",
+        "nothing": own + "yields or returns None",
+        "done": "a sweep moved less than 1e-9, but z does not solve the problem",
+        "nowhere": "method: nowhere of another package cannot be loaded from faulty.methods: AttributeError: ",
+        "raisse": "method: 'raisse' is unknown; did you mean raises?",
+    }
+    seen = json.loads(python(faulty, "-c", RUNS).stdout)
+    assert {method: text for method, text in told.items() if text not in seen[method][0]} == {}
+    packages = {method: package for method, (_, package) in seen.items()}
+    assert packages == dict.fromkeys(NAMES, "faulty 1.0") | dict.fromkeys(["newton", "nowhere", "raisse"])
+
+
+def test_a_name_that_is_like_that_of_another_package_is_corrected_on_the_command_line(faulty: Path) -> None:
+    done = python(faulty, "-m", "lcpcli", "solve", "p.json", "--method", "nowher")
+    assert done.returncode == 2
+    assert "'nowher' is unknown; did you mean nowhere?" in done.stderr
+
+
+def test_a_fault_of_a_format_of_another_package_is_the_line_of_its_file(faulty: Path) -> None:
+    done = python(faulty, "-m", "lcpcli", "solve", "p.raises", "p.nothing", "good.json")
+    assert done.returncode == 2
+    assert re.search(
+        r"lcp: p.raises: cannot be read by the package faulty: RuntimeError: line 3 \(.*raising.py, line 2\); correct",
+        done.stderr,
+    )
+    assert "lcp: p.nothing: has no M by the package of its format" in done.stderr
+    assert "3 problems: 2 bad input, 1 solved" in done.stderr
+
+
+def test_a_method_is_known_by_its_author() -> None:
+    for name, method in {"schaefer": "fixed-point", "vector-division": "shi", "Mehrotra": "interior"}.items():
+        with pytest.raises(OptionError, match=f"is unknown; did you mean {method}"):
+            solve([[2]], [-1], name)

@@ -13,7 +13,7 @@ from lcpcli import Problem, Status, read
 from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.linalg import factors
-from lcpcli.methods.fixed_point import Anderson, best_omega, fixed_point
+from lcpcli.methods.fixed_point import best_omega, fixed_point
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
 
@@ -63,15 +63,6 @@ def test_small_large_and_sparse_matrices_give_the_same_iterates(n: int) -> None:
     assert np.allclose(dense.z, sparse.z, rtol=0, atol=1e-13)
 
 
-def test_solve_by_inverse_is_as_accurate_as_by_elimination() -> None:
-    n, shift = 12, 1e-9
-    hilbert = 1 / (np.arange(n)[:, None] + np.arange(n) + 1.0)
-    A, b = hilbert + shift * np.eye(n), hilbert.sum(axis=1)
-    x = factors.factorizer(hilbert)(shift)(b)
-    size = np.abs(A).sum(axis=1).max() * np.abs(x).max() * n
-    assert np.abs(b - A @ x).max() <= 4 * np.finfo(float).eps * size
-
-
 @settings(max_examples=50)
 @given(seed=st.integers(0, 2**32 - 1), spread=st.floats(0, 8), sparse=st.booleans())
 def test_auto_omega_is_near_the_best_for_positive_definite_matrices(seed: int, spread: float, sparse: bool) -> None:
@@ -85,13 +76,11 @@ def test_auto_omega_is_near_the_best_for_positive_definite_matrices(seed: int, s
     assert best / 3 <= omega <= 3 * best
 
 
-@pytest.mark.parametrize("identity", [np.eye(6), eye_array(6)])
-def test_auto_omega_solves_problems_with_a_multiple_of_the_identity_at_once(identity: ArrayLike) -> None:
+def test_auto_omega_solves_problems_with_a_multiple_of_the_identity_at_once() -> None:
     """The contraction factor |omega - lambda| / |omega + lambda| is 0 for omega = lambda, and for no other omega."""
-    for size in (1e-3, 50.0):
-        result = run(Problem(size * identity, np.arange(6.0) - 2.5), "fixed-point", 10 * np.ones(6), omega="auto")
-        assert result.solved
-        assert result.iterations <= 3
+    for M in (1e-3 * np.eye(6), 50.0 * eye_array(6)):
+        result = run(Problem(M, np.arange(6.0) - 2.5), "fixed-point", 10 * np.ones(6), omega="auto")
+        assert (result.solved, result.iterations <= 3) == (True, True)
 
 
 def test_auto_omega_of_other_matrices_is_the_largest_diagonal_entry() -> None:
@@ -112,14 +101,6 @@ def test_auto_omega_and_anderson_each_save_iterations_on_the_obstacle_problem() 
     assert np.allclose(fast.z, plain.z, rtol=0, atol=1e-9)
 
 
-def test_accelerated_iterates_know_their_residual() -> None:
-    problem = families.make("obstacle", 36)
-    for _, iterate in zip(range(15), fixed_point(problem, np.zeros(36), omega=0.5, anderson=4), strict=False):
-        if iterate.F is not None:
-            z, w = np.abs(iterate.x) + iterate.x, 0.5 * (np.abs(iterate.x) - iterate.x)
-            assert np.allclose(iterate.F, problem.M @ z - w + problem.q, rtol=0, atol=1e-13)
-
-
 @settings(max_examples=25)
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 30), memory=st.integers(1, 12))
 def test_anderson_never_diverges_on_h_matrices(seed: int, n: int, memory: int) -> None:
@@ -133,14 +114,3 @@ def test_anderson_never_diverges_on_h_matrices(seed: int, n: int, memory: int) -
     start = 100 * generator.standard_normal(n)
     for anderson in (0, memory):
         assert run(problem, "fixed-point", start, omega="auto", anderson=anderson).solved
-
-
-def test_anderson_restarts_when_the_change_runs_away() -> None:
-    """x -> (0.5 x_1, 5 for x_1 < 1e-3 else 0): a jump after a smooth start."""
-    x, accelerator, changes = np.array([1.0, 0.0]), Anderson(3, 2), []
-    for _ in range(60):
-        g = np.array([0.5 * x[0], 5.0 if abs(x[0]) < 1e-3 else 0.0])
-        changes.append(float(np.linalg.norm(g - x)))
-        x = accelerator.next(x, g)
-    assert max(changes) < 20
-    assert changes[-1] <= 1e-12

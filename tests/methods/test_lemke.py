@@ -15,20 +15,15 @@ from scipy.sparse import eye_array
 from lcpcli import Problem, Status, Trace, read
 from lcpcli.files import contents
 from lcpcli.gallery import families
-from lcpcli.interrupts import within
 from lcpcli.methods import lemke as module
 from lcpcli.methods.lemke import lemke
 from lcpcli.methods.registry import LEXICOGRAPHIC, ONES
-from lcpcli.methods.small_numbers import settled
 from lcpcli.options import Limits
-from lcpcli.rational.elimination import Effort
-from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.pivoting import solve
 from lcpcli.solving.driver import run
 from lcpcli.verify.certificate import proves_infeasible
 
 from .grids import line
-from .test_known_problems import murty
+from .test_milp import murty
 
 TEXTBOOK = {"cover": ONES, "ties": LEXICOGRAPHIC}
 
@@ -60,14 +55,13 @@ def exactly(M: list[list[int]], q: list[int]) -> tuple[list[Fraction] | None, in
 
 
 @pytest.mark.parametrize("n", [2, 10])
-@pytest.mark.parametrize("name", ["Murty", "Fathi"])
-def test_number_of_pivots_doubles_with_every_unknown_on_the_worst_cases(name: str, n: int) -> None:
+def test_number_of_pivots_doubles_with_every_unknown_on_the_worst_cases(n: int) -> None:
     """Murty 1978 and, symmetric positive definite, Fathi 1979: all 2^n complementary cones are passed."""
     U = murty(n)
-    result = run(Problem(U.T if name == "Murty" else U.T @ U, -np.ones(n)), "lemke", **TEXTBOOK)
-    assert result.solved
-    assert np.array_equal(result.z, np.eye(n)[0])
-    assert result.evaluations == result.iterations == 2**n
+    for M in (U.T, U.T @ U):
+        result = run(Problem(M, -np.ones(n)), "lemke", **TEXTBOOK)
+        assert (result.solved, result.z.tolist()) == (True, np.eye(n)[0].tolist())
+        assert result.evaluations == result.iterations == 2**n
 
 
 def integers(generator: np.random.Generator, kind: str) -> tuple[list[list[int]], list[int]]:
@@ -102,7 +96,7 @@ def test_path_is_that_of_exact_arithmetic_however_many_ties(kind: str, seed: int
 
 @pytest.mark.parametrize("rank", [5, 15, 30])
 def test_degenerate_problems_of_thirty_unknowns_are_decided(rank: int) -> None:
-    for seed in range(4):
+    for seed in range(3):
         generator = np.random.default_rng(seed)
         A = generator.integers(-2, 3, (rank, 30))
         feasible = A.T @ generator.integers(-2, 3, rank) + generator.integers(0, 2, 30)
@@ -164,13 +158,10 @@ BIMATRIX = read(contents.shipped_path("bimatrix.json"))
 def test_ray_of_a_feasible_problem_is_no_proof(M: ArrayLike, q: ArrayLike) -> None:
     """[0 A; B' 0] with A, B > 0 is copositive, not copositive-plus: from the covering vector e it has a ray at once."""
     result = run(Problem(M, q), "lemke", **TEXTBOOK)
-    assert result.status is Status.RAY
-    assert not result.status.has_no_solution
+    assert (result.status, result.status.has_no_solution) == (Status.RAY, False)
     assert result.message == "ended on a ray: that alone proves nothing"
     ray = result.certificate.vector
-    assert (result.certificate.kind, ray is not None) == ("ray", True)
-    assert (ray >= 0).all()
-    assert ray.any()
+    assert (result.certificate.kind, (ray >= 0).all(), ray.any()) == ("ray", True, True)
 
 
 def test_hundred_unknowns_are_solved_to_rounding_in_any_units() -> None:
@@ -192,26 +183,12 @@ def test_sparse_and_dense_matrices_give_the_same_path() -> None:
     assert np.allclose(dense.z, sparse.z, rtol=1e-13, atol=1e-13)
 
 
-def test_too_many_unknowns_are_refused_unless_there_is_nothing_to_do() -> None:
+def test_too_many_unknowns_are_refused_unless_there_is_nothing_to_do_and_overflow_is_a_breakdown() -> None:
     n = module.MAX_UNKNOWNS + 1
-    identity = eye_array(n)
-    refused = run(Problem(identity, -np.ones(n)), "lemke")
-    assert refused.status is Status.BREAKDOWN
-    assert str(module.MAX_UNKNOWNS) in refused.message
-    assert run(Problem(identity, np.ones(n), x0=-np.ones(n)), "lemke").solved
-
-
-def test_overflow_is_a_breakdown() -> None:
+    refused = run(Problem(eye_array(n), -np.ones(n)), "lemke")
+    assert (refused.status, str(module.MAX_UNKNOWNS) in refused.message) == (Status.BREAKDOWN, True)
+    assert run(Problem(eye_array(n), np.ones(n), x0=-np.ones(n)), "lemke").solved
     assert run(Problem([[1e-200]], [-1e200]), "lemke").status is Status.BREAKDOWN
-
-
-def test_lemkes_path_ends_as_soon_as_the_artificial_variable_may_leave() -> None:
-    """z = (0, 1, 0) has w = (1, 0, 0): z_0 and two forms vanish together, and beyond that the path ends on a ray."""
-    problem = Problem([[1, 2, 1], [-1, 2, 1], [0, 1, -2]], [-1, -2, -1])
-    data = ExactProblem.of_floats(problem)
-    assert solve(data, Effort()) == [0, 1, 0]
-    with within(-1.0):
-        assert solve(data, Effort()) is None
 
 
 def test_a_path_goes_on_from_upper_bounds() -> None:
@@ -232,12 +209,3 @@ def test_path_of_lemke_says_what_enters_and_leaves_and_has_z0(ties: str) -> None
     assert result.solved
     assert [row.step for row in trace.rows[1:]] == ["z0 for w2", "z2 for w1", "z1 for z0"]
     assert [row.z0 for row in trace.rows[1:]] == pytest.approx([6, 4, 0])
-
-
-@pytest.mark.parametrize("mirrored", [False, True])
-def test_small_numbers_are_settled_at_either_bound(mirrored: bool) -> None:
-    """The second component is at a bound, and its solution is a little inside, beside a component of 1e12."""
-    sign, bounds = (-1.0, {"lower": -1.0, "upper": [2e12, 0.0]}) if mirrored else (1.0, {"upper": [2e12, 1.0]})
-    problem = Problem(np.eye(2), [-1e12, -sign * (1 - 1e-5)], **bounds)
-    z = settled(problem, np.array([1e12, sign]), lambda left: run(left, "lemke").z)
-    assert z.tolist() == [1e12, pytest.approx(sign * (1 - 1e-5), abs=1e-12)]

@@ -12,7 +12,6 @@ from scipy.sparse import csr_array
 
 from lcpcli import Status, solve
 from lcpcli import run as run_method
-from lcpcli.errors import OptionError
 from lcpcli.methods.reflections import _Iteration
 from lcpcli.model.box import ORTHANT, Box
 from lcpcli.typing import Vector
@@ -32,20 +31,16 @@ def planted(n: int, seed: int, density: float = 1.0) -> tuple[Vector, Vector]:
     return M, w - M @ z
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_planted_problems_that_pivoting_does_not_solve_are_solved(seed: int) -> None:
-    M, q = planted(60, seed)
+@pytest.mark.parametrize(
+    ("n", "seed"), [(60, 0), (60, 1), pytest.param(300, 1, marks=pytest.mark.slow("many unknowns"))]
+)
+def test_planted_problems_that_pivoting_does_not_solve_are_solved(n: int, seed: int) -> None:
+    M, q = planted(n, seed)
     assert solve(M, q, "reflections").solved
-    assert not solve(M, q, "newton", max_iterations=500).solved
+    assert n > 60 or not solve(M, q, "newton", max_iterations=500).solved
 
 
-@pytest.mark.slow("several hundred unknowns")
-def test_a_planted_problem_of_several_hundred_unknowns_is_solved() -> None:
-    M, q = planted(300, 1)
-    assert solve(M, q, "reflections").solved
-
-
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_sparse_problems_and_those_with_bounds_and_free_variables_are_solved(seed: int) -> None:
     M, q = planted(60, seed, 0.15)
     assert solve(csr_array(M), q, "reflections").solved
@@ -64,21 +59,6 @@ def test_planted_problems_in_other_units_are_solved(rows: float, columns: float,
 def test_each_option_has_an_effect(option: dict[str, float]) -> None:
     M, q = planted(60, 3)
     assert solve(M, q, "reflections", **option).evaluations != solve(M, q, "reflections").evaluations
-
-
-OUT_OF_RANGE = {
-    "reflections": {"beta": (2.0, 0.0), "walkers": (0,), "seed": (-1,)},
-    "fixed-point": {"omega": (0.0, "best", True), "anderson": (-1, 0.5, "auto")},
-    "shi": {"p": (0.0, math.inf, math.nan), "k_star": (0,), "rho": (0.5, 0.0), "sigma": (1.0, 1e-4)},
-}
-
-
-@pytest.mark.parametrize("method", OUT_OF_RANGE)
-def test_options_of_this_method_and_others_out_of_range_are_refused(method: str) -> None:
-    for option, values in OUT_OF_RANGE[method].items():
-        for value in values:
-            with pytest.raises(OptionError, match=f"^{option}"):
-                solve([[1.0]], [-1.0], method, **{option: value})
 
 
 def test_nothing_is_claimed_where_there_is_no_solution_or_there_are_no_units_in_which_to_search() -> None:
@@ -112,16 +92,3 @@ def test_the_nearest_complementary_point_is_nearer_than_all_others(kind: str, z:
     assert any(np.allclose(found, other) for other in others)
     least = min(np.hypot(z - a, w - b) for a, b in others)
     assert np.hypot(z - found[0], w - found[1]) <= least + 1e-5
-
-
-@given(st.integers(0, 10_000), st.integers(1, 8))
-def test_reflected_points_are_projected_onto_the_affine_set(seed: int, n: int) -> None:
-    random = np.random.default_rng(seed)
-    G, g, X = random.normal(size=(n, n)), random.normal(size=n), random.normal(size=(2 * n, 3)).astype(np.float32)
-    iteration = _Iteration(G, g, ORTHANT, 3)
-    change = iteration.step(X)
-    reflected, projected = 2 * iteration.nearest - X, change + iteration.nearest
-    z, w = np.split(projected, 2)
-    np.testing.assert_allclose(w, G @ z + g[:, None], atol=1e-3)
-    directions = np.vstack((np.eye(n), G))  # along the set
-    np.testing.assert_allclose(directions.T @ (reflected - projected), 0, atol=2e-3)

@@ -38,8 +38,8 @@ def chosen(F: Vector, v: Vector, y: Vector, d: Vector) -> tuple[str, Vector]:
     return direction(F, v.copy(), y.copy(), -d)
 
 
-@pytest.mark.parametrize("k_star", [1, 2, 10, 1000])
-@pytest.mark.parametrize("p", [1e2, 1e8, 1e12, 1e300])
+@pytest.mark.parametrize("k_star", [1, 10, 1000])
+@pytest.mark.parametrize("p", [1e2, 1e8, 1e300])
 def test_both_examples_are_solved_from_the_files_starts(paper_example: Problem, p: float, k_star: int) -> None:
     for rho, sigma in LINE_SEARCHES:
         result = run(paper_example, "shi", p=p, k_star=k_star, rho=rho, sigma=sigma)
@@ -124,30 +124,21 @@ def test_directions_where_no_alpha_is_best(d: list[float], step: str, toward: li
     assert step != STEEPEST or np.array_equal(s, d)
 
 
-@pytest.mark.parametrize("without", ["v", "y"])
-def test_steepest_descent_is_taken_without_a_last_step_to_learn_from(without: str) -> None:
-    given = {"F": np.ones(3), "v": np.ones(3), "y": np.ones(3), "g": np.array([1.0, 2.0, 3.0])}
-    given[without] = np.zeros(3)
-    step, s = direction(**given)
-    assert step == STEEPEST
-    assert np.array_equal(s, [-1.0, -2.0, -3.0])
+def test_steepest_descent_is_taken_without_a_last_step_to_learn_from() -> None:
+    for v, y in ((np.zeros(3), np.ones(3)), (np.ones(3), np.zeros(3))):
+        step, s = direction(np.ones(3), v, y, np.array([1.0, 2.0, 3.0]))
+        assert (step, s.tolist()) == (STEEPEST, [-1.0, -2.0, -3.0])
 
 
-@pytest.mark.parametrize(
-    ("F", "v", "y", "d"),
-    [
-        ([1.0, 1.0, 0.0], [0.0, 0.0, 2.0], [1.0, 0.0, 0.0], [1.0, 2.0, 3.0]),
-        ([1.0, 1.0, 0.0], [0.0, 0.0, 2.0], [0.0, 0.0, 1.0], [1.0, 2.0, 3.0]),
-        ([1.0, 2.0], [-3.0, -6.0], [1.0, 0.5], [-1.0, 0.1]),
-    ],
-    ids=["xi_1 infinite", "xi_2 zero", "u and v parallel"],
-)
-def test_what_cannot_be_divided_by_leaves_a_direction_of_descent(
-    F: list[float], v: list[float], y: list[float], d: list[float]
-) -> None:
-    _, s = chosen(*map(np.array, (F, v, y, d)))
-    assert s @ d > 0
-    assert np.isfinite(s).all()
+def test_what_cannot_be_divided_by_leaves_a_direction_of_descent() -> None:
+    for given in (
+        ([1.0, 1.0, 0.0], [0.0, 0.0, 2.0], [1.0, 0.0, 0.0], [1.0, 2.0, 3.0]),  # xi_1 infinite
+        ([1.0, 1.0, 0.0], [0.0, 0.0, 2.0], [0.0, 0.0, 1.0], [1.0, 2.0, 3.0]),  # xi_2 zero
+        ([1.0, 2.0], [-3.0, -6.0], [1.0, 0.5], [-1.0, 0.1]),  # u and v parallel
+    ):
+        F, v, y, d = map(np.array, given)
+        _, s = chosen(F, v, y, d)
+        assert (s @ d > 0, np.isfinite(s).all()) == (True, True)
 
 
 def test_given_second_point_is_the_second_iterate() -> None:
@@ -156,11 +147,6 @@ def test_given_second_point_is_the_second_iterate() -> None:
     assert np.array_equal(second.x, x1)
     assert second.step == SELECTED
     assert run(EXAMPLE_1, "shi", x1=x1).solved
-
-
-def test_iterates_are_never_changed_afterwards() -> None:
-    kept = [(iterate.x, iterate.x.copy()) for iterate in islice(shi(EXAMPLE_2, EXAMPLE_2.x0), 30)]
-    assert all(np.array_equal(now, then) for now, then in kept)
 
 
 def test_small_p_ends_at_the_smoothing_error_and_says_so() -> None:
@@ -205,15 +191,3 @@ def test_what_it_cannot_go_on_from_is_a_breakdown_that_says_so(problem: Problem,
     result = run(problem, "shi")
     assert result.status is Status.BREAKDOWN
     assert word in result.message
-
-
-def test_default_p_solves_a_degenerate_problem() -> None:
-    """z* = w* = 0 in the second component, where the smoothing error is ln 3 / p itself."""
-    result = run(Problem([[2.0, 1.0], [1.0, 2.0]], [-2.0, -1.0], solutions=[[1.0, 0.0]]), "shi")
-    assert result.solved
-    assert result.error <= 1e-9
-
-
-def test_start_at_the_solution_stops_at_once() -> None:
-    result = run(EXAMPLE_1, "shi", x0=np.array([0.5, -0.5, 0.5, -0.5]))
-    assert (result.solved, result.iterations, result.evaluations) == (True, 0, 0)

@@ -1,5 +1,7 @@
 """The sparse route, with the active set from coarse versions of the problem, solves what it is made for, to rounding,
-and fails in words elsewhere; Krylov methods, whose steps smoothed aggregation makes independent of the grid."""
+and fails in words elsewhere; Krylov methods, whose steps smoothed aggregation makes independent of the grid;
+elimination for tridiagonal M-matrices, in O(n) operations.
+"""
 
 from __future__ import annotations
 
@@ -7,16 +9,20 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.sparse import coo_array, csr_array, diags_array, eye_array
 
+import lcpcli
 from lcpcli import Problem, run
 from lcpcli.gallery import families
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity
-from lcpcli.linalg.matrices import is_symmetric
-from lcpcli.methods.active_set import Factors, active_set, multilevel, sparse_route
+from lcpcli.methods import z_matrix
+from lcpcli.methods.active_set import multilevel, sparse_route
 from lcpcli.methods.inexact import krylov
-from lcpcli.methods.multilevel import COARSEST, FullApproximation, Hierarchy, VCycles
-from lcpcli.methods.stages import Breakdown, Iterate, Stalled, advance
+from lcpcli.methods.multilevel import FullApproximation, Hierarchy, VCycles
+from lcpcli.methods.stages import Breakdown, Finished, Stalled, limited
+from lcpcli.methods.z_matrix import eliminated
 from lcpcli.model.box import ORTHANT
 from lcpcli.typing import Mask, Matrix, Vector
 from lcpcli.verify.point import Criterion, Point
@@ -87,18 +93,17 @@ def assert_equal_to_newton(problem: Problem, z: Vector) -> None:
 
 
 @pytest.mark.parametrize("name", MATRICES)
-def test_the_route_gives_the_solution_of_newton(name: str) -> None:
+def test_the_route_gives_the_solution_of_newton_from_any_start(name: str) -> None:
     M = MATRICES[name]()
-    for seed in range(2):
-        problem = Problem(M, smooth(M.shape[0], seed) * np.sqrt(M.diagonal()))
-        iterates, _ = through(sparse_route(problem, np.zeros(problem.n)))
+    for start in (0.0, 1.0):
+        problem = Problem(M, smooth(M.shape[0]) * np.sqrt(M.diagonal()))
+        iterates, _ = through(sparse_route(problem, np.full(problem.n, start)))
         assert_equal_to_newton(problem, problem.box.z_of(iterates[-1].x))
 
 
 def test_auto_solves_what_the_route_leaves() -> None:
     """The square of a difference matrix is positive definite, with positive entries off the diagonal."""
-    M = csr_array(plane(30) @ plane(30))
-    problem = Problem(M, smooth(900))
+    problem = Problem(csr_array(plane(30) @ plane(30)), smooth(900))
     assert_equal_to_newton(problem, run(problem).z)
 
 
@@ -122,15 +127,6 @@ def test_coarse_versions_leave_little_to_be_pivoted() -> None:
     assert np.count_nonzero(states != (expected > 0)) <= 0.05 * problem.n
     assert len(through(multilevel(problem))[0]) <= 8
     assert len(through(multilevel(families.make("american-put", 5000)))[0]) <= 4
-
-
-def test_factors_serve_in_place_of_coarse_versions() -> None:
-    for M in (plane(30), stream(30, 200)):
-        problem = Problem(M, smooth(900))
-        start = run(problem, "newton").z + 1e-3 * np.random.default_rng(1).uniform(-1, 1, 900)
-        iterates, ending = through(active_set(problem, np.maximum(start, 0), Factors(M)))
-        assert isinstance(ending, Stalled)
-        assert_equal_to_newton(problem, problem.box.z_of(iterates[-1].x))
 
 
 def test_solutions_at_the_extremes() -> None:
@@ -167,22 +163,6 @@ def test_well_conditioned_matrices_are_not_factorized(
     assert solve(make(20_000))[1] == ["krylov"]
 
 
-def test_any_start_will_do() -> None:
-    for problem in (families.make("obstacle", 400), tridiagonal(300), dominant(500)):
-        for start in (1.0, -1.0):
-            z, _ = solve(problem, np.full(problem.n, start))
-            assert np.allclose(z, solve(problem)[0], rtol=0, atol=1e-8)
-
-
-def test_degenerate_solution() -> None:
-    """A third of the unknowns has z = w = 0."""
-    M, generator = plane(30), np.random.default_rng(4)
-    side = generator.integers(-1, 2, 900)
-    z = np.where(side > 0, generator.uniform(0, 1, 900), 0)
-    w = np.where(side < 0, generator.uniform(0, 1, 900), 0)
-    assert np.allclose(solve(Problem(M, w - M @ z))[0], z, rtol=0, atol=1e-7)
-
-
 def test_what_rounding_stops_is_finished_by_one_factorization() -> None:
     """The condition number is 4e9: no z in double precision meets the tolerance, but the active set can be right."""
     n = 50_000
@@ -207,15 +187,10 @@ def test_p_matrix_that_is_not_positive_definite() -> None:
 )
 def test_matrices_it_is_not_made_for_end_in_words(M: Matrix) -> None:
     criterion = Criterion(Problem(M, -np.ones(900)))
-    best, stage = np.inf, sparse_route(criterion.problem, np.zeros(900))
     with np.errstate(over="raise", invalid="raise"):
-        for _ in range(300):
-            step = advance(stage)
-            if not isinstance(step, Iterate):
-                assert isinstance(step, (Breakdown, Stalled))
-                break
-            best = min(best, Point(criterion, ORTHANT.z_of(step.x)).relative_residual)
-    assert best > TOL
+        iterates, ending = through(limited(sparse_route(criterion.problem, np.zeros(900)), 300))
+    assert isinstance(ending, (Breakdown, Stalled))
+    assert all(Point(criterion, ORTHANT.z_of(step.x)).relative_residual > TOL for step in iterates)
 
 
 def disc(m: int) -> Mask:
@@ -259,26 +234,6 @@ def test_number_of_steps_does_not_grow_with_the_grid(m: int, masked: bool) -> No
     assert len(steps) <= 22
 
 
-def test_v_cycle_is_symmetric_and_positive() -> None:
-    m, generator = 35, np.random.default_rng(1)
-    cycle = VCycles(Hierarchy(plane(m)))(disc(m))
-    for _ in range(10):
-        u, v = generator.standard_normal((2, m * m)) * disc(m)
-        assert u @ cycle(v) == pytest.approx(v @ cycle(u), rel=1e-5, abs=1e-5)
-        assert u @ cycle(u) > 0
-
-
-def test_coarse_versions_are_galerkin_products_of_falling_size() -> None:
-    hierarchy = Hierarchy(plane(60) / 4)
-    sizes = [A.shape[0] for A in hierarchy.matrices]
-    assert sizes == sorted(sizes, reverse=True)
-    assert sizes[-1] <= COARSEST
-    for fine, R, coarse in zip(hierarchy.matrices, hierarchy.restrictions, hierarchy.matrices[1:], strict=False):
-        assert np.allclose((R @ fine @ R.T - coarse).data, 0, atol=1e-14)
-        assert np.all(np.diff(R.T.tocsr().indptr) > 0)
-    assert all(is_symmetric(A) or abs(A - A.T).max() < 1e-15 for A in hierarchy.matrices)
-
-
 @pytest.mark.slow("a large matrix")
 def test_matrices_without_coarse_versions_are_refused() -> None:
     places = np.random.default_rng(2).integers(0, 3000, (2, 90_000))
@@ -289,3 +244,73 @@ def test_matrices_without_coarse_versions_are_refused() -> None:
         assert iterates == []
         assert isinstance(ending, Breakdown)
         assert word in ending.reason
+
+
+def m_matrix(rng: np.random.Generator, n: int, spread: int) -> Vector:
+    """A tridiagonal M-matrix: M v > 0 for some v > 0, with entries off the diagonal of any size, some of them 0."""
+    below, above = (rng.uniform(0, 1, n - 1) * 10.0 ** rng.integers(-spread, spread + 1, n - 1) for _ in range(2))
+    N = np.diag(below * (rng.random(n - 1) < 0.9), -1) + np.diag(above * (rng.random(n - 1) < 0.9), 1)
+    v = 10.0 ** rng.uniform(-1, 1, n)
+    return np.array(np.diag((N @ v) / v * (1 + rng.uniform(0.01, 1, n)) + 1e-6) - N)
+
+
+def by_chandrasekaran(M: Vector, q: Vector) -> Vector:
+    """The solution for an M-matrix: variables whose w is negative become basic, and remain so."""
+    basic = np.zeros(q.size, np.bool_)
+    while True:
+        z = np.zeros(q.size)
+        z[basic] = np.linalg.solve(M[np.ix_(basic, basic)], -q[basic])
+        new = (M @ z + q < -1e-12 * np.abs(q).max()) & ~basic
+        if not new.any():
+            return z
+        basic |= new
+
+
+@settings(max_examples=100)
+@given(st.integers(0, 10**6), st.integers(2, 30), st.integers(0, 2))
+def test_the_solution_is_found_wherever_the_basic_variables_lie(seed: int, n: int, spread: int) -> None:
+    rng = np.random.default_rng(seed)
+    M, q = m_matrix(rng, n, spread), rng.standard_normal(n)
+    iterates, ending = through(eliminated(Problem(csr_array(M), q)))
+    assert isinstance(ending, Finished)
+    np.testing.assert_allclose(2 * np.maximum(iterates[-1].x, 0), by_chandrasekaran(M, q), rtol=1e-6, atol=1e-9)
+
+
+def stopping(n: int, drift: float) -> tuple[Matrix, Vector]:
+    """Optimal stopping of a diffusion with the payoff |x| - 1/5: both ends stop, and the middle goes on."""
+    x, h = np.linspace(-3, 3, n, retstep=True)
+    up, down = 0.045 / h**2 + max(drift, 0) / h, 0.045 / h**2 + max(-drift, 0) / h
+    diagonal = np.full(n, 0.05 + up + down)
+    diagonal[[0, -1]] -= down, up
+    M = diags_array([np.full(n - 1, -down), diagonal, np.full(n - 1, -up)], offsets=(-1, 0, 1), format="csr")
+    return M, M @ (np.abs(x) - 0.2)
+
+
+@pytest.mark.parametrize("drift", [0.1, -0.1])
+def test_optimal_stopping_with_two_free_boundaries_takes_a_few_passes_on_every_grid(
+    drift: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    passes = list[None]()
+    monkeypatch.setattr(z_matrix, "check", lambda: passes.append(None))
+    for n in (201, 2001, 20001):
+        passes.clear()
+        result = lcpcli.solve(*stopping(n, drift))
+        assert result.solved
+        assert (result.route, result.evaluations) == (("elimination",), 1)
+        assert len(passes) < 6
+        assert np.count_nonzero(np.diff((result.z > 0).astype(int))) == 2
+
+
+def test_a_tridiagonal_matrix_that_is_no_m_matrix_is_left_to_other_methods() -> None:
+    M = -line(200) + 0.1 * np.eye(200)
+    result = lcpcli.solve(csr_array(M), -np.ones(200))
+    assert "elimination" not in result.route
+
+
+def test_a_dense_tridiagonal_matrix_takes_the_route_of_compressed_rows() -> None:
+    M, q = stopping(401, 0.1)
+    for form in (M.toarray(), M, M.tocsc(), M.tocoo(), np.asfortranarray(M.toarray())):
+        result = lcpcli.solve(form, q)
+        assert (result.solved, result.route) == (True, ("elimination",))
+    problem = Problem(M.toarray(), q)
+    assert lcpcli.run(problem).problem is problem

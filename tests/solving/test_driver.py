@@ -1,20 +1,32 @@
-"""The loop: it trusts residuals, not methods; it stops at its limits; it says how it ended."""
+"""The loop: it trusts residuals, not methods; it stops at its limits; it says how it ended. A trace keeps the iterates
+asked for; a callback sees every iterate, and may end the run. A run has
+one route and one result to the bit, whether it keeps iterates or not, and one deadline for its parts.
+"""
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
-from lcpcli import Problem, Status, Trace, read
-from lcpcli.errors import ProblemError
+import lcpcli
+from lcpcli import Problem, Result, Status, Trace, TraceRow, read
+from lcpcli.errors import LCPError, ProblemError
 from lcpcli.files import contents
+from lcpcli.gallery import families
+from lcpcli.interrupts import remaining, within
 from lcpcli.methods import registry as methods
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.options import Limits
+from lcpcli.solving import driver
 from lcpcli.solving.driver import run
-from lcpcli.solving.trace import TraceRow
+from lcpcli.solving.trace import Callback
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion
 
@@ -103,34 +115,28 @@ def test_interrupted_run_reports_its_best_iterate_and_overflow_inside_a_method_i
     assert "overflow" in result.message
 
 
-@pytest.mark.parametrize(("growth", "status"), [(0.5e100, Status.STALLED), (2e100, Status.DIVERGED)])
-def test_residual_that_has_grown_by_100_decades_is_divergence_and_no_smaller_one(
-    growth: float, status: Status, liar: Liar
-) -> None:
+def test_residual_that_has_grown_by_100_decades_is_divergence_and_no_smaller_one(liar: Liar) -> None:
     """For M = I, q = -1 and x < 0 it is F = 2x - 1."""
-    steps = [iterate(x, F=2 * x - 1) for x in (-1.0, -1.5 * growth, -1.0)]
-    result = liar.run(Problem(np.eye(4), -np.ones(4)), steps, None, STEPPING, x0=-np.ones(4))
-    assert result.status is status
+    for growth, status in ((0.5e100, Status.STALLED), (2e100, Status.DIVERGED)):
+        steps = [iterate(x, F=2 * x - 1) for x in (-1.0, -1.5 * growth, -1.0)]
+        result = liar.run(Problem(np.eye(4), -np.ones(4)), steps, None, STEPPING, x0=-np.ones(4))
+        assert result.status is status
 
 
-@pytest.mark.parametrize("final", [False, True])
-def test_method_that_wants_to_correct_signs_at_a_solution_has_three_iterations_for_it(final: bool, liar: Liar) -> None:
-    steps = [iterate(1.0), *9 * [iterate(ANSWER, F=0.0)._replace(signs_final=final)]]
-    result = liar.run(EXAMPLE, steps, None, STEPPING)
-    assert (result.solved, result.iterations) == (True, 2 if final else 2 + 3)
+def test_method_that_wants_to_correct_signs_at_a_solution_has_three_iterations_for_it(liar: Liar) -> None:
+    for final, iterations in ((False, 2 + 3), (True, 2)):
+        steps = [iterate(1.0), *9 * [iterate(ANSWER, F=0.0)._replace(signs_final=final)]]
+        result = liar.run(EXAMPLE, steps, None, STEPPING)
+        assert (result.solved, result.iterations) == (True, iterations)
 
 
-def test_exact_start_is_recognised_though_its_F_is_large() -> None:
-    """z = 0 solves any problem with q >= 0, for every negative x that represents it."""
+def test_exact_start_is_recognised_though_its_F_is_large_and_a_residual_whose_bound_never_comes_down() -> None:
+    """z = 0 solves any problem with q >= 0, for every negative x that represents it; and with M singular F stays large
+    along the iteration although z has converged long before."""
     result = run(Problem([[-5.0, 2.0], [-6.0, 1.0]], [1.0, 2.0]), "shi", [-3.0, -4.0])
     assert (result.solved, result.iterations) == (True, 0)
-
-
-def test_residual_is_measured_now_and_then_where_its_bound_never_comes_down() -> None:
-    """With M singular F stays large along the iteration although z has converged long before."""
     result = run(Problem(np.ones((3, 3)), [-1.0, -2.0, -3.0]), "fixed-point")
-    assert result.solved
-    assert result.iterations <= 256
+    assert (result.solved, result.iterations <= 256) == (True, True)
 
 
 def test_start_is_the_problems_own_unless_given_and_displaces_both_of_its_points() -> None:
@@ -146,10 +152,10 @@ def test_start_is_the_problems_own_unless_given_and_displaces_both_of_its_points
     assert rows(problem, -np.ones(4))[1] != [4.0] * 4
 
 
-@pytest.mark.parametrize("x1", [[1.0], [1.0, 2.0, 3.0, float("nan")], "x"])
-def test_second_point_is_checked_like_the_first(x1: object) -> None:
-    with pytest.raises(ProblemError, match="x1"):
-        run(EXAMPLE, "shi", x1=x1)
+def test_second_point_is_checked_like_the_first() -> None:
+    for x1 in ([1.0], [1.0, 2.0, 3.0, float("nan")], "x"):
+        with pytest.raises(ProblemError, match="x1"):
+            run(EXAMPLE, "shi", x1=x1)
 
 
 def test_error_is_to_the_nearest_known_solution() -> None:
@@ -174,3 +180,211 @@ def test_tolerance_is_what_the_relative_residual_comes_down_to_and_numpy_numbers
         result = run(EXAMPLE, "fixed-point", omega=np.float32(2), limits=limits)
         assert result.solved
         assert tol / 100 < result.relative_residual <= tol
+
+
+def test_trace_keeps_the_start_the_first_every_so_many_and_the_last_three() -> None:
+    for every in (1, 2, 7, 1000):
+        trace = Trace(every=every)
+        last = run(EXAMPLE, "fixed-point", trace=trace).iterations
+        expected = {0, 1, *range(0, last + 1, every), last - 2, last - 1, last}
+        assert [row.k for row in trace.rows] == sorted(expected)
+
+
+def test_trace_of_many_rows_is_thinned_by_doubling() -> None:
+    trace = Trace(every=5, most=20)
+    last = run(EXAMPLE, "fixed-point", x0=np.full(4, 1e9), trace=trace, limits=Limits(tol=1e-15)).iterations
+    assert (last > 40, len(trace.rows) <= 20, trace.every in (5, 10, 20, 40)) == (True, True, True)
+    kept = [row.k for row in trace.rows]
+    assert kept == sorted({0, 1, *range(0, last + 1, trace.every), last - 2, last - 1, last})
+
+
+def test_trace_of_a_method_that_breaks_down_or_diverges_shows_the_start_and_how_far_it_came() -> None:
+    trace = Trace()
+    assert run(Problem([[-1.0]], [-1.0]), "fixed-point", trace=trace).status is Status.BREAKDOWN
+    assert [(row.k, row.z.tolist()) for row in trace.rows] == [(0, [0.0])]
+    trace = Trace(residuals=False)
+    result = run(Problem([[-0.5]], [-1.0]), "fixed-point", trace=trace)
+    assert (result.status, np.isfinite(result.z).all()) == (Status.DIVERGED, True)
+    assert trace.rows[-1].z.max() > 1e90
+
+
+def test_milestones_are_the_first_iterates_with_a_relative_error_of_each_level() -> None:
+    problem = Problem(EXAMPLE.M, EXAMPLE.q, x0=EXAMPLE.x0, solutions=EXAMPLE.solutions)
+    trace, curve = Trace(), Trace(every=10**9, residuals=False, levels=(1e-3, 1e-6, 1e-30))
+    run(problem, "fixed-point", trace=trace, curve=curve)
+    for milestone, level in zip(curve.milestones, (1e-3, 1e-6), strict=True):
+        first = next(row for row in trace.rows if row.error is not None and row.error <= level)
+        assert (milestone.level, milestone.k, milestone.seconds) == (level, first.k, first.seconds)
+
+
+def test_trace_measures_what_the_result_measures_and_keeps_only_the_components_asked_for() -> None:
+    trace, few = Trace(), Trace(components=np.array([0, 3]))
+    result = run(EXAMPLE, "fixed-point", trace=trace)
+    assert (trace.rows[-1].residual, trace.rows[-1].error) == (result.residual, result.error)
+    run(EXAMPLE, "fixed-point", trace=few)
+    assert [row.z.tolist() for row in few.rows] == [row.z[[0, 3]].tolist() for row in trace.rows]
+
+
+@pytest.mark.parametrize("method", ["fixed-point", "shi", "newton", "lemke"])
+def test_seconds_of_the_iterates_and_the_parts_of_the_run_add_up_to_the_whole(method: str) -> None:
+    ticks = itertools.count()
+    trace = Trace()
+    result = run(EXAMPLE, method, trace=trace, clock=lambda: float(next(ticks)))
+    assert [row.seconds for row in trace.rows] == sorted({row.seconds for row in trace.rows})
+    assert trace.rows[-1].seconds <= result.seconds
+    assert result.seconds == result.setup_seconds + result.solve_seconds + result.verify_seconds
+    # each iterate takes a tick to be made, one to be measured before it is kept, and one after it
+    spent = [later.seconds - earlier.seconds for earlier, later in itertools.pairwise(trace.rows)]
+    assert set(spent[1:]) <= {3.0}
+
+
+M, Q = [[2, 1], [1, 2]], [-5, -6]
+
+
+@pytest.mark.parametrize("method", ["auto", "shi", "fixed-point", "newton", "interior", "lemke"])
+def test_it_sees_the_rows_of_a_trace_but_the_start(method: str) -> None:
+    rows: list[TraceRow] = []
+    result = lcpcli.solve(M, Q, method, callback=rows.append, trace=True)
+    assert result.solved
+    kept = result.trace.rows[1:]
+    assert [row.k for row in rows] == [row.k for row in kept] == list(range(1, result.iterations + 1))
+    for row, other in zip(rows, kept, strict=True):
+        for name in ("method", "step", "residual", "error"):
+            assert getattr(row, name) == getattr(other, name)
+        assert np.array_equal(row.z, other.z)
+        assert row.residual == pytest.approx(np.abs(np.minimum(row.z, np.array(M) @ row.z + Q)).max())
+
+
+def _raise(row: TraceRow) -> None:
+    if row.k == 3:
+        raise StopIteration
+
+
+@pytest.mark.parametrize("callback", [lambda row: row.k == 3, _raise], ids=["true", "StopIteration"])
+def test_it_ends_the_run_with_the_best_iterate_but_for_a_solution(callback: Callback) -> None:
+    result = lcpcli.solve(M, Q, "fixed-point", callback=callback)
+    assert (result.status.word, result.iterations, result.interrupted) == ("interrupted", 3, False)
+    assert result.message.startswith("interrupted: by the callback")
+    assert result.residual < 1
+    assert lcpcli.solve(M, Q, "newton", x0=[1, 1], callback=lambda row: row.k == 1).solved
+
+
+def test_its_exceptions_leave_the_call_and_its_arithmetic_is_its_own() -> None:
+    def fails(row: TraceRow) -> None:
+        raise KeyError(row.k)
+
+    with pytest.raises(KeyError):
+        lcpcli.solve(M, Q, callback=fails)
+
+    def spoils(row: TraceRow) -> None:
+        row.z[:] = np.nan
+
+    with pytest.warns(RuntimeWarning, match="divide by zero"):
+        assert lcpcli.solve(M, Q, callback=lambda row: np.ones(1) / (0 * row.z[:1]) < 0).solved
+    assert lcpcli.solve(M, Q, "fixed-point", callback=spoils).solved, "as it changes a copy of its own"
+    with pytest.raises(LCPError, match="callback: is a number; give a function of one argument"):
+        lcpcli.solve(M, Q, callback=3)  # type: ignore[arg-type]
+
+
+def test_solve_many_calls_it_for_each_problem() -> None:
+    rows: list[TraceRow] = []
+    results = list(lcpcli.solve_many(M, np.tile(np.reshape(Q, (2, 1)), (1, 6)), callback=rows.append))
+    assert [row.k for row in rows if row.k == 1] == [1] * len(results)
+
+
+FAMILIES = [("harker-pang", 25), ("contact", 40), ("boxes", 10), ("degenerate", 40), ("qp", 120), ("obstacle", 300)]
+SMALL = st.integers(1, 5).flatmap(
+    lambda n: st.tuples(*(arrays(float, shape, elements=st.integers(-3, 3)) for shape in ((n, n), n)))
+)
+
+
+def is_same(one: Result, other: Result) -> bool:
+    fields = ("status", "message", "route", "iterations", "evaluations", "basis")
+    return np.array_equal(one.z, other.z) and all(getattr(one, name) == getattr(other, name) for name in fields)
+
+
+def check(problem: Problem) -> None:
+    plain, kept = lcpcli.run(problem), lcpcli.run(problem, trace=True)
+    assert is_same(plain, kept)
+    assert is_same(plain, driver.run(problem, "auto", observe=lambda *_: None))
+    rows = kept.trace.rows
+    if kept.status is lcpcli.Status.SOLVED:
+        assert [row.k for row in rows] == list(range(kept.iterations + 1))
+        assert np.array_equal(rows[-1].z, kept.z)
+    times = [row.seconds for row in rows]
+    assert times == sorted(times)
+    assert times[-1] <= kept.seconds
+
+
+@settings(max_examples=50)
+@given(SMALL)
+def test_small_problems_have_one_run(data: tuple[np.ndarray, np.ndarray]) -> None:
+    check(Problem(*data))
+
+
+@pytest.mark.parametrize(("family", "n"), FAMILIES)
+def test_problems_of_the_gallery_have_one_run_whatever_was_solved_before(family: str, n: int) -> None:
+    problem = families.make(family, n, 0)
+    first = lcpcli.run(problem)
+    check(problem)
+    for _ in range(5):
+        lcpcli.solve([[2]], [-1])
+    assert is_same(first, lcpcli.run(problem))
+
+
+def test_a_start_has_its_iterates_too() -> None:
+    problem = families.make("harker-pang", 25, 0)
+    basis = lcpcli.run(problem).basis
+    plain, kept = (lcpcli.run(problem, basis=basis, trace=trace) for trace in (False, True))
+    assert is_same(plain, kept)
+    assert [row.k for row in kept.trace.rows] == [0, 1]
+    assert plain.iterations == 1
+
+
+def test_milestones_are_reached_within_the_time_of_the_run() -> None:
+    problem = families.make("harker-pang", 25, 0)
+    known = Problem(problem.M, problem.q, solutions=[lcpcli.run(problem).z])
+    result = lcpcli.run(known, trace=Trace(levels=(1e-3, 1e-9)))
+    assert [each.level for each in result.trace.milestones] == [1e-3, 1e-9]
+    assert all(0 < each.seconds <= result.seconds < math.inf for each in result.trace.milestones)
+
+
+def test_ctrl_c_while_iterates_are_kept_leaves_the_result() -> None:
+    class Pressing(Trace):
+        def add(self, *_: object) -> None:
+            raise KeyboardInterrupt
+
+    problem = families.make("harker-pang", 25, 0)
+    with pytest.raises(lcpcli.Interrupted) as error:
+        lcpcli.run(problem, trace=Pressing())
+    assert error.value.result.solved
+
+
+SWAPS = Problem(np.kron(np.eye(3), [[0, 1], [1, 0]]), -np.ones(6))  # with faces of solutions
+
+
+def test_a_run_that_is_part_of_another_one_ends_with_it() -> None:
+    problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
+    for method in ("milp", "fixed-point", "newton"):
+        assert run(problem, method).solved
+        with within(-1.0):
+            assert run(problem, method).status is Status.TIME_LIMIT
+
+
+def test_no_context_is_open_between_pieces_and_a_search_ends_with_what_it_is_part_of() -> None:
+    found = lcpcli.solutions(SWAPS, time_limit=60.0)
+    for _ in found:
+        assert remaining() == math.inf
+    assert found.complete
+    found = lcpcli.solutions(SWAPS, time_limit=60.0)
+    with within(-1.0):
+        assert not list(found)
+    assert found.others is None
+
+
+def test_digits_have_half_of_the_time_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[float] = []
+    monkeypatch.setattr("lcpcli.verify.digits.digits", lambda *_: seen.append(remaining()))
+    solved = run(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), "newton", limits=Limits(time_limit=100.0))
+    assert solved.digits is None
+    assert 40 < seen[0] <= 50

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import itertools
-import json
 import math
-from collections.abc import Callable
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,21 +12,16 @@ import pytest
 from scipy.sparse import diags_array
 
 import lcpcli
-from lcpcli import Problem, Status, from_qp, write
-from lcpcli.cli import solve
-from lcpcli.cli.declarations import MethodChoice
+from lcpcli import Problem, Status, from_qp
 from lcpcli.gallery import families
 from lcpcli.methods.registry import METHODS
-from lcpcli.methods.stages import Ending, Finished, NoSolution
+from lcpcli.methods.stages import NoSolution
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.verify import certificate
 from lcpcli.verify.certificate import RAY, UNVERIFIED, Certificate, proves_infeasible
 
 from .. import exact
-from ..conftest import Outcome
 from .liars import LIE, Liar, assert_refused, at
-
-Lcp = Callable[..., Outcome]
 
 ULP = 2.0**-52
 IDENTITY = np.eye(2)
@@ -200,34 +192,3 @@ def test_ray_proves_nothing_whatever_a_method_says(liar: Liar) -> None:
         assert lcpcli.run(problem).solved
         result = lcpcli.run(problem, "lemke")
         assert result.solved or not (result.status.has_no_solution or "infeasible" in result.message)
-
-
-LIES: dict[str, tuple[Problem, list[Any], Ending]] = {
-    "solved": (SOLVABLE["lcp"], [at([1, 1], 0.0)], Finished()),
-    "infeasible": (SOLVABLE["lcp"], [], farkas([1, 0])),
-    "unsolvable": (SOLVABLE["mixed"], [], EXHAUSTED),
-    "ray": (SOLVABLE["lcp"], [], NoSolution(Certificate("ray", LIE, np.ones(2)))),
-    "minimizer": (SOLVABLE["program with a stationary point"], [at([1, 1], 0.0)], Finished()),
-    "unbounded": (SOLVABLE["program with a stationary point"], [], EXHAUSTED),
-}
-
-
-@pytest.mark.parametrize("name", LIES)
-def test_command_repeats_no_lie(
-    name: str, liar: Liar, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    problem, steps, ending = LIES[name]
-    liar.register(problem, steps, ending)
-    (method,) = (parameter for parameter in solve.solve.params if "--method" in parameter.opts)
-    monkeypatch.setattr(method, "type", MethodChoice())
-    write(problem, tmp_path / "problem.json")
-    arguments = ("solve", str(tmp_path / "problem.json"), "--method", "liar")
-    shown, quiet, data = (lcp(*arguments, *more) for more in ((), ("--quiet",), ("--format", "json")))
-    assert [outcome.code for outcome in (shown, quiet, data)] == [1, 1, 1]
-    assert quiet.out == ""
-    assert "stalled" in shown.out
-    record = json.loads(data.out)
-    assert (record["status"], record["solved"], record["certificate"]) == ("stalled", False, None)
-    for word in (LIE, "solved by", "proved", "certificate:", "minimizer", "unbounded", "the only solution"):
-        assert word not in shown.out
-        assert word not in record["message"]

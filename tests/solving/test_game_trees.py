@@ -1,10 +1,14 @@
-"""Games in extensive form: equilibria against all pure strategies, and strategies that are given to be checked."""
+"""Games in extensive form, and games with payoffs far larger than all that are reached: equilibria against all pure
+strategies, and strategies that are given to be checked.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
+from functools import cache
+from itertools import product
 from math import prod
 from pathlib import Path
 from random import Random
@@ -15,12 +19,89 @@ import pytest
 
 import lcpcli
 from lcpcli.gallery.families import make
-from lcpcli.games.behavior import Behavior, Strategy, plan_of, point_of, strategy_of
+from lcpcli.games.behavior import Behavior, Strategy, plan_of, strategy_of
 from lcpcli.model.extensive import ExtensiveGame
+from lcpcli.model.game_tree import CHANCE, GameTree
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.proof import prove
 
-from . import random_trees
+
+class Maker:
+    """A random tree. Nodes of a player behind the same own move, with as many actions, may share an information set."""
+
+    def __init__(self, seed: int, depth: int, payoff: Callable[[Random], Fraction]) -> None:
+        self.random, self.outcomes, self.events, self.payoff = Random(seed), 0, 0, payoff
+        self.sets: dict[tuple[int, tuple[int, int], int], list[int]] = {}
+        self.numbers = {1: 0, 2: 0}
+        self.lines = [f'EFG 2 R "tree {seed}" {{ "one" "two" }} "a comment, with {{ braces }}"']
+        self.node(depth, {1: (0, 0), 2: (0, 0)})
+
+    def node(self, depth: int, last: dict[int, tuple[int, int]]) -> None:
+        kind = self.random.choice("cpppp") if depth else "t"
+        moves = self.random.randint(1 if depth < 4 else 2, 3)
+        if kind == "t" or (depth < 3 and self.random.random() < 0.3):
+            self.lines.append(f't "" {self.outcome()}')
+            return
+        if kind == "c":
+            self.events += 1
+            weights = [self.random.randint(0, 4) for _ in range(moves)]
+            weights[0] += 1
+            listed = " ".join(f'"" {Fraction(weight, sum(weights))}' for weight in weights)
+            self.lines.append(f'c "" {self.events} "" {{ {listed} }} 0')
+            for _ in range(moves):
+                self.node(depth - 1, last)
+            return
+        player = self.random.choice((1, 2))
+        known = self.sets.setdefault((player, last[player], moves), [])
+        number = self.random.choice([*known, 0])
+        described = ""
+        if not number:
+            self.numbers[player] += 1
+            number = self.numbers[player]
+            known.append(number)
+            described = '"" { ' + " ".join(f'"{k}"' for k in range(moves)) + " } "
+        extra = self.outcome() if self.random.random() < 0.2 else "0"
+        self.lines.append(f'p "" {player} {number} {described}{extra}')
+        for move in range(1, moves + 1):
+            self.node(depth - 1, {**last, player: (number, move)})
+
+    def outcome(self) -> str:
+        self.outcomes += 1
+        return f'{self.outcomes} "" {{ {self.payoff(self.random)}, {self.payoff(self.random)} }}'
+
+
+def small_fraction(random: Random) -> Fraction:
+    return Fraction(random.randint(-6, 6), random.choice((1, 1, 2, 3)))
+
+
+def tree_of(seed: int, depth: int = 4, payoff: Callable[[Random], Fraction] = small_fraction) -> lcpcli.Problem:
+    return lcpcli.from_efg("\n".join(Maker(seed, depth, payoff).lines))
+
+
+def payoffs(tree: GameTree, strategies: Sequence[Strategy]) -> list[Fraction]:
+    """The expected payoffs, node by node from the root, without plans or sequences."""
+    reach = [Fraction(1)]
+    for node in tree.nodes[1:]:
+        above = tree.nodes[node.parent]
+        odds = tree.events[above.where].probabilities if above.owner == CHANCE else strategies[above.owner][above.where]
+        reach.append(reach[node.parent] * odds[node.move])
+    return [sum((r * n.payoffs[i] for r, n in zip(reach, tree.nodes, strict=True)), Fraction(0)) for i in (0, 1)]
+
+
+def pure_strategies(tree: GameTree, player: int) -> Iterator[Strategy]:
+    """All pure strategies of a player."""
+    sizes = [len(own.actions) for own in tree.players[player].sets]
+    for moves in product(*map(range, sizes)):
+        yield [[Fraction(k == move) for k in range(size)] for size, move in zip(sizes, moves, strict=True)]
+
+
+def gains(tree: GameTree, strategies: Sequence[Strategy]) -> list[Fraction]:
+    """What each player would gain by the best of all its pure strategies."""
+    now = payoffs(tree, strategies)
+    one = max(payoffs(tree, (pure, strategies[1]))[0] for pure in pure_strategies(tree, 0))
+    two = max(payoffs(tree, (strategies[0], pure))[1] for pure in pure_strategies(tree, 1))
+    return [one - now[0], two - now[1]]
+
 
 Lcp = Callable[..., Any]
 MOST_PURE = 200  # strategies of a player that are tried one after another
@@ -45,46 +126,44 @@ def exactly(problem: lcpcli.Problem) -> lcpcli.Result:
     return prove(lambda: ExactProblem.of_decimals(problem), lcpcli.run(problem))
 
 
+@cache
 def small_games() -> list[lcpcli.Problem]:
     """Random trees whose pure strategies can all be tried."""
-    problems = (lcpcli.from_efg(random_trees.text_of(seed)) for seed in range(60))
-    return [
-        problem
-        for problem in problems
-        if all(prod(len(own.actions) for own in player.sets) <= MOST_PURE for player in game_of(problem).tree.players)
-    ]
+    numbers = (
+        (each, [prod(len(own.actions) for own in player.sets) for player in game_of(each).tree.players])
+        for each in map(tree_of, range(60))
+    )
+    return [problem for problem, pure in numbers if max(pure) <= MOST_PURE]
+
+
+@pytest.fixture
+def entry(tmp_path: Path) -> str:
+    (tmp_path / "entry.efg").write_text(ENTRY)
+    return str(tmp_path / "entry.efg")
 
 
 def test_no_pure_strategy_gains_in_an_equilibrium_in_fractions() -> None:
     problems = small_games()
     assert len(problems) > 30
     for problem in problems:
-        found = exactly(problem).answer.exact
-        game = game_of(problem)
-        x, y = found.plans
-        strategies = [strategy_of(player, plan) for player, plan in zip(game.tree.players, (x, y), strict=True)]
-        assert random_trees.gains(game.tree, strategies) == [0, 0]
-        assert list(found.payoffs) == random_trees.payoffs(game.tree, strategies)
-        assert tuple(found.gains) == (0, 0)
-
-
-def test_lemke_solves_every_tree_as_its_theorem_says() -> None:
-    assert {lcpcli.run(problem, "lemke").status.word for problem in small_games()} == {"solved"}
+        found, tree = exactly(problem).answer.exact, game_of(problem).tree
+        strategies = [strategy_of(player, plan) for player, plan in zip(tree.players, found.plans, strict=True)]
+        assert gains(tree, strategies) == list(found.gains) == [0, 0]
+        assert list(found.payoffs) == payoffs(tree, strategies)
+        assert lcpcli.run(problem, "lemke").solved, "as its theorem says"
 
 
 def test_best_responses_on_the_tree_are_the_best_of_all_pure_strategies() -> None:
     random, gainers = Random(0), 0
     for problem in small_games():
-        game = game_of(problem)
-        strategies = [[_mixture(random, len(own.actions)) for own in each.sets] for each in game.tree.players]
-        own = Behavior.of(game, strategies)
-        assert list(own.gains) == random_trees.gains(game.tree, strategies)
-        assert list(own.payoffs) == random_trees.payoffs(game.tree, strategies)
+        tree = game_of(problem).tree
+        strategies = [[_mixture(random, len(own.actions)) for own in each.sets] for each in tree.players]
+        own = Behavior.of(game_of(problem), strategies)
+        assert list(own.gains) == gains(tree, strategies)
+        assert list(own.payoffs) == payoffs(tree, strategies)
         gainers += any(own.gains)
-        assert all(
-            plan_of(player, strategy_of(player, plan)) == plan
-            for player, plan in zip(game.tree.players, own.plans, strict=True)
-        )
+        plans = zip(tree.players, own.plans, strict=True)
+        assert all(plan_of(player, strategy_of(player, plan)) == plan for player, plan in plans)
     assert gainers > 20
 
 
@@ -92,18 +171,6 @@ def _mixture(random: Random, size: int) -> list[Fraction]:
     weights = [random.randint(0, 3) for _ in range(size)]
     weights[random.randrange(size)] += 1
     return [Fraction(weight, sum(weights)) for weight in weights]
-
-
-def test_costs_of_best_responses_by_the_sequence_form_are_the_payoffs_on_the_tree() -> None:
-    for problem in small_games():
-        game = game_of(problem)
-        strategies: list[Strategy] = [
-            [[Fraction(1, len(own.actions))] * len(own.actions) for own in each.sets] for each in game.tree.players
-        ]
-        own = Behavior.of(game, strategies)
-        _, _, u, v = game.parts(point_of(game, *own.plans))
-        best = [payoff + gain for payoff, gain in zip(own.payoffs, own.gains, strict=True)]
-        assert [c.constant - value[0] / c.factor for c, value in zip(game.costs, (u, v), strict=True)] == best
 
 
 def test_kuhns_poker_has_its_value_and_degenerate_equilibria_are_proved() -> None:
@@ -125,39 +192,32 @@ def test_games_of_the_gallery_are_solved_in_fractions(family: str, n: int) -> No
     assert np.allclose(answer.payoffs, [float(value) for value in answer.exact.payoffs])
 
 
-def test_every_equilibrium_of_a_small_tree_is_among_all_solutions(lcp: Lcp, tmp_path: Path) -> None:
-    (tmp_path / "entry.efg").write_text(ENTRY)
-    found = json.loads(lcp("solve", str(tmp_path / "entry.efg"), "--all", "--exact", "--format", "json").out)
+def test_every_equilibrium_of_a_small_tree_is_among_all_solutions(lcp: Lcp, entry: str) -> None:
+    found = json.loads(lcp("solve", entry, "--all", "--exact", "--format", "json").out)
     plans = {tuple(each["z"][:6]) for each in found["solutions"]}
     assert ("1", "1", "0", "1", "0", "1") in plans  # in, share
     assert ("1", "0", "1", "1", "1", "0") in plans  # out, fight: a threat, no equilibrium of the subgame
     assert found["complete"]
 
 
-def test_strategies_are_checked_by_best_responses(lcp: Lcp, tmp_path: Path) -> None:
-    file = str(tmp_path / "entry.efg")
-    Path(file).write_text(ENTRY)
-    threat = lcp("check", file, "0,1,1/2,1/2", "--exact")
-    assert threat.code == 0
+def test_strategies_are_checked_by_best_responses(lcp: Lcp, entry: str) -> None:
+    threat, wrong = lcp("check", entry, "0,1,1/2,1/2", "--exact"), lcp("check", entry, "1,0,1,0")
+    refused = lcp("check", entry, "1,0,1,1")
+    assert (threat.code, wrong.code) == (0, 1)
     assert "the strategies are an equilibrium: by a best response entrant would gain 0, incumbent 0" in threat.out
-    wrong = lcp("check", file, "1,0,1,0")
-    assert wrong.code == 1
     assert "not an equilibrium to the tolerance: by a best response entrant would gain 1, incumbent 2" in wrong.out
-    refused = lcp("check", file, "1,0,1,1")
     assert (refused.code, refused.err.count("\n")) == (2, 1)
     assert "information set 1 of incumbent: has 1, 1 as the probabilities of its actions" in refused.err
 
 
-def test_a_result_is_checked_and_its_strategies_alone(lcp: Lcp, tmp_path: Path) -> None:
-    game, result, own = (str(tmp_path / name) for name in ("entry.efg", "result.json", "own.json"))
-    Path(game).write_text(ENTRY)
-    assert lcp("solve", game, "--exact", "-o", result).code == 0
-    assert lcp("check", game, result, "--exact").code == 0
+def test_a_result_is_checked_and_its_strategies_alone(lcp: Lcp, tmp_path: Path, entry: str) -> None:
+    result, own = (str(tmp_path / name) for name in ("result.json", "own.json"))
+    assert lcp("solve", entry, "--exact", "-o", result).code == lcp("check", entry, result, "--exact").code == 0
     answer = json.loads(Path(result).read_text())["answer"]
     Path(own).write_text(json.dumps(answer["exact"]))
-    assert "the strategies are an equilibrium" in lcp("check", game, own, "--exact").out
+    assert "the strategies are an equilibrium" in lcp("check", entry, own, "--exact").out
     Path(own).write_text(json.dumps({"information_sets": answer["information_sets"][:1]}))
-    assert "has 2 entries" in lcp("check", game, own).err
+    assert "has 2 entries" in lcp("check", entry, own).err
 
 
 def test_tables_have_a_row_for_each_information_set_and_csv_the_probabilities(lcp: Lcp, tmp_path: Path) -> None:
@@ -174,10 +234,8 @@ def test_tables_have_a_row_for_each_information_set_and_csv_the_probabilities(lc
 
 
 def test_an_unsolved_game_has_no_strategies() -> None:
-    problem = lcpcli.from_efg(ENTRY)
-    result = lcpcli.run(problem, "shi", max_iterations=1)
-    assert not result.solved
-    assert (result.answer.information_sets, result.answer.payoffs) == (None, None)
+    result = lcpcli.run(lcpcli.from_efg(ENTRY), "shi", max_iterations=1)
+    assert (result.solved, result.answer.information_sets, result.answer.payoffs) == (False, None, None)
 
 
 def test_strategies_at_sets_that_the_strategies_of_their_player_exclude_are_probabilities() -> None:
@@ -192,7 +250,90 @@ t "" 3 "" { 1, 0 }
 t "" 4 "" { 0, 3 }
 """
     sets = lcpcli.run(lcpcli.from_efg(game)).answer.information_sets
-    assert [(each.label, each.probabilities, each.reached) for each in sets[:2]] == [
-        ("1", [1.0, 0.0], 1.0),
-        ("later", [0.5, 0.5], 0.0),
-    ]
+    found = [(each.label, each.probabilities, each.reached) for each in sets[:2]]
+    assert found == [("1", [1.0, 0.0], 1.0), ("later", [0.5, 0.5], 0.0)]
+
+
+FORBIDDEN = """EFG 2 R "forbidden move" { "Ann" "Bob" }
+p "" 1 1 "first" { "go" "forbidden" } 0
+p "" 2 1 "second" { "x" "y" } 0
+t "" 1 "" { 1 -3 }
+t "" 2 "" { -3 -1 }
+t "" 3 "" { -1e15 -1e15 }"""
+
+
+def with_penalties(random: Random) -> Fraction:
+    """A small integer, or a penalty."""
+    return Fraction(-(10 ** random.randint(8, 17)) if random.random() < 0.2 else random.randint(-3, 4))
+
+
+def penalized(random: Random, rows: int, columns: int) -> list[list[Fraction]]:
+    """Payoffs of a player."""
+    return [[with_penalties(random) for _ in range(columns)] for _ in range(rows)]
+
+
+def bimatrix(A: list[list[Fraction]], B: list[list[Fraction]]) -> lcpcli.Problem:
+    return lcpcli.from_game(*([list(map(float, row)) for row in payoffs] for payoffs in (A, B)))
+
+
+def shares(probabilities: Any) -> list[Fraction]:
+    exact = list(map(Fraction, map(float, probabilities)))
+    return [value / sum(exact) for value in exact]
+
+
+def gains_little(gains: list[Fraction], reached: list[Fraction]) -> bool:
+    return all(gain <= (1 + size) / 10**6 for gain, size in zip(gains, reached, strict=True))
+
+
+def test_solved_trees_are_equilibria_by_fractions_and_check_agrees() -> None:
+    for seed in range(30):
+        problem = tree_of(seed, 3, with_penalties)
+        result = lcpcli.run(problem)
+        assert result.solved == lcpcli.check(problem, result.z).accepted
+        assert result.solved or problem.n > 20
+        if result.solved:
+            tree = problem.origin.tree
+            own: list[list[list[Fraction]]] = [[], []]
+            for each in result.answer.information_sets:
+                own[tree.names().index(each.player)].append(shares(each.probabilities))
+            assert gains_little(gains(tree, own), list(map(abs, payoffs(tree, own))))
+
+
+def test_solved_bimatrix_games_are_equilibria_by_fractions_and_check_agrees() -> None:
+    for seed in range(30):
+        random = Random(seed)
+        m, k = random.randint(2, 8), random.randint(2, 8)
+        A, B = penalized(random, m, k), penalized(random, m, k)
+        result = lcpcli.run(bimatrix(A, B))
+        assert (result.solved, lcpcli.check(result.problem, result.z).accepted) == (True, True)
+        x, y = shares(result.answer.row), shares(result.answer.column)
+        by_row = [sum(a * v for a, v in zip(row, y, strict=True)) for row in A]
+        by_column = [sum(B[i][j] * x[i] for i in range(m)) for j in range(k)]
+        now = [sum(map(Fraction.__mul__, x, by_row)), sum(map(Fraction.__mul__, y, by_column))]
+        assert gains_little([max(by_row) - now[0], max(by_column) - now[1]], list(map(abs, now)))
+
+
+def test_games_with_more_unknowns_are_decided_in_integers() -> None:
+    random = Random(5)
+    result = lcpcli.run(bimatrix(penalized(random, 40, 45), penalized(random, 40, 45)))
+    assert (result.solved, result.route[-1]) == (True, "exact")
+    assert lcpcli.check(result.problem, result.z).accepted
+
+
+@pytest.mark.parametrize("options", [(), ("--exact",)], ids=["doubles", "exact"])
+def test_a_forbidden_move_is_solved_by_exact_arithmetic(options: tuple[str, ...], lcp: Lcp, tmp_path: Path) -> None:
+    (tmp_path / "tree.efg").write_text(FORBIDDEN)
+    solved = lcp("solve", str(tmp_path / "tree.efg"), *options, "--format", "json")
+    record = json.loads(solved.out)
+    assert (solved.code, record["route"], record["answer"]["payoffs"]) == (0, ["lemke", "exact"], [-3, -1])
+    (tmp_path / "result.json").write_text(solved.out)
+    assert lcp("check", str(tmp_path / "tree.efg"), str(tmp_path / "result.json")).code == 0
+
+
+def test_a_method_by_name_is_stalled_there_and_check_refuses_its_z() -> None:
+    result = lcpcli.run(lcpcli.from_efg(FORBIDDEN), "lemke")
+    assert result.status.word == "stalled"
+    assert result.message.endswith("by a best response Ann would gain 0, Bob 2")
+    checked = lcpcli.check(result.problem, result.z)
+    assert not checked.accepted
+    assert "but as strategies, not an equilibrium" in checked.message

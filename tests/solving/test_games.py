@@ -1,4 +1,6 @@
-"""Games as people have them: payoffs of any size and with any digits, and strategies that are checked as such."""
+"""Games as people have them: payoffs of any size and with any digits, strategies that are checked as such, and the ways
+to equilibria: pure ones by a look at the payoffs, others by Lemke and Howson's paths.
+"""
 
 from __future__ import annotations
 
@@ -11,10 +13,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import lcpcli
+from lcpcli.methods.bimatrix import LABELS, PIVOTS, costs, lemke_howson
+from lcpcli.methods.stages import Finished
 from lcpcli.model.origins import Game
 from lcpcli.report import programs_and_games
+from lcpcli.solving.result import Result
+from lcpcli.typing import Vector
+
+from ..methods.stages import through
 
 Lcp, File = Callable[..., Any], Callable[..., str]
 
@@ -210,3 +220,114 @@ def test_equilibrium_beside_forbidden_moves_is_one() -> None:
     game = lcpcli.from_game(A, B)
     assert lcpcli.check(game, [0.6, 0.4, 0, 0.4, 0.6, 0]).accepted
     assert not lcpcli.check(game, [0.7, 0.3, 0, 0.4, 0.6, 0]).accepted
+
+
+def assert_equilibrium(A: Vector, B: Vector, result: Result) -> None:
+    """No strategy gains more than rounding against the other player's, in fractions."""
+    x, y = ([Fraction(value) for value in part] for part in (result.answer.row, result.answer.column))
+    rows = [sum(Fraction(a) * p for a, p in zip(row, y, strict=True)) for row in A.tolist()]
+    columns = [sum(Fraction(b) * p for b, p in zip(column, x, strict=True)) for column in B.T.tolist()]
+    for payoffs, plan in ((rows, x), (columns, y)):
+        reached = sum(p * value for p, value in zip(plan, payoffs, strict=True))
+        assert max(payoffs) - reached <= 1e-9 * (1 + max(map(abs, payoffs)))
+
+
+def pure_equilibria(A: Vector, B: Vector) -> set[tuple[int, int]]:
+    m, k = A.shape
+    places = ((i, j) for i in range(m) for j in range(k))
+    return {(i, j) for i, j in places if A[i, j] == max(A[:, j]) and B[i, j] == max(B[i])}
+
+
+@settings(max_examples=60)
+@given(
+    st.integers(0, 10**6),
+    st.integers(1, 7),
+    st.integers(1, 7),
+    st.sampled_from([2, 50, 10**6]),
+    st.sampled_from([(1, 0), (1e6, 3e6), (1e-3, 0.1), (0.1, -7)]),
+)
+def test_a_pure_equilibrium_is_found_where_there_is_one_and_else_a_mixed_one(
+    seed: int, m: int, k: int, largest: int, units: tuple[float, float]
+) -> None:
+    A, B = units[0] * np.random.default_rng(seed).integers(-largest, largest + 1, (2, m, k)) + units[1]
+    result = lcpcli.run(lcpcli.from_game(A, B))
+    assert result.solved
+    assert_equilibrium(A, B, result)
+    x, y, size = result.answer.row, result.answer.column, units[0] * largest
+    assert (x.sum(), y.sum(), *result.answer.payoffs) == pytest.approx((1, 1, x @ A @ y, x @ B @ y))
+    assert max(result.answer.gains) <= 1e-7 * size
+    verification = lcpcli.check(result.problem, np.concatenate((x, y)))
+    assert (verification.accepted, *verification.strategies.payoffs) == (
+        True,
+        *map(pytest.approx, result.answer.payoffs),
+    )
+    even = lcpcli.check(result.problem, np.repeat((1 / m, 1 / k), (m, k))).strategies
+    regret = A.mean(axis=1).max() - A.mean(), B.mean(axis=0).max() - B.mean()
+    assert even.gains == pytest.approx(regret, abs=1e-9 * size)
+    pure = pure_equilibria(A, B)
+    if pure:
+        supports = (np.flatnonzero(result.answer.row), np.flatnonzero(result.answer.column))
+        assert tuple(int(support[0]) for support in supports if support.size == 1) in pure
+        assert result.route == ("pure",)
+
+
+def test_the_same_pure_equilibrium_is_found_with_and_without_kernels() -> None:
+    pytest.importorskip("numba")
+    rng = np.random.default_rng(3)
+    for n in (4, 40, 160):
+        A, B = rng.integers(-5, 6, (2, n, n)).astype(float)
+        answers = [lcpcli.run(lcpcli.from_game(A, B), compiled=compiled).answer for compiled in (False, True)]
+        found = {(int(answer.row.argmax()), int(answer.column.argmax())) for answer in answers}
+        assert found == {min(pure_equilibria(A, B))}
+
+
+def test_paths_of_degenerate_games_without_pure_equilibria_end_at_an_equilibrium() -> None:
+    """Payoffs of -1, 0 and 1 tie everywhere; a path that took ties by the first index would cycle."""
+    rng, tried = np.random.default_rng(0), 0
+    while tried < 20:
+        A, B = rng.integers(-1, 2, (2, 6, 5)).astype(float)
+        if pure_equilibria(A, B):
+            continue
+        tried += 1
+        problem = lcpcli.from_game(A, B)
+        iterates, ending = through(lemke_howson(problem, costs(problem)))
+        assert isinstance(ending, Finished)
+        assert_equilibrium(A, B, lcpcli.run(problem, z0=problem.box.z_of(iterates[-1].x)))
+
+
+def test_a_large_game_is_solved_in_few_pivots() -> None:
+    rng = np.random.default_rng(1)
+    A, B = rng.standard_normal((2, 60, 60))
+    while pure_equilibria(A, B):
+        A, B = rng.standard_normal((2, 60, 60))
+    result = lcpcli.run(lcpcli.from_game(A, B))
+    assert result.route[-1] == "lemke-howson"
+    assert result.evaluations < 10_000
+    assert_equilibrium(A, B, result)
+
+
+def test_each_pivot_counts_once() -> None:
+    """Paths take turns, of PIVOTS at first, and then half of them of twice as many."""
+    rng = np.random.default_rng(2)
+    A, noise = rng.standard_normal((2, 100, 110))
+    problem = lcpcli.from_game(A, 0.3 * noise - A)
+    iterates, _ = through(lemke_howson(problem, costs(problem)))
+    rises = np.diff([0, *(step.evaluations for step in iterates)])
+    assert (rises[:LABELS] == PIVOTS).all()
+    assert (rises[LABELS : LABELS + LABELS // 2] == 2 * PIVOTS).all()
+
+
+def test_other_matrices_are_no_games() -> None:
+    others = (([[0, 1], [1, 1]], -1), ([[0, 1], [1, 0]], 1), ([[0, -1], [1, 0]], -1), ([[0, 0], [1, 0]], -1))
+    assert all(costs(lcpcli.Problem(M, [-1, q])) is None for M, q in others)
+
+
+def test_a_game_that_is_nearly_one_of_zero_sum_is_solved_although_all_of_its_paths_are_long() -> None:
+    rng = np.random.default_rng(2)
+    A, noise = rng.standard_normal((2, 60, 66))
+    B = 0.3 * noise - A
+    assert not pure_equilibria(A, B)
+    result = lcpcli.run(lcpcli.from_game(A, B))
+    assert (result.solved, result.route) == (True, ("lemke-howson",))
+    assert 600 < result.evaluations < 20_000
+    assert_equilibrium(A, B, result)

@@ -21,7 +21,7 @@ from lcpcli.verify.certificate import proves_infeasible, rounded_proof
 from lcpcli.verify.ill_posed import is_run_off
 from lcpcli.verify.point import Criterion, Point
 
-SIZES = (5, 13, 20, 21, 34)
+SIZES = (5, 20, 21, 34)
 NEAR = (8, 22)  # that are solved in different ways
 
 
@@ -125,8 +125,3 @@ def test_many_crushed_columns_in_many_units() -> None:
         problem = crushed(5 + 11 * k % 44, k, k % 7)
         word = lcpcli.run(problem).status.word
         assert word == ("ill_posed" if is_solvable(problem) else "infeasible"), k
-
-
-def test_a_point_beyond_its_bounds_is_no_run_off() -> None:
-    assert is_run_off(Problem([[1]], [-1]), np.array([1.0]), 1e-10)
-    assert not is_run_off(Problem([[1]], [1]), np.array([-1.0]), 1e-10)  # w = 0

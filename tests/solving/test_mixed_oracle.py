@@ -1,8 +1,11 @@
-"""Random small mixed problems, singular, degenerate and infeasible ones among them, against an exact oracle.
+"""Small problems against exact verdicts: no statement about them is false.
 
-The oracle knows nothing of the program: it takes each of the at most 3^n choices of states and decides by elimination
-in rational numbers whether the linear equations and inequalities of that choice have a solution (Fourier and Motzkin).
-LCP_ORACLE=3000 in the environment sets the number of problems.
+Random mixed problems, singular, degenerate and infeasible ones among them; linear programs whose costs and right-hand
+sides are up to 1e16 apart, mixed problems with bounds up to 1e17 away, and linear programs and LCPs with rows and
+columns in units up to 2^400 apart. The oracle of mixed problems knows nothing of the program: it takes each of the at
+most 3^n choices of states and decides by elimination in rational numbers whether the linear equations and inequalities
+of that choice have a solution (Fourier and Motzkin). LCP_ORACLE=3000 in the environment sets the number of problems.
+Nor does the answer depend on units, order, signs, or where the bounds lie.
 """
 
 from __future__ import annotations
@@ -10,7 +13,6 @@ from __future__ import annotations
 import itertools
 import math
 import os
-from collections.abc import Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -18,15 +20,15 @@ import numpy as np
 import pytest
 
 import lcpcli
+from lcpcli import Problem, Result, from_qp, run
 from lcpcli.typing import Vector
 
-from .. import exact as oracle
+from .. import exact, exact_measure
+from ..mixed_problems import definite, monotone, with_all_bounds
 
 COUNT = int(os.environ.get("LCP_ORACLE", "400"))
 UNDECIDED = 1e-3  # of all problems, at most
 NEAR = 1e-6  # a solution this close to z, relative to 1 + |z_i|, agrees with it
-
-Row = tuple[tuple[Fraction, ...], Fraction, bool]  # a'x + b = 0 or >= 0, and whether it is an equation
 
 
 class Mixed(NamedTuple):
@@ -59,56 +61,22 @@ def problem(generator: np.random.Generator, most: int) -> Mixed:
     return Mixed(M, q, lower, upper)
 
 
-def has_point(rows: Sequence[Row], unknowns: int) -> bool:
-    for k in range(unknowns):
-        pivot = next((row for row in rows if row[2] and row[0][k]), None)
-        if pivot is not None:
-            rows = [combined(row, pivot, -row[0][k] / pivot[0][k]) for row in rows if row is not pivot]
-            continue
-        above, below = [row for row in rows if row[0][k] > 0], [row for row in rows if row[0][k] < 0]
-        pairs = (combined(low, high, -low[0][k] / high[0][k]) for low in below for high in above)
-        rows = list({*(row for row in rows if not row[0][k]), *pairs})
-    return all(value == 0 if equation else value >= 0 for _, value, equation in rows)
-
-
-def combined(row: Row, other: Row, factor: Fraction) -> Row:
-    return tuple(a + factor * b for a, b in zip(row[0], other[0], strict=True)), row[1] + factor * other[1], row[2]
-
-
 def is_solvable(given: Mixed, near: Vector | None = None) -> bool:
     """Whether the problem has a solution; with `near`, one whose components are close to those of `near`."""
-    if near is not None:
-        reach = NEAR * (1 + np.abs(near))
-        low, high = np.maximum(given.lower, near - reach), np.minimum(given.upper, near + reach)
     M = [list(map(Fraction, row)) for row in given.M.tolist()]
-    q, n = list(map(Fraction, given.q.tolist())), given.q.size
-    bounds = list(zip(given.lower.tolist(), given.upper.tolist(), strict=True))
+    ends = np.column_stack((given.lower, given.upper))
+    reach = np.full(given.q.size, np.inf) if near is None else NEAR * (1 + np.abs(near))
+    around = np.zeros(given.q.size) if near is None else near
+    within = np.clip(ends, (around - reach)[:, np.newaxis], (around + reach)[:, np.newaxis])
     states = [
         ["fixed"] if low == high else ["basic"] + ["lower"] * math.isfinite(low) + ["upper"] * math.isfinite(high)
-        for low, high in bounds
+        for low, high in ends.tolist()
     ]
     for choice in itertools.product(*states):
-        basic = [i for i in range(n) if choice[i] == "basic"]
-        z = [Fraction(0) if s == "basic" else Fraction(bounds[i][s == "upper"]) for i, s in enumerate(choice)]
-        if near is not None and any(
-            s != "basic" and abs(value - Fraction(at)) > room
-            for s, value, at, room in zip(choice, z, near.tolist(), reach.tolist(), strict=True)
-        ):
-            continue
-        rows: list[Row] = []
-        for i, state in enumerate(choice):
-            a, b = tuple(M[i][j] for j in basic), q[i] + sum(M[i][j] * z[j] for j in range(n))
-            sign = {"upper": -1, "lower": 1, "basic": 1}.get(state)
-            if sign is not None:
-                rows.append((tuple(sign * value for value in a), sign * b, state == "basic"))
-        for k, i in enumerate(basic):
-            unit = tuple(Fraction(int(j == k)) for j in range(len(basic)))
-            least, most = bounds[i] if near is None else (float(low[i]), float(high[i]))
-            if math.isfinite(least):
-                rows.append((unit, -Fraction(least), False))
-            if math.isfinite(most):
-                rows.append((tuple(-value for value in unit), Fraction(most), False))
-        if has_point(rows, len(basic)):
+        own = np.where(np.array(choice)[:, np.newaxis] == "basic", within, ends)
+        at = np.where(np.array(choice) == "upper", ends[:, 1], ends[:, 0])
+        is_near = all(s == "basic" or abs(z - a) <= r for s, z, a, r in zip(choice, at, around, reach, strict=True))
+        if is_near and exact.of_states(M, list(map(Fraction, given.q.tolist())), *own.T.tolist(), choice) is not None:
             return True
     return False
 
@@ -160,7 +128,7 @@ def states(given: Mixed, result: lcpcli.Result) -> Vector:
 
 def test_what_is_proved_of_mixed_problems_holds_in_exact_arithmetic() -> None:
     generator, found = np.random.default_rng(15), set()
-    for _ in range(COUNT // 4):
+    for _ in range(COUNT // 8):
         given = problem(generator, 3)
         whole = lcpcli.Problem(given.M, given.q, lower=given.lower, upper=given.upper)
         result = lcpcli.exact(whole)
@@ -168,9 +136,147 @@ def test_what_is_proved_of_mixed_problems_holds_in_exact_arithmetic() -> None:
             continue
         found.add(result.status)
         if result.solved:
-            assert oracle.solves(whole, result.exact.z), given
+            assert exact.solves(whole, result.exact.z), given
         elif result.exact.y is not None:
-            assert oracle.refutes(whole, result.exact.y), given
+            assert exact.refutes(whole, result.exact.y), given
         else:
             assert not is_solvable(given), given
     assert {lcpcli.Status.SOLVED, lcpcli.Status.INFEASIBLE} <= found
+
+
+def spread(random: np.random.Generator, values: np.ndarray) -> np.ndarray:
+    """Some of the values times 1e9 to 1e16."""
+    powers = np.where(random.random(values.size) < 0.5, random.integers(9, 17, values.size), 0)
+    return values * 10.0**powers
+
+
+def linear_program(seed: int) -> Problem:
+    """One to three variables and rows, integers from -3 to 3; most of them with a minimizer that was chosen first."""
+    random = np.random.default_rng(seed)
+    n, m = (int(value) for value in random.integers(1, 4, 2))
+    A, kind = random.integers(-3, 4, (m, n)).astype(float), int(random.integers(4))
+    lower = np.where(random.random(n) < 0.8, 0.0, -np.inf)
+    upper = np.where(random.random(n) < 0.2, 3.0, np.inf)
+    sense = random.integers(0, 3, m)
+    if random.random() < 0.8:
+        x = np.where(random.random(n) < 0.5, 0.0, random.integers(0, 4, n))
+        y = np.where(random.random(m) < 0.4, 0.0, random.integers(-3, 4, m))
+        y = np.where(sense == 1, np.abs(y), np.where(sense == 2, -np.abs(y), y))
+        x, y = spread(random, x) if kind in (0, 2) else x, spread(random, y) if kind in (1, 2) else y
+        upper = np.where(np.isfinite(upper), np.maximum(upper, x), upper)
+        slack = np.where((y != 0) | (sense == 0), 0, random.integers(0, 4, m)) * np.where(sense == 2, -1, 1)
+        reduced = np.where((x == lower), random.integers(0, 4, n), np.where(x == upper, -random.integers(0, 4, n), 0))
+        b, c = A @ x - slack, A.T @ y + (spread(random, reduced) if kind == 3 else reduced)
+    else:
+        b, c = (random.integers(-3, 4, size).astype(float) for size in (m, n))
+        b, c = spread(random, b) if kind in (0, 2) else b, spread(random, c) if kind in (1, 2) else c
+    low, high = np.where(sense == 2, -np.inf, b), np.where(sense == 1, np.inf, b)
+    return from_qp(None, c, A, row_lower=low, row_upper=high, lower=lower, upper=upper)
+
+
+@pytest.mark.parametrize("largest", [0, 400])
+def test_linear_programs_with_numbers_far_apart(largest: int) -> None:
+    """And in units up to 2^400 apart."""
+    for seed in range(COUNT // 8):
+        given = linear_program(seed)
+        lower, upper = given.box.vectors(given.n)
+        truth = is_solvable(Mixed(given.M, given.q, lower, upper))
+        R, C = np.exp2(np.random.default_rng(seed).integers(-largest, largest + 1, (2, given.n)).astype(float))
+        moved = Problem(R[:, None] * given.M * C, R * given.q, lower=lower / C, upper=upper / C)
+        problem = moved if largest else given
+        assert_true(run(problem, time_limit=120.0), problem, truth)
+
+
+def mixed(seed: int) -> Mixed:
+    """One to three unknowns, integers, and bounds 1e6 to 1e17 away from 0."""
+    random = np.random.default_rng(seed)
+    n = int(random.integers(1, 4))
+    M, q = random.integers(-3, 4, (n, n)).astype(float), random.integers(-4, 5, n).astype(float)
+    if random.random() < 0.4:
+        M = M @ M.T
+    far = 10.0 ** random.integers(6, 18, (2, n))
+    kinds = random.integers(0, 4, (2, n))
+    lower = np.select(
+        [kinds[0] == 0, kinds[0] == 1, kinds[0] == 2], [np.zeros(n), -far[0], np.full(n, -np.inf)], far[0]
+    )
+    upper = np.select([kinds[1] == 0, kinds[1] == 1], [far[1], np.full(n, np.inf)], lower + random.integers(0, 5, n))
+    upper = np.where(np.isfinite(upper), upper, np.inf)
+    return Mixed(M, q, lower, np.where(upper < lower, lower + 1, upper))
+
+
+def assert_true(result: Result, problem: Problem, solvable: bool) -> None:
+    if result.solved:
+        assert solvable
+        assert exact_measure.relative_residual(problem, result.z) <= 1e-10 or "last digits" in result.message
+    assert not (result.status.has_no_solution and solvable)
+    assert result.solved or result.status.has_no_solution, "it is decided"
+
+
+def test_mixed_problems_with_far_bounds() -> None:
+    for seed in range(COUNT // 2):
+        given = mixed(seed)
+        problem = Problem(given.M, given.q, lower=given.lower, upper=given.upper)
+        assert_true(run(problem, time_limit=120.0), problem, is_solvable(given))
+
+
+def test_lcps_in_units_far_apart() -> None:
+    for seed in range(COUNT // 2):
+        random = np.random.default_rng(seed)
+        n = int(random.integers(1, 5))
+        M, q = random.integers(-3, 4, (n, n)).astype(float), random.integers(-4, 5, n).astype(float)
+        R, C = np.exp2(random.integers(-400, 401, (2, n)).astype(float))
+        problem = Problem(R[:, None] * M * C, R * q)
+        assert_true(run(problem, time_limit=120.0), problem, exact.solution(Problem(M, q)) is not None)
+
+
+def near(z: Vector, reference: Vector, size: float = 1.0) -> bool:
+    return bool(np.abs(z - reference).max() <= 1e-6 * max(size * 1e-6, 1.0) * (1 + np.abs(reference).max()))
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_units_order_signs_and_shifts_do_not_matter(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    n = int(generator.integers(1, 30))
+    (M, q), (lower, upper) = monotone(n, generator), with_all_bounds(n, generator)
+    own = lcpcli.solve(M, q, lower=lower, upper=upper)
+    z = own.z
+    R, C = 10.0 ** generator.uniform(-8, 8, (2, n))
+    result = lcpcli.solve(R[:, np.newaxis] * M * C, R * q, lower=lower / C, upper=upper / C)
+    assert own.solved
+    assert near(C * result.z, z)
+    t = 10.0 ** generator.uniform(-100, 100)
+    for low, high, expected in ((lower, upper, z), (np.zeros(n), np.full(n, np.inf), lcpcli.solve(M, q).z)):
+        scaled = lcpcli.solve(M, t * q, lower=t * low, upper=t * high).z / t
+        assert np.allclose(scaled, expected, rtol=1e-12, atol=1e-13)
+    P = generator.permutation(n)
+    assert near(lcpcli.solve(M[np.ix_(P, P)], q[P], lower=lower[P], upper=upper[P]).z, z[P])
+    mirrored = lcpcli.solve(M, -q, lower=-upper, upper=-lower)
+    assert near(-mirrored.z, z)
+    exchanged = {"lower": "upper", "upper": "lower", "basic": "basic"}
+    states = zip(own.basis, mirrored.basis, lower < upper, strict=True)
+    assert all(one == exchanged[other] for one, other, is_free in states if is_free)
+    for size in (1e2, 1e4, 1e6):
+        shift = size * generator.standard_normal(n)
+        assert near(lcpcli.solve(M, q - M @ shift, lower=lower + shift, upper=upper + shift).z - shift, z, size)
+    plain, spelt = lcpcli.solve(M, q), lcpcli.solve(M, q, lower=np.zeros(n), upper=[np.inf] * n)
+    assert (plain.z.tobytes(), plain.w.tobytes()) == (spelt.z.tobytes(), spelt.w.tobytes())
+    assert plain.relative_residual == spelt.relative_residual
+
+
+@pytest.mark.parametrize("size", [-1e6, -1e3, 1e3, 1e6, 1e8])
+def test_no_shift_makes_a_wrong_answer_right(size: float) -> None:
+    """No variable is free: to shift one is to change q as for any linear system, and with it the scale of its row."""
+    for seed in range(8):
+        generator = np.random.default_rng(seed)
+        M, q = definite(8, generator)
+        kind = seed % 4
+        lower = None if kind == 1 else generator.uniform(-1, 0, 8)
+        upper = None if kind == 0 else generator.uniform(0, 1, 8)
+        if kind == 3:
+            lower, upper = np.where(np.arange(8) % 2, lower, -np.inf), np.where(np.arange(8) % 4 == 1, np.inf, upper)
+        z = lcpcli.solve(M, q, lower=lower, upper=upper).z
+        problem = Problem(M, q, lower=lower, upper=upper)
+        wrong = problem.box.project(z + 1e-4 * generator.standard_normal(8))
+        moved = {"lower": problem.lower + size, "upper": problem.upper + size}
+        for each, move in ((problem, 0.0), (Problem(M, q - M @ np.full(8, size), **moved), size)):
+            assert not lcpcli.check(each, wrong + move).accepted

@@ -1,86 +1,67 @@
-"""A run can begin where another has ended, or at a z."""
+"""A run can begin where another has ended, at a z, or from given states; and how wrong ones are refused."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from lcpcli import Problem, Status, from_qp, read, run, solve_mcp
-from lcpcli.errors import OptionError, ProblemError
-from lcpcli.files import contents as shipped
-from lcpcli.model.box import ORTHANT
+from lcpcli import Problem, Trace, from_qp, read, run, solve_mcp
+from lcpcli.errors import LCPError, OptionError, ProblemError
+from lcpcli.files import contents, writing
+from lcpcli.gallery import families
+from lcpcli.gallery.differences import american_put
+from lcpcli.methods.newton import from_states
+from lcpcli.methods.stages import Finished
+from lcpcli.model.box import in_words
 from lcpcli.model.nonlinear import NonlinearProblem
+from lcpcli.model.start import basis_of_words, x_in
 
 from ..conftest import Outcome
+from ..methods.stages import through
 
 Lcp = Callable[..., Outcome]
 
-METHODS = ["shi", "fixed-point"]
-EXAMPLE = shipped.shipped_path("paper-example-1.json")
-Solved = Callable[..., Path]
-From = Callable[..., tuple[str, int, list[float]]]
+EXAMPLE = contents.shipped_path("paper-example-1.json")
 
 
-@pytest.fixture
-def solved(lcp: Lcp, tmp_path: Path) -> Callable[..., Path]:
-    """The JSON of a result of the first example."""
-
-    def write(method: str, *options: str) -> Path:
-        path = tmp_path / "result.json"
-        assert lcp("solve", EXAMPLE, "--method", method, *options, "-o", str(path)).code == 0
-        return path
-
-    return write
+def record(lcp: Lcp, method: str, *options: str) -> dict[str, Any]:
+    """The result for the first example."""
+    outcome = lcp("solve", EXAMPLE, "--method", method, *options, "--format", "json")
+    assert outcome.err == ""
+    return json.loads(outcome.out)
 
 
-@pytest.fixture
-def from_there(lcp: Lcp) -> From:
-    """The status, the iterations and z of a run with those options."""
-
-    def solve(method: str, *options: str) -> tuple[str, int, list[float]]:
-        outcome = lcp("solve", EXAMPLE, "--method", method, *options, "--format", "json")
-        assert outcome.err == ""
-        record = json.loads(outcome.out)
-        return record["status"], record["iterations"], record["z"]
-
-    return solve
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_from_a_result_or_the_solution_as_z_a_run_ends_at_once(
-    method: str, from_there: From, solved: Solved, tmp_path: Path
-) -> None:
-    for option in ("--x0", "--z0"):
-        for tol in ("1e-4", "1e-13"):
-            path = str(solved(method, "--tol", tol))
-            assert from_there(method, option, path, "--tol", tol)[:2] == ("solved", 0)
+@pytest.mark.parametrize("method", ["shi", "fixed-point"])
+def test_from_a_result_or_the_solution_as_z_a_run_ends_at_once(method: str, lcp: Lcp, tmp_path: Path) -> None:
+    """Of several results the first counts, and a result may be spread over lines."""
+    file = tmp_path / "start"
+    for tol in ("1e-4", "1e-13"):
+        result = record(lcp, method, "--tol", tol)
+        line = json.dumps(result)
+        texts = [f'{line}{between}{{"z": []}}\n' for between in ("\n", "\r\n", "\n\n")]
+        for text in (line, json.dumps(result, indent=2), *texts):
+            file.write_bytes(text.encode())
+            for option in ("--x0", "--z0"):
+                again = record(lcp, method, option, str(file), "--tol", tol)
+                assert (again["status"], again["iterations"]) == ("solved", 0)
     for text in ("1\n0\n1\n0\n", "[1, 0, 1, 0]"):
-        (tmp_path / "start").write_text(text)
-        assert from_there(method, "--z0", str(tmp_path / "start")) == ("solved", 0, [1, 0, 1, 0])
-    assert from_there(method, "--z0", "1,0,1,0") == ("solved", 0, [1, 0, 1, 0])
+        file.write_text(text)
+        for given in (str(file), "1,0,1,0"):
+            again = record(lcp, method, "--z0", given)
+            assert (again["iterations"], again["z"]) == (0, [1, 0, 1, 0])
 
 
-def test_of_several_results_the_first_counts_and_a_result_may_be_spread_over_lines(
-    from_there: From, tmp_path: Path, solved: Solved
-) -> None:
-    assert from_there("shi", "--x0", "1,1,1,1", "--x1", str(solved("shi")))[:2] == ("solved", 1)
-    line, path = solved("shi").read_text().rstrip(), tmp_path / "several"
-    spread = json.dumps(json.loads(line), indent=2)
-    for text in (*(f'{line}{between}{{"z": []}}\n' for between in ("\n", "\r\n", "\n\n")), spread):
-        path.write_bytes(text.encode())
-        assert from_there("shi", "--x0", str(path))[1] == 0
+def test_the_second_point_of_shi_may_be_that_of_a_result(lcp: Lcp, tmp_path: Path) -> None:
+    (tmp_path / "x1.json").write_text(json.dumps(record(lcp, "shi")))
+    assert record(lcp, "shi", "--x0", "1,1,1,1", "--x1", str(tmp_path / "x1.json"))["iterations"] == 1
 
 
-def test_the_driver_starts_from_z0(paper_example: Problem) -> None:
-    (z,) = paper_example.solutions
-    for method in METHODS:
-        result = run(paper_example, method, z0=z)
-        assert (result.status, result.iterations) == (Status.SOLVED, 0)
-        assert np.allclose(result.z, z, rtol=0, atol=1e-14)
+def test_z0_takes_the_place_of_both_points_of_a_problem(paper_example: Problem) -> None:
     own = Problem(paper_example.M, paper_example.q, x0=np.zeros(4), x1=np.ones(4))
     assert run(own, "shi").options["x1"] is not None
     assert run(own, "shi", z0=np.ones(4)).options["x1"] is None, "as it goes with the first"
@@ -91,13 +72,6 @@ def test_two_starts_and_one_of_another_length_are_refused() -> None:
         run(read(EXAMPLE), "shi", x0=np.zeros(4), z0=np.zeros(4))
     with pytest.raises(ProblemError, match="z0: has 2 entries for 4 unknowns"):
         run(read(EXAMPLE), "shi", z0=[1, 2])
-
-
-def test_x_gives_back_complementary_z_and_w() -> None:
-    z, w = np.array([3.0, 0.0, 0.0, 1e308, 5e-324]), np.array([0.0, 2.0, 0.0, -1e-9, 0.0])
-    x = ORTHANT.x_of(z, w)
-    assert np.array_equal(x, [1.5, -1.0, 0.0, 5e307, 0.0])
-    assert np.array_equal(ORTHANT.z_of(x)[:4], z[:4])
 
 
 @pytest.mark.parametrize(("method", "start"), [("lemke", "x0"), ("milp", "z0")])
@@ -112,19 +86,17 @@ def test_a_start_for_methods_that_use_none_is_refused(lcp: Lcp, method: str, sta
     assert lcp("compare", EXAMPLE, "--method", method, "--method", "newton", f"--{start}", "1,1,1,1").code == 0
 
 
-@pytest.mark.parametrize("compiled", [False, pytest.param(True, id="compiled")])
-def test_a_start_that_violates_a_row_in_small_units_is_not_called_a_solution(compiled: bool) -> None:
+def test_a_start_that_violates_a_row_in_small_units_is_not_called_a_solution() -> None:
     """The row is 2^-12 (1, -1), where w is 2^-20 of q, but 2^-41 of the terms, which cancel."""
-    if compiled:
-        pytest.importorskip("numba")
+    pytest.importorskip("numba")
     unit, far = 2.0**-12, 2.0**20
     z0 = np.array([far + 1 + 2.0**-20, far])
     problem = Problem([[unit, -unit], [-far, 0]], [-unit, far * z0[0]])
     assert problem.w(z0).tolist() == [unit * 2.0**-20, 0]
-    result = run(problem, z0=z0, compiled=compiled)
-    assert result.solved
-    assert result.relative_residual <= result.tol
-    assert not np.array_equal(result.z, z0)
+    for compiled in (False, True):
+        result = run(problem, z0=z0, compiled=compiled)
+        assert (result.solved, result.relative_residual <= result.tol) == (True, True)
+        assert not np.array_equal(result.z, z0)
 
 
 @pytest.mark.parametrize("n", [60, 400])
@@ -150,3 +122,145 @@ def test_a_start_at_the_border_of_the_domain_of_F_is_moved_into_it() -> None:
 def test_a_start_beyond_the_bounds_is_brought_within_them() -> None:
     problem = NonlinearProblem(lambda z: z**2 - 4.0, lower=0.0, x0=[1.0]).starting_at([-2.0])
     assert problem.x0.tolist() == [0.0]
+
+
+def boxed(n: int) -> Problem:
+    """A P-matrix with random boxes, from the origin several block steps away from the solution."""
+    random = np.random.default_rng(0)
+    A, S = random.normal(size=(2, n, n))
+    return Problem(A @ A.T + S - S.T + np.eye(n), 10 * random.normal(size=n), lower=-1, upper=random.random(n))
+
+
+PROBLEMS = {"boxed": boxed(30), "LCP": Problem(boxed(30).M, boxed(30).q)}
+
+
+def test_start_stands_for_the_states_given_however_large_the_bounds() -> None:
+    states = ["basic", "lower", "upper", "basic", "basic", "upper", "lower"]
+    for size in (0.0, 1.0, 1e12, 1e300):
+        low = np.array([-size, -size, -size, -np.inf, -np.inf, -np.inf, size])
+        high = np.array([np.inf, size + 1, 3 * size + 1, np.inf, -size, -size, size])
+        problem = Problem(np.eye(7), np.zeros(7), lower=low, upper=high)
+        assert in_words(problem.box.basis_of(x_in(problem, basis_of_words(problem, states)))) == states
+
+
+@pytest.mark.parametrize("kind", PROBLEMS)
+def test_newton_needs_one_step_from_states_or_from_an_earlier_result(lcp: Lcp, tmp_path: Path, kind: str) -> None:
+    names = ("problem.json", "result.json", "result.csv", "states.json")
+    file, result, table, states = (str(tmp_path / name) for name in names)
+    writing.write(PROBLEMS[kind], file)
+    for output in (result, table):
+        lcp("solve", file, "-o", output)
+    first = run(PROBLEMS[kind], "newton")
+    assert first.iterations > 1
+    again = run(PROBLEMS[kind], "newton", basis=first.basis)
+    assert (again.solved, again.iterations, again.z.tolist()) == (True, 1, first.z.tolist())
+    Path(states).write_text(json.dumps(first.basis))
+    for given in (result, table, states, ",".join(first.basis), " ".join(first.basis)):
+        outcome = lcp("solve", file, "--method", "newton", "--basis", given, "--format", "json")
+        assert json.loads(outcome.out)["iterations"] == 1
+
+
+@pytest.mark.parametrize("family", ["obstacle", "harker-pang", "boxes", "control", "contact"])
+def test_auto_factorizes_the_basis_of_a_solution_once_and_is_done(family: str) -> None:
+    """Also the basis at which a path ends where contacts are redundant."""
+    problem = families.make(family, 240, 1)
+    first = run(problem)
+    again = run(problem, basis=first.basis)
+    assert first.evaluations > 1 or "piqp" in first.route
+    assert (again.solved, again.iterations, again.evaluations, again.route) == (True, 1, 1, ("newton",))
+    assert again.basis == first.basis
+
+
+@pytest.mark.parametrize("dense", [False, True])
+def test_auto_exchanges_the_few_wrong_states_of_the_step_before(dense: bool) -> None:
+    before, problem = (american_put(1000, 0, years=years) for years in (0.45, 0.5))
+    if dense:
+        problem = Problem(problem.M.toarray(), problem.q)
+    basis = run(before).basis
+    result = run(problem, basis=basis)
+    changes = sum(old != new for old, new in zip(basis, result.basis, strict=True))
+    assert result.solved
+    assert 0 < changes <= 5
+    assert result.iterations <= changes + 1
+
+
+@pytest.mark.parametrize(("family", "n"), [("harker-pang", 200), ("obstacle", 400)])
+def test_pivoting_from_given_states_goes_on_as_long_as_it_is_fast(family: str, n: int) -> None:
+    problem = families.make(family, n, 0)
+    z = run(problem).z
+    x = (z - problem.w(z)) / 2
+    x[np.random.default_rng(0).permutation(n)[:10]] *= -1
+    iterates, ending = through(from_states(problem, problem.box.basis_of(x)))
+    assert (isinstance(ending, Finished), len(iterates) > 3) == (True, True)
+
+
+def test_auto_solves_what_has_a_singular_basis() -> None:
+    assert run(Problem([[0, 0], [0, 0]], [0, 1]), basis=["basic", "basic"]).solved
+    contact = families.make("contact", 100, 1)
+    result = run(contact, basis=["basic" if z > 0 else "lower" for z in run(contact).z])
+    assert (result.solved, result.route[-1]) == (True, "lemke")
+
+
+@pytest.mark.parametrize(
+    ("basis", "said"),
+    [
+        (["basic", "basic"], "basis: has 2 entries for 4 unknowns"),
+        (["basic", "top", "lower", "lower"], "basis[1]: is the text 'top'"),
+        (["basic", 1, "lower", "lower"], "basis[1]: is a number"),
+        (["upper", "upper", "lower", "lower"], "basis[0]: is upper, but there is no such bound"),
+        (["lower", "upper", "lower", "lower"], "basis[0]: is lower, but there is no such bound"),
+        (["basic", "upper", "lower", "basic"], "basis[3]: is basic, but that variable is fixed"),
+        ("basic", "basis: is the text 'basic'"),
+        (7, "basis: is a number"),
+    ],
+)
+def test_wrong_states_are_refused(basis: Any, said: str) -> None:
+    M = [[2, 1, 0, 0], [1, 2, 1, 0], [0, 1, 3, 0], [0, 0, 0, 1]]
+    problem = Problem(M, [-5, -6, 4, 1], lower=[-np.inf, 0, -1, 2], upper=[np.inf, 2, np.inf, 2])
+    assert run(problem, basis=["basic", "upper", "lower", "lower"]).solved
+    with pytest.raises(LCPError) as refusal:
+        run(problem, basis=basis)
+    assert str(refusal.value).startswith(said)
+
+
+REFUSED = {
+    "basic,upper,lower,basic": "--basis[1]: is upper, but there is no such bound",
+    "missing.json": "--basis: 'missing.json' is neither a file nor states",
+    "Basic,basic,basic,basic": "--basis[0]: is the text 'Basic'",
+    "basic,basic,basic,basic --z0 1,1,1,1": "gives the starting point, and so does",
+    "basic,basic,basic,basic --method lemke": "uses no starting point",
+}
+
+
+@pytest.mark.parametrize("options", REFUSED)
+def test_command_refuses_in_one_line(lcp: Lcp, options: str) -> None:
+    outcome = lcp("solve", EXAMPLE, "--basis", *options.split())
+    assert (outcome.code, outcome.err.count("\n"), REFUSED[options] in outcome.err) == (2, 1, True)
+
+
+@pytest.mark.parametrize("content", ['{"x": 1}', '{"basis": 3}', "3", "{", '{"basis": ["basic"]}', "z\n1"])
+def test_file_without_states_is_named(lcp: Lcp, tmp_path: Path, content: str) -> None:
+    for suffix in (".json", ".csv", ".npy"):
+        path = tmp_path / f"states{suffix}"
+        path.write_text(content)
+        outcome = lcp("solve", EXAMPLE, "--basis", str(path))
+        assert (outcome.code, outcome.err.count("\n"), path.name in outcome.err) == (2, 1, True)
+
+
+@pytest.mark.parametrize(
+    ("family", "n", "words"), [("obstacle", 2500, ["lower"]), ("harker-pang", 200, ["lower", "basic"])]
+)
+def test_auto_goes_on_from_its_own_start_where_a_basis_is_far_from_right(family: str, n: int, words: list[str]) -> None:
+    problem, cold, warm = families.make(family, n, 0), Trace(), Trace()
+    assert run(problem, trace=cold).solved
+    assert run(problem, basis=np.random.default_rng(0).choice(words, n).tolist(), trace=warm).solved
+    own = [row.z for row in cold.rows[1:]]
+    assert len(cold.rows) <= len(warm.rows) <= len(cold.rows) + 15
+    assert all(map(np.array_equal, own, [row.z for row in warm.rows[-len(own) :]]))
+
+
+def test_right_states_are_taken_where_m_is_far_from_monotone() -> None:
+    problem = families.make("planted", 150, 0)
+    states = ["basic" if z > 0 else "lower" for z in problem.solutions[0]]
+    result = run(Problem(problem.M, problem.q), basis=states)
+    assert (result.status.word, result.route, result.iterations) == ("solved", ("newton",), 1)

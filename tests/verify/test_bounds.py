@@ -1,4 +1,6 @@
-"""A bound that is claimed holds: against exact solutions, for every class of M, all bounds of z and any z."""
+"""A bound that is claimed holds: against exact solutions, for every class of M, all bounds of z and any z; and so do
+the scalings and least eigenvalues that prove the classes.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +19,7 @@ from scipy.sparse import csr_array, diags_array
 from lcpcli import Problem, error_bound
 from lcpcli.errors import ProblemError
 from lcpcli.verify import error_theorems
+from lcpcli.verify.matrix_classes import least_eigenvalue, lower_image, scaling
 
 from .. import exact
 
@@ -71,19 +74,13 @@ def solution(problem: Problem) -> list[Fraction]:
     """The solution without rounding; with bounds, of a P-matrix, by trying all states."""
     if not problem.is_mixed:
         return exact.solution(problem)
-    n, rows = problem.n, [[Fraction(value) for value in row] for row in problem.M.tolist()]
-    ends = [np.broadcast_to(bound, n).tolist() for bound in (problem.lower, problem.upper)]
-    for states in product((0, 1, None), repeat=n):
-        at = {i: ends[state][i] for i, state in enumerate(states) if state is not None}
-        if any(map(math.isinf, at.values())):
+    ends = [bound.tolist() for bound in (problem.lower, problem.upper)]
+    for states in product(("lower", "upper", "basic"), repeat=problem.n):
+        at = zip(*ends, states, strict=True)
+        if any(math.isinf(high if state == "upper" else low) for low, high, state in at if state != "basic"):
             continue
-        P = [i for i in range(n) if i not in at]
-        z = [Fraction(at.get(i, 0)) for i in range(n)]
-        b = [-Fraction(problem.q[i]) - sum(rows[i][j] * z[j] for j in at) for i in P]
-        z_P = exact._regular([[rows[i][j] for j in P] for i in P], b)
-        for i, value in zip(P, z_P, strict=True):
-            z[i] = value
-        if exact.solves(problem, z):
+        z = exact.of_states(*exact._rational(problem), *ends, states)
+        if z is not None and exact.solves(problem, z):
             return z
     raise AssertionError("a P-matrix has a solution for all bounds")
 
@@ -163,8 +160,7 @@ def test_bound_is_what_the_theorem_says_on_an_example() -> None:
     assert 0.1 <= error_theorems.definite_theorems(problem)[error_theorems.DEFINITE](z, w) <= np.sqrt(0.05) + 1e-12
 
 
-@pytest.mark.parametrize("n", [3, 100])
-@pytest.mark.parametrize("sparse", [False, True])
+@pytest.mark.parametrize(("n", "sparse"), [(3, False), (100, False), (100, True)])
 def test_bound_that_is_attained_is_not_undercut_by_rounding(n: int, sparse: bool) -> None:
     """M = tridiag(-1, 2, -1), z* = 1, z = 1 + i (n + 1 - i) / 2^20: w = M (z - z*) > 0, so that <M>^-1 w = z - z*."""
     i = np.arange(1, n + 1)
@@ -176,17 +172,12 @@ def test_bound_that_is_attained_is_not_undercut_by_rounding(n: int, sparse: bool
     assert np.abs(z - true).max() <= value <= (1 + 1e-5) * np.abs(z - true).max()
 
 
-@pytest.mark.parametrize(
-    ("M", "z", "source"),
-    [
-        ([[2.0, 0.5], [-0.5, 2.0]], [-1.0, 0.0], "M is "),
-        ([[1.0, -4.0], [0.0, 1.0]], [1.0, 3.0], "Chen and Xiang 2006, M is H+"),
-        ([[1.0, -5.0], [5.0, 1.0]], [-1.0, 0.0], "Mathias and Pang 1990, M is positive definite"),
-    ],
-)
-def test_sources_name_the_theorem_and_the_class(M: list[list[float]], z: list[float], source: str) -> None:
-    bound = error_bound(Problem(M, [-1.0, -2.0]), z)
-    assert source in bound.source
+def test_sources_name_the_theorem_and_the_class() -> None:
+    for M, z, source in (
+        ([[1, -4], [0, 1]], [1, 3], "Chen and Xiang 2006, M is H+"),
+        ([[1, -5], [5, 1]], [-1, 0], "Mathias and Pang 1990, M is positive definite"),
+    ):
+        assert source in error_bound(Problem(M, [-1, -2]), z).source
 
 
 def test_definite_matrix_has_a_bound_after_rows_were_multiplied_by_numbers() -> None:
@@ -229,3 +220,57 @@ def test_no_bound_is_claimed_where_no_theorem_holds() -> None:
     assert error_bound(multipliers, [1, 2]) is None
     assert error_bound(Problem([[1]], [1], lower=1e-200), [0]) is None
     assert error_bound(Problem([[1]], [1], lower=1e-100), [0]) is not None
+
+
+def image(M: np.ndarray, d: np.ndarray) -> list[Fraction]:
+    """<M> d without rounding."""
+    factors = [Fraction(value) for value in d.tolist()]
+    rows = [[Fraction(a if i == j else -abs(a)) for j, a in enumerate(row)] for i, row in enumerate(M.tolist())]
+    return [sum((a * v for a, v in zip(row, factors, strict=True)), Fraction(0)) for row in rows]
+
+
+@settings(deadline=None, max_examples=60)
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 12), margin=st.sampled_from([0.0, 1e-15, 1e-9, 0.1, -1e-9]))
+def test_scaling_that_floating_point_proves_holds_exactly(seed: int, n: int, margin: float) -> None:
+    """At the edge of the H+-matrices: <M> u = margin L u for a u that varies by 2^20."""
+    random = np.random.default_rng(seed)
+    M, u = random.normal(size=(n, n)), np.exp2(random.integers(-10, 11, n))
+    np.fill_diagonal(M, 0)
+    np.fill_diagonal(M, (1 + margin) * (np.abs(M) @ u) / u + (n == 1))
+    for same in (M, csr_array(M)):
+        found = scaling(same, lambda d, A=same: bool(lower_image(A, M.diagonal(), d).min() > 0))
+        assert found is not None or margin < 1e-3
+        assert found is None or (margin >= 0 and min(image(M, found.d)) > 0) or n == 1
+
+
+def test_scaling_is_found_where_it_varies_by_more_than_the_digits_of_a_double() -> None:
+    """For the M with ones on the diagonal and 2 above it, C^-1 e = (3^(n-1), ..., 3, 1), and C d is all rounding."""
+    M = np.eye(40) + 2 * np.triu(np.ones((40, 40)), 1)
+    found = scaling(M, lambda d: bool(lower_image(M, np.ones(40), d).min() > 0))
+    assert found.d.max() > 2.0**53 * found.d.min()
+    assert min(image(M, found.d)) > 0
+
+
+@settings(deadline=None, max_examples=100)
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 40), power=st.integers(0, 14))
+def test_verified_least_eigenvalue_is_one(seed: int, n: int, power: int) -> None:
+    """A'A + mu I for integers A has no eigenvalue below mu, and a column of zeros in A makes mu the least one."""
+    A = np.random.default_rng(seed).integers(-4, 5, size=(n, n)) / 16.0
+    A[:, 0] = 0
+    mu = 2.0**-power
+    least = least_eigenvalue(A.T @ A + mu * np.eye(n))
+    assert 0.99 * mu <= least <= mu
+    assert least_eigenvalue(A.T @ A) is None
+
+
+@settings(deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 8))
+def test_product_with_the_comparison_matrix_is_never_overestimated(seed: int, n: int) -> None:
+    """At the edge of the H+ matrices, where <M> u is all rounding."""
+    random = np.random.default_rng(seed)
+    M, u = random.normal(size=(n, n)), random.random(n) + 1e-3
+    np.fill_diagonal(M, 0)
+    np.fill_diagonal(M, np.abs(M) @ u / u)
+    for same in (M, csr_array(M)):
+        claimed = lower_image(same, M.diagonal(), u)
+        assert all(Fraction(a) <= b for a, b in zip(claimed.tolist(), image(M, u), strict=True))

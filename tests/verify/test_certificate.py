@@ -1,21 +1,36 @@
-"""Proofs of infeasibility: never believed about a feasible problem, and found for infeasible ones in any units."""
+"""Proofs of infeasibility, with bounds too: never believed about a feasible problem, found for infeasible ones in any
+units, also where rounding, or one wrong sign, would turn them into false ones.
+"""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
-from lcpcli import Problem, from_qp
-from lcpcli.rational import numbers
+import lcpcli
+from lcpcli import Problem, Status, from_qp
+from lcpcli.model.problem import conditions_of
+from lcpcli.rational import elimination, numbers
+from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.solving.no_minimum import Constraints
 from lcpcli.verify.alternative import FarkasSystem
-from lcpcli.verify.certificate import farkas, is_ray, proves_infeasible
-from lcpcli.verify.farkas import refutes
+from lcpcli.verify.certificate import farkas, is_clear, proves_infeasible
+from lcpcli.verify.enclosure import enclosure
+from lcpcli.verify.farkas import exact_proof, refutes
 
 from .. import exact
+from ..conftest import Outcome
+from ..methods.programs import random_program
 
+Lcp = Callable[..., Outcome]
+
+INF = np.inf
 INFEASIBLE = Problem([[0, -1], [1, 0]], [-1, -1])
 ULP = 2.0**-52
 
@@ -31,23 +46,6 @@ def nearly_infeasible(seed: int) -> tuple[Problem, np.ndarray]:
     M[i], q[i] = 0.0, 0.0
     M[i], q[i] = -(y @ M), -1 - y @ q
     return Problem(M * (1 + ULP * random.integers(-2, 3, size=(n, n))), q), y
-
-
-def test_textbook_problem_is_proved_infeasible_by_its_first_row() -> None:
-    y = farkas(INFEASIBLE)
-    assert np.array_equal(y, [1.0, 0.0])
-
-
-def test_feasible_problem_has_no_proof() -> None:
-    for M, q in (([[0, 1], [1, 0]], [-1, 1]), ([[0, 1], [0, 0]], [-1, 0]), ([[1]], [-1]), ([[0]], [0])):
-        assert farkas(Problem(M, q)) is None
-
-
-@pytest.mark.parametrize(
-    "y", [[0, 0], [-1, 0], [0, 1], [1, 1], [1, 1e-300], [np.nan, 0], [np.inf, 0], [1, np.nan]], ids=str
-)
-def test_vector_that_proves_nothing_is_refused(y: list[float]) -> None:
-    assert not proves_infeasible(INFEASIBLE, np.array(y))
 
 
 def test_length_of_a_proof_does_not_matter() -> None:
@@ -109,9 +107,8 @@ def test_program_infeasible_by_a_millionth_is_proved_so(largest: float) -> None:
 
 def test_proofs_are_found_where_the_first_linear_program_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(FarkasSystem, "least_total", lambda _: None)
-    assert farkas(INFEASIBLE) is not None
-    assert farkas(chain(1e-6, 100.0)) is not None
-    assert farkas(chain(-1e-6, 100.0)) is None
+    found = (farkas(problem) is not None for problem in (INFEASIBLE, chain(1e-6, 100.0), chain(-1e-6, 100.0)))
+    assert list(found) == [True, True, False]
 
 
 def test_every_infeasible_random_problem_is_proved_so_and_no_feasible_one() -> None:
@@ -138,24 +135,163 @@ def test_problem_beyond_the_range_of_floats_when_equilibrated_has_no_proof() -> 
     assert farkas(Problem([[0, 1e-308], [1e308, 0]], [-1e308, 1e-308])) is None
 
 
-def test_sign_of_a_product_is_exact_where_floats_cancel() -> None:
-    a, y = np.array([1e200, 1.0, -1e200]), np.array([1e200, 1e-200, 1e200])
-    assert numbers.sign_of_product(a, y) > 0
-    assert numbers.sign_of_product(-a, y) < 0
-    assert numbers.sign_of_product(a, y * [1, 0, 1]) == 0
-    assert numbers.sign_of_product(np.array([5e-324, -5e-324]), np.array([5e-324, 1e-323])) < 0
-
-
-def test_a_ray_ends_at_no_bound_and_leaves_no_component_and_its_w_positive_together() -> None:
-    direction = np.ones(1)
-    assert is_ray(Problem([[0]], [-1]), direction)
-    assert is_ray(Problem([[-1]], [-1]), direction)
-    assert not is_ray(Problem([[0]], [-1], upper=[1]), direction)
-    assert not is_ray(Problem([[1]], [-1]), direction)
-    assert not any(is_ray(Problem([[0]], [-1]), other) for other in (-direction, 0 * direction))
-
-
 def test_products_that_underflow_prove_nothing() -> None:
     """A'y has a positive component, of 1e-400: z = 1e200 e is feasible."""
     assert not refutes(np.array([[0.0, -1.0], [1e-200, 0.0]]), np.array([0.0, -1.0]), np.array([1.0, 1e-200]))
     assert not refutes(np.array([[1e-200]]), np.array([-1.0]), np.array([1e-200]))
+
+
+def test_a_contradiction_by_less_than_rounding_is_not_clear() -> None:
+    problem = Problem([[0, 0], [1, 0]], [0, -2 - 1e-12], lower=[0, 0], upper=[2, INF])  # z1 >= 2 + 1e-12
+    assert not is_clear(problem, np.array([0.0, 1.0]))
+
+
+def test_a_vector_that_nearly_annihilates_the_columns_of_free_variables_refutes_nothing() -> None:
+    e = 2.0**-29  # both columns vanish for (1, 1.9, -1) alone, and nearly for (1, 1.9, 1)
+    first, second = np.array([1.0, 1.0]), np.array([-1 / 1.9 + e, -1 / 1.9 - e])
+    M = np.column_stack((np.array([first, second, first + 1.9 * second]), [-1.0, -1.0, 0.0]))
+    problem = Problem(M, [-1, -1, 0], lower=[-INF, -INF, 0], upper=[INF] * 3)
+    z = np.append(np.linalg.solve(M[:2, :2], [1, 1]), 0.0)
+    assert problem.w(z)[2] > 1  # it is feasible
+    assert not refutes(problem.M, problem.q, np.array([1.0, 1.9, 1.0]), problem.box)
+
+
+def test_a_free_variable_may_exploit_the_least_deviation_of_its_column() -> None:
+    d = 2.0**-52
+    problem = Problem([[1, 1], [-1 - d, -1]], [-1, 0], lower=[-INF, 0], upper=[INF, INF])
+    z = np.array([1 - 2.0**53, 2.0**53])  # it satisfies the inequalities, as (M'y)_1 is -d
+    w = [sum(map(Fraction.__mul__, map(Fraction, row), map(Fraction, z))) for row in problem.M.tolist()]
+    assert w[0] - 1 == 0
+    assert w[1] > 0
+    assert not refutes(problem.M, problem.q, np.ones(2), problem.box)
+
+
+def test_a_variable_with_a_far_bound_may_exploit_what_doubles_lose() -> None:
+    M = np.zeros((4, 4))  # (M'y)_1 is 2^-60 for y = (0, 1, 1, 1), 0 in doubles, and z1 goes up to 2^66
+    M[1:, 0], M[1:, 1], M[1:, 2] = (1, 2.0**-60, -1), (1, -1, 0), (-1, 0, 1)
+    problem = Problem(M, [0, -1, 0, 0], lower=[0] * 4, upper=[2.0**66, INF, INF, INF])
+    z = np.array([2.0**61, 1, 2.0**61, 0])
+    assert (problem.M[1:] @ z + problem.q[1:] >= 0).all()
+    assert not refutes(problem.M, problem.q, np.array([0.0, 1, 1, 1]), problem.box)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_enclosure_holds_an_exact_solution(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    k, n = int(random.integers(1, 6)), int(random.integers(6, 12))
+    G = random.integers(-9, 10, (k, n)) * np.exp2(random.integers(-30, 30, n))
+    y = np.linalg.svd(G)[2][-1]
+    d = enclosure(G, y)
+    changed = np.flatnonzero(d)
+    exact = [[Fraction(value) for value in row] for row in G.tolist()]
+    residual = [sum(value * Fraction(other) for value, other in zip(row, y.tolist(), strict=True)) for row in exact]
+    rows = [[*(row[j] for j in changed), -r] for row, r in zip(exact, residual, strict=True)]
+    whole = [numbers.over_one_denominator(row)[0] for row in rows]
+    found = elimination.solve([row[:-1] for row in whole], [row[-1] for row in whole]).x
+    assert all(abs(change) <= Fraction(d[j]) for change, j in zip(found, changed.tolist(), strict=True))
+
+
+def test_dependent_equations_and_too_many_have_no_enclosure() -> None:
+    assert enclosure(np.array([[1.0, -1.0, 0.0], [2.0, -2.0, 0.0]]), np.array([1.0, 1.0, 1.0])) is None
+    assert enclosure(np.ones((3, 2)), np.ones(2)) is None
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_infeasible_program_is_said_to_have_a_point(seed: int) -> None:
+    """Not even near points that violate one constraint by little."""
+    problem = random_program(2 * seed, 30, "infeasible").problem()
+    sides = Constraints.of(problem.origin.program(conditions_of(problem)))
+    low = np.nan_to_num(sides.low, neginf=0.0)
+    x = np.linalg.lstsq(np.asarray(sides.A @ np.eye(sides.A.shape[1])), low, rcond=None)[0]
+    assert sides.central_point() is None
+    assert not sides.hold_near(x)
+
+
+def test_farkas_vector_is_corrected_where_no_double_fits() -> None:
+    """3 y1 = y2 is asked for with a y1 that is no multiple: only the corrected vector has M'y = 0."""
+    y = np.array([np.pi, 3 * np.pi * (1 + 1e-12)])
+    assert exact_proof(ExactProblem.of_floats(Problem([[3, -3], [-1, 1]], [-1, 1])), y) is None  # q'y = 2 y1 > 0
+    data = ExactProblem.of_floats(Problem([[3, -3], [-1, 1]], [-1, 0.25]))
+    found = exact_proof(data, y)
+    assert data.refuted_by(found)
+    assert found[1] == 3 * found[0]
+
+
+def test_farkas_vector_is_found_where_rounding_has_made_columns_independent() -> None:
+    """10 y1 = y2 in decimals, but as doubles 0.1 and 0.3 make M nonsingular: M'y = 0 has no solution, M'y < 0 has."""
+    problem, y = Problem([[1, 3], [-0.1, -0.3]], [-1, 0]), np.array([0.1, 1.0])
+    assert exact_proof(ExactProblem.of_decimals(problem), y) == [1, 10]
+    data = ExactProblem.of_floats(problem)
+    found = exact_proof(data, y)
+    assert data.refuted_by(found)
+
+
+@pytest.mark.parametrize("size", [1e-9, 1.0, 1e9])
+def test_an_enclosure_is_as_wide_as_the_solution_is_far_in_the_units_of_y(size: float) -> None:
+    """y1 = y2 takes a change of at least |y1 - y2|."""
+    y = size * np.array([1.0, 1.25, 3.0])
+    change = enclosure(np.array([[1.0, -1.0, 0.0]]), y)
+    assert 0.25 * size <= change[:2].sum() <= 0.6 * size
+    assert change[2] == 0
+
+
+MIXED = Problem([[0, 1], [-1, 0]], [1, 1], lower=[None, None], upper=[None, -2])  # z1 = 1, w1 = z2 + 1 = 0
+
+
+def test_an_exact_solution_is_one_in_fractions_with_bounds_as_written(lcp: Lcp, tmp_path: Path) -> None:
+    file = tmp_path / "p.json"
+    file.write_text('{"M": [[3, 1], [1, 3]], "q": [-1, 0.7], "lower": [0.1, -0.2], "upper": [0.3, null]}')
+    found = json.loads(lcp("solve", str(file), "--exact", "--format", "json").out)["exact"]
+    assert (found["status"], found["z"], found["w"]) == ("solved", ["3/10", "-1/5"], ["-3/10", "2/5"])
+    assert lcp("check", str(file), "3/10,-1/5", "--exact").code == 0
+    assert lcp("check", str(file), "0.1,-1/5", "--exact").code == 1
+    given = lcp("solve", str(file), "--upper", "0.2,1/7", "--exact", "--format", "json").out
+    assert json.loads(given)["exact"]["z"] == ["1/5", "-1/5"]
+
+
+def test_infeasible_problems_have_a_vector_that_check_accepts_and_no_other() -> None:
+    result = lcpcli.run(MIXED)
+    assert result.status is Status.INFEASIBLE
+    assert "z >= 0" not in result.message
+    y = result.certificate.vector
+    assert lcpcli.check(MIXED, y=y).accepted
+    for wrong in (-y, np.ones(2), np.array([0.0, 1.0])):
+        assert not lcpcli.check(MIXED, y=wrong).accepted
+    loose = Problem(MIXED.M, MIXED.q, lower=None, upper=[np.inf, -1])
+    assert not lcpcli.check(loose, y=y).accepted
+    assert lcpcli.run(loose).solved
+
+
+def test_a_vector_of_complementarity_problems_proves_nothing_about_free_variables() -> None:
+    lcp, y = Problem([[-1]], [-2]), [1.0]
+    assert lcpcli.check(lcp, y=y).accepted
+    assert not lcpcli.check(Problem([[-1]], [-2], lower=None), y=y).accepted
+
+
+def test_each_violation_is_named() -> None:
+    problem = Problem(np.eye(4), [-1, -1, 1, 0], lower=[0, None, -2, 1], upper=[2, 0.5, 2, 1])
+    verified = lcpcli.check(problem, [-1, 1, 0, 5])
+    found = [(violation.index, violation.kind) for violation in verified.violations]
+    assert sorted(found) == [(0, "z < lower"), (1, "z > upper"), (2, "w > 0"), (3, "z > upper")]
+    assert verified.backward_error == np.inf
+    assert lcpcli.check(problem, [1, 0.5, -1, 1]).accepted
+
+
+def test_the_backward_error_is_the_smallest_change_of_the_data() -> None:
+    """At z = 2, w = -1 has its sign; at 1, w = -3 has to vanish."""
+    problem = Problem([[2.0]], [-5.0], lower=0.0, upper=2.0)
+    assert lcpcli.check(problem, [2.0]).backward_error == 0
+    assert lcpcli.check(problem, [1.0]).backward_error == pytest.approx(3 / 7)
+    below = Problem([[2.0, 1.0], [1.0, 3.0]], [1.0, 2.0], lower=-9.0)
+    z = [-1.0, 2.0]  # w = (1, 7), of terms of size 2 + 2 + 1 and 1 + 6 + 2
+    assert lcpcli.check(below, z).backward_error == pytest.approx(max(1 / 5, 7 / 9))
+
+
+def test_solutions_in_a_file_are_judged_by_its_bounds(lcp: Lcp, tmp_path: Path) -> None:
+    text = '{"M": [[1]], "q": [-5], "upper": 2, "solution": %s}'
+    good, bad = tmp_path / "good.json", tmp_path / "bad.json"
+    good.write_text(text % "[2]")
+    bad.write_text(text % "[5]")
+    assert lcp("solve", str(good), "-q").err == ""
+    assert "z1 = 5 and w1 = 0" in lcp("solve", str(bad)).err
+    assert lcpcli.run(lcpcli.read(good)).z.tolist() == [2]

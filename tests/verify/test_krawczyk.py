@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Callable
-from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
 
+import lcpcli
+from lcpcli.files.nl_format import Model
 from lcpcli.gallery import nonlinear as gallery
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.nonlinear import Enclosure, NonlinearProblem
 from lcpcli.solving.solve_mcp import run_nonlinear
 from lcpcli.typing import Vector
 from lcpcli.verify.nonlinear_point import proved_bound
+
+from ..files.nl_writing import model
 
 
 class Interval:
@@ -78,7 +82,6 @@ def called(function: Callable[[Any], Any] | None, z: list[Interval]) -> Any:
 
 def test_a_solution_is_proved_where_it_is() -> None:
     result = run_nonlinear(enclosed(gallery.kojima_shindo()), proof=True)
-    assert result.bound is not None
     assert result.bound.proved
     assert result.z.round(6).tolist() == [1, 0, 3, 0]
     assert float(np.abs(result.z - [1, 0, 3, 0]).max()) <= result.bound.value <= 1e-12
@@ -124,7 +127,26 @@ def test_a_solution_that_has_another_one_beside_it_is_not_called_the_only_one() 
 
 
 def test_without_intervals_nothing_is_proved() -> None:
-    result = run_nonlinear(gallery.josephy(), proof=True)
-    assert result.bound is not None
-    assert result.bound.source == "F has no evaluation in interval arithmetic"
-    assert not replace(result.bound).proved
+    bound = run_nonlinear(gallery.josephy(), proof=True).bound
+    assert (bound.source, bound.proved) == ("F has no evaluation in interval arithmetic", False)
+
+
+def polynomial(coefficients: list[str], z: Fraction) -> Fraction:
+    return sum((Fraction(text) * z**power for power, text in enumerate(coefficients)), Fraction(0))
+
+
+def test_zeros_of_polynomials_are_where_they_are_proved_for_decimals_as_written() -> None:
+    rng, proved = random.Random(1), 0
+    for _ in range(40):
+        texts = [f"{rng.uniform(-2, 2):.3f}" for _ in range(3)] + [f"{rng.uniform(1, 3):.3f}"]
+        terms = [("*", text, ("^", "v0", power)) for power, text in enumerate(texts)]
+        problem = Model(model(1, [((5, 1, 1), {0: 0}, ("sum", *terms))], [(2, -9)]), "cubic.nl").nonlinear
+        result = lcpcli.solve_mcp(problem, proof=True)
+        if not result.solved or result.bound is None or not result.bound.proved:
+            continue
+        proved += 1
+        z, bound = Fraction(float(result.z[0])), Fraction(result.bound.value)
+        assert 0 < bound < Fraction(1, 10**9)
+        ends = (polynomial(texts, z - bound), polynomial(texts, z + bound))
+        assert min(ends) <= 0 <= max(ends)
+    assert proved >= 30

@@ -168,32 +168,21 @@ def test_entry_of_q_counts_beside_other_terms_of_its_row() -> None:
     assert Point(Criterion(Problem(M, problem.q, lower=problem.lower)), z).solution() is None
 
 
-@pytest.mark.parametrize(("size", "many"), [(1e8, 1), (1e12, 5), (1e20, 1)])
-def test_a_few_large_numbers_do_not_make_rounding_of_the_others(size: float, many: int) -> None:
+def test_a_few_large_numbers_do_not_make_rounding_of_the_others() -> None:
     """z = max(-q, 0) solves M = I; one component is wrong altogether."""
-    q = np.full(UNKNOWNS, -5.0)
-    q[:many] = -size
-    z = -q
-    z[UNKNOWNS - 1] = 0.0
-    assert Point(Criterion(Problem(np.eye(UNKNOWNS), q)), z).solution() is None
+    for size, many in ((1e8, 1), (1e12, 5), (1e20, 1)):
+        q = np.append(np.full(many, -size), np.full(UNKNOWNS - many, -5.0))
+        z = np.append(-q[:-1], 0.0)
+        assert Point(Criterion(Problem(np.eye(UNKNOWNS), q)), z).solution() is None
 
 
-@pytest.mark.parametrize(
-    ("method", "n"),
-    [
-        ("auto", 12),
-        ("auto", 21),
-        ("newton", 40),
-        pytest.param("milp", 21, marks=pytest.mark.slow("searches for seconds")),
-    ],
-)
-def test_no_row_is_solved_by_the_size_of_another(method: str, n: int, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("method", "n"), [("auto", 12), ("auto", 21), ("newton", 40)])
+def test_no_row_is_solved_by_the_size_of_another(method: str, n: int) -> None:
     """M_00 asks for a large z_0; two rows, w_1 = z_2 - 1 and w_2 = z_1 + 1, exclude each other."""
     M, q = np.eye(n), np.full(n, -5.0)
     M[0, 1:] = 1.0
     M[1:3, 1:3] = [[0.0, 1.0], [1.0, 0.0]]
     q[:3] = -1e16, -1.0, 1.0
-    monkeypatch.setattr("lcpcli.methods.milp.MAX_NODES", 20)  # for a second of work
     assert not run(Problem(M, q), method).solved
     z = np.full(n, 5.0)
     z[:3] = 1e16, 0.0, 1.0
@@ -224,10 +213,9 @@ def test_points_beyond_a_bound_do_not_solve_however_far_the_numbers_are_from_1()
     assert (result.z <= problem.upper).all()
 
 
-@pytest.mark.parametrize("number", [1.0, 2.0, 3.0])
-def test_a_whole_number_in_q_is_no_rounding_however_large_the_others_are(number: float) -> None:
+def test_a_whole_number_in_q_is_no_rounding_however_large_the_others_are() -> None:
     """The last rows, equations of variables that are 0 where the other rows hold, contradict them."""
-    given = with_noise_in_q(size=number)
+    given = with_noise_in_q(size=1.0)
     q = np.where(np.arange(UNKNOWNS) < UNKNOWNS - 2, 1e14 * given.q, given.q)
     q[0] = -3e14
     result = run(Problem(given.M, q, lower=given.lower))

@@ -1,4 +1,6 @@
-"""Certificates and rays hold exactly as they are printed and written, in whole numbers, for numbers of all sizes."""
+"""Certificates and rays hold exactly as they are printed and written, in whole numbers, for numbers of all sizes; what
+is decided at once; and proofs that no rounding of bounds costs, whatever the way in.
+"""
 
 from __future__ import annotations
 
@@ -8,19 +10,18 @@ import re
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_array
 
 import lcpcli
-from lcpcli import Problem
-from lcpcli.options import Limits
+from lcpcli import Problem, Result, Solver, run, solve, solve_many
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
-from lcpcli.rational.numbers import approximate, brief, rounded_direction
+from lcpcli.rational.numbers import approximate, brief
+from lcpcli.rational.tree import first_solution
 from lcpcli.report import json_lines, wording
 from lcpcli.solving import proof as solving
-from lcpcli.solving.driver import run
 from lcpcli.verify.certificate import proof
 
 from .. import exact
@@ -76,63 +77,6 @@ def test_farkas_vector_holds_as_it_is_printed(lcp: Lcp, tmp_path: Path) -> None:
     assert proofs >= 2
 
 
-def program(random: np.random.Generator) -> dict[str, Any]:
-    """min or max x'Qx / 2 + c'x, convex, of integers, with rows and bounds of every kind."""
-    m, k = (int(size) for size in random.integers(1, 7, 2))
-    A = random.integers(-9, 10, (m, k)) * (random.random((m, k)) < 0.7)
-    B = random.integers(-2, 3, (k, k)) * (random.random(k) < 0.5) * random.integers(0, 2)
-    sense, side = str(random.choice(["min", "max"])), random.integers(0, 4, m)
-    b = A @ random.integers(-3, 4, k) + random.integers(-3, 4, m) * random.integers(0, 2)
-    return {
-        "Q": B.T @ B if sense == "min" else -B.T @ B,
-        "c": random.integers(-9, 10, k),
-        "A": A,
-        "row_lower": np.where(side == 1, -np.inf, b),
-        "row_upper": np.select([side == 3, side == 2], [np.inf, b + 2.0], b),
-        "lower": np.where(random.random(k) < 0.5, random.integers(-3, 1, k), -np.inf),
-        "upper": np.where(random.random(k) < 0.3, 4.0, np.inf),
-        "sense": sense,
-    }
-
-
-def products(A: np.ndarray, x: list[Fraction]) -> list[Fraction]:
-    return [sum((int(a) * value for a, value in zip(row, x, strict=True)), Fraction(0)) for row in A]
-
-
-def excludes(y: list[Fraction], p: dict[str, Any]) -> bool:
-    """Whether y'Ax, of all x within bounds, is below what the rows ask of it."""
-    least = exact.supremum([-value for value in y], p["row_lower"].tolist(), p["row_upper"].tolist())
-    largest = exact.supremum(products(p["A"].T, y), p["lower"].tolist(), p["upper"].tolist())
-    return least is not None and largest is not None and largest + least < 0
-
-
-def improves_for_ever(ray: list[Fraction], p: dict[str, Any]) -> bool:
-    """Whether rows and bounds let x go on in that direction, with a slope of the objective that stays away from 0."""
-    sides = [(ray, p["lower"], p["upper"]), (products(p["A"], ray), p["row_lower"], p["row_upper"])]
-    for values, lower, upper in sides:
-        for value, low, high in zip(values, lower.tolist(), upper.tolist(), strict=True):
-            if (value < 0 and low > -np.inf) or (value > 0 and high < np.inf):
-                return False
-    sign = 1 if p["sense"] == "min" else -1
-    slope = sign * products(p["c"][np.newaxis], ray)[0]
-    changes = exact.supremum(products(sign * p["Q"], ray), p["lower"].tolist(), p["upper"].tolist())
-    return changes is not None and slope + changes < 0
-
-
-def test_multipliers_and_rays_of_programs_hold_exactly() -> None:
-    rows = rays = 0
-    for seed in range(50):
-        p = program(np.random.default_rng(seed))
-        answer = json.loads(lcpcli.run(lcpcli.from_qp(**p)).to_json())["answer"]
-        if answer["certificate"] is not None:
-            assert excludes(whole(answer["certificate"]), p), seed
-            rows += 1
-        if answer["ray"] is not None:
-            assert improves_for_ever(whole(answer["ray"]), p), seed
-            rays += 1
-    assert min(rows, rays) > 5
-
-
 def test_decimals_have_a_vector_of_integers_that_holds_as_they_are_written(lcp: Lcp, tmp_path: Path) -> None:
     """y = (3, 1), although doubles of 0.1 and 0.3 are not in that ratio."""
     file = tmp_path / "p.json"
@@ -153,9 +97,12 @@ def test_doubles_of_many_digits_keep_their_vector() -> None:
     assert proof(Problem(problem.M, [1, 1, 1]), y) is None
 
 
-def test_whole_numbers_are_shown_with_all_digits_and_others_as_rounded() -> None:
+def test_whole_numbers_are_shown_with_all_digits_and_others_as_rounded_also_beyond_doubles() -> None:
     shown = {2.0**53: "9007199254740992", 0.5: "0.5", 1 / 3: "~0.3333333", -3.0: "-3"}
     assert {value: wording.multiplier(value) for value in shown} == shown
+    huge, tiny = Fraction(10) ** 400 / 3, Fraction(1, 3 * 10**400)
+    assert (brief(huge), brief(tiny), approximate(-huge)) == ("~3.333333e+399", "~3.333333e-401", "-3.333333e+399")
+    assert (approximate(Fraction(0)), approximate(Fraction(1, 3))) == ("0", "0.3333333")
 
 
 def test_proof_in_integers_leaves_columns_of_bounded_variables_that_nearly_vanish() -> None:
@@ -214,7 +161,7 @@ def proves(problem: Problem, y: list[Fraction], number: Callable[[float], Fracti
 def test_what_is_written_proves_exactly_what_it_claims(seed: int) -> None:
     pytest.importorskip("flint")
     problem = infeasible(seed)
-    for result in (run(problem, "auto", limits=Limits(time_limit=120)), lcpcli.exact(problem, time_limit=120)):
+    for result in (run(problem, time_limit=120), lcpcli.exact(problem, time_limit=120)):
         held = json.loads(json_lines.line(json_lines.data(result)))
         if held["status"] == "infeasible":
             y = [Fraction(value) for value in held["certificate"]["vector"]]
@@ -250,20 +197,6 @@ def test_proof_that_doubles_do_not_hold_is_written_in_fractions_which_check_acce
     assert "M'y = (0, 0, 0, 0)" in lcp("solve", str(file)).out
 
 
-def test_directions_keep_small_entries_where_doubles_can() -> None:
-    kept = rounded_direction([Fraction(10) ** 300, Fraction(1, 10**300)])
-    assert kept.min() > 0
-    assert abs(Fraction(kept[0]) / Fraction(kept[1]) / 10**600 - 1) < 1e-15
-    assert np.isfinite(rounded_direction([Fraction(10) ** 900, Fraction(1)])).all()
-    assert rounded_direction([Fraction(3), Fraction(1)]).tolist() == [3.0, 1.0]
-
-
-def test_numbers_beyond_doubles_are_printed_as_they_are() -> None:
-    huge, tiny = Fraction(10) ** 400 / 3, Fraction(1, 3 * 10**400)
-    assert (brief(huge), brief(tiny), approximate(-huge)) == ("~3.333333e+399", "~3.333333e-401", "-3.333333e+399")
-    assert (approximate(Fraction(0)), approximate(Fraction(1, 3))) == ("0", "0.3333333")
-
-
 def test_long_proof_says_that_it_is_rounded_unless_doubles_show_it() -> None:
     """y = (1, ..., 1) proves the first; the y of the second makes M'y vanish, but for rounding."""
     rng = np.random.default_rng(0)
@@ -275,3 +208,105 @@ def test_long_proof_says_that_it_is_rounded_unless_doubles_show_it() -> None:
         assert result.certificate.statement.endswith("up to rounding of y") == is_said
         y = fractions_of(result.certificate.vector)
         assert is_said or ExactProblem.of_floats(result.problem).refuted_by(y)
+
+
+SWAP = np.array([[0.0, 1.0], [1.0, 0.0]])
+NONE = {"INFEASIBLE", "UNSOLVABLE"}
+
+
+def without_solution(kind: str) -> Problem:
+    """Return a feasible problem without a solution, of 23 unknowns, whose bounds make q round in other variables."""
+    random, n, m = np.random.default_rng(5), 23, 8
+    A = random.integers(-2, 3, (n - m, n - m))
+    coupling = random.integers(-1, 2, (n - m, m))
+    M = np.block([[np.kron(np.eye(m // 2), SWAP), np.zeros((m, n - m))], [coupling, A @ A.T + np.eye(n - m)]])
+    q = np.append(np.tile([-1.0, 1.0], m // 2), random.integers(-9, 10, n - m)) - M @ np.full(n, 0.1)
+    lower, upper = np.full(n, 0.1), np.full(n, np.inf)
+    if kind != "lower":
+        lower[m : m + 3], upper[m + 3 : m + 6] = -np.inf, 0.7
+    if kind == "all":
+        lower[m + 4], upper[m + 1], lower[m + 6], upper[m + 6] = -np.inf, 3.3, 0.3, 0.3
+    return Problem(M, q, lower=lower, upper=upper)
+
+
+@pytest.mark.parametrize("n", [50, 100])
+def test_a_solution_with_w_0_is_found_by_one_look_however_many_z_are_rounding_of_0(n: int) -> None:
+    random = np.random.default_rng(n)
+    A = random.standard_normal((n, n))
+    for M in (A, A + A.T):
+        z = np.where(random.random(n) < 0.5, 0.0, random.random(n))
+        result = run(Problem(M, -M @ z))
+        assert result.solved
+        assert result.route == ("newton",)
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.1])
+def test_bounds_that_are_no_integers_do_not_cost_the_proof(shift: float) -> None:
+    random = np.random.default_rng(3)
+    for n in (11, 12, 13, 14):
+        problem = Problem(random.integers(-5, 6, (n, n)), random.integers(-10, 11, n), lower=shift, upper=np.inf)
+        assert run(problem).status.name in {"SOLVED", *NONE}
+
+
+@pytest.mark.parametrize("kind", ["lower", "free and boxes", "all"])
+def test_the_tree_of_milp_proves_that_the_problem_as_given_has_no_solution(kind: str) -> None:
+    for method in ("auto", "milp"):
+        result = run(without_solution(kind), method)
+        assert (result.status.name, result.certificate.kind) == ("UNSOLVABLE", "exhaustion")
+
+
+WAYS: dict[str, Callable[..., Result]] = {
+    "sparse": lambda M, q, **bounds: solve(csr_array(M), q, **bounds),
+    "Solver": lambda M, q, **bounds: Solver(M, **bounds).solve(q),
+    "solve_many": lambda M, q, **bounds: list(solve_many(M, np.column_stack((q, q)), **bounds))[1],
+    "pairs": lambda M, q, **bounds: list(solve_many([M, M], [q, q], **bounds))[1],
+    "exact": lambda M, q, **bounds: lcpcli.exact(Problem(M, q, **bounds)),
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_no_way_in_loses_the_proof(way: str) -> None:
+    problem = without_solution("all")
+    result = WAYS[way](problem.M, problem.q, lower=problem.lower, upper=problem.upper)
+    assert result.status.name == "UNSOLVABLE"
+
+
+def test_the_tree_of_milp_agrees_with_that_in_rational_arithmetic_for_any_bounds() -> None:
+    random = np.random.default_rng(11)
+    for _ in range(40):
+        n = int(random.integers(2, 8))
+        M, kind = random.integers(-3, 4, (n, n)) * (random.random((n, n)) < 0.7), random.integers(0, 5, n)
+        lower = np.where(np.isin(kind, (0, 3)), -0.3, np.where(kind == 4, 0.7, -np.inf))
+        upper = np.where(kind == 1, 1.1, np.where(kind == 3, 2.3, np.where(kind == 4, 0.7, np.inf)))
+        problem = Problem(M, random.integers(-4, 5, n), lower=lower, upper=upper)
+        status, z = run(problem, "milp").status, first_solution(ExactProblem.of_floats(problem), lambda: None)
+        assert status.name in ({"SOLVED"} if z else {"SOLVED", *NONE})
+        assert z or status.name in NONE or run(problem).solved, "a solution but for rounding"
+
+
+def test_the_form_that_pyomo_writes_keeps_the_proof() -> None:
+    problem = without_solution("lower")
+    n, one = problem.n, np.eye(problem.n)
+    M = np.block([[0 * one, one], [-problem.M, one]])
+    bounds = np.append(problem.lower, np.full(n, -np.inf)), np.full(2 * n, np.inf)
+    assert run(Problem(M, np.append(np.zeros(n), -problem.q), lower=bounds[0], upper=bounds[1])).status.name in NONE
+
+
+@pytest.mark.parametrize("decimals", [0, 1, 16])
+def test_proofs_are_small_integers_where_there_is_room_to_round(decimals: int) -> None:
+    random = np.random.default_rng(decimals)
+    for n in (5, 15, 30):
+        M, q = np.round(random.uniform(-5, 3, (n, n)), decimals), np.round(random.uniform(-9, 5, n), decimals)
+        result = run(Problem(M, q))
+        assert result.status.name == "INFEASIBLE"
+        y = result.certificate.vector
+        assert (y == np.rint(y)).all()
+        assert y.max() <= 64
+
+
+def test_a_simple_proof_replaces_a_long_one_but_nothing_replaces_a_vector_that_proves_nothing() -> None:
+    problem = Problem([[1, -2], [-2, 1]], [1, -1])
+    assert proof(problem, np.array([51.0, 58.0])).max() < 10
+    assert proof(problem, np.array([1.0, 0.0])) is None
+    found = lcpcli.exact(problem)
+    assert max(map(abs, found.exact.y)) <= Fraction(2)

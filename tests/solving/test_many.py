@@ -1,0 +1,337 @@
+"""`lcpcli.solve_many` gives for each column of Q, for each Problem, or with an M for each q, what `run` gives, in order
+and as asked for.
+"""
+
+from __future__ import annotations
+
+import pickle
+import re
+from itertools import count, islice
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.sparse import csr_array
+
+import lcpcli
+from lcpcli import Batch, Problem, Result
+from lcpcli.errors import OptionError, ProblemError
+from lcpcli.solving import many
+from lcpcli.typing import Vector
+
+from .. import mixed_problems
+
+K = 40
+TOL = 1e-10
+
+
+def hidden_definite(n: int, generator: np.random.Generator) -> tuple[Vector, Vector]:
+    """A P-matrix that is not definite, and Q; definite but for the units of its rows and columns."""
+    M, _ = mixed_problems.monotone(n, generator)
+    R, C = 10 ** generator.uniform(-1, 1, (2, n))
+    return R[:, np.newaxis] * M * C, 3 * R[:, np.newaxis] * generator.standard_normal((n, K))
+
+
+def assert_same(ours: Result, theirs: Result) -> None:
+    assert (ours.status, ours.method, ours.message) == (theirs.status, theirs.method, theirs.message)
+    assert np.allclose(ours.z, theirs.z, rtol=1e-9, atol=1e-10 * float(np.abs(theirs.z).max()))
+    assert ours.basis == theirs.basis
+    assert ours.relative_residual <= TOL
+    largest = float(np.abs(theirs.problem.q).max()) + float(np.abs(theirs.problem.M).max() * np.abs(ours.z).max())
+    assert abs(ours.residual - lcpcli.check(theirs.problem, ours.z).residual) <= 1e-14 * largest
+    assert ours.limits == theirs.limits
+    assert ours.options | {"compiled": True} == theirs.options | {"compiled": True}, "with the kernels or without"
+    assert list(ours.to_dict()) == list(theirs.to_dict())
+    assert min(ours.parts.values()) >= 0.0 < ours.seconds
+    assert ours.parts.keys() == theirs.parts.keys()
+
+
+@pytest.mark.parametrize(("n", "k"), [(7, 8), pytest.param(30, K, marks=pytest.mark.slow("each is solved twice"))])
+def test_results_are_those_of_run(n: int, k: int) -> None:
+    generator = np.random.default_rng(n)
+    M, Q = hidden_definite(n, generator)
+    Q = Q[:, :1] + 0.02 * np.cumsum(Q[:, :k], axis=1) if n == 7 else Q
+    each = [mixed_problems.with_all_bounds(n, generator) for _ in range(k)]
+    per_column, far = np.array(each).transpose(1, 2, 0), (each[0][0] + 1e4, each[0][1] + 1e4)
+    for low, high in ((0.0, np.inf), (0.0, 1.0), each[0], per_column, (None, None), far):
+        results = list(lcpcli.solve_many(M, Q, lower=low, upper=high))
+        assert len(results) == k
+        for j, result in enumerate(results):
+            own = [bound[:, j] if np.ndim(bound) == 2 else bound for bound in (low, high)]
+            problem = Problem(M, Q[:, j], lower=own[0], upper=own[1])
+            assert result.problem.q.tolist() == Q[:, j].tolist()
+            assert_same(result, lcpcli.run(problem))
+
+
+@pytest.mark.parametrize("n", [12, 250])
+def test_sparse_matrices_are_solved_and_stay_sparse_and_rounding_is_refined_away(n: int) -> None:
+    M = csr_array(4 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+    Q = np.random.default_rng(0).standard_normal((n, 3))
+    for result, q in zip(lcpcli.solve_many(M, Q), Q.T, strict=True):
+        assert result.problem.M.nnz == M.nnz
+        assert np.allclose(result.z, lcpcli.solve(M, q).z, rtol=0, atol=1e-8)
+        assert result.solved
+    R = np.linalg.qr(np.random.default_rng(0).standard_normal((12, 12)))[0]
+    M = (R * np.logspace(0, -6, 12)) @ R.T
+    results = lcpcli.solve_many((M + M.T) / 2, np.random.default_rng(1).standard_normal((12, K)))
+    assert all(result.solved and result.relative_residual <= 1e-14 for result in results)
+
+
+SINGULAR = [[1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, -1.0]]
+COLUMNS = {  # of a matrix that is no P-matrix, with the status of each
+    (-1.0, 1.0, 1.0): "solved",
+    (-1.0, -1.0, 1.0): "infeasible",
+    (2.0, 0.0, 3.0): "solved",
+    (1.0, 2.0, -1.0): "infeasible",
+    (-3.0, 0.0, 0.0): "solved",
+}
+
+
+def test_columns_without_a_solution_keep_their_place_and_their_proof() -> None:
+    results = list(lcpcli.solve_many(SINGULAR, np.array(list(COLUMNS)).T))
+    assert [result.status.word for result in results] == list(COLUMNS.values())
+    for result in results:
+        assert (result.certificate is None) is result.solved
+        assert result.message == lcpcli.run(result.problem).message
+
+
+def test_columns_are_solved_as_they_are_asked_for() -> None:
+    """All of them would take minutes."""
+    results = lcpcli.solve_many(np.eye(2), np.broadcast_to([[-1.0], [2.0]], (2, 10**7)))
+    assert next(results).z.tolist() == [1.0, 0.0]
+    assert all(result.solved for result in islice(results, 1000))
+
+
+def test_columns_of_the_smallest_numbers_are_solved_up_to_the_grid_of_doubles_near_0() -> None:
+    """No double z has 0.75 z = 5e-324; the nearest one solves it, and 0 does not."""
+    Q = np.full((1, 5), -5e-324)
+    for result in (lcpcli.solve([[0.75]], Q[:, 0]), *lcpcli.solve_many([[0.75]], Q)):
+        assert lcpcli.check(result.problem, result.z).accepted is result.solved
+        assert result.solved is bool(result.z[0])
+
+
+def test_seconds_of_all_columns_together_are_those_of_their_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The clock goes on by one second each time it is read."""
+    readings = count(1.0)
+    monkeypatch.setattr(many, "seconds", lambda: next(readings))
+    M, Q = hidden_definite(5, np.random.default_rng(0))
+    seconds = [result.seconds for result in lcpcli.solve_many(M, np.tile(Q, 5)) if result.solved]
+    passed = next(readings) - 1.0
+    assert 0.5 * passed <= sum(seconds) <= passed
+    assert (len(seconds), len(set(seconds)) <= 2) == (5 * K, True), "equal in each of the two blocks"
+
+
+def test_problems_are_read_and_solved_as_they_are_asked_for() -> None:
+    read: list[float] = []
+    stream = (read.append(q) or Problem([[2.0]], [q]) for q in (-2.0, 1.0, -6.0))
+    results = lcpcli.solve_many(stream, "lemke", tol=1e-9)
+    assert read == []
+    first = next(results)
+    assert (read, first.method, first.tol, first.z.tolist()) == ([-2.0], "lemke", 1e-9, [1.0])
+    assert [result.z.tolist() for result in results] == [[0.0], [3.0]]
+
+
+def test_options_have_the_effect_that_they_have_on_solve_and_what_is_given_is_never_changed() -> None:
+    M, Q = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([[-5.0, 1.0], [-6.0, -1.0]])
+    before = M.copy(), Q.copy()
+    for options in (
+        {"tol": 1e-6},
+        {"max_iterations": 0},
+        {"time_limit": 1e-9},
+        {"method": "shi", "p": 1e9},
+        {"method": "lemke"},
+        {"z0": [1.0, 1.0]},
+        {"trace": True},
+        {"trace": False, "scale": False, "x0": None},
+    ):
+        for result, q in zip(lcpcli.solve_many(M, Q, **options), Q.T, strict=True):
+            alone = lcpcli.solve(M, q, **options)
+            assert (result.status, result.method, result.limits) == (alone.status, alone.method, alone.limits)
+            assert (result.trace is None) is (alone.trace is None)
+            assert result.options == alone.options
+            result.z[:] = result.w[:] = 7.0
+    assert (M.tolist(), Q.tolist()) == (before[0].tolist(), before[1].tolist())
+    assert next(lcpcli.solve_many(M, Q.astype(np.float32))).solved
+    for k in (0, 1, 2):
+        assert [result.z.tolist() for result in lcpcli.solve_many([[2.0]], [[-4.0, 3.0][:k]])] == [[2.0], [0.0]][:k]
+
+
+@pytest.mark.parametrize("n", [12, 60])
+def test_no_component_is_below_zero_where_basic_ones_are_zero(n: int) -> None:
+    """For z with zeros and w = 0, rounding makes some basic components negative."""
+    rng = np.random.default_rng(n)
+    A = rng.normal(size=(n, n))
+    Z = np.maximum(rng.normal(size=(n, 60)), 0.0)
+    M = A @ A.T + np.eye(n)
+    for result in lcpcli.solve_many(M, -M @ Z):
+        assert result.solved
+        assert result.z.min() >= 0
+
+
+B = 12
+M, Q = [[[2.0, 1], [1, 2]], [[2, 0], [0, 4]]], [[-5.0, -6], [-4, 2]]
+NONE = [[0.0, 1.0], [1.0, 0.0]], [-1.0, 1.0]  # a problem without a solution
+
+
+def random_batch(n: int, generator: np.random.Generator) -> tuple[Vector, Vector]:
+    matrices = np.array([mixed_problems.monotone(n, generator)[0] for _ in range(B)])
+    return matrices, 3 * generator.standard_normal((B, n))
+
+
+@pytest.mark.usefixtures("way")
+@pytest.mark.parametrize("n", [1, 7, 30])
+def test_results_of_a_batch_are_those_of_run(n: int) -> None:
+    generator = np.random.default_rng(n)
+    M, q = random_batch(n, generator)
+    each = np.array([mixed_problems.with_all_bounds(n, generator) for _ in range(B)])
+    unit, far = (np.zeros(n), 1.0), (-1.0, np.where(np.arange(n) % 2, 1e25, 5.0))
+    for low, high in ((0.0, np.inf), unit, (each[:, 0], each[:, 1]), far):
+        batch = lcpcli.solve_many(M, q, lower=low, upper=high)
+        assert batch.solved.all()
+        for i, result in enumerate(batch):
+            own = [bound[i] if np.ndim(bound) == 2 else bound for bound in (low, high)]
+            assert_same(result, lcpcli.solve(M[i], q[i], lower=own[0], upper=own[1]))
+            assert np.array_equal(batch.z[i], result.z)
+            largest = float(np.abs(M[i]).max() + np.abs(q[i]).max())
+            assert np.allclose(batch.w[i], result.w, rtol=0, atol=1e-12 * largest)
+
+
+@pytest.mark.usefixtures("way")
+@settings(max_examples=25)
+@given(
+    arrays(float, (6, 3, 3), elements=st.integers(-2, 2)),
+    arrays(float, (6, 3), elements=st.integers(-2, 2)),
+    st.sampled_from([(0.0, np.inf), (-1.0, 1.0), (0.0, [1.0, np.inf, 2.0])]),
+)
+def test_small_integers_are_decided_as_by_solve(M: Vector, q: Vector, bounds: tuple[Any, Any]) -> None:
+    """Of a batch, and of columns. Among them degenerate problems, singular blocks, several solutions and none."""
+    low, high = bounds
+    columns = lcpcli.solve_many(M[0], q.T, lower=low, upper=high)
+    for matrices, results in (M, lcpcli.solve_many(M, q, lower=low, upper=high)), ([M[0]] * 6, columns):
+        for matrix, own, result in zip(matrices, q, results, strict=True):
+            alone = lcpcli.solve(matrix, own, lower=low, upper=high)
+            assert result.status is alone.status
+            assert not result.solved or lcpcli.check(alone.problem, result.z).accepted
+
+
+@pytest.mark.usefixtures("way")
+def test_a_problem_without_a_solution_has_rows_of_nan_and_keeps_its_proof() -> None:
+    batch = lcpcli.solve_many([*M, NONE[0]], [*Q, NONE[1]])
+    assert batch.solved.tolist() == [True, True, False]
+    assert np.isnan(batch.z).all(axis=1).tolist() == np.isnan(batch.w).all(axis=1).tolist() == [False, False, True]
+    assert batch[2].message == lcpcli.solve(*NONE).message
+    assert batch[2].z.shape == (2,)
+    assert repr(batch) == "<Batch: 2 of 3 problems solved, n = 2>"
+
+
+@pytest.mark.usefixtures("way")
+def test_numbers_far_from_one_are_left_to_run() -> None:
+    scale = 2.0**300
+    batch = lcpcli.solve_many(np.array(M) * scale, np.array(Q) * scale)
+    assert batch.solved.all()
+    assert np.allclose(batch.z, lcpcli.solve_many(M, Q).z, rtol=1e-12)
+
+
+def test_a_batch_is_a_sequence_of_results() -> None:
+    batch = lcpcli.solve_many(M, Q)
+    assert len(batch) == 2
+    assert [result.z.tolist() for result in batch] == batch.z.tolist()
+    assert batch[-1] is batch[np.int64(1)]
+    assert [result.problem.q.tolist() for result in batch[::-1]] == Q[::-1]
+    with pytest.raises(IndexError):
+        batch[2]
+    again = pickle.loads(pickle.dumps(batch))
+    assert again.z.tolist() == batch.z.tolist()
+    assert again[0].iterations == batch[0].iterations
+    assert not batch.z.flags.writeable
+
+
+@pytest.mark.usefixtures("way")
+def test_methods_options_and_limits_are_those_of_run() -> None:
+    for options in ({"method": "lemke"}, {"trace": True}, {"finish": True, "method": "fixed-point"}):
+        batch = lcpcli.solve_many(M, Q, **options)
+        assert batch.solved.all()
+        assert {result.method for result in batch} == {options.get("method", "auto")}
+        assert all((result.trace is not None) is ("trace" in options) for result in batch)
+    given = random_batch(20, np.random.default_rng(3))
+    for limits, word in ({"max_iterations": 1}, "iteration_limit"), ({"time_limit": 1e-9}, "time_limit"):
+        batch = lcpcli.solve_many(*given, **limits)
+        assert not batch.solved.any()
+        assert {result.status.word for result in batch} == {word}
+
+
+def test_arrays_of_any_layout_are_taken_and_may_change_after_the_call() -> None:
+    expected, gradient = (
+        lcpcli.solve_many(M, Q).z.tolist(),
+        lcpcli.solve_many(M, Q).gradient(np.ones((2, 2))).q.tolist(),
+    )
+    assert lcpcli.solve_many([np.array(M[0]), M[1]], Q).z.tolist() == expected
+    assert lcpcli.solve_many(np.array(M, dtype=np.float32), np.array(Q, dtype=np.float32)).z.tolist() == expected
+    assert lcpcli.solve_many(np.array(M).transpose(0, 2, 1), np.array(Q)[:, ::-1][:, ::-1]).z.tolist() == expected
+    matrices, q = np.array(M), np.array(Q)
+    batch = lcpcli.solve_many(matrices, q)
+    matrices[:], q[:] = 0.0, 1.0
+    assert batch[0].problem.M.tolist() == M[0]
+    assert batch.gradient(np.ones((2, 2))).q.tolist() == gradient
+    assert not isinstance(lcpcli.solve_many(M[0], np.array(Q).T), Batch)
+    assert not isinstance(lcpcli.solve_many([Problem(M[0], Q[0])]), Batch)
+
+
+def test_no_problems_are_an_empty_batch_and_those_without_unknowns_are_solved() -> None:
+    batch = lcpcli.solve_many(np.zeros((0, 3, 3)), np.zeros((0, 3)))
+    assert (len(batch), list(batch), batch.z.shape, batch.w.shape) == (0, [], (0, 3), (0, 3))
+    assert batch.gradient(np.zeros((0, 3))).M.shape == (0, 3, 3)
+    for bounds in ({}, {"lower": np.zeros((3, 0)), "upper": np.ones((3, 0))}, {"lower": -1.0}):
+        batch = lcpcli.solve_many(np.zeros((3, 0, 0)), np.zeros((3, 0)), **bounds)
+        assert batch.solved.all()
+        assert batch.z.shape == batch.w.shape == batch.gradient(np.zeros((3, 0))).lower.shape == (3, 0)
+        assert batch.derivative(dq=np.zeros((3, 0))).z.shape == (3, 0)
+
+
+I2 = np.eye(2)
+BAD: dict[str, tuple[tuple[Any, ...], dict[str, Any]]] = {
+    "Q: has 1 dimension; give": ((I2, [1.0, 2.0]), {}),
+    "Q: has shape (3, 2), but M is 2 x 2; give": ((I2, np.ones((3, 2))), {}),
+    "Q: has 3 dimensions": ((I2, np.ones((2, 2, 2))), {}),
+    "Q[0][1]: is not a finite number": ((I2, [[1.0, np.nan], [1.0, 2.0]]), {}),
+    "Q: is sparse; give a dense array": ((I2, csr_array(I2)), {}),
+    "M: is 1 x 2; make it square": ((I2[:1], I2), {}),
+    "Q: is missing": ((I2,), {}),
+    "problem: is a number; make it by Problem(M, q)": (([1.0],), {}),
+    "lower: has shape (2, 3), but Q has (2, 2)": ((I2, I2), {"lower": np.ones((2, 3))}),
+    "lower: has 3 entries for 2 unknowns": ((I2, I2), {"lower": [0.0, 0.0, 0.0]}),
+    "column 1: lower[0]: is 0, above upper[0] = -1": ((I2, I2), {"upper": [[1.0, -1.0], [1.0, 1.0]]}),
+    "upper: has no effect on Problems": (([],), {"upper": 1.0}),
+    "tolerance: is not an option of auto": ((I2, I2), {"tolerance": 0.1}),
+    "nonsense: is not an option of auto": ((M, Q), {"nonsense": 1}),
+    "M: has shape (2, 2, 3); give one square matrix": ((np.ones((2, 2, 3)), Q), {}),
+    "M[1][0][1]: is not a finite number": (([M[0], [[1, np.nan], [0, 1]]], Q), {}),
+    "M[1]: has shape (1, 1) where M[0] has (2, 2)": (([M[0], [[1]]], Q), {}),
+    "q: has shape (2, 3); give shape (2, 2)": ((M, np.ones((2, 3))), {}),
+    "q: has 1 dimension; give shape (2, 2)": ((M, [1, 2]), {}),
+    "q[1][0]: is the text 'x'": ((M, [[1, 2], ["x", 1]]), {}),
+    "lower: has shape (3, 2); give shape (2, 2)": ((M, Q), {"lower": np.zeros((3, 2))}),
+    "upper: has 3 entries for 2 unknowns": ((M, Q), {"upper": [1, 2, 3]}),
+    "problem 1: lower[0]: is 2, above upper[0] = 1": ((M, Q), {"lower": [[0, 0], [2, 0]], "upper": 1}),
+}
+
+
+@pytest.mark.parametrize("message", BAD)
+def test_what_cannot_be_used_is_one_clear_error(message: str) -> None:
+    given, options = BAD[message]
+    with pytest.raises((ProblemError, OptionError), match="^" + re.escape(message)) as caught:
+        list(lcpcli.solve_many(*given, **options))
+    assert "\n" not in str(caught.value)
+
+
+def test_each_problem_of_a_batch_that_is_solved_in_parts_has_its_own_matrix() -> None:
+    compiled = pytest.importorskip("lcpcli.kernels.compiled")
+    n = 100
+    b = 2 * (compiled.NUMBERS_AT_ONCE // n**2) + 1  # three parts
+    factors = np.arange(1.0, b + 1)
+    batch = lcpcli.solve_many(factors[:, np.newaxis, np.newaxis] * np.eye(n), -np.ones((b, n)), compiled=True)
+    assert batch.solved.all()
+    assert np.allclose(batch.z, 1 / factors[:, np.newaxis], rtol=1e-12)

@@ -1,0 +1,302 @@
+"""Quadratic programs and games become LCPs, in native names, in those of qpsolvers and of OSQP, and in files; the
+solutions come back as minima and as equilibria.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from scipy import sparse
+from scipy.io import savemat
+from scipy.sparse import csc_matrix, csr_array
+
+import lcpcli
+from lcpcli import Problem, from_game, from_osqp, from_qp, from_qpsolvers, read, run, write
+from lcpcli.verify.point import Criterion, Point
+
+from ..conftest import read_exact
+
+PORTFOLIO_Q = [[0.10, 0.02, 0.01], [0.02, 0.06, 0.00], [0.01, 0.00, 0.03]]
+PORTFOLIO_ROWS = [[1, 1, 1], [-1, -1, -1], [0.12, 0.08, 0.04]], [1, -1, 0.07]
+BATTLE = [[3, 0], [0, 2]], [[2, 0], [0, 3]]
+
+
+def test_strategies_that_are_not_an_equilibrium_are_reported_as_such() -> None:
+    result = run(from_game(*BATTLE), "auto")
+    wrong = replace(result, point=Point(Criterion(result.problem), np.array([1.0, 0.0, 0.0, 1.0]))).answer
+    assert (wrong.payoffs, wrong.gains) == ((0, 0), (2, 2))
+    words = "not an equilibrium to the tolerance: by a best response the row player would gain 2, the column player 2"
+    assert wrong.statement == words
+
+
+@settings(max_examples=30)
+@given(st.floats(10, 40), st.integers(0, 2**20))
+def test_one_of_several_minimizers_is_said_whatever_the_last_digits_of_x(moved: float, seed: int) -> None:
+    """Dantzig's transport program: New York may be served from either plant, at the same cost."""
+    result = run(read("problems/programs/transport.json"), "auto")
+    x = np.array([moved, 300, 0, 325 - moved, 0, 275, 0, 0, 0.225, 0.153, 0.126])
+    z = x * (1 + 2e-16 * np.random.default_rng(seed).integers(0, 4, x.size))
+    again = replace(result, point=Point(Criterion(result.problem), z))
+    assume(again.solved)
+    assert again.answer.statement == "x is one of several minimizers of the linear program"
+
+
+@pytest.mark.parametrize(("options", "sense"), [({"max_iterations": 3}, "min"), ({"time_limit": 1e-9}, "max")])
+def test_at_a_limit_the_best_x_of_a_program_is_given_with_its_residual(options: dict[str, Any], sense: str) -> None:
+    sign = 1 if sense == "min" else -1
+    Q, c = sign * np.array(PORTFOLIO_Q), np.array([1.0, 2.0, 3.0])
+    result = run(from_qp(Q, c, *PORTFOLIO_ROWS, sense=sense, constant=7), "shi", **options)
+    answer = result.answer
+    assert not result.solved
+    assert not result.status.has_no_solution
+    assert np.array_equal(answer.x, result.z[:3])
+    assert np.array_equal(answer.y, sign * result.z[3:])
+    assert answer.bound_multipliers.shape == (3,)
+    assert answer.objective == pytest.approx(answer.x @ Q @ answer.x / 2 + c @ answer.x + 7)
+    assert (answer.proved, answer.exact, answer.ray, answer.certificate) == (None, None, None, None)
+    size = f"{result.relative_residual:.1e}"
+    words = "x does not solve the program: it is the best iterate, with a relative residual of"
+    assert answer.statement == f"{words} {size}"
+    record = json.loads(result.to_json())["answer"]
+    assert (record["x"], record["objective"], record["proved"]) == (answer.x.tolist(), answer.objective, None)
+    game = run(from_game(*BATTLE), "shi", max_iterations=1).answer
+    assert (game.row, game.payoffs, game.statement) == (None, None, "not solved, so there are no strategies")
+
+
+@pytest.mark.parametrize("free", [(), range(0, 3, 2)])
+def test_sparse_programs_stay_sparse_and_agree(free: Sequence[int]) -> None:
+    dense = from_qp(PORTFOLIO_Q, [1, -1, 0], *PORTFOLIO_ROWS, free=free)
+    A = np.array(PORTFOLIO_ROWS[0])
+    assert np.array_equal(dense.M, np.block([[np.array(PORTFOLIO_Q), -A.T], [A, np.zeros((3, 3))]]))
+    assert dense.q.tolist() == [1, -1, 0, -1, 1, -0.07]
+    slim = from_qp(sparse.csc_array(PORTFOLIO_Q), [1, -1, 0], sparse.coo_array(A), PORTFOLIO_ROWS[1], free=free)
+    assert sparse.issparse(slim.M)
+    assert np.array_equal(slim.M.toarray(), dense.M)
+    assert np.array_equal(slim.q, dense.q)
+    x, expected = (run(problem).answer.x for problem in (slim, dense))
+    assert x == pytest.approx(expected, abs=1e-9)
+
+
+def test_costs_are_exact_decimals_within_a_factor_of_two() -> None:
+    problem = from_game([[0.1, 0.3], [0.2, 0.7]], [[5, 5], [5, 5]])
+    assert problem.M[:2, 2:].tolist() == [[1.2, 1.0], [1.1, 0.6]]
+    assert problem.M[2:, :2].tolist() == [[1, 1], [1, 1]]
+    assert problem.q.tolist() == [-1] * 4
+
+
+@pytest.mark.parametrize(
+    "problem",
+    [
+        from_qp(PORTFOLIO_Q, [0, 0, 0], *PORTFOLIO_ROWS, name="own"),
+        from_qp(PORTFOLIO_Q, [1, -1, 0], free=[2, 0], name="own"),
+        from_qp(sparse.csr_array(PORTFOLIO_Q), [1, -1, 0], *PORTFOLIO_ROWS, name="own"),
+        from_game([[0.1, 1 / 3]], [[2, -7]], rows=["ä"], columns=["", '"'], name="own"),
+    ],
+    ids=["qp", "free", "sparse", "game"],
+)
+def test_files_keep_the_origin_but_for_csv(problem: Problem, tmp_path: Path) -> None:
+    for ending in ("json", "npz"):
+        write(problem, tmp_path / f"own.{ending}")
+        again = read(tmp_path / f"own.{ending}")
+        assert again.origin.data() == problem.origin.data()
+        assert not (again.M != problem.M).sum()
+        first, second = (run(each).answer for each in (problem, again))
+        assert type(second) is type(first)
+        assert second.statement == first.statement
+    write(from_game(*BATTLE), tmp_path / "own.csv")
+    assert run(read(tmp_path / "own.csv")).answer is None
+
+
+def test_exact_minimum_meets_the_conditions_of_the_decimals_as_written(tmp_path: Path) -> None:
+    pytest.importorskip("flint")
+    from lcpcli.solving.proof import prove
+
+    write(from_qp(PORTFOLIO_Q, [0, 0, 0], *PORTFOLIO_ROWS), tmp_path / "own.json")
+    data = read_exact(str(tmp_path / "own.json"))
+    exact = prove(lambda: data, run(data.problem)).answer.exact
+    x, y = exact["x"], exact["y"]
+    Q, A, (b,) = (
+        np.array([[Fraction(repr(value)) for value in row] for row in rows])
+        for rows in (PORTFOLIO_Q, PORTFOLIO_ROWS[0], [PORTFOLIO_ROWS[1]])
+    )
+    assert sum(x) == 1
+    assert (A @ x).tolist() == b.tolist()
+    assert (Q @ x).tolist() == (A.T @ y).tolist()
+    assert min(*x, *y) >= 0
+
+
+SEEDS = range(4)
+
+
+def program(seed: int) -> dict[str, Any]:
+    """A definite program with an equation, a range, a row from below and one from above, and bounds of every kind."""
+    random = np.random.default_rng(seed)
+    k = 6
+    F = random.integers(-3, 4, (k, k)) / 4
+    inside, A = random.integers(-2, 3, k).astype(float), random.integers(-3, 4, (4, k)).astype(float)
+    inside[3] = -0.5
+    at = A @ inside
+    slack = random.integers(1, 4, (2, 4)) / 2
+    return {
+        "Q": F @ F.T + np.eye(k) / 2,
+        "c": random.integers(-9, 10, k) / 2,
+        "A": A,
+        "row_lower": np.array([at[0], at[1] - slack[0, 1], at[2] - slack[0, 2], -np.inf]),
+        "row_upper": np.array([at[0], at[1] + slack[1, 1], np.inf, at[3] + slack[1, 3]]),
+        "lower": np.array([-np.inf, -3.0, -2.5, -0.5, -np.inf, -2.0]),
+        "upper": np.array([np.inf, 3.0, np.inf, -0.5, 2.5, np.inf]),
+    }
+
+
+def qpsolvers_names(p: dict[str, Any]) -> dict[str, Any]:
+    """The same program: the rows from above, then those from below, and the equation."""
+    A, low, high = p["A"], p["row_lower"], p["row_upper"]
+    equal = low == high
+    above, below = np.isfinite(high) & ~equal, np.isfinite(low) & ~equal
+    G, h = np.vstack((A[above], -A[below])), np.concatenate((high[above], -low[below]))
+    objective = {"P": p["Q"], "q": p["c"], "lb": p["lower"], "ub": p["upper"]}
+    return objective | {"G": G, "h": h, "A": A[equal], "b": low[equal]}
+
+
+def osqp_names(p: dict[str, Any], infinity: float = np.inf) -> dict[str, Any]:
+    """The same program with the bounds as rows, and with that number for none."""
+    l, u = (np.concatenate((p[f"row_{side}"], p[side])) for side in ("lower", "upper"))  # noqa: E741 (its name there)
+    A = np.vstack((p["A"], np.eye(len(p["c"]))))
+    return {"P": p["Q"], "q": p["c"], "A": A, "l": np.maximum(l, -infinity), "u": np.minimum(u, infinity)}
+
+
+def lists(p: dict[str, Any]) -> dict[str, Any]:
+    """For JSON: null in place of infinite numbers."""
+    return {key: [None if np.ndim(v) == 0 and np.isinf(v) else v.tolist() for v in values] for key, values in p.items()}
+
+
+def forms(p: dict[str, Any], folder: Path) -> dict[str, Problem]:
+    """The program in all forms, by the kind of its multipliers, and what else tells it from the others."""
+    native, names, osqp = from_qp(**p), qpsolvers_names(p), osqp_names(p)
+    triangle = {"P": np.triu(p["Q"])}
+    sparse = {"P": csr_array(triangle["P"]), "A": csr_array(osqp["A"])}
+    workspace = {"m": 10, "n": 6, "comment": "of the workspace"}
+    files = {
+        "native:native.json": lists(p),
+        "foreign:foreign.json": lists(names),
+        "native:native.npz": p,
+        "foreign:foreign.mat": names | {"P": csr_array(p["Q"]), "comment": "of the workspace"},
+        "native:p.mps": native,
+        "native:mixed.npz": native,
+        "osqp:null.json": lists(osqp),
+        "osqp:1e30.json": lists(osqp_names(p, 1e30) | triangle),
+        "osqp:1e20.npz": osqp_names(p, 1e20),
+        "osqp:1e25.mat": osqp_names(p, 1e25) | sparse | workspace,
+    }
+    found = {"native": native, "foreign": from_qpsolvers(**names), "osqp": from_osqp(**osqp)}
+    for name, content in files.items():
+        file = folder / name.split(":")[1]
+        if isinstance(content, Problem):
+            write(content, file)
+        elif file.suffix == ".json":
+            file.write_text(json.dumps(content))
+        elif file.suffix == ".npz":
+            np.savez(file, **content)
+        else:
+            savemat(file, content)
+        found[name] = read(file)
+    return found | {"osqp:sparse": from_osqp(**osqp_names(p, 1e20) | sparse)}
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_each_form_has_the_same_answer_and_of_osqp_bounds_are_rows_and_1e20_is_none(seed: int, tmp_path: Path) -> None:
+    p, own = program(seed), {"rel": 1e-11, "abs": 1e-12}
+    answers = {name: run(problem).answer for name, problem in forms(p, tmp_path).items()}
+    expected = answers["native"]
+    multipliers = {"native": expected.y, "osqp": np.append(expected.y, expected.bound_multipliers)}
+    for name, answer in answers.items():
+        kind = name.split(":")[0]
+        assert answer.x == pytest.approx(expected.x, **own), name
+        assert answer.objective == pytest.approx(expected.objective, rel=1e-12), name
+        of_bounds = 0 * expected.x if kind == "osqp" else expected.bound_multipliers
+        assert answer.bound_multipliers == pytest.approx(of_bounds, rel=1e-9, abs=1e-11), name
+        assert kind == "foreign" or answer.y == pytest.approx(multipliers[kind], rel=1e-9, abs=1e-11), name
+    problem = from_qp(**p)
+    assert lcpcli.check(problem, expected.x)
+    assert not lcpcli.check(problem, expected.x + 0.1)
+    z = lcpcli.solve(problem.M, problem.q, lower=problem.lower, upper=problem.upper).z
+    assert z[:6] == pytest.approx(expected.x, **own)
+
+
+def test_osqp_itself_finds_the_same_x_and_minus_the_multipliers() -> None:
+    osqp = pytest.importorskip("osqp")
+    given = osqp_names(program(1), 1e30)
+    solver = osqp.OSQP()
+    columns = {name: csc_matrix(given[name]) for name in ("P", "A")}
+    solver.setup(**given | columns, verbose=False, eps_abs=1e-9, eps_rel=1e-9, max_iter=100_000)
+    theirs, ours = solver.solve(raise_error=False), run(from_osqp(**given)).answer
+    assert ours.x == pytest.approx(theirs.x, abs=1e-6)
+    assert ours.y == pytest.approx(-theirs.y, abs=1e-6)
+
+
+def test_linear_programs_those_without_rows_and_infinite_ends_are_taken_as_others_take_them(tmp_path: Path) -> None:
+    (tmp_path / "lp.json").write_text('{"P": null, "q": [1, 2], "A": [[1, 1], [0, 1]], "l": [2, 0], "u": 3}')
+    for problem in (read(tmp_path / "lp.json"), from_osqp(None, [1, 2], [[1, 1], [0, 1]], [2, 0], 3)):
+        assert run(problem).answer.x.tolist() == [2, 0]
+    assert run(from_osqp([[2, 1], [0, 2]], [-3, -3])).answer.x.tolist() == [1, 1]
+    x = lcpcli.solve_qp(np.eye(2), np.ones(2), np.array([[1.0, 1.0], [1.0, 0.0]]), np.array([np.inf, -3.0]))
+    assert x.tolist() == [-3, -1]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_solve_qp_and_the_solver_of_qpsolvers_return_the_same_x(seed: int) -> None:
+    qpsolvers = pytest.importorskip("qpsolvers")
+    lcpcli.add_to_qpsolvers()
+    assert "lcp" in qpsolvers.available_solvers
+    p = program(seed)
+    given = qpsolvers_names(p)
+    expected = run(from_qp(**p)).z[:6]
+    assert lcpcli.solve_qp(**given) == pytest.approx(expected, rel=1e-11, abs=1e-12)
+    assert qpsolvers.solve_qp(**given, solver="lcp") == pytest.approx(expected, rel=1e-11, abs=1e-12)
+    solution = qpsolvers.solve_problem(qpsolvers.Problem(**given), solver="lcp", tol=1e-9)
+    assert solution.is_optimal(1e-9)
+    assert solution.primal_residual() < 1e-9
+    assert solution.dual_residual() < 1e-9
+    assert abs(solution.duality_gap()) < 1e-8
+    assert solution.obj == pytest.approx(run(from_qp(**p)).answer.objective)
+
+
+def test_qpsolvers_learns_that_there_is_no_solution_and_gets_no_stationary_point_for_a_minimizer() -> None:
+    """min -x^2 + x: 0.5 satisfies the conditions, and is the maximizer."""
+    qpsolvers = pytest.importorskip("qpsolvers")
+    lcpcli.add_to_qpsolvers()
+    given = {"P": np.eye(1), "q": np.zeros(1), "G": np.array([[1.0], [-1.0]]), "h": np.array([1.0, -2.0])}
+    assert lcpcli.solve_qp(**given) is None
+    solution = qpsolvers.solve_problem(qpsolvers.Problem(**given), solver="lcp")
+    assert not solution.found
+    assert solution.extras["statement"] == "the program is infeasible: no x satisfies its constraints"
+    given = {"P": np.array([[-2.0]]), "q": np.array([1.0])}
+    answer = lcpcli.run(lcpcli.from_qpsolvers(**given)).answer
+    assert (answer.proved, answer.x.tolist()) == ("stationary", [0.5])
+    assert answer.statement.startswith("x is a stationary point and need not be a minimizer")
+    with pytest.warns(UserWarning, match="stationary"):
+        assert lcpcli.solve_qp(**given) is None
+    with pytest.warns(UserWarning, match="stationary"):
+        assert not qpsolvers.solve_problem(qpsolvers.Problem(**given), "lcp").found
+
+
+def test_a_maximum_is_the_minimum_of_the_opposite_in_fractions_too() -> None:
+    p = program(3)
+    least = run(from_qp(**p, constant=2.0)).answer
+    most = run(from_qp(**p | {"Q": -p["Q"], "c": -p["c"]}, sense="max", constant=-2.0)).answer
+    assert most.objective == pytest.approx(-least.objective)
+    assert most.y == pytest.approx(-least.y)
+    assert most.statement == "x is the unique maximizer, as Q is negative definite"
+    for sense, sign in ("min", 1), ("max", -1):
+        answer = lcpcli.exact(from_qp(None, [-3 * sign, -2 * sign], [[1, 1]], row_upper=4, sense=sense)).answer
+        assert (answer.exact["x"], answer.exact["y"]) == ([4, 0], [-3 * sign])
+        assert answer.y.tolist() == [-3 * sign]
