@@ -17,6 +17,7 @@ FOLDER = Path(__file__).with_name("documents")
 def assert_as_before(name: str, text: str) -> None:
     """Compare a text with the document of this name, but for the version and the last digits of numbers."""
     text = re.sub(r"-?\d+\.\d{10,}(e-\d+)?", lambda number: f"{round(float(number[0]), 9) + 0.0:g}", text)
+    text = re.sub(r"\d\.\de\+1[6-9]", "HUGE", text)  # condition numbers of matrices that are singular up to rounding
     text = text.replace(VERSION, "VERSION")
     document = FOLDER / f"{name}.txt"
     if os.environ.get("LCP_WRITE_DOCUMENTS"):

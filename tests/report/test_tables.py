@@ -71,7 +71,7 @@ DOCUMENTS = {  # the commands, and the formats that show something else than tho
     "least-of-a-cost": ("solve cost.json --minimize labour", "table json"),
     "optimum": ("solve many.json --minimize coal", "table csv json"),
     "comparison": (
-        "compare small.json --method newton --method shi:k-star=7,p=1e6 --method fixed-point:omega=99 --tol 1e-5 "
+        "compare small.json --method newton --method fixed-point:omega=2,anderson=1 --method fixed-point:omega=99 --tol 1e-5 "
         "--max-iterations 30",
         "table latex",
     ),
@@ -219,7 +219,7 @@ def iterates(out: str) -> list[str]:
     return out.split("\n\n", 1)[1].splitlines()
 
 
-SWEEP = "compare paper-example-1 --method shi --sweep p=1e3,1e4 --sweep k-star=5,100"
+SWEEP = "compare paper-example-1 --method fixed-point --sweep omega=1,2 --sweep anderson=0,1"
 
 
 def test_columns_and_sweeps_are_shown_as_before(session: Callable[..., None]) -> None:
@@ -227,7 +227,7 @@ def test_columns_and_sweeps_are_shown_as_before(session: Callable[..., None]) ->
     wrong = ("--columns k,tme", "--columns k --format json", "--columns k -q")
     session(
         "columns",
-        *("compare paper-example-1 --columns k,z", "solve paper-example-1 --method newton --columns time,k"),
+        *("compare paper-example-1 --method newton --method fixed-point --columns k,z", "solve paper-example-1 --method newton --columns time,k"),
         *(f"solve paper-example-1 {options}" for options in wrong),
         *(SWEEP, f"{SWEEP} --every 10", f"{SWEEP} --columns k,error"),
     )
