@@ -71,8 +71,8 @@ DOCUMENTS = {  # the commands, and the formats that show something else than tho
     "least-of-a-cost": ("solve cost.json --minimize labour", "table json"),
     "optimum": ("solve many.json --minimize coal", "table csv json"),
     "comparison": (
-        "compare small.json --method newton --method fixed-point:omega=2,anderson=1 --method fixed-point:omega=99 --tol 1e-5 "
-        "--max-iterations 30",
+        "compare small.json --method newton --method fixed-point:omega=2,anderson=1 --method fixed-point:omega=99 "
+        "--tol 1e-5 --max-iterations 30",
         "table latex",
     ),
     "wrong-answer": ("check small.json 0,0.5", "table csv json"),
@@ -227,7 +227,8 @@ def test_columns_and_sweeps_are_shown_as_before(session: Callable[..., None]) ->
     wrong = ("--columns k,tme", "--columns k --format json", "--columns k -q")
     session(
         "columns",
-        *("compare paper-example-1 --method newton --method fixed-point --columns k,z", "solve paper-example-1 --method newton --columns time,k"),
+        "compare paper-example-1 --method newton --method fixed-point --columns k,z",
+        "solve paper-example-1 --method newton --columns time,k",
         *(f"solve paper-example-1 {options}" for options in wrong),
         *(SWEEP, f"{SWEEP} --every 10", f"{SWEEP} --columns k,error"),
     )
