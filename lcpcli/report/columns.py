@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -32,7 +33,7 @@ def _step(_: Problem, rows: Sequence[TraceRow]) -> Shown:
 def _residual(problem: Problem, _: Sequence[TraceRow]) -> Shown:
     if problem.solutions:
         return {}
-    return {"residual": lambda row: wording.short(row.residual)}
+    return {"residual": lambda row: wording.short(row.residual, math.inf if row.rounding else 0.0)}
 
 
 def _error(problem: Problem, _: Sequence[TraceRow]) -> Shown:

@@ -13,6 +13,7 @@ import numpy as np
 
 from lcpcli.errors import count, visible
 from lcpcli.linalg import matrices
+from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.model.box import WORDS
 from lcpcli.model.names import in_own_sense
 from lcpcli.model.problem import Problem
@@ -121,7 +122,7 @@ def facts(result: Result, width: int | None, whole: bool, names: Sequence[str] =
         return [f"by {', '.join(result.route)}: {_work(result)}", times]
     work = f"by {', '.join(result.route)}: " * (result.status.word in PROBLEM_STATUSES) + _work(result)
     lines = [times] if result.solved else [work, times]
-    measures = f"residual {residual(result)}, relative {short(result.relative_residual)}"
+    measures = f"residual {residual(result)}, relative {short(result.relative_residual, ROW_ROUNDING)}"
     if result.error is not None:
         measures += f", error {error(result.error, result.problem)}"
     lines += [measures, *_few_digits(result), *_vector(result, width or PIPE_WIDTH, whole, names)]

@@ -117,8 +117,10 @@ def short(value: float | None, rounding: float = 0.0) -> str:
 
 
 def residual(result: Result) -> str:
-    """Return the natural residual of a result."""
-    return short(result.residual)
+    """Return the natural residual of a result, 0 if it is no more than the rounding of the terms of each row."""
+    from lcpcli.linalg.doubles import ROW_ROUNDING
+
+    return short(result.residual, math.inf if result.relative_residual <= ROW_ROUNDING else 0.0)
 
 
 def error(value: float | None, problem: Problem) -> str:

@@ -25,6 +25,7 @@ class TraceRow:
     k : its number; the start is 0.
     z : its z = |x| + x, shape (n,), or the components that the trace keeps.
     residual, error : as in Result; None if not requested, or if no solution is known.
+    rounding : whether the residual is at the level of rounding errors (see `measure.Measure.is_rounding`).
     seconds : the time from the start of the run to this iterate, without recording and measuring for the trace.
     step : the step of the published algorithm that produced it; "" if the method has only one kind of step.
     method : the method that produced it.
@@ -45,6 +46,7 @@ class TraceRow:
     seconds: float
     step: str
     method: str
+    rounding: bool = False
     x: Vector | None = None
     z0: float | None = None
 
@@ -155,12 +157,13 @@ class Trace:
         """Measure the waiting rows as requested, and keep them."""
         waiting, self._waiting = self._waiting, []
         residuals: Sequence[float | None] = [None] * len(waiting)
+        rounding = [False] * len(waiting)
         if self.residuals:
-            residuals = criterion.residuals(np.array([row.z for row in waiting]))
-        for row, residual in zip(waiting, residuals, strict=True):
+            residuals, rounding = criterion.residuals(np.array([row.z for row in waiting]))
+        for row, residual, is_rounding in zip(waiting, residuals, rounding, strict=True):
             kept, error = row.z if self.components is None else row.z[self.components], criterion.problem.error(row.z)
             x = row.x if self.keeps_x else None
-            self.rows.append(replace(row, z=kept, residual=residual, error=error, x=x))
+            self.rows.append(replace(row, z=kept, residual=residual, error=error, rounding=is_rounding, x=x))
 
 
 INTERVAL = 0.2  # seconds between two reports: often enough for the eye

@@ -270,6 +270,15 @@ class Measure:
         natural = np.where(box.fixed, np.maximum(natural, np.abs(box.lower)), natural)
         return quotients(np.abs(z - other), natural)
 
+    def is_rounding(self, z: Vector, rows: Rows) -> Mask:
+        """Return whether the violations are no more than the rounding errors in w, so that their digits depend on the
+        machine; shape () or (m,)."""
+        violations = self.violations(z, rows.w)
+        surely = np.asarray((violations <= 2 * self.allowed(rows, np.abs(self.data.q_ref), 0.0)).all(axis=-1))
+        if (surely | (violations > 2 * _most(rows, 0.0)).any(axis=-1)).all():  # whatever the caps are
+            return surely
+        return np.asarray((violations <= 2 * self.allowed(rows, self.caps(z), 0.0)).all(axis=-1))
+
     def doubtful(self, z: Vector, rows: Rows, tol: float) -> Mask:
         """Return where rounding errors in w might decide whether z solves the problem, or are not small beside a
         violation, or beside a w that belongs to a bound."""

@@ -152,9 +152,10 @@ class NonlinearCriterion(Criterion):
             return point
         return next((other for other in point.cleaned() if other.solves()), point)
 
-    def residuals(self, Z: Vector) -> list[float]:
+    def residuals(self, Z: Vector) -> tuple[list[float], list[bool]]:
         problem = self.evaluations.problem
-        return [size(problem.box.gaps(z, problem.values(z))) for z in Z]
+        natural = [size(problem.box.gaps(z, problem.values(z))) for z in Z]
+        return natural, [False] * len(natural)
 
     def bound(self, F: Vector) -> float:
         """Return the size of the natural residual relative to the first one."""

@@ -77,10 +77,12 @@ class Criterion:
         return self.problem.box.project(z if self.units.is_identity else self.units.z_outside(z))
 
     @np.errstate(all="ignore")
-    def residuals(self, Z: Vector) -> list[float]:
-        """Return the natural residuals of m points, shape (m, n)."""
-        rows = self.measure.rows(self.units.z_inside(Z))
-        return [size(self.problem.box.gaps(z, w)) for z, w in zip(Z, self.units.w_outside(rows.w), strict=True)]
+    def residuals(self, Z: Vector) -> tuple[list[float], list[bool]]:
+        """Return the natural residuals of m points, shape (m, n), and which of them are no more than rounding."""
+        inside = self.units.z_inside(Z)
+        rows = self.measure.rows(inside)
+        natural = [size(self.problem.box.gaps(z, w)) for z, w in zip(Z, self.units.w_outside(rows.w), strict=True)]
+        return natural, self.measure.is_rounding(inside, rows).tolist()
 
     @cached_property
     def reference_solves(self) -> bool:

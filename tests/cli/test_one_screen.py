@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -134,13 +135,12 @@ def test_a_program_fits_on_a_screen_and_its_objective_is_in_the_verdict(lcp: Lcp
 
 
 @pytest.mark.usefixtures("folder")
-def test_a_table_shows_the_residual_that_json_has(lcp: Lcp) -> None:
+def test_a_table_shows_0_for_a_residual_whose_digits_depend_on_the_machine_and_json_all_digits(lcp: Lcp) -> None:
     lcp("make", "harker-pang", "-n", "20", "-o", "rounded.json")
-    found = record(lcp("solve", "rounded.json", "--format", "json", "--trace"))
-    assert 0 < found["relative_residual"] < 1e-14  # at the level of rounding
+    assert 0 < record(lcp("solve", "rounded.json", "--format", "json"))["relative_residual"] < 1e-14
     shown = lcp("solve", "rounded.json").out
-    assert f"residual {found['residual']:.1e}, relative {found['relative_residual']:.1e}\n" in shown
-    assert f" {found['trace'][-1]['residual']:.1e} " in shown.splitlines()[-2]
+    assert "residual 0, relative 0\n" in shown
+    assert not re.search(r"\de-1[3-9]", shown)
 
 
 @pytest.mark.parametrize(
