@@ -113,6 +113,7 @@ def run(
         observer = None if observe is None else _observer(observe, method)
         criterion = Criterion(problem, limits.tol, judge=judge if compiled else None)
         loop = Loop(criterion, method, limits, (trace, curve), stopwatch, observer, start, callback)
+        loop.interrupted = interrupted  # also if the start is a solution, so that no stage begins
         return _of(original, ended(loop, stage, in_force | additions), compiled)
 
 
