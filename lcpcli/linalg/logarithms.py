@@ -2,15 +2,15 @@
 (log2 |M_ij| + rho_i + gamma_j)^2 over the entries that are not 0.
 
 With the sign of gamma changed, the normal equations are those of the Laplacian of the bipartite graph of rows and
-columns. A matrix without zeros solves them by its means. Few unknowns are solved for directly, those of a narrow band
-too, and others by conjugate gradients, which take few steps unless the graph is long, and else by sparse elimination,
-which creates few entries if it is.
+columns. A matrix without zeros solves them by its means. If the graph is a forest, all squares become 0, and each
+unknown follows from the one above it. Few unknowns are solved for directly, those of a narrow band too, and others by
+conjugate gradients, which take few steps unless the graph is long, and else by sparse elimination, which creates few
+entries if it is.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -129,20 +129,26 @@ def _sparse(M: Matrix) -> Fitted:
         parts, part = connected_components(csr_array((ones, indices + n, whole), shape=(2 * n, 2 * n)), directed=False)
     counts = np.array([np.diff(indptr), np.diff(columns[0])], dtype=np.float64)
     logarithms = _logarithms(M.data)
-    both = (rows,) if is_symmetric else (rows, columns)
-    each = (logarithms,) if is_symmetric else (logarithms, transposed(M.shape, indptr, indices, logarithms)[2])
-    multiply = [partial(compressed_multiplier, M.shape, places[0], places[1]) for places in both]
-    sums = np.array([times(values)(np.ones(n)) for times, values in zip(multiply, each, strict=True)])
-    times = [times(ones) for times in multiply]
-    if (farthest := width(M)) <= BAND:
-        x = _banded(M, farthest, sums[[0, -1]], counts, [times[0], times[-1]], _first_of_parts(part, parts))
+    if M.nnz == 2 * n - parts:
+        x = _forest(indptr, indices, logarithms, part, parts)
     else:
-        is_brief = n > LARGEST_ELIMINATED or (is_symmetric and n <= FEW_SYMMETRIC)
-        most = MOST_CG_STEPS if is_brief else FEW_CG_STEPS
-        found, is_settled = conjugate_gradients(sums, counts[: len(both)], times, most)
-        x = np.concatenate((found[0], found[-1]))
-        if not is_settled and n <= LARGEST_ELIMINATED:
-            x = _eliminated(indptr, indices, np.concatenate((sums[0], sums[-1])), counts.ravel(), part, parts)
+        both = (rows,) if is_symmetric else (rows, columns)
+        each = (logarithms,) if is_symmetric else (logarithms, transposed(M.shape, indptr, indices, logarithms)[2])
+        made = [
+            (compressed_multiplier(M.shape, places[0], places[1], values)(np.ones(n)), places)
+            for places, values in zip(both, each, strict=True)
+        ]
+        sums = np.array([sum_ for sum_, _ in made])
+        times = [compressed_multiplier(M.shape, places[0], places[1], ones) for _, places in made]
+        if (farthest := width(M)) <= BAND:
+            x = _banded(M, farthest, sums[[0, -1]], counts, [times[0], times[-1]], _first_of_parts(part, parts))
+        else:
+            is_brief = n > LARGEST_ELIMINATED or (is_symmetric and n <= FEW_SYMMETRIC)
+            most = MOST_CG_STEPS if is_brief else FEW_CG_STEPS
+            found, is_settled = conjugate_gradients(sums, counts[: len(both)], times, most)
+            x = np.concatenate((found[0], found[-1]))
+            if not is_settled and n <= LARGEST_ELIMINATED:
+                x = _eliminated(indptr, indices, np.concatenate((sums[0], sums[-1])), counts.ravel(), part, parts)
     rho, gamma = _centred(x, counts, part, parts)
     if is_symmetric:
         rho = gamma = (rho + gamma) / 2
@@ -189,6 +195,31 @@ def conjugate_gradients(
         direction *= size / before
         direction += step
     return x, False
+
+
+def _forest(indptr: Indices, indices: Indices, logarithms: Vector, part: Indices, parts: int) -> Vector:
+    """Return rho and gamma, one after another, of a forest: 0 at the root of each tree, and else x_v = a_v - x_above.
+    Each step of the loop puts twice as many steps up the tree in one."""
+    with imports:
+        from scipy.sparse import csr_array
+        from scipy.sparse.csgraph import breadth_first_order
+    n = indptr.size - 1
+    roots = _first_of_parts(part, parts)
+    places = np.concatenate((indices + n, roots.astype(indices.dtype)))
+    begins = np.concatenate((indptr, np.full(n, indices.size), [places.size])).astype(indptr.dtype)
+    graph = csr_array((np.ones(places.size), places, begins), shape=(2 * n + 1, 2 * n + 1))
+    above = breadth_first_order(graph, 2 * n, directed=False)[1]
+    above[2 * n] = 2 * n
+    owners = np.repeat(np.arange(n), np.diff(indptr))
+    is_up = above[owners] == indices + n
+    x, signs = np.zeros(2 * n + 1), np.full(2 * n + 1, -1.0)
+    x[owners[is_up]] = -logarithms[is_up]
+    x[indices[~is_up] + n] = -logarithms[~is_up]
+    signs[2 * n] = 0.0
+    while (above != 2 * n).any():
+        x += signs * x[above]
+        signs, above = signs * signs[above], above[above]
+    return x[: 2 * n]
 
 
 def _first_of_parts(part: Indices, parts: int) -> Indices:

@@ -3,7 +3,8 @@
 Generalized Newton on F(x) = 0: where x has no zero, F is linear, and the Newton step from x leads to the basic solution
 of the complementary set P = {i : x_i > 0}: M_PP z_P = -q_P, w_P = 0, z_N = 0, w_N = M_NP z_P + q_N. Indices of negative
 entries are exchanged. With bounds, a basic variable goes to the bound that it violates, and a variable at a bound whose
-w has the wrong sign becomes basic. The exchanges, their safeguard and the sources are in `basis.exchanges`.
+w has the wrong sign becomes basic. The exchanges and their source are in `basis.exchanges`, their safeguard in
+`direct`.
 """
 
 from __future__ import annotations

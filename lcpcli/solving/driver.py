@@ -106,8 +106,7 @@ def run(
         change = variables_of(method, problem, scale)
         _take_second_start(chosen, problem, method, has_start)
         in_force = methods.options_in_force(method, change.problem, chosen)
-        known: dict[str, Any] = {"tried": tried} if tried else {} if given is None else given.known_to_auto
-        known = known if method == "auto" else {}
+        known = _known_to_auto(given, tried) if method == "auto" else {}
         stage = partial(_stage, method, change, start, in_force | known, finish, interrupted)
         stopwatch.count("setup")
         observer = None if observe is None else _observer(observe, method)
@@ -204,6 +203,13 @@ def _start(problem: Problem, method: str, given: dict[str, Any]) -> Start:
         name = next(name for name, value in given.items() if value is not None)
         raise ParameterError(name, f"has no effect with {method}, which uses no starting point", "leave it out")
     return start_at(problem, **given)
+
+
+def _known_to_auto(given: Start | None, tried: Tried | None) -> dict[str, Any]:
+    """Return what `auto` is to know besides its options: the start that is given, or the attempts that have ended."""
+    if given is not None:
+        return given.known_to_auto
+    return {"tried": tried} if tried else {}
 
 
 def _stage(

@@ -16,7 +16,7 @@ from lcpcli import Problem, from_qp
 from lcpcli.linalg import compressed_rows
 from lcpcli.linalg.compressed_rows import of_columns, of_entries, principal
 from lcpcli.linalg.entries import BLOCK_ROWS
-from lcpcli.linalg.logarithms import mean_logarithms
+from lcpcli.linalg.logarithms import LARGEST_ELIMINATED, mean_logarithms
 from lcpcli.linalg.matrices import column_maxima, multiplier, norm_inf, row_and_column_maxima, row_maxima
 from lcpcli.linalg.stencils import Operator
 from lcpcli.linalg.units import equilibrate, units
@@ -60,6 +60,18 @@ def test_units_are_the_least_squares_however_long_the_graph_is(n: int, shape: st
         assert np.abs(left.sum(axis=0)).max() <= 1e-9
         assert np.abs(left.sum(axis=1)).max() <= 1e-9
         assert shape in ("band", "ring") or np.abs(left).max() <= 1e-9
+
+
+@pytest.mark.parametrize("shape", ["chain", "tree"])
+def test_all_entries_of_a_large_forest_become_1_in_its_units_in_whatever_order_its_rows_are(shape: str) -> None:
+    n, random = LARGEST_ELIMINATED + 1, np.random.default_rng(0)
+    order, i = random.permutation(n), np.arange(1, n)
+    above = order[random.integers(0, i) if shape == "tree" else i - 1]
+    places = np.concatenate((order, order[1:])), np.concatenate((order, above))
+    M = csr_array((10.0 ** random.uniform(-3, 3, 2 * n - 1), places), shape=(n, n))
+    found = units(M)
+    left = np.log2(M.data) + np.repeat(found.rows, np.diff(M.indptr)) + found.columns[M.indices]
+    assert np.abs(left).max() <= 1e-8
 
 
 @given(seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 40), is_program=st.booleans())
