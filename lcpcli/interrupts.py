@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import _thread
 import atexit
 import math
 import os
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from contextvars import ContextVar
+from importlib.machinery import ExtensionFileLoader
+from types import FrameType
 from typing import Any, TypeVar
 
 from lcpcli import clock
@@ -18,6 +22,7 @@ from lcpcli import clock
 Item = TypeVar("Item")
 REQUESTS = (signal.SIGINT, signal.SIGTERM)  # to end
 NO_LIMIT = sys.float_info.max  # the deadline of a context `within` without a limit
+SOON = 0.001  # seconds until a signal is repeated
 WAIT = 0.2  # seconds between checks for Ctrl-C: a delay that is hardly noticed, and hardly any work
 
 
@@ -27,6 +32,7 @@ class TimeIsUp(Exception):
 
 abandoned: list[threading.Thread] = []  # threads of calls that are no longer waited for
 received: list[int] = []  # signals that have asked this run to end, where a context below was open
+_LOADING = {ExtensionFileLoader.create_module.__code__, ExtensionFileLoader.exec_module.__code__}
 _stops: list[int] = []  # those that work within `stopping` has to react to
 _deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)  # by `clock.seconds`
 _watch: ContextVar[Callable[[], None] | None] = ContextVar("watch", default=None)
@@ -74,7 +80,7 @@ def in_time(items: Iterable[Item]) -> Iterator[Item]:
 
 
 @contextmanager
-def handling(number: int, handler: Callable[[int, object], None] | signal.Handlers) -> Iterator[None]:
+def handling(number: int, handler: Callable[[int, Any], None] | signal.Handlers) -> Iterator[None]:
     """Open a context in which `handler` handles a signal."""
     try:
         usual = signal.signal(number, handler)
@@ -90,17 +96,35 @@ def handling(number: int, handler: Callable[[int, object], None] | signal.Handle
 @contextmanager
 def terminable() -> Iterator[None]:
     """Open a context in which the first SIGTERM raises KeyboardInterrupt as Ctrl-C does, so that the run reports what
-    it has found, and further ones do nothing; a SIGTERM that is handled or ignored already stays so."""
+    it has found, and further ones do nothing; a signal that is handled or ignored already stays so. Both wait until no
+    extension module is being loaded: the set-up of many ignores every error, and the signal would be lost."""
     received.clear()
 
-    def end(number: int, _: object) -> None:
+    def end(number: int, frame: FrameType | None) -> None:
+        while frame is not None:
+            if frame.f_code in _LOADING:
+                repeat(number)
+                return
+            frame = frame.f_back
         received.append(number)
-        if received.count(number) == 1:
+        if number == signal.SIGINT or received.count(number) == 1:
             raise KeyboardInterrupt
 
-    is_usual = signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
-    with handling(signal.SIGTERM, end) if is_usual else nullcontext():
+    with ExitStack() as stack:
+        for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, signal.SIG_DFL)):
+            if signal.getsignal(number) is usual:
+                stack.enter_context(handling(number, end))
         yield
+
+
+def repeat(number: int) -> None:
+    """Send a signal to this process once more in a moment, as its handler could not raise an error where it came."""
+
+    def send() -> None:
+        time.sleep(SOON)
+        _thread.interrupt_main(signal.Signals(number))
+
+    _thread.start_new_thread(send, ())
 
 
 @contextmanager

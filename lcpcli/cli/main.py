@@ -5,7 +5,6 @@ Only the standard library is imported before the handler for Ctrl-C is installed
 
 from __future__ import annotations
 
-import _thread
 import atexit
 import contextlib
 import gc
@@ -152,7 +151,9 @@ def _end(code: int) -> NoReturn:
 def _interrupt_again(lost: sys.UnraisableHookArgs) -> None:
     """Repeat Ctrl-C that came in a callback of the interpreter, such as that of a lock of imports, and was ignored."""
     if isinstance(lost.exc_value, KeyboardInterrupt):
-        _thread.start_new_thread(_thread.interrupt_main, ())  # here and now it would be ignored again
+        from lcpcli.interrupts import repeat
+
+        repeat(signal.SIGINT)
     else:
         sys.__unraisablehook__(lost)
 

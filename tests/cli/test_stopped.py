@@ -12,8 +12,12 @@ import shlex
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable
+from contextlib import suppress
+from importlib.machinery import ExtensionFileLoader
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -242,6 +246,24 @@ def test_signal_waits_until_files_are_whole(number: int, tmp_path: Path, monkeyp
     finally:
         signal.signal(number, usual)
     assert seen[0] == {"M.mtx": "M", "q.mtx": "q"}
+
+
+@SIGNALS
+def test_signal_that_comes_while_an_extension_module_is_loaded_is_not_lost(
+    number: int, code: int, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def set_up(_: ModuleType) -> None:
+        with suppress(BaseException):  # as the set-up of modules that Cython has compiled
+            signal.raise_signal(number)
+
+    def load(*_: Any) -> None:  # and work for a minute
+        ExtensionFileLoader("compiled", "compiled.so").exec_module(ModuleType("compiled"))
+        for _ in range(6000):
+            time.sleep(0.01)
+
+    monkeypatch.setattr("_imp.exec_dynamic", set_up)
+    monkeypatch.setattr(Loop, "_take", load)
+    assert lcp("solve", EXAMPLE).code == code
 
 
 def test_ctrl_c_that_the_caller_ignores_stays_ignored(lcp: Lcp) -> None:
