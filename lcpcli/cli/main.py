@@ -61,24 +61,26 @@ def of_several(codes: Iterable[int]) -> int:
 def main() -> None:
     """Run the command line and exit with its code."""
     gc.set_threshold(MOST_UNCOLLECTED)
-    try:
-        with _ending_at_once():
-            from lcpcli import interrupts
-            from lcpcli.cli.command import lcp as lcp
-    except (ImportError, MemoryError) as error:
-        sys.exit(_complain_of_loading(error))
-    if sys.stdout is None:  # closed by the caller: what is written to a file that is only read raises an error
-        os.dup2(os.open(os.devnull, os.O_RDONLY), 1)
-        sys.stdout = sys.__stdout__ = open(1, "w")  # type: ignore[misc]  # noqa: SIM115
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="backslashreplace")
-    os.environ.pop("MPLBACKEND", None)  # figures need no window, and matplotlib would not load with a wrong one
-    sys.unraisablehook = _interrupt_again
-    code = INTERRUPTED
-    with contextlib.suppress(KeyboardInterrupt), _output_alone(), interrupts.terminable():
-        code = _run()
-    leave(TERMINATED if code == INTERRUPTED and signal.SIGTERM in interrupts.received else code)
+    code, received = INTERRUPTED, list[int]()
+    with contextlib.suppress(KeyboardInterrupt):
+        try:
+            with _ending_at_once():
+                from lcpcli import interrupts
+                from lcpcli.cli.command import lcp as lcp
+        except (ImportError, MemoryError) as error:
+            sys.exit(_complain_of_loading(error))
+        if sys.stdout is None:  # closed by the caller: what is written to a file that is only read raises an error
+            os.dup2(os.open(os.devnull, os.O_RDONLY), 1)
+            sys.stdout = sys.__stdout__ = open(1, "w")  # type: ignore[misc]  # noqa: SIM115
+        for stream in (sys.stdout, sys.stderr):
+            if hasattr(stream, "reconfigure"):
+                stream.reconfigure(errors="backslashreplace")
+        os.environ.pop("MPLBACKEND", None)  # figures need no window, and matplotlib would not load with a wrong one
+        sys.unraisablehook = _interrupt_again
+        received = interrupts.received
+        with _output_alone(), interrupts.terminable():
+            code = _run()
+    leave(TERMINATED if code == INTERRUPTED and signal.SIGTERM in received else code)
 
 
 @contextlib.contextmanager
@@ -191,8 +193,12 @@ def _run() -> int:
         return INTERRUPTED
     except MemoryError:
         return _complain("lcp: not enough memory for this problem", NOT_SOLVED)
-    except (ImportError, SystemError) as error:
-        return INTERRUPTED if hides_interrupt(error) else _complain_of_loading(error)
+    except (ImportError, SystemError, RuntimeError) as error:
+        if hides_interrupt(error):
+            return INTERRUPTED
+        if isinstance(error, RuntimeError):
+            raise
+        return _complain_of_loading(error)
     except SystemExit:
         if sys.stdout is output:
             raise
