@@ -118,8 +118,10 @@ def _read(inputs: Inputs, works: Sequence[Work]) -> tuple[list[AnyInput], list[S
         except LCPError as error:
             if len(works) == 1:
                 raise
-            faults.append((work.sources[0], as_written(error)))
-            tell(str(faults[-1][1]))
+            fault = as_written(error)
+            if str(fault) not in {str(other) for _, other in faults}:  # as that of an option may be for all
+                tell(str(fault))
+            faults.append((work.sources[0], fault))
             continue
         problems += own
         sources += work.sources

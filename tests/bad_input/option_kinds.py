@@ -154,6 +154,9 @@ COLUMNS = [
     of_columns("cut-to-the-index", ",a,q\nx\n", "line 2:", "0 columns where line 1 has 2"),
 ]
 GIVEN = [
+    of_line(
+        "lower-option-of-many", "compare good.json good.json --lower zero", "--lower:", "neither a file nor numbers"
+    ),
     of_solving("lower-option-word", "--lower zero", "--lower:", "neither a file nor numbers", "none,0.5"),
     of_solving("lower-option-crossed", "--lower 1 --upper 0", "--lower[0]:", "above upper[0]"),
     of_solving("upper-option-fraction", "--upper 1/0,2", "--upper:", "not a fraction"),
