@@ -13,19 +13,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy import sparse
-from scipy.linalg import hilbert
 
 from lcpcli import Problem, from_qp, read, run
 from lcpcli.bench import record as records
 from lcpcli.bench import report
 from lcpcli.bench.record import BenchRecord, Measurement
 from lcpcli.bench.statistics import shifted_geometric_mean
-from lcpcli.bench.suites import EXTREME, STIFF, Case, case, cases_of, prepare
+from lcpcli.bench.suites import EXTREME, STIFF, Case, cases_of, prepare
 from lcpcli.bench.timing import ABSOLUTE, NATURAL, RELATIVE, Checker, optimality, run_method
 from lcpcli.files import contents
 from lcpcli.report import wording
-from lcpcli.report.wording import LEVELS
 from lcpcli.solving.answer import Minimum
 
 from ..benchmarks import accuracy
@@ -148,13 +145,6 @@ def test_auto_is_right_to_a_hundred_times_the_condition(each: Case) -> None:
     assert (accuracy.forward_error(problem, check.get("error")) or 0) <= 100
 
 
-def test_sensitivity_of_a_diagonal_problem_is_its_two_roundings() -> None:
-    M = np.diag([1e-100, 1.0, 1e100])
-    z = np.ones(3)
-    assert sensitivity(Problem(M, -M @ z), z) == pytest.approx(2.0)
-    assert sensitivity(Problem(sparse.csr_array(M), -M @ z), z) == pytest.approx(2.0)
-
-
 @settings(deadline=None, max_examples=40)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_sensitivity_is_what_perturbed_data_show(seed: int) -> None:
@@ -176,48 +166,11 @@ def test_sensitivity_is_what_perturbed_data_show(seed: int) -> None:
     assert largest == pytest.approx(size * predicted, rel=1e-3)
 
 
-def test_inverse_is_exact_where_doubles_are_not_enough() -> None:
-    M = hilbert(14)
-    found = sensitivity(Problem(M, -M @ np.ones(14)), np.ones(14))
-    assert found is not None
-    assert found > 1e17
-
-
 def test_a_singular_basis_and_an_inverse_beyond_the_range_of_doubles_have_no_sensitivity() -> None:
     assert sensitivity(Problem(np.ones((2, 2)), [-1.0, -1.0]), np.array([0.5, 0.5])) is None
     problem = Problem([[1e-320]], [-1e-320], solutions=[[1.0]])
     assert sensitivity(problem, np.ones(1)) is None
     assert Checker(problem, 1e-6).check(run_method("auto", problem, 1e-10, 5.0, with_curve=False))["success"]
-
-
-def test_zero_solution_has_no_sensitivity_to_speak_of() -> None:
-    assert sensitivity(Problem(np.eye(2), [1.0, 2.0]), np.zeros(2)) == 0.0
-
-
-def ladder(*successes: bool) -> BenchRecord:
-    cases = [case("diagonal", 50, decades=decades) for decades in (1, 2, 4)]
-    rows = []
-    for i, (each, good) in enumerate(zip(cases, successes, strict=True)):
-        own = {"family": each.family, "parameters": each.parameters, "error": i * 2.0**-52}
-        rows.append(measurement(each.name, "auto", 50, good, **own))
-    return BenchRecord(["stiff"], cases, ["auto"], [], [], SETTINGS, MACHINE, {}, rows)
-
-
-@pytest.mark.parametrize(
-    ("successes", "cells"),
-    [
-        ((True, True, True), ["4", "1.0e+00", "2.0e+00", "all"]),
-        ((True, True, False), ["2", "5.0e-01", "2.0e+00", "4: iteration limit"]),
-        ((True, False, True), ["1", "0", "2.0e+00", "2: iteration limit"]),
-        ((False, True, True), ["-", "", "", "1: iteration limit"]),
-    ],
-)
-def test_ladder_is_climbed_up_to_the_first_failure(successes: tuple[bool, ...], cells: list[str]) -> None:
-    held = ladder(*successes)
-    ((row,),) = accuracy.stability(held).tables[0].groups
-    assert row == ["diagonal", "decades", "auto", *cells]
-    held.suite = ["quick"]  # not in order of stiffness
-    assert not any(accuracy.stability(held).tables[0].groups)
 
 
 FILES = [contents.shipped_path(name) for name in contents.PAPER_EXAMPLES]
@@ -231,25 +184,6 @@ def record(lcp: Lcp, tmp_path: Path) -> BenchRecord:
         lcp("bench", *FILES, "--budget", "0", "--method", "fixed-point", "--method", "shi", "-q", "-o", file).code == 0
     )
     return records.read(file)
-
-
-def test_times_to_an_error_are_those_of_the_first_iterates_with_it(
-    record: BenchRecord,
-) -> None:
-    section = accuracy.reached(record)
-    (sheet,) = section.tables
-    assert sheet.header == ["problem", "fixed-point", "shi"]
-    unit = {"s": 1.0, "ms": 1e-3, "us": 1e-6}[section.title.split()[2]]
-    cells = {(row[0], solver): row[1 + j] for row in sheet.groups[0] for j, solver in enumerate(sheet.header[1:])}
-    for row in record.measurements:
-        size = max(json.loads(Path(contents.shipped_path(row.problem)).read_text())["solution"])
-        firsts = {
-            level: next(point[:2] for point in row.curve or [] if point[2] is not None and point[2] <= level * size)
-            for level in LEVELS
-        }
-        assert dict(accuracy.firsts_of(row.curve or [], size)) == {level: at for level, (_, at) in firsts.items()}
-        _, seconds = firsts[accuracy.LISTED_LEVEL]
-        assert float(cells[row.key]) * unit == pytest.approx(seconds, rel=6e-3)
 
 
 def test_records_with_fields_of_earlier_versions_are_read(record: BenchRecord) -> None:

@@ -9,11 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from lcpcli.bench import record as records
-from lcpcli.bench.record import BenchRecord, Measurement
+from lcpcli.bench.record import BenchRecord
 from lcpcli.bench.report import render
 from lcpcli.bench.suites import ALL, SUITES, Case, case, cases_of, methods_of, problem_of
 from lcpcli.bench.timing import NONE, SOLUTION, Checker, TimedAnswer
@@ -27,21 +25,6 @@ from ..cli.conftest import Lcp, assert_refused
 from ..cli.test_nl_models import MARKET
 from .bench_problems import MACHINE, SETTINGS, install, liar, measurement, write
 
-NUMBERS = st.none() | st.floats(allow_nan=False, allow_infinity=False)
-COUNTS, SECONDS = st.none() | st.integers(0, 10**9), st.floats(0, 1e6)
-FIELDS = {
-    **dict.fromkeys(("problem", "solver", "status", "statement"), st.text()),
-    **dict.fromkeys(("claimed", "success", "false_success"), st.booleans()),
-    **dict.fromkeys(("residual", "scaled_residual", "error", "setup_seconds"), NUMBERS),
-    **dict.fromkeys(("seed", "iterations", "evaluations"), COUNTS),
-    "family": st.none() | st.text(),
-    "n": st.integers(1, 10**6),
-    "parameters": st.dictionaries(st.text(), st.booleans() | st.integers() | st.floats(-1e9, 1e9)),
-    "kind": st.sampled_from(["method", "peer"]),
-    "seconds": st.lists(SECONDS, min_size=1),
-    "curve_of": st.none() | st.sampled_from(["error", "residual"]),
-    "curve": st.none() | st.lists(st.tuples(st.integers(0, 99), SECONDS, NUMBERS)),
-}
 EMPTY: dict[str, Any] = {
     "suite": ["quick"],
     "cases": [case("harker-pang", 10, seed=2, symmetric=True), Case("a.json", file="b/a.json")],
@@ -52,17 +35,6 @@ EMPTY: dict[str, Any] = {
     "machine": MACHINE,
     "versions": {"numpy": "2.0"},
 }
-
-
-@pytest.mark.slow("many random records")
-@given(st.lists(st.builds(Measurement, **FIELDS), max_size=3, unique_by=lambda row: row.problem))
-def test_record_comes_back_from_json_as_it_was(measurements: list[Measurement]) -> None:
-    cases = [Case(row.problem) for row in measurements]
-    solvers = sorted({row.solver for row in measurements})
-    record = BenchRecord(**{**EMPTY, "cases": cases, "methods": solvers}, measurements=measurements)
-    text = render(record, "json", None, False)
-    assert records.parse(text) == record
-    assert render(records.parse(text), "json", None, False) == text
 
 
 def test_infinities_become_null() -> None:

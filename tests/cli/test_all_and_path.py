@@ -12,7 +12,6 @@ import pytest
 
 import lcpcli
 from lcpcli import Problem
-from lcpcli.cli import path as command
 from lcpcli.files import contents, writing
 from lcpcli.files.inputs import Input
 from lcpcli.interrupts import TimeIsUp
@@ -48,13 +47,6 @@ def listed(lcp: Lcp) -> Any:
         return record(lcp("solve", f"{name}.json", "--all", *options, "--format", "json"))
 
     return run
-
-
-@pytest.mark.parametrize(("name", "extreme"), [("coordination-4", 15), ("winkels", 12)])
-def test_shipped_games_have_the_published_numbers_of_equilibria(name: str, extreme: int, lcp: Lcp) -> None:
-    outcome = lcp("solve", contents.shipped_path(f"games/{name}.nfg"), "--all", "--format", "json")
-    held = record(outcome)
-    assert (outcome.code, held["complete"], len(held["solutions"])) == (0, True, extreme)
 
 
 def test_two_tables_are_the_payoffs_of_a_game_fractions_among_them(lcp: Lcp) -> None:
@@ -274,14 +266,6 @@ def test_error_is_one_line_that_says_where_and_leaves_the_files(words: str, mess
     assert Path("q0.csv").read_text() == "1,1\n"
 
 
-def test_picture_is_written_whole(lcp: Lcp, files: Path) -> None:
-    pytest.importorskip("matplotlib")
-    before = set(files.iterdir())
-    assert lcp("path", "first.json", "last.json", "--plot", "path.png").code == 0
-    assert set(files.iterdir()) - before == {files / "path.png"}
-    assert (files / "path.png").read_bytes().startswith(b"\x89PNG")
-
-
 def test_program_that_a_direction_leaves_keeps_its_names(lcp: Lcp) -> None:
     words = ["path", "portfolio", "--to", "0.1", "--format", "json"]
     moved = record(lcp(*words, "--direction", "1,0,0,0,0,0"))
@@ -290,13 +274,3 @@ def test_program_that_a_direction_leaves_keeps_its_names(lcp: Lcp) -> None:
     left = record(lcp(*words, "--direction", "0,0,0,0,1,0"))  # the row of a range has no constant
     assert left["answer"] is None
     assert left["names"][:5] == ["shares", "bonds", "cash", "budget", "return"]
-
-
-def test_missing_matplotlib_is_told_before_the_path(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    from lcpcli.report import plotting
-
-    monkeypatch.setattr(plotting, "find_spec", lambda _: None)
-    monkeypatch.setattr(command, "_followed", None)
-    outcome = lcp("path", "first.json", "last.json", "--plot", "a.png")
-    assert (outcome.code, outcome.out) == (2, "")
-    assert outcome.err == "lcp: --plot: needs matplotlib; pip install 'linear-complementarity[plot]'\n"

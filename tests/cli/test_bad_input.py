@@ -16,10 +16,8 @@ import pytest
 
 from lcpcli import Result
 from lcpcli.bench import recording as benching
-from lcpcli.errors import OptionError, ProblemError
+from lcpcli.errors import ProblemError
 from lcpcli.files import beside, log, reading
-from lcpcli.methods.registry import OMEGA
-from lcpcli.options import EVERY, MAX_ITERATIONS, TOL, Option
 from lcpcli.solving import driver as driver
 
 from ..bad_input.kinds import COORDINATES, CSV, FILES, GOOD, JSON, MATRICES, STANDARD_INPUT, Kind
@@ -82,12 +80,6 @@ def without(text: str, parts: Iterable[str]) -> str:
     for part in parts:
         text = text.replace(part, "")
     return text
-
-
-@pytest.mark.parametrize("kind", [JSON[0], MATRICES[0], CSV[0], OPTIONS[0]])
-def test_a_failing_run_leaves_the_old_output_as_it_is(meet: Meet, kind: Kind) -> None:
-    outcome, unchanged = meet(Kind((*kind.arguments, "-o", "old.csv"), (), {**kind.files, "old.csv": "old"}))
-    assert (outcome.code, unchanged) == (2, True)
 
 
 @pytest.mark.parametrize("broken", ["input", "folder"])
@@ -179,13 +171,6 @@ def test_long_file_is_refused_in_a_time_in_proportion(name: str, content: str, f
         reading.read(str(file))
 
 
-@pytest.mark.parametrize("option", [MAX_ITERATIONS, EVERY, TOL, OMEGA], ids=lambda option: option.name)
-def test_number_beyond_all_doubles_is_out_of_range(option: Option) -> None:
-    for number in (10**400, -(10**5000)):
-        with pytest.raises(OptionError, match="is too large"):
-            option.check(number)
-
-
 def test_exact_proof_is_found_where_denominators_are_beyond_all_doubles(lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / "p.json"
     file.write_text('{"M": [[0, 0], [0, 0]], "q": [-1e-320, 1e-320]}')
@@ -204,12 +189,3 @@ def test_missing_problem_of_a_resumed_bench_is_reported_before_any_work(
     Path("none.json").unlink()
     monkeypatch.setattr(benching, "_measure", lambda *_: pytest.fail("measured in vain"))
     assert_refused(lcp("bench", "--resume", "record.json"), "lcp: none.json: no such file")
-
-
-def test_zero_that_is_stored_is_a_zero_to_the_classes(lcp: Lcp, tmp_path: Path) -> None:
-    M = {"format": "coo", "shape": [2, 2], "rows": [0, 0], "cols": [0, 1], "values": [1, 0]}
-    file = tmp_path / "p.json"
-    file.write_text(json.dumps({"M": M, "q": [-1, 0]}))
-    outcome = lcp("inspect", str(file), "--format", "json")
-    assert (outcome.code, outcome.err) == (0, "")
-    assert json.loads(outcome.out)["classes"]["symmetric"]["verdict"] == "yes"

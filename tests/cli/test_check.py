@@ -5,23 +5,17 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import lcpcli
 from lcpcli import Problem
 from lcpcli.files import contents, writing
-from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.answer import Minimum
-from lcpcli.verify.verification import verify, verify_exactly
 
-from .. import exact as oracle
 from ..solving.test_programs import SEEDS, program
 from .conftest import Lcp, assert_refused, record
 
@@ -177,48 +171,6 @@ def test_bad_answers_are_reported_in_one_line(answer: str, words: str, checked: 
     assert_refused(checked(answer), words)
 
 
-ints = st.integers(-4, 4)
-
-
-@pytest.mark.slow("many random problems in fractions")
-@settings(deadline=None)
-@given(st.integers(0, 10**6), st.data())
-def test_exact_verification_agrees_with_the_definition(seed: int, data: st.DataObject) -> None:
-    problem = oracle.random_problem(seed, 3)
-    z = oracle.solution(problem) or [Fraction(0)] * problem.n
-    changes = data.draw(st.lists(ints, min_size=problem.n, max_size=problem.n))
-    z = [value + Fraction(change, 7) for value, change in zip(z, changes, strict=True)]
-    assert verify_exactly(ExactProblem.of_floats(problem), z).accepted == oracle.solves(problem, z)
-
-
-@settings(deadline=None)
-@given(st.integers(1, 4), st.data())
-def test_backward_error_is_the_smallest_change_that_makes_z_a_solution(n: int, data: st.DataObject) -> None:
-    """With omega the signed worst change makes z a solution; with a little less no change does, row by row."""
-    rows = data.draw(st.lists(st.lists(ints, min_size=n, max_size=n), min_size=n, max_size=n))
-    q = data.draw(st.lists(ints, min_size=n, max_size=n))
-    z = [Fraction(v) for v in data.draw(st.lists(st.integers(0, 3), min_size=n, max_size=n))]
-    problem = Problem(rows, q)
-    omega = verify_exactly(ExactProblem.of_floats(problem), z).backward_error
-    assert omega is not None
-    assert verify(problem, np.array(z, dtype=float), 1e-10).backward_error == pytest.approx(omega)
-    if omega == 0:
-        assert oracle.solves(problem, z)
-        return
-    for part, mends in ((Fraction(omega) * (1 + Fraction(1, 10**9)), True), (Fraction(omega) * Fraction(9, 10), False)):
-        assert (
-            all(reachable(row, constant, z, i, part) for i, (row, constant) in enumerate(zip(rows, q, strict=True)))
-            == mends
-        )
-
-
-def reachable(row: list[int], constant: int, z: list[Fraction], i: int, omega: Fraction) -> bool:
-    """Whether changes of row i by omega, in the extreme, let w_i be 0, or at least 0 where z_i = 0 (z >= 0)."""
-    low = sum((a - omega * abs(a)) * v for a, v in zip(row, z, strict=True)) + constant - omega * abs(constant)
-    high = sum((a + omega * abs(a)) * v for a, v in zip(row, z, strict=True)) + constant + omega * abs(constant)
-    return high >= 0 and (not z[i] or low <= 0)
-
-
 PORTFOLIO = contents.shipped_path("programs/portfolio.json")
 UNIQUE = "x is the unique minimizer, as Q is positive definite"
 SHIPPED = sorted(Path(contents.shipped_path("programs")).glob("*.json"))
@@ -346,13 +298,6 @@ def test_of_decimals_that_are_no_doubles_only_what_y_proves_is_told(checks: Lcp)
     proof = {"z": None, "certificate": {"kind": "farkas", "vector": [1, 1, 0]}}
     outcome = checks({"c": [-0.1, -0.1], "A": [[0.1, -0.1]], "b": [-0.2]}, proof, "--exact")
     assert "proved: the program has no minimum: it is infeasible or unbounded below\n" in outcome.out
-
-
-def test_tolerance_has_no_effect_on_a_proof(lcp: Lcp, checks: Lcp) -> None:
-    Path("p.json").write_text(INFEASIBLE)
-    proof = record(lcp("solve", "p.json", "--format", "json"))
-    assert proof["certificate"]["kind"] == "farkas"
-    assert [checks("p.json", proof, *options).code for options in ([], ["--tol", "1e-3"])] == [0, 2]
 
 
 NAMED = '{{"name": "{}", "M": [[2, 1], [1, 2]], "q": [-5, {}]}}\n'

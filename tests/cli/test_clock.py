@@ -23,7 +23,6 @@ from lcpcli.files import contents
 from lcpcli.methods.registry import METHODS
 from lcpcli.options import Limits
 from lcpcli.report import outcome
-from lcpcli.report.wording import LEVELS
 from lcpcli.solving import driver
 from lcpcli.solving.driver import run, verified
 from lcpcli.verify.point import Criterion, Point
@@ -281,14 +280,6 @@ def compared(lcp: Lcp, *words: str) -> list[dict[str, Any]]:
     return records(lcp("compare", *words, "--format", "json"))
 
 
-def test_milestones_are_those_of_the_trace(lcp: Lcp) -> None:
-    for each in compared(lcp, EXAMPLE, "--trace", "--method", "fixed-point"):
-        assert [milestone["level"] for milestone in each["milestones"]] == list(LEVELS)
-        for milestone in each["milestones"]:
-            first = next(row for row in each["trace"] if row["error"] <= milestone["level"])
-            assert (milestone["k"], milestone["seconds"]) == (first["k"], first["seconds"])
-
-
 def test_solution_is_computed_where_none_is_known(lcp: Lcp, unsolved: str) -> None:
     (found,) = compared(lcp, unsolved, "--method", "newton")
     assert (found["reference"], found["error"] <= 1e-9) == ("exact", True)
@@ -325,14 +316,6 @@ def test_small_residual_far_from_the_solution_is_remarked() -> None:
     assert "either it is another solution" in outcome.doubt(found)
     assert outcome.doubt(lcpcli.run(only_one, "auto", z0=one)) == ""
     assert outcome.doubt(lcpcli.run(problem, "auto", z0=other)) == ""
-
-
-@pytest.mark.parametrize("form", ["table", "json"])
-def test_files_none_of_which_can_be_read_are_told_in_lines(form: str, lcp: Lcp, folder: Path) -> None:
-    (folder / "bad.json").write_text("[")
-    outcome = lcp("compare", "bad.json", "bad.json", "--format", form)
-    assert [line.split(":")[0] for line in outcome.err.splitlines()] == ["lcp", "lcp"]
-    assert (outcome.code, len(outcome.out.splitlines())) == (2, 2 * (form == "json"))
 
 
 def test_auto_runs_too_where_neither_published_method_solves_and_the_exit_code_is_theirs(

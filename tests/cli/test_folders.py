@@ -253,11 +253,6 @@ def test_options_without_effect_are_refused_in_a_line(lcp: Lcp) -> None:
     assert_refused(lcp("solve", "steps/0.json", "--sequence", "--all"), "lcp: --sequence: has no effect with --all")
 
 
-def test_single_problem_has_the_record_of_one_of_many(lcp: Lcp) -> None:
-    outcome = lcp("solve", "steps/0.json", "--sequence")
-    assert (outcome.code, outcome.out.splitlines()[1].split()[:3]) == (0, ["steps/0.json", "3", "solved"])
-
-
 def test_interrupted_sequence_goes_on_from_its_log(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(self: solver.Solver, problem: Any) -> Any:
         if problem.q[0] < -1.15:

@@ -9,11 +9,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import hypothesis.strategies as st
 import numpy as np
 import pytest
-from hypothesis import given
-from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Problem, from_game, from_qp, read, write
@@ -127,48 +124,6 @@ def test_one_line_says_where_what_and_how_to_fix_it(
 
 PORTFOLIO = contents.shipped_path("programs/portfolio.json")
 INF = np.inf
-NUMBERS = st.one_of(st.integers(-9, 9).map(float), st.floats(-1e6, 1e6).filter(lambda x: x == 0 or abs(x) > 1e-6))
-WORDS = st.text("abcRHS1 -_,;ä", max_size=6)
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("programs")
-
-
-def interval(draw: st.DrawFn) -> tuple[float, float]:
-    low, high = sorted((draw(NUMBERS), draw(NUMBERS)))
-    kind = draw(st.sampled_from(["both", "low", "high", "none", "equal"]))
-    ends = {"both": (low, high), "low": (low, INF), "high": (-INF, high), "none": (-INF, INF), "equal": (low, low)}
-    return ends[kind]
-
-
-@st.composite
-def programs(draw: st.DrawFn) -> Problem:
-    k, m = draw(st.integers(1, 4)), draw(st.integers(0, 4))
-    half = np.array(draw(st.lists(st.lists(NUMBERS, min_size=k, max_size=k), min_size=k, max_size=k)))
-    Q = draw(st.sampled_from([None, half + half.T]))
-    A = np.array(draw(st.lists(st.lists(NUMBERS, min_size=k, max_size=k), min_size=m, max_size=m))).reshape(m, k)
-    if draw(st.booleans()):
-        Q, A = None if Q is None else csr_array(Q), csr_array(A)
-    ends = np.array([interval(draw) for _ in range(m)]).reshape(m, 2).T
-    bounds = np.array([interval(draw) for _ in range(k)]).T
-    named = draw(st.booleans())
-    return from_qp(
-        Q,
-        draw(st.lists(NUMBERS, min_size=k, max_size=k)),
-        A if m else None,
-        row_lower=ends[0] if m else None,
-        row_upper=ends[1] if m else None,
-        lower=bounds[0],
-        upper=bounds[1],
-        sense=draw(st.sampled_from(["min", "max"])),
-        constant=draw(NUMBERS),
-        rows=draw(st.lists(WORDS, min_size=m, max_size=m)) if named else (),
-        columns=draw(st.lists(WORDS, min_size=k, max_size=k)) if named else (),
-        name=draw(WORDS).strip() or "own",
-        note=draw(WORDS).strip(),
-    )
 
 
 def program(problem: Problem) -> tuple[Program, ProgramData]:
@@ -184,30 +139,6 @@ def parts(problem: Problem, named: bool = True) -> list[Any]:
     texts = [origin.rows, origin.columns, problem.name, problem.note] if named else []
     arrays = [(part.toarray() if is_sparse(part) else part).tolist() for part in data]
     return [origin.sense, origin.constant, *texts, *arrays]
-
-
-@pytest.mark.slow("many random programs")
-@pytest.mark.parametrize("ending", ["json", "npz", "mat"])
-@given(problem=programs())
-def test_programs_are_read_back_exactly(ending: str, folder: Path, problem: Problem) -> None:
-    file = folder / f"p.{ending}"
-    write(problem, file, as_program=True)
-    assert parts(read(file)) == parts(problem)
-
-
-@pytest.mark.slow("many random programs")
-@given(problem=programs())
-def test_mps_is_read_back_but_for_names_and_the_rounding_of_ranges(folder: Path, problem: Problem) -> None:
-    write(problem, folder / "p.mps")
-    again = read(folder / "p.mps")
-    (sense, constant, *before), (same_sense, same_constant, *after) = parts(problem, False), parts(again, False)
-    assert (sense, constant) == (same_sense, same_constant)
-    for old, new, part in zip(before, after, ProgramData._fields, strict=True):
-        exact = part not in ("row_lower", "row_upper")
-        np.testing.assert_allclose(new, old, rtol=0 if exact else 1e-15, atol=0 if exact else 1e-9, err_msg=part)
-    origin, _ = program(again)
-    assert len(set(origin.rows)) == len(origin.rows)
-    assert len(set(origin.columns)) == len(origin.columns)
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.1, 1e17), (-1e17, 0.1), (-3.0, 7.0)])

@@ -123,17 +123,6 @@ def file(tmp_path: Path) -> str:
     return str(tmp_path / "problem.json")
 
 
-def test_a_result_that_cannot_be_written_is_reported_in_one_line(
-    lcp: Callable[..., Outcome], file: str, tmp_path: Path
-) -> None:
-    with refused_rename(OSError(errno.EIO, "Input/output error")):
-        for output in (str(tmp_path / "result.json"), "/dev/full"):
-            outcome = lcp("solve", file, "-o", output)
-            assert outcome.err.startswith(f"lcp: {output}: cannot be written")
-            assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
-    assert [entry.name for entry in tmp_path.iterdir()] == ["problem.json"]
-
-
 def test_a_device_is_written_to_and_not_replaced(lcp: Callable[..., Outcome], file: str) -> None:
     with refused_rename(AssertionError("the device would have been replaced")):
         outcome = lcp("solve", file, "-q", "-o", "/dev/null")

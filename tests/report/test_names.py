@@ -139,13 +139,6 @@ def test_a_name_is_shown_as_its_escapes_are(kind: str, line: str, lcp: Lcp) -> N
     assert [without_times(own.out), without_times(own.err)] == [without_times(escaped.out), without_times(escaped.err)]
 
 
-@pytest.mark.parametrize("form", PEOPLE)
-def test_a_file_of_a_result_has_no_control_characters(form: str, lcp: Lcp) -> None:
-    put("game", WHOLE)
-    assert lcp("solve", "p.json", "--format", form, "-q", "-o", "file") == Outcome(0, "", "")
-    assert not unseen(Path("file").read_text(encoding="utf-8"))
-
-
 def test_a_narrow_table_of_a_path_counts_escapes(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     for width in range(20, 50, 3):
         monkeypatch.setenv("COLUMNS", str(width))
