@@ -16,7 +16,7 @@ import pytest
 from lcpcli.inspection.verdict import CLASSES
 from lcpcli.methods.registry import ANY, METHODS
 
-from .one_process import BATCH
+from .conftest import BATCH
 
 ROOT = Path(__file__).parent.parent
 Lcp = Callable[..., list[str]]

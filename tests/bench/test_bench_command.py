@@ -10,7 +10,6 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -22,10 +21,10 @@ from lcpcli.files.atomic_write import reserve
 from lcpcli.model.problem import Problem
 from lcpcli.peers.registry import Claim
 
+from ..cli.conftest import Lcp, assert_refused
 from ..conftest import Outcome
 from . import bench_problems
 
-Lcp = Callable[..., Outcome]
 Bench = Callable[..., tuple[Outcome, BenchRecord]]
 FAST = ("--budget", "0")
 
@@ -192,9 +191,7 @@ def test_what_was_measured_elsewhere_is_shown_as_it_is_but_not_resumed(bench: Be
     output.write_text(text)
     assert lcp("bench", "--resume", str(output), "--format", "json").out == text == output.read_text()
     output.write_text(json.dumps({**json.loads(text), "measurements": []}))
-    outcome = lcp("bench", "--resume", str(output))
-    assert (outcome.code, outcome.err.count("\n")) == (2, 1)
-    assert "--resume: was measured with cores" in outcome.err
+    assert_refused(lcp("bench", "--resume", str(output)), "--resume: was measured with cores")
 
 
 def test_progress_is_shown_on_a_terminal_alone(tmp_path: Path, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -209,7 +206,6 @@ def test_progress_is_shown_on_a_terminal_alone(tmp_path: Path, lcp: Lcp, monkeyp
     assert (quiet.code, quiet.out, quiet.err) == (0, "", "")
 
 
-Lcp = Callable[..., Any]
 REFUSED = {
     "quik": "did you mean quick?",
     "nothing-like-it": "choose one of quick",
@@ -238,9 +234,7 @@ def test_bad_usage_is_reported_in_one_line(
     arguments: str, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    outcome = lcp("bench", *arguments.split())
-    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
-    assert REFUSED[arguments] in outcome.err
+    assert_refused(lcp("bench", *arguments.split()), REFUSED[arguments])
     assert not list(tmp_path.iterdir())
 
 
@@ -254,9 +248,7 @@ def test_bench_that_another_run_writes_is_left_to_it(link: bool, tmp_path: Path,
         name.symlink_to(output)
     bench = ("bench", *files, "--budget", "0", "--method", "auto", "-o", str(name), "-q")
     with reserve([str(output)]):
-        outcome = lcp(*bench)
-        assert (outcome.code, outcome.err.count("\n")) == (2, 1)
-        assert f"{name}: is being written by another run" in outcome.err
+        assert_refused(lcp(*bench), f"{name}: is being written by another run")
     assert lcp(*bench).code == 0
     with reserve([str(output)]):
         assert lcp("bench", "--resume", str(name), "-q").code == 0  # nothing is left, so that nothing is written

@@ -23,7 +23,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import conditions_of
 from lcpcli.model.program import Program, ProgramData
 
-from ..small_problem import numbers
+from ..conftest import numbers
 from .conftest import Lcp, assert_refused
 
 EXIT_CODES = {"infeasible": 3, "unsolvable": 3, "solved": 0}
@@ -154,11 +154,21 @@ def test_range_in_mps_starts_at_the_side_from_which_sums_in_doubles_lead_to_the_
     assert ends == pytest.approx((low, high), rel=1e-15, abs=0)
 
 
-def test_shipped_programs_and_families_keep_everything_in_mps(tmp_path: Path) -> None:
+MIXED: dict[str, Any] = {"row_lower": [0.25, -INF, 3], "row_upper": [0.75, 9, 3], "lower": [-INF, 2], "upper": [INF, 2]}
+ODD = from_qp(
+    [[2, 0.1], [0.1, 3]], [1 / 3, -1e5], [[1, 0], [1e-6, 2], [0, 1]], **MIXED, sense="max", constant=0.1, name="odd"
+)
+NAMED = from_qp(None, [1, -1], [[1, 1]], row_lower=[1], rows=["R 1,"], columns=["-ä;", ""], name="S_", note="a note")
+
+
+@pytest.mark.parametrize("ending", ["mps", "json", "npz", "mat"])
+def test_programs_are_read_back_as_they_were(ending: str, tmp_path: Path) -> None:
+    """But for names in MPS."""
     shipped_ones = [read(file) for file in sorted(Path(contents.shipped_path("programs")).glob("*.json"))]
-    for problem in [*shipped_ones, *(gallery.make(name, 30) for name in ("portfolio", "control", "transport"))]:
-        write(problem, tmp_path / "p.mps")
-        assert parts(read(tmp_path / "p.mps"), False) == parts(problem, False)
+    made = [gallery.make(name, 30) for name in ("portfolio", "control", "transport")]
+    for problem in [ODD, NAMED, *shipped_ones, *made]:
+        write(problem, tmp_path / f"p.{ending}", as_program=True)
+        assert parts(read(tmp_path / f"p.{ending}"), ending != "mps") == parts(problem, ending != "mps")
 
 
 def test_convert_writes_the_keys_of_a_program_and_make_its_conditions(lcp: Lcp, tmp_path: Path) -> None:

@@ -24,8 +24,7 @@ from lcpcli.files import mat_format
 from lcpcli.files.beside import read_start
 from lcpcli.linalg.matrices import is_sparse
 
-from ..conftest import read_exact
-from ..small_problem import M, Q, numbers
+from ..conftest import M, Q, numbers, read_exact
 
 BANNER = "%%MatrixMarket matrix"
 MATRICES = {

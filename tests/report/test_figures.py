@@ -37,17 +37,21 @@ from .figure_samples import (
     assert_no_text_is_on_another_or_leaves,
     bench,
     convergence,
+    cornered,
     crowd,
     decaying,
     described,
+    entering,
+    frontier,
     grid_panel,
     growth,
     odd,
     paper_panel,
+    portfolio,
     profiles,
+    small,
     strange,
 )
-from .path_samples import cornered, entering, frontier, portfolio, small
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 

@@ -20,7 +20,7 @@ from lcpcli.report import document, path_formats
 from lcpcli.report.path_terms import Terms
 
 from ..documents import assert_as_before
-from .path_samples import cornered, frontier, portfolio, small, small_in_fractions, written
+from .figure_samples import cornered, frontier, portfolio, small, small_in_fractions, written
 
 
 def text_of(path: Path, form: str = "table", at: Any = (), width: int | None = None) -> str:

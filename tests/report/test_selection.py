@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,10 +17,11 @@ from lcpcli.methods import shi
 from lcpcli.report import notebook, pictures
 from lcpcli.report.selection import places
 
+from ..cli.conftest import Lcp, assert_refused
+
 NAMES = ["price n0", "price n1", "flow", "", "price *"]
 MARKET = {"M": [[2, 0, 0], [1, 2, 0], [0, 1, 2]], "q": [-2, -3, -3], "names": ["price n0", "flow", "price n1"]}
 GAME = {"A": [[3, 0], [5, 1]], "B": [[3, 5], [0, 1]], "rows": ["co", "de"], "columns": ["co", "de"]}
-Lcp = Callable[..., Any]
 
 
 @pytest.fixture(autouse=True)
@@ -101,9 +101,7 @@ def test_show_is_refused_before_a_path_is_followed(
     arguments: str, words: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("lcpcli.parametric.following.follow", None)
-    outcome = lcp(*arguments.split())
-    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
-    assert outcome.err.startswith(f"lcp: --show: {words}")
+    assert_refused(lcp(*arguments.split()), f"lcp: --show: {words}")
 
 
 def test_digits_under_the_pointer_are_those_of_the_components_that_a_page_shows(

@@ -14,10 +14,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+import lcpcli
 from lcpcli import Problem, Status, Trace, error_bound, read, write
 from lcpcli.cli import terminal as cli_terminal
 from lcpcli.files import contents
 from lcpcli.report import outcome, tables, wording
+from lcpcli.report.programs_and_games import rows_of
 from lcpcli.solving import driver
 from lcpcli.solving.driver import run
 
@@ -404,3 +406,11 @@ def test_the_entries_of_a_long_proof_that_are_not_0_are_listed(lcp: Lcp, tmp_pat
     outcome = lcp("solve", str(tmp_path / "p.json"), "--exact")
     assert outcome.code == 3
     assert "exact y = (y13 = 1; 0 elsewhere)" in outcome.out
+
+
+@pytest.mark.parametrize(("k", "m"), [(3, 1), (4, 1), (1, 4)])
+def test_a_table_that_is_cut_says_so_whether_rows_or_variables_are_many(k: int, m: int) -> None:
+    result = lcpcli.run(lcpcli.from_qp(None, np.ones(k), np.ones((m, k)), np.ones(m)))
+    (table,) = rows_of(result.answer, result.problem.origin, 3)
+    assert [len(group) for group in table.groups] == [min(m, 3), min(k, 3)]
+    assert bool(table.notes) is (max(k, m) > 3)
