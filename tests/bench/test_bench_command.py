@@ -125,7 +125,7 @@ def test_acceptance_level_decides(bench: Bench, monkeypatch: pytest.MonkeyPatch)
     assert bench("one", "--peer", "rough", "--accept", "1e-3")[0].code == 0
 
 
-def test_interrupted_bench_keeps_what_is_done(
+def test_interrupted_bench_keeps_its_rows(
     bench: Bench, output: Path, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     calls = []
@@ -230,9 +230,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("arguments", REFUSED)
-def test_bad_usage_is_reported_in_one_line(
-    arguments: str, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_bad_usage_is_told_in_a_line(arguments: str, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     assert_refused(lcp("bench", *arguments.split()), REFUSED[arguments])
     assert not list(tmp_path.iterdir())

@@ -247,7 +247,7 @@ RANGE = from_qp(Q=[[1]], c=[-4], A=[[2]], row_lower=[0], row_upper=[4], upper=[9
         (RANGE, (2.5, -0.75, 4.0), 1.0, 1.0 / 9.0),  # 2 x is too large by 1, of terms that are at most 5 + 4
     ],
 )
-def test_residuals_and_gap_are_those_of_the_program(
+def test_residuals_and_gap_of_a_program(
     problem: Problem, z: tuple[float, ...], absolute: float, relative: float
 ) -> None:
     found = optimality(problem, np.array(z))

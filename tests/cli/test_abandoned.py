@@ -357,9 +357,7 @@ def test_quiet_and_a_terminal_that_cannot_erase_silence_it(monkeypatch: pytest.M
         assert terminal.shows_progress(quiet) is shown
 
 
-def test_long_solve_shows_its_line_on_standard_error_alone(
-    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_long_solve_shows_its_line_on_standard_error(lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stream = Terminal()
     monkeypatch.setattr(sys, "stderr", stream)
     monkeypatch.setenv("TERM", "xterm")

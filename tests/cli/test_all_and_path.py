@@ -97,9 +97,7 @@ def test_list_that_is_stopped_while_numbers_are_read_is_none(lcp: Lcp, monkeypat
 
 
 @pytest.mark.parametrize(("name", "holding"), [("murty", "0111"), ("faces", "0011"), ("none", "0000")])
-def test_picture_marks_the_cones_that_hold_q(
-    name: str, holding: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_picture_marks_cones_that_hold_q(name: str, holding: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("matplotlib")
     drawn: list[Cones] = []
     usual = plotting.cones

@@ -136,9 +136,7 @@ ARCHIVES = {
 @pytest.mark.parametrize(
     "read", [reading.read, lambda path: beside.read_candidates(path, 2, log.Sought())], ids=["problem", "answer"]
 )
-def test_broken_archive_is_reported_in_one_short_line(
-    read: Callable[[str], Any], content: bytes, tmp_path: Path
-) -> None:
+def test_broken_archive_is_told_in_one_short_line(read: Callable[[str], Any], content: bytes, tmp_path: Path) -> None:
     file = tmp_path / "p.npz"
     file.write_bytes(content)
     with pytest.raises(ProblemError) as fault:
@@ -180,9 +178,7 @@ def test_exact_proof_is_found_where_denominators_are_beyond_all_doubles(lcp: Lcp
 
 
 @pytest.mark.usefixtures("folder")
-def test_missing_problem_of_a_resumed_bench_is_reported_before_any_work(
-    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_missing_problem_of_a_resumed_bench_is_reported_at_first(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     lcp("bench", "good.json", "none.json", "--method", "newton", "--budget", "0", "-q", "-o", "record.json")
     record = json.loads(Path("record.json").read_text())
     Path("record.json").write_text(json.dumps(record | {"measurements": []}))

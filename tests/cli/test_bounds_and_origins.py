@@ -128,9 +128,7 @@ def test_one_number_is_for_all_in_mat_too_and_none_takes_bounds_away(bounds: Lcp
     assert bounds("--lower", "one.mat") == (-1, [8, 9])
 
 
-def test_bounds_of_a_program_or_a_game_are_refused_and_those_of_named_unknowns_are_not(
-    lcp: Lcp, tmp_path: Path
-) -> None:
+def test_bounds_of_programs_and_games_are_refused_and_of_named_unknowns_not(lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / "p.json"
     for text, hint in (
         ('{"Q": [[1]], "c": [-1]}', "this is a program; give the bounds of its variables in the file"),
@@ -268,9 +266,7 @@ def test_names_come_from_the_file_or_its_content(lcp: Lcp, files: Path) -> None:
     assert (problem.name, problem.source, problem.note) == ("own", "me", "short")
 
 
-def test_what_is_known_of_the_problem_is_not_taken_for_known_of_other_bounds(
-    lcp: Callable[..., Any], tmp_path: Path
-) -> None:
+def test_what_is_known_of_a_problem_is_not_known_of_other_bounds(lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / "p.json"
     file.write_text(json.dumps({"M": [[1]], "q": [-2], "solution": [2]}))
     for options, z, error in (((), 2, 0), (("--upper", "1"), 1, None), (("--lower", "3"), 3, None)):

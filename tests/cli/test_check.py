@@ -305,9 +305,7 @@ def test_of_decimals_that_are_no_doubles_only_what_y_proves_is_told(checks: Lcp)
 NAMED = '{{"name": "{}", "M": [[2, 1], [1, 2]], "q": [-5, {}]}}\n'
 
 
-def test_of_several_results_that_of_the_problem_is_checked_and_a_log_without_it_is_refused(
-    lcp: Lcp, folder: Path
-) -> None:
+def test_of_several_results_that_of_the_problem_is_checked_or_none_in_a_log(lcp: Lcp, folder: Path) -> None:
     lines = [NAMED.format(f"s{i}", -i) for i in range(3)]
     Path("many.jsonl").write_text("".join(lines))
     lcp("solve", "many.jsonl", "-o", "log.jsonl")

@@ -244,7 +244,7 @@ def least_of(runs: list[lcpcli.Result]) -> float:
 
 
 @pytest.mark.parametrize("pause", [0.0, 1.0, 100.0])
-def test_pauses_are_in_no_time_of_compared_runs_and_told_where_they_are_long(
+def test_pauses_are_in_no_time_of_runs_and_told_where_they_are_long(
     pause: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each run takes the same number of readings, so that each lap has a pause in one run and none in another."""
@@ -318,9 +318,7 @@ def test_small_residual_far_from_the_solution_is_remarked() -> None:
     assert outcome.doubt(lcpcli.run(problem, "auto", z0=other)) == ""
 
 
-def test_auto_runs_too_where_neither_published_method_solves_and_the_exit_code_is_theirs(
-    lcp: Lcp, tmp_path: Path
-) -> None:
+def test_auto_runs_too_where_neither_method_solves_and_the_exit_code_is_theirs(lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / "infeasible.json"
     file.write_text('{"M": [[-1]], "q": [-1]}')
     outcome = lcp("compare", str(file), "--format", "json")

@@ -113,7 +113,7 @@ BESIDE_M = {
 
 
 @pytest.mark.parametrize("kind", BESIDE_M)
-def test_a_file_after_an_M_alone_is_its_q_only_if_it_is_nothing_else(
+def test_a_file_after_an_M_is_its_q_if_it_is_nothing_else(
     kind: str, folder: Path, session: Callable[..., None]
 ) -> None:
     for name in FILES:
@@ -123,7 +123,7 @@ def test_a_file_after_an_M_alone_is_its_q_only_if_it_is_nothing_else(
     session(f"folder-with-{kind.replace(' ', '-')}", "solve inside --jobs 1")
 
 
-def test_a_vector_after_a_problem_does_not_take_it_away_and_named_files_go_together(
+def test_a_vector_after_a_problem_leaves_it_and_named_files_go_together(
     folder: Path, session: Callable[..., None]
 ) -> None:
     (folder / "b1.csv").write_text("1\n2\n3\n")
@@ -223,9 +223,7 @@ def test_folder_has_the_same_verdicts_and_keys_in_fewer_pivots_and_columns_are_s
     assert [record["route"] for record in columns] == [["lemke"], ["newton"], ["newton"]]
 
 
-def test_stream_may_change_in_size_and_have_lines_that_cannot_be_read(
-    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_stream_may_change_in_size_and_have_bad_lines(lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     lines = [step(1.0), step(1.1), '{"M": [[2]], "q": [-1]}', "{}", step(1.2), step(1.3, 1.01)]
     (folder / "lines").write_text("\n".join(lines))
     with (folder / "lines").open("rb") as stream:

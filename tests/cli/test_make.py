@@ -68,9 +68,7 @@ def test_options_reach_the_family(line: str, family: str, arguments: dict[str, A
     assert np.array_equal(problem.q, expected.q)
 
 
-def test_the_list_shows_every_family_in_eighty_columns_and_on_a_wide_screen_in_one_line(
-    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_list_shows_every_family_on_narrow_and_wide_screens(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     lines = lcp("make", "--list").out.splitlines()
     assert max(map(len, lines)) <= 80
     assert [line.split()[0] for line in lines[3:] if not line.startswith(" ")] == list(gallery.FAMILIES)
@@ -142,9 +140,7 @@ def parts(problem: Problem, named: bool = True) -> list[Any]:
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.1, 1e17), (-1e17, 0.1), (-3.0, 7.0)])
-def test_range_in_mps_starts_at_the_side_from_which_sums_in_doubles_lead_to_the_other(
-    low: float, high: float, tmp_path: Path
-) -> None:
+def test_range_in_mps_starts_at_the_side_that_leads_to_the_other(low: float, high: float, tmp_path: Path) -> None:
     """As other readers add a range to the right-hand side of a row G, and take it from that of a row L."""
     write(from_qp([[1]], [1], [[1]], row_lower=low, row_upper=high), tmp_path / "p.mps")
     words = [line.split() for line in (tmp_path / "p.mps").read_text().splitlines()]
@@ -275,9 +271,7 @@ def test_what_a_format_cannot_keep_is_named(tmp_path: Path, lcp: Lcp) -> None:
     assert outcome.err == f"lcp: {out}: the format keeps only M, q and bounds; left out: {lost}\n"
 
 
-def test_an_output_of_no_known_format_or_without_its_option_is_refused_and_leaves_nothing(
-    tmp_path: Path, lcp: Lcp
-) -> None:
+def test_an_output_of_no_known_format_or_without_its_option_is_refused(tmp_path: Path, lcp: Lcp) -> None:
     write(RICH, tmp_path / "a.json")
     made = str(tmp_path / "b.xyz")
     assert_refused(lcp("convert", str(tmp_path / "a.json"), "-o", made), f"has the unknown suffix .xyz; use {WRITTEN}")

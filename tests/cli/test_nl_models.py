@@ -203,9 +203,7 @@ def test_comparison_has_by_default_the_methods_that_apply(lcp: Lcp) -> None:
     assert "shi" in lcp("compare", "linear.nl").out
 
 
-def test_options_of_ampl_come_from_the_environment_and_the_command_line(
-    lcp: Lcp, models: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_options_of_ampl_come_from_both_places(lcp: Lcp, models: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("lcp_options", "max_iterations=0 tol=1e-8")
     assert lcp("linear", "-AMPL").code == 0
     assert lcp("market", "-AMPL").code == 0
@@ -293,7 +291,7 @@ def test_nonlinear_problems_are_verified_in_python() -> None:
     assert not lcpcli.check(NonlinearProblem(lambda z: z - 1, x0=[0.0], upper=0.5), [1.0]).accepted
 
 
-def test_inspection_tells_rows_operators_the_start_and_what_is_singular_by_its_pattern(
+def test_inspection_tells_rows_operators_the_start_and_what_is_singular(
     session: Callable[..., None],
 ) -> None:
     forms = (

@@ -249,7 +249,7 @@ def test_signal_waits_until_files_are_whole(number: int, tmp_path: Path, monkeyp
 
 
 @SIGNALS
-def test_signal_that_comes_while_an_extension_module_is_loaded_is_not_lost(
+def test_signal_while_an_extension_module_loads_is_not_lost(
     number: int, code: int, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def set_up(_: ModuleType) -> None:

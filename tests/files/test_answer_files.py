@@ -150,9 +150,7 @@ def test_figure_can_be_redrawn_from_the_trace(lcp: Lcp, folder: Path, monkeypatc
         assert curve.solved == (list(own.values())[-1]["status"] == "solved")
 
 
-def test_csv_of_a_program_names_variables_and_rows_with_their_multipliers_if_it_has_a_solution(
-    lcp: Lcp, folder: Path
-) -> None:
+def test_csv_of_a_program_names_variables_and_rows_with_their_multipliers(lcp: Lcp, folder: Path) -> None:
     program = {"c": [3, 2], "A": [[1, 1], [1, 3]], "row_lower": [None, 0], "row_upper": [4, 6], "sense": "max"}
     names = {"columns": ["wheat; winter", "rye, summer"], "rows": ["New York", "land"]}
     (folder / "farm.json").write_text(json.dumps(program | names))

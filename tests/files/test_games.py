@@ -237,7 +237,7 @@ def test_every_command_gives_the_hint_unless_it_is_quiet(lcp: Lcp) -> None:
     ],
     ids=["numbers", "of-A", "of-B", "below-a-named-corner"],
 )
-def test_labels_that_name_the_strategies_are_kept(
+def test_labels_of_strategies_are_kept(
     first: str, second: str, rows: tuple[str, ...], columns: tuple[str, ...]
 ) -> None:
     put(first, second)

@@ -156,9 +156,7 @@ def test_columns_of_one_name_leave_the_rows_where_they_are(folder: Path) -> None
         ("a,a,q\n2,1,-5\n1,2,-6\n", ["", ""]),
     ],
 )
-def test_a_header_names_the_unknowns_unless_it_is_a_title_or_only_numbers_them(
-    text: str, names: list[str], folder: Path
-) -> None:
+def test_a_header_names_the_unknowns_unless_it_is_a_title_or_numbers(text: str, names: list[str], folder: Path) -> None:
     (folder / "p.csv").write_text(text)
     problem = read("p.csv")
     assert (list(problem.names), problem.M.tolist(), problem.q.tolist()) == (names, [[2, 1], [1, 2]], [-5, -6])

@@ -268,9 +268,7 @@ LINEAR = [((5, 1, 1), {0: 1}, -1)]
         (LINEAR, ("square", "v0"), "has an objective that is not linear; write a linear one, or take it out"),
     ],
 )
-def test_objectives_are_refused_where_they_are_not_linear_as_the_model_is(
-    rows: Any, objective: Expression, fault: str
-) -> None:
+def test_objectives_are_refused_that_are_not_linear_as_the_model(rows: Any, objective: Expression, fault: str) -> None:
     read_model = Model(model(1, rows, [NONNEGATIVE], objective=objective), "model.nl")
     with pytest.raises(ProblemError, match=fault):
         assert read_model.problem is read_model.objective
@@ -314,9 +312,7 @@ WRONG = [*REFUSED.values(), *((replaced(new, old), fault) for new, (old, fault) 
 
 
 @pytest.mark.parametrize(("content", "fault"), WRONG, ids=[*REFUSED, *REPLACED])
-def test_what_is_no_square_continuous_problem_is_refused_in_words_with_its_place(
-    content: bytes, fault: str, tmp_path: Path
-) -> None:
+def test_what_is_no_square_continuous_problem_is_refused_in_words(content: bytes, fault: str, tmp_path: Path) -> None:
     (tmp_path / "model.nl").write_bytes(content)
     with pytest.raises(ProblemError, match=f"model.nl: {fault}"):
         read(tmp_path / "model.nl")

@@ -111,9 +111,7 @@ VECTORS = {
 
 
 @pytest.mark.parametrize("content", VECTORS.values(), ids=VECTORS)
-def test_q_and_a_start_are_read_from_a_file_of_their_own(
-    tmp_path: Path, content: bytes, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_q_and_a_start_are_read_from_a_file(tmp_path: Path, content: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "M.csv").write_bytes(b"2,-1\n-0.5,2\n")
     (tmp_path / "q.csv").write_bytes(content)
     feed(monkeypatch, content)
@@ -123,9 +121,7 @@ def test_q_and_a_start_are_read_from_a_file_of_their_own(
     assert read_start("--x0", str(tmp_path / "q.csv"), 2).tolist() == Q
 
 
-def test_a_start_is_taken_from_a_file_and_one_of_hundreds_of_numbers_from_the_command_line(
-    lcp: Lcp, tmp_path: Path
-) -> None:
+def test_a_start_is_taken_from_a_file_or_hundreds_of_typed_numbers(lcp: Lcp, tmp_path: Path) -> None:
     file, start = str(tmp_path / "problem.json"), str(tmp_path / "start")
     Path(file).write_text(JSON)
     Path(start).write_text("-1\n0.25\n")
@@ -371,7 +367,7 @@ def test_every_command_that_reads_a_problem_takes_the_names(elsewhere: Path, lcp
     assert (elsewhere / "portfolio.mat").exists()
 
 
-def test_a_file_of_that_name_is_read_in_its_place_and_else_a_suffix_has_a_remark(
+def test_a_file_of_that_name_is_read_instead_and_a_suffix_has_a_remark(
     elsewhere: Path, lcp: Callable[..., Any]
 ) -> None:
     remark = "lcp: hs21.json: no such file; the problem that ships under this name is read\n"

@@ -62,7 +62,7 @@ def test_matrix_market_is_read(tmp_path: Path, text: str) -> None:
         ("coordinate real skew-symmetric", "2 2 1|2 1 0.1", [[0, -0.1], [0.1, 0]]),
     ],
 )
-def test_every_kind_of_matrix_market_is_read(
+def test_kinds_of_matrix_market_are_read(
     tmp_path: Path, header: str, entries: str, expected: list[list[float]]
 ) -> None:
     (tmp_path / "M.mtx").write_text("\n".join([f"{BANNER} {header}", *entries.split("|")]))

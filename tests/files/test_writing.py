@@ -152,7 +152,7 @@ def test_a_pipe_is_written_to_and_not_replaced_and_read_from(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("ending", ["md", "tex", "csv", "json", "txt"])
-def test_a_name_that_is_no_unicode_does_not_lose_the_result(lcp: Lcp, file: str, tmp_path: Path, ending: str) -> None:
+def test_a_name_that_is_no_unicode_loses_no_result(lcp: Lcp, file: str, tmp_path: Path, ending: str) -> None:
     assert lcp("solve", file, "-q", "-o", str(tmp_path / f"result.{ending}")) == Outcome(0, "", "")
     assert "half" in (tmp_path / f"result.{ending}").read_text(encoding="utf-8")
 
@@ -279,7 +279,7 @@ def test_zeros_at_the_end_are_what_was_not_written(tail: str, lcp: Lcp, folder: 
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such locks")
-def test_a_log_is_left_to_a_run_that_has_read_it_and_waits_for_its_processes(
+def test_a_log_is_left_to_a_run_that_has_read_it_and_waits(
     lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     usual = streams._records

@@ -132,9 +132,7 @@ MODULES = {"highs": "highspy", "path-start": "gamspy_base", "gambit": "pygambit"
 
 
 @pytest.mark.parametrize("name", peers.PEERS)
-def test_a_missing_package_has_no_version_and_solving_names_the_extra(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_missing_package_has_no_version_and_solving_names_it(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     peer, module = peers.load(name), MODULES.get(name, name)
     for known in [module, *(m for m in sys.modules if m.startswith(f"{module}."))]:
         monkeypatch.delitem(sys.modules, known, raising=False)
@@ -200,9 +198,7 @@ UNITS = [
 
 
 @pytest.mark.parametrize(("name", "version", "M_unit", "q_unit"), UNITS)
-def test_a_change_of_units_leads_peers_to_claims_that_the_residual_refutes(
-    name: str, version: str, M_unit: float, q_unit: float
-) -> None:
+def test_a_change_of_units_leads_peers_to_false_claims(name: str, version: str, M_unit: float, q_unit: float) -> None:
     peer = loaded(name)
     if peer.version() != version:
         pytest.skip(f"seen with version {version}")

@@ -118,7 +118,7 @@ def test_both_commands_write_the_picture(lcp: Lcp, folder: Path) -> None:
         ("solve two.json --paths a.svg --plot a.svg", ["--paths", "same file as --plot"]),
     ],
 )
-def test_what_has_no_paths_is_refused_in_a_line(arguments: str, words: list[str], lcp: Lcp, folder: Path) -> None:
+def test_what_has_no_paths_is_refused(arguments: str, words: list[str], lcp: Lcp, folder: Path) -> None:
     assert_refused(lcp(*arguments.split()), *words)
     assert not (folder / "a.svg").exists()
 

@@ -105,7 +105,7 @@ ESCAPE = "\x1b["
 Lcp = Callable[..., Any]
 
 
-def test_long_z_fits_the_terminal_and_is_whole_in_a_file(
+def test_long_z_fits_the_terminal_and_is_whole_in_files(
     lcp: Lcp, terminal: Callable[[int, bool], None], tmp_path: Path
 ) -> None:
     terminal(60, False)
@@ -351,9 +351,7 @@ def test_no_line_is_wider_than_the_screen(name: str, lcp: Lcp, monkeypatch: pyte
 
 
 @pytest.mark.parametrize("size", ["9" * 4400, "9" * 20, "-5", "\u00b2", "x", "0"], ids=lambda size: size[:3])
-def test_sizes_of_the_environment_that_are_none_are_passed_over(
-    size: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_sizes_of_the_environment_may_be_none(size: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     for variable in ("COLUMNS", "LINES"):
         monkeypatch.setenv(variable, size)
     ran = lcp(*COMMANDS["solve, large"])
@@ -378,7 +376,7 @@ def heading_and_first(lcp: Lcp, file: str) -> tuple[list[str], str]:
 
 
 @pytest.mark.parametrize(("width", "method"), [(120, "fixed-point "), (80, "fixed-point "), (40, "fixed- ")])
-def test_the_name_of_a_method_is_written_down_only_where_a_table_is_too_wide(
+def test_the_name_of_a_method_is_folded_where_a_table_is_wide(
     width: int, method: str, lcp: Lcp, terminal: Terminal
 ) -> None:
     terminal(width, False)
@@ -388,9 +386,7 @@ def test_the_name_of_a_method_is_written_down_only_where_a_table_is_too_wide(
 
 
 @pytest.mark.parametrize(("width", "shown"), [(50, 2), (60, 3), (80, 4), (200, 15), (None, 12)])
-def test_large_n_shows_the_first_and_the_last_components(
-    width: int | None, shown: int, lcp: Lcp, terminal: Terminal
-) -> None:
+def test_large_n_shows_first_and_last_components(width: int | None, shown: int, lcp: Lcp, terminal: Terminal) -> None:
     if width is not None:
         terminal(width, False)
     heading, _ = heading_and_first(lcp, TRIDIAGONAL)
