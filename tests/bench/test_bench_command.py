@@ -71,17 +71,6 @@ def test_record_holds_what_was_measured(bench: Bench) -> None:
     assert (record.machine.cores, record.options.accept) == (os.cpu_count(), 1e-6)
 
 
-def test_curve_goes_forward_in_time_and_ends_with_the_last_iterate(bench: Bench) -> None:
-    row = bench("one", "--method", "fixed-point")[1].measurements[1]
-    assert row.curve is not None
-    numbers, seconds, errors = zip(*row.curve, strict=True)
-    assert numbers[-1] == row.iterations
-    assert list(numbers) == sorted(set(numbers))
-    assert list(seconds) == sorted(seconds)
-    assert seconds[1] >= (row.setup_seconds or 0)
-    assert errors[-1] < 1e-9 < errors[0]
-
-
 def test_other_solvers_may_lie_take_some_problems_or_be_missing(
     bench: Bench, output: Path, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -16,7 +16,6 @@ from lcpcli.bench.record import EXCLUDED, BenchRecord, Measurement
 from lcpcli.bench.report import render
 from lcpcli.bench.statistics import (
     growth,
-    growths,
     median_interval,
     performance_ratios,
     shifted_geometric_mean,
@@ -96,14 +95,6 @@ def test_an_empty_record_can_be_shown(record: BenchRecord) -> None:
     record.measurements = []
     for form in FORMATS:
         assert render(record, form, None, False)
-
-
-def test_exponent_of_growth_is_that_of_the_times(record: BenchRecord) -> None:
-    assert {growth.fit for growth in growths(record)[0].growths} == {None}
-    (fitted,) = [growth for growth in growths(larger(record))[0].growths if growth.fit]
-    assert (fitted.label, fitted.n, fitted.seconds[:3]) == ("auto", [100, 200, 400, 800], [0.012, 0.020, 0.0402])
-    assert fitted.fit
-    assert fitted.fit.exponent == pytest.approx(0.93, abs=0.02)
 
 
 def test_json_is_the_record(record: BenchRecord) -> None:

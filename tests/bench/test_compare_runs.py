@@ -129,12 +129,6 @@ def test_a_problem_that_cannot_be_read_any_more_is_worse_for_each_method(lcp: Lc
     assert verdicts("new.json", "old.json") == ["better", "better"]
 
 
-def test_runs_on_a_problem_that_has_changed_are_not_compared() -> None:
-    results("old.json", STALLED | {"digest": "1"}, {"file": "q", "digest": "2"})
-    results("new.json", {"digest": "3"}, {"file": "q", "digest": "2"})
-    assert verdicts() == ["another problem", "as before"]
-
-
 def test_a_last_line_that_was_cut_off_counts_as_not_written() -> None:
     results("old.json", {}, {"label": "newton"})
     Path("new.json").write_text(Path("old.json").read_text()[:-30])
@@ -224,7 +218,3 @@ MISTAKES = {
 @pytest.mark.parametrize("arguments", MISTAKES)
 def test_mistake_is_refused_in_one_line_before_anything_runs(arguments: str, lcp: Lcp) -> None:
     assert_refused(lcp("compare", EXAMPLE, *arguments.split()), MISTAKES[arguments])
-
-
-def test_flag_may_be_repeated(lcp: Lcp) -> None:
-    assert lcp("solve", EXAMPLE, "-q", "-q").code == 0

@@ -258,14 +258,6 @@ def test_a_changed_matrix_no_longer_fits_its_origin(option: str, place: tuple[in
             replace(problem, **changes)
 
 
-def test_names_come_from_the_file_or_its_content(lcp: Lcp, files: Path) -> None:
-    assert json.loads(lcp("make", "--from-qp", "program.json").out)["name"] == "program"
-    (files / "program.json").write_text(json.dumps(PROGRAM | {"name": "own", "source": "me", "note": "short"}))
-    assert lcp("make", "--from-qp", "program.json", "-o", "made.json").code == 0
-    problem = read("made.json")
-    assert (problem.name, problem.source, problem.note) == ("own", "me", "short")
-
-
 def test_what_is_known_of_a_problem_is_not_known_of_other_bounds(lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / "p.json"
     file.write_text(json.dumps({"M": [[1]], "q": [-2], "solution": [2]}))

@@ -170,17 +170,6 @@ def test_no_part_of_a_call_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     assert result.seconds == ticking.now - 1.0
 
 
-def test_what_is_kept_in_a_trace_takes_no_time() -> None:
-    ticking = Time()
-
-    class Slow(Trace):
-        def add(self, *given: Any) -> None:
-            ticking.now += 100.0
-            super().add(*given)
-
-    assert run(Problem([[2.0]], [-1.0]), "newton", trace=Slow(), clock=ticking).seconds < 100.0
-
-
 @pytest.mark.parametrize(
     ("command", "method"), [("solve", "auto"), ("solve", "shi"), ("solve", "lemke"), ("compare", "milp")]
 )
@@ -290,13 +279,6 @@ def test_solution_is_computed_where_none_is_known(lcp: Lcp, unsolved: str) -> No
 def test_an_option_of_earlier_versions_is_refused_with_what_to_do_instead(lcp: Lcp) -> None:
     told = "lcp: --warm: is no option of lcp compare; it has gone: give a start near the solution by --z0"
     assert_refused(lcp("compare", EXAMPLE, "--warm", "0.1"), f"{told}\n")
-
-
-def test_problem_without_solution_is_compared_by_residuals(lcp: Lcp, folder: Path) -> None:
-    assert (folder / "none.json").exists()
-    methods = ("--method", "shi", "--method", "fixed-point", "--method", "newton")
-    outcome = lcp("compare", "none.json", *methods, "--max-iterations", "300")
-    assert (outcome.code, "to 1e-3" in outcome.out, "residual" in outcome.out) == (1, False, True)
 
 
 def test_claim_is_checked_anew_and_not_believed() -> None:

@@ -46,13 +46,6 @@ def test_bench_and_compare_take_the_same_files(lcp: Lcp) -> None:
     assert [record["file"] for record in records(outcome)] == INSIDE
 
 
-def test_a_single_file_in_it_is_solved_as_by_its_own_name(folder: Path, lcp: Lcp) -> None:
-    for name in ("a.csv", "c.JSON"):
-        (folder / name).unlink()
-    assert lcp("solve", "inside", "--all").code == 0
-    assert lcp("solve", "inside").out.startswith("b: n = 1\n")
-
-
 @pytest.mark.parametrize("command", ["solve", "compare", "bench"])
 def test_one_without_problems_is_refused_and_costs_the_others_nothing(command: str, folder: Path, lcp: Lcp) -> None:
     empty = folder / "deeper.json"

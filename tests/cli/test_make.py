@@ -263,14 +263,6 @@ def test_complete_formats_keep_everything(tmp_path: Path, lcp: Lcp, ending: str,
     assert outcome.out.encode() == (tmp_path / "a.json").read_bytes()
 
 
-def test_what_a_format_cannot_keep_is_named(tmp_path: Path, lcp: Lcp) -> None:
-    write(RICH, tmp_path / "a.json")
-    out = str(tmp_path / "a.csv")
-    outcome = lcp("convert", str(tmp_path / "a.json"), "-o", out)
-    lost = "name, source, note, x0, x1, solution"
-    assert outcome.err == f"lcp: {out}: the format keeps only M, q and bounds; left out: {lost}\n"
-
-
 def test_an_output_of_no_known_format_or_without_its_option_is_refused(tmp_path: Path, lcp: Lcp) -> None:
     write(RICH, tmp_path / "a.json")
     made = str(tmp_path / "b.xyz")

@@ -160,16 +160,6 @@ def test_bounds_are_those_of_every_problem(lcp: Lcp) -> None:
         assert given[0] == "good.json" or np.allclose(found[1]["z"], lcpcli.solve(problem.M, Q[:, 1], upper=0.1).z)
 
 
-@pytest.mark.parametrize(("name", "form"), [("all.jsonl", "json"), ("all.csv", "csv"), ("all.txt", "table")])
-def test_output_file_holds_what_would_be_printed(name: str, form: str, lcp: Lcp, files: Path) -> None:
-    outcome = lcp("solve", "good.json", "none.json", "-o", name)
-    assert (outcome.code, outcome.out) == (3, "")
-    printed = lcp("solve", "good.json", "none.json", "--format", form).out
-    assert len((files / name).read_text().splitlines()) == len(printed.splitlines())
-    quiet = lcp("solve", "good.json", "none.json", "-q")
-    assert (quiet.code, quiet.out, quiet.err) == (3, "", "")
-
-
 @pytest.mark.parametrize(
     ("options", "words"),
     [

@@ -226,10 +226,6 @@ def test_errors_have_the_names_of_variables_and_rows(lcp: Lcp, models: Path) -> 
     assert_refused(lcp("twice", "-AMPL"), "twice.nl: clearing: complements price, and so does market")
 
 
-def test_version_is_told_as_solvers_of_ampl_tell_it(lcp: Lcp) -> None:
-    assert "version" in lcp("-v").out
-
-
 def test_terms_that_cancel_keep_their_domain(lcp: Lcp, folder: Path) -> None:
     log = ("log", "v0")
     for name, terms in (("difference", ("-", log, log)), ("product", ("*", 0, log)), ("power", ("^", log, 0))):

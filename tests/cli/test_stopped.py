@@ -332,10 +332,3 @@ def test_ctrl_c_while_a_conclusion_is_worked_out_leaves_it_to_the_next_reader(mo
         with pytest.raises(KeyboardInterrupt):
             result.answer.statement  # noqa: B018
     assert result.answer.proved == "several_optima"
-
-
-def test_ctrl_c_itself_ends_the_loop_of_a_user(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Loop, "_take", lambda *_: signal.raise_signal(signal.SIGINT))
-    with pytest.raises(lcpcli.Interrupted, match="interrupted") as ending:
-        lcpcli.solve(PROBLEM.M, PROBLEM.q, "newton")
-    assert f"{ending.type.__module__}.{ending.type.__qualname__}" == "lcpcli.Interrupted"

@@ -42,17 +42,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_csv_of_a_result_is_component_z_and_w_with_all_digits(lcp: Lcp, folder: Path) -> None:
-    assert lcp("solve", EXAMPLE, "-o", "z.csv", "--format", "csv", "-q", "--trace").err == "", "which is redundant"
-    assert "problem,method,k,z1," in (folder / "z.csv").read_text()
-    assert lcp("solve", EXAMPLE, "-o", "z.csv", "--format", "csv", "-q").err == ""
-    record = json.loads(lcp("solve", EXAMPLE, "--format", "json", "-o", "-").out)
-    rows = table(folder / "z.csv")
-    assert [row["component"] for row in rows] == ["1", "2", "3", "4"]
-    assert [float(row["z"]) for row in rows] == record["z"]
-    assert [float(row["w"]) for row in rows] == record["w"]
-
-
 def test_check_and_a_start_read_the_csv_of_one_run_or_several_back(lcp: Lcp, folder: Path) -> None:
     for command in (("solve",), ("compare", "--method", "newton", "--method", "shi:k-star=5")):
         lcp(*command, EXAMPLE, "-o", "z.csv")
@@ -200,16 +189,6 @@ def test_wrong_solution_among_others_in_csv_is_told_apart(
     outcome = lcp("check", f"{name}.json", "all.csv", "--format", "json")
     correct = [json.loads(line)["accepted"] for line in outcome.out.splitlines()]
     assert (outcome.code, correct.count(False)) == (1, 1)
-
-
-def test_lists_have_the_names_of_strategies_and_of_unknowns_if_there_are_any(lcp: Lcp, folder: Path) -> None:
-    assert folder.is_dir()
-    names = ["go", "stay", "left, or", "right"]
-    assert json.loads(lcp("solve", "both.json", "--all", "--format", "json").out)["names"] == names
-    assert json.loads(lcp("solve", "murty.json", "--all", "--format", "json").out)["names"] is None
-    text = lcp("solve", "both.json", "--all", "--format", "csv").out
-    header, *rows = csv.reader(line for line in text.splitlines() if not line.startswith("#"))
-    assert [header[-1], *(row[-1] for row in rows)] == ["name", *names * (len(rows) // 4)]
 
 
 def test_file_without_solutions_or_of_strategies_is_refused_where_a_z_is_asked_for(lcp: Lcp, folder: Path) -> None:

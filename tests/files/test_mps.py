@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
-import io
 import json
 import sys
 from pathlib import Path
@@ -93,19 +91,6 @@ def test_fixed_format_with_spaces_in_names(tmp_path: Path) -> None:
     origin, data = program(read(written(tmp_path, "\n".join(lines))))
     assert (origin.columns, origin.rows) == (("COL ONE",), ("ROW ONE",))
     assert (data.A[0, 0], data.row_lower[0]) == (2, 6)
-
-
-def test_compressed_and_from_standard_input_it_is_the_same(
-    tmp_path: Path, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    plain = read(written(tmp_path, FEATURES))
-    packed = read(written(tmp_path, gzip.compress(FEATURES.encode()), "p.mps.gz"))
-    assert packed.origin == plain.origin
-    assert np.array_equal(packed.q, plain.q)
-    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(FEATURES.encode())))
-    outcome = lcp("solve", "-", "--format", "json")
-    assert outcome.code == 0
-    assert json.loads(outcome.out)["answer"]["objective"] == run(plain).answer.objective
 
 
 def test_the_lp_format_is_read(tmp_path: Path) -> None:

@@ -328,14 +328,6 @@ def test_all_but_the_game_are_solved_by_both_methods(problem: Problem, method: s
     assert problem.name != "bimatrix" or result.status in (Status.STALLED, Status.DIVERGED)
 
 
-def test_bimatrix_solutions_are_the_published_equilibria() -> None:
-    """von Stengel 2007: (1, 0, 0) and (1, 0); (4/5, 1/5, 0) and (2/3, 1/3); (0, 1/3, 2/3) and (1/3, 2/3)."""
-    published = [((1, 0, 0), (1, 0)), ((4 / 5, 1 / 5, 0), (2 / 3, 1 / 3)), ((0, 1 / 3, 2 / 3), (1 / 3, 2 / 3))]
-    for z, (x, y) in zip(read(contents.shipped_path("bimatrix.json")).solutions, published, strict=True):
-        assert np.allclose(z[:3] / z[:3].sum(), x, rtol=0, atol=1e-15)
-        assert np.allclose(z[3:] / z[3:].sum(), y, rtol=0, atol=1e-15)
-
-
 @pytest.fixture
 def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder, as the current one."""

@@ -128,6 +128,7 @@ def test_a_device_is_written_to_and_not_replaced(lcp: Lcp, file: str) -> None:
         outcome = lcp("solve", file, "-q", "-o", "/dev/null")
         write_whole("/dev/null", "text")
     assert outcome == Outcome(0, "", "")
+    assert_refused(lcp("solve", file, "-o", "/dev/full"), "lcp: /dev/full: cannot be written")
     assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
 
 

@@ -338,34 +338,26 @@ def test_a_figure_shows_the_same_as_before(name: str) -> None:
     assert_as_before(f"figure-{name}", described(DRAWN[name]()) + "\n")
 
 
-@pytest.mark.slow("draws many large figures")
-@pytest.mark.parametrize("name", RUNS)
-def test_texts_of_runs_are_apart(name: str) -> None:
-    assert_no_text_is_on_another_or_leaves(RUNS[name]())
+def long_names(M: Any, q: Any) -> Figure:
+    return drawn(cones_figure.draw, paths.picture(M, q, names=("price of $x", "y " * 60)))
 
 
-@pytest.mark.slow("draws many figures")
-@pytest.mark.parametrize(("M", "q"), CONES)
-def test_texts_of_cones_are_apart(M: list[list[float]], q: tuple[float, float]) -> None:
-    with style.context():
-        figure = cones_figure.draw(paths.picture(M, q, names=("price of $x", "y " * 60)))
-    assert_no_text_is_on_another_or_leaves(figure)
+def iterates(problems: list[Problem], methods: tuple[str, ...]) -> Figure:
+    return drawn(paths_figure.draw, [paths.data(problem, methods) for problem in problems])
 
 
-@pytest.mark.slow("draws large figures")
-@pytest.mark.parametrize("name", PATHS)
-def test_texts_of_paths_of_iterates_are_apart(name: str) -> None:
-    problems, methods = PATHS[name]
-    with style.context():
-        figure = paths_figure.draw([paths.data(problem, methods) for problem in problems])
-    assert_no_text_is_on_another_or_leaves(figure)
+TEXTS: dict[str, Callable[[], Figure]] = {
+    **RUNS,
+    **{f"cones {k}": lambda given=given: long_names(*given) for k, given in enumerate(CONES)},
+    **{f"iterates {name}": lambda given=given: iterates(*given) for name, given in PATHS.items()},
+    **{f"path {name}": lambda make=make: drawn(run_figures.draw, response(make())) for name, make in RESPONSES.items()},
+}
+SLOW = [pytest.param(name, marks=pytest.mark.slow("many large figures")) for name in TEXTS if name[:4] != "path"]
 
 
-@pytest.mark.parametrize("name", RESPONSES)
-def test_texts_of_paths_of_solutions_are_apart(name: str) -> None:
-    with style.context():
-        figure = run_figures.draw(response(RESPONSES[name]()))
-    assert_no_text_is_on_another_or_leaves(figure)
+@pytest.mark.parametrize("name", [*SLOW, *(f"path {name}" for name in RESPONSES)])
+def test_texts_are_apart(name: str) -> None:
+    assert_no_text_is_on_another_or_leaves(TEXTS[name]())
 
 
 def test_a_long_title_and_count_of_cones_are_cut_and_nothing_in_them_is_parsed() -> None:

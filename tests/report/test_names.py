@@ -20,7 +20,6 @@ from lcpcli import read, run
 from lcpcli.cli.terminal import ERASE, Line
 from lcpcli.errors import LCPError, visible, visible_json
 from lcpcli.model.program import Program
-from lcpcli.report.figures import style
 from lcpcli.report.wording import short_names
 
 from ..conftest import Outcome
@@ -162,14 +161,6 @@ def test_a_bench_shows_a_file_as_it_shows_its_escapes(lcp: Lcp) -> None:
         assert without_times(plain) == without_times(escaped)
 
 
-def test_a_stream_shows_a_file_as_it_shows_its_escapes(lcp: Lcp) -> None:
-    texts = []
-    for file in ("\x1b\n.json", r"\x1b\n.json"):
-        put("lcp", "a", file)
-        texts.append(without_times(lcp("solve", file, file).out))
-    assert texts[0] == texts[1]
-
-
 def test_cells_of_markdown_and_latex_stay_in_their_columns(lcp: Lcp) -> None:
     put("lcp", WHOLE)
     rows = [line for line in lcp("solve", "p.json", "--format", "markdown").out.split("\n") if line[:1] == "|"]
@@ -253,11 +244,6 @@ def test_errors_and_objects_in_python_show_escapes() -> None:
 
 def test_a_name_whose_escapes_are_too_long_for_a_column_is_replaced_by_its_place() -> None:
     assert short_names(["\x1b\n", "\x1b\x1b\x1b"], 11) == ["\x1b\n", "z2"]
-
-
-def test_figures_show_escapes() -> None:
-    shown = style.fitted("a\x1b\n\u202eb$", style.FONT, 5.0)
-    assert shown == r"a\x1b\n\u202eb\$"
 
 
 @given(st.text(st.characters()).map(lambda text: text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")))

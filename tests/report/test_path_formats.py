@@ -67,16 +67,6 @@ def test_a_path_has_the_same_text_as_before(name: str) -> None:
     assert_as_before(f"path-{name}", "\n".join(texts))
 
 
-def test_objective_at_breakpoints_is_that_of_the_programs_there() -> None:
-    path = frontier()
-    answer = path.to_dict()["answer"]
-    for t, x, value in zip(path.t, answer["x"], answer["objective"], strict=True):
-        minimum = lcpcli.run(portfolio(0.05 + 0.07 * t)).answer
-        assert minimum is not None
-        assert np.allclose(minimum.x, x, atol=1e-9)
-        assert minimum.objective == pytest.approx(value)
-
-
 def test_objective_and_multipliers_are_in_their_own_sense_with_constants_that_may_move_too() -> None:
     least, most = frontier().to_dict(), frontier(sense="max", constant=1.0).to_dict()
     assert most["answer"]["objective"] == pytest.approx([1 - value for value in least["answer"]["objective"]])

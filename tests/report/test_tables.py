@@ -15,12 +15,11 @@ import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli import Problem, Status, Trace, error_bound, read, write
+from lcpcli import Problem, Trace, error_bound, read, write
 from lcpcli.cli import terminal as cli_terminal
 from lcpcli.files import contents
 from lcpcli.report import outcome, tables, wording
 from lcpcli.report.programs_and_games import rows_of
-from lcpcli.solving import driver
 from lcpcli.solving.driver import run
 
 SMALL = {"M": [[2, 1], [1, 2]], "q": [-4, -5]}  # z = (1, 2)
@@ -283,12 +282,6 @@ def test_no_color_is_obeyed(environment: dict[str, str], colored: bool, monkeypa
     assert cli_terminal.terminal()[1] is colored
 
 
-def test_quiet_prints_nothing_and_the_exit_code_gives_the_outcome(lcp: Lcp) -> None:
-    for more, code in (([], 0), (["--max-iterations", "1"], 1)):
-        outcome = lcp("solve", EXAMPLE, "-q", *more)
-        assert (outcome.code, outcome.out, outcome.err) == (code, "", "")
-
-
 def test_durations_have_a_unit_that_fits() -> None:
     shown = {0.0: "0 us", 1.5e-6: "1.5 us", 0.0123: "12.3 ms", 1.0: "1 s", 75.25: "75.2 s", 0.9997: "1 s"}
     assert {seconds: wording.duration(seconds) for seconds in shown} == shown
@@ -299,28 +292,6 @@ def test_components_beyond_seven_decimals_are_shown_with_their_exponent() -> Non
     assert wording.components([1.0, 2e6], largest=1.0) == ["1.0000000", "2.000000e+06"]
     assert wording.components([1e-9, 0.0], largest=1e-9) == ["1.000000e-09", "0.000000e+00"]
     assert wording.components([-1e-9, -2.0, -3e7], 2.0) == ["0.0000000", "-2.0000000", "-3.000000e+07"]
-
-
-@pytest.mark.parametrize("begun", [["fixed-point"] * 2, ["shi"]], ids=["a-repeat", "a-first-run"])
-def test_an_interrupted_comparison_shows_what_was_finished_and_begins_no_more(
-    begun: list[str], lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    real, runs = driver.run, list[str]()
-
-    def interrupted(problem: Problem, method: str, **options: Any) -> Any:
-        runs.append(method)
-        result = real(problem, method, **options)
-        return replace(result, status=Status.INTERRUPTED, interrupted=True) if is_last() else result
-
-    def is_last() -> bool:
-        return runs[-len(begun) :] == begun
-
-    monkeypatch.setattr(driver, "run", interrupted)
-    outcome = lcp("compare", EXAMPLE)
-    assert outcome.code == 130
-    assert is_last()
-    assert re.search(r"^fixed-point .* solved( |$)", outcome.out, re.MULTILINE)
-    assert bool(re.search(r"^shi .* interrupted$", outcome.out, re.MULTILINE)) == (begun == ["shi"])
 
 
 SECOND = contents.shipped_path("paper-example-2.json")
