@@ -77,7 +77,7 @@ def larger(record: BenchRecord) -> BenchRecord:
 
 
 RECORDS: dict[str, tuple[Callable[[BenchRecord], BenchRecord], str]] = {
-    "whole": (lambda record: record, "table csv markdown latex"),
+    "whole": (lambda record: record, "table csv"),
     "larger": (larger, "table"),
     "hard": (lambda record: replace(record, suite=["hard", "dense"]), "table"),
     "unfinished": (lambda record: replace(record, measurements=record.measurements[:5]), "table"),

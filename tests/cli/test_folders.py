@@ -230,15 +230,8 @@ def test_stream_may_change_in_size_and_have_bad_lines(lcp: Lcp, folder: Path, mo
 
 
 def test_options_without_effect_are_refused_in_a_line(lcp: Lcp) -> None:
-    for line in (
-        "--method lemke",
-        "--jobs 1",
-        "--cluster tcp://localhost:1",
-        "--trace",
-        "--z0 1,1,1",
-        "--scale",
-        "--p 2",
-    ):
+    lines = ("--method lemke", "--jobs 1", "--cluster tcp://localhost:1", "--trace", "--z0 1,1,1", "--scale", "--p 2")
+    for line in lines:
         told = f"lcp: {line.split()[0]}: has no effect with --sequence"
         assert_refused(lcp("solve", "steps", "--sequence", "--format", "json", *line.split()), told)
     assert_refused(lcp("solve", "steps/0.json", "--sequence", "--all"), "lcp: --sequence: has no effect with --all")
