@@ -168,14 +168,6 @@ def test_a_header_with_a_name_too_many_is_refused(folder: Path) -> None:
         read("p.csv")
 
 
-def test_tables_and_checks_show_names(lcp: Lcp) -> None:
-    lines = lcp("solve", FILE).out.splitlines()
-    assert any("north sea" in line and "süd" in line for line in lines if line.startswith("method"))
-    assert "1 north sea" in lcp("check", FILE, "1,2").out
-    assert "left out: names\n" in lcp("convert", FILE, "-o", "market.mtx").err
-    assert "north sea" in lcp("solve", FILE, "--all").out
-
-
 @pytest.mark.parametrize("ending", [".md", ".tex", ".txt"])
 def test_tables_have_all_names_and_are_not_read_back(ending: str, lcp: Lcp) -> None:
     Path(FILE).write_text(json.dumps(NAMED | {"names": ["a name longer than a column", "süd"]}))

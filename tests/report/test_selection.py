@@ -66,8 +66,8 @@ def test_a_multiplier_is_called_as_its_row_or_with_y_by_every_command(session: C
     for file, c in (("p.json", [-2, -5]), ("to.json", [-2, -6])):
         Path(file).write_text(json.dumps(PROGRAM | {"c": c}))
     commands = ("path p.json to.json", "solve p.json", "solve p.json --all", "solve p.json --minimize a")
-    names = ("y wood", "wood", "y steel")
-    session("show-multipliers", *(f"{command} --show '{name}'" for command in commands for name in names))
+    lines = (f"{command} --show '{name}'" for command in commands for name in ("y wood", "y steel"))
+    session("show-multipliers", *lines, "solve p.json --all --show wood")
 
 
 def test_a_figure_of_a_path_has_the_chosen_lines_alone_and_multipliers_too() -> None:

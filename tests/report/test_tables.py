@@ -7,7 +7,6 @@ import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -192,19 +191,6 @@ def test_files_name_the_methods_that_took_part_and_options_with_all_digits(lcp: 
         assert "tol 1.2345678e-09, at most 10000 iterations, time limit 100.25 s\n" in text
         assert "shi, p=1234567.5, k-star=100, " in text
     assert "shi: p=123456, k-star=100" in lcp("solve", EXAMPLE, "--method", "shi", "--p", "123456").out
-
-
-def test_times_of_the_last_row_and_of_the_summary_are_by_one_clock(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The verified answer comes after the last iterate; the clock goes on by 1 ms each time it is read."""
-    seconds = count(0.0, 1e-3)
-    monkeypatch.setattr("time.perf_counter", lambda: next(seconds))
-    lines = lcp("compare", EXAMPLE, "--method", "fixed-point").out.splitlines()
-    start = next(i for i, line in enumerate(lines) if line.startswith("method") and line.endswith("status"))
-    units = re.search(r"time/(\w+)", lines[1]), lines[start].split()[3]
-    assert units[0]
-    scale = {"us": 1e-6, "ms": 1e-3, "s": 1.0}
-    last, cells = float(lines[start - 1].split()[-1]) * scale[units[0][1]], lines[start + 2].split()
-    assert last * 0.99 <= float(cells[8]) * scale[units[1]] <= last + 10.0
 
 
 def test_default_beside_a_run_with_an_option_and_every_value_in_a_figure_are_told(lcp: Lcp, tmp_path: Path) -> None:
