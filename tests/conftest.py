@@ -18,6 +18,7 @@ from lcpcli.cli import output
 from lcpcli.files import contents
 from lcpcli.files.inputs import Input
 from lcpcli.files.reading import contents_of
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import KERNELS, wants_kernels
 from lcpcli.rational.exact_problem import ExactProblem
 
@@ -101,3 +102,27 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> Callable[[int, bool], None]:
 def paper_example(request: pytest.FixtureRequest) -> Problem:
     """Each of the paper's examples."""
     return read(contents.shipped_path(f"paper-example-{request.param}.json"))
+
+
+M = [[2.0, -1.0], [-0.5, 2.0]]
+Q = [-1.0, 0.25]
+JSON = '{"M": [[2, -1], [-0.5, 2]], "q": [-1, 0.25]}'
+
+
+def numbers(problem: Problem) -> tuple[list[list[float]], list[float]]:
+    """M and q as lists."""
+    return (problem.M.toarray() if is_sparse(problem.M) else problem.M).tolist(), problem.q.tolist()
+
+
+BATCH = """
+import sys
+from lcpcli.cli import main as cli
+cli.leave = sys.exit  # it would end the process
+for line in sys.stdin:
+    sys.argv = ["lcp", *line.split()]
+    try:
+        cli.main()
+    except SystemExit as ending:
+        assert not ending.code
+    print(end="\\0", flush=True)
+"""

@@ -70,9 +70,7 @@ HOSTS: tuple[tuple[dict[str, Any], set[int]], ...] = (({"all": "raise"}, MOST), 
         for seed in range(25)
     ],
 )
-def test_extreme_numbers_cause_no_warning_and_no_error_where_a_host_asks_for_errors(
-    host: dict[str, Any], seed: int
-) -> None:
+def test_extreme_numbers_cause_no_warning_and_no_error_if_a_host_asks_for_them(host: dict[str, Any], seed: int) -> None:
     random = np.random.default_rng(seed)
     with warnings.catch_warnings(), np.errstate(**host):
         warnings.simplefilter("error")

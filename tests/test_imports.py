@@ -14,7 +14,7 @@ import lcpcli
 from lcpcli import Problem
 from lcpcli.files import contents, writing
 
-from .one_process import BATCH
+from .conftest import BATCH
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 

@@ -85,20 +85,6 @@ def test_functions_of_a_problem_refuse_a_matrix(function: Callable[..., object],
         function(*given)
 
 
-def test_exact_proves_a_solution_or_that_there_is_none() -> None:
-    pytest.importorskip("flint")
-    proved = lcpcli.exact(lcpcli.Problem([[3.0]], [-1.0])).exact
-    assert proved is not None
-    assert str(proved.z) == "[Fraction(1, 3)]"
-    none = lcpcli.exact(INFEASIBLE)
-    assert none.status.word == "infeasible"
-    assert none.exact is not None
-    assert none.exact.y is not None
-    game = lcpcli.exact(lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]))
-    assert game.answer is not None
-    assert game.answer.exact is not None
-
-
 @pytest.mark.slow("draws a figure in every form")
 def test_plot_writes_a_file_or_shows_in_a_notebook(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
@@ -149,11 +135,6 @@ def test_the_method_of_solve_many_is_its_third_argument_as_of_solve() -> None:
         lcpcli.solve_many(problems, method="newton"),
     ):
         assert [result.method for result in results] == ["newton", "newton"]
-
-
-def test_a_callback_leaves_the_word_of_the_status_and_not_the_sign_of_ctrl_c() -> None:
-    result = lcpcli.solve(M, Q, "fixed-point", callback=lambda row: row.k == 3)
-    assert (result.status.word, result.interrupted) == ("interrupted", False)
 
 
 @pytest.mark.parametrize("method", ["auto", "lemke", "interior"])

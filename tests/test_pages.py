@@ -241,7 +241,7 @@ LADDER = r"^\| ([a-z-]+) \| (\w+) = (\S+) \| (?:all|-|\d+) \|"
 
 
 def test_tables_have_rates_of_several_families_and_the_ladders_of_the_suites() -> None:
-    """What auto does on them, test_bench_accuracy holds; here it is that the table is about the same ladders."""
+    """What auto does on them, test_bench_record holds; here it is that the table is about the same ladders."""
     assert len({row[0] for row in RATES}) >= 8
     shown = {row[0]: row[1:] for row in re.findall(LADDER, PAGES["stability"], re.MULTILINE)}
     stiff = [*suites.STIFF, *suites.EXTREME]

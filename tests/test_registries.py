@@ -8,7 +8,6 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -16,10 +15,9 @@ import pytest
 from lcpcli.inspection.verdict import CLASSES
 from lcpcli.methods.registry import ANY, METHODS
 
-from .one_process import BATCH
+from .conftest import BATCH
 
 ROOT = Path(__file__).parent.parent
-Lcp = Callable[..., list[str]]
 
 METHOD = '''
 """Projected overrelaxation."""
@@ -136,15 +134,11 @@ OF_ALL = (
     "gallery.py::test_families_say_what_they_are_and_auto_comes_to_what_is_known[toy]",
     "make.py::test_numbers_are_the_same_in_all_formats",
     "make.py::test_complete_formats_keep_everything",
-    "make.py::test_what_a_format_cannot_keep_is_named",
     "gallery.py::test_same_arguments_give_the_same_numbers_and_other_seeds_others[toy]",
     "driver.py::test_options_in_force_are_reported_defaults_too[toy]",
     "figures.py::test_looks_are_of_methods_and_peers_and_the_others_take_spare_ones",
     "clock.py::test_nothing_that_a_first_run_loads_is_part_of_it[toy]",
 )
-
-
-SAMPLED = pytest.mark.slow("the quick suite has another package with a method and a format")
 
 
 @pytest.fixture(scope="module")
@@ -174,17 +168,6 @@ def register(registry: Path, table: str, line: str) -> None:
     registry.write_text(f"{text[:place]}{line}\n{text[place:]}")
 
 
-@pytest.fixture
-def lcp(copy: Path, tmp_path: Path) -> Lcp:
-    """Run commands of the copy, one after the other, beside a problem in toy.json; what each prints."""
-
-    def outputs(*commands: str, problem: str = '{"name": "toy", "M": [[2, 0], [0, 4]], "q": [-2, 4]}') -> list[str]:
-        (tmp_path / "toy.json").write_text(problem)
-        return run(copy, tmp_path, "-c", BATCH, given="\n".join(commands)).split("\0")[:-1]
-
-    return outputs
-
-
 def run(path: Path, folder: Path, *command: str, given: str = "") -> str:
     """The output of Python with that path in a folder, which is to succeed."""
     own = os.environ | {"PYTHONPATH": str(path), "NUMBA_DISABLE_JIT": "1"}  # no kernels are compiled for a copy
@@ -208,70 +191,40 @@ def test_what_is_added_passes_the_tests_of_all_of_its_kind(copy: Path) -> None:
     run(copy, copy, "-m", "pytest", "-n", "0", "-m", "", "-p", "no:cacheprovider", compiling, *tests)
 
 
-@SAMPLED
-def test_method_with_two_options(lcp: Lcp) -> None:
-    solve = "solve toy.json --method toy --format json"
-    plain, other, *helps = lcp(solve, f"{solve} --omega 1.5 --sweeps 2", "help solve --all", "help compare --all")
-    records = list(map(json.loads, (plain, other)))
-    assert [(record["status"], record["method"], record["options"]) for record in records] == [
-        ("solved", "toy", {"omega": 1.0, "sweeps": 1}),
-        ("solved", "toy", {"omega": 1.5, "sweeps": 2}),
-    ]
-    assert records[0]["z"] == [1.0, 0.0]
-    for word in ("Methods shi, fixed-point and toy:", "Methods fixed-point and toy:", "Method toy:", "  --sweeps "):
-        assert [word in shown for shown in helps] == [True, True]
+COMMANDS = """\
+solve toy.json --method toy --omega 1.5 --sweeps 2 --format json
+help solve --all
+make toy -n 3 --set load=2
+make diagonal -n 2 --set decades=0 -o problem.toy
+solve problem.toy --exact --format json
+solve toy.json -o result.toys -q
+solve toy.json
+solve toy.json --format json --trace
+bench toy.json --method newton --peer toy --budget 0 --format json
+inspect toy.json --format json
+help toys
+"""
 
 
-@SAMPLED
-def test_family(lcp: Lcp) -> None:
-    made, families = lcp("make toy -n 3 --set load=2", "make --list")
-    problem = json.loads(made)
-    assert (problem["name"], problem["q"]) == ("toy-3", [-2, -2, -2])
-    assert "toy" in families
-
-
-@SAMPLED
-def test_problem_format(lcp: Lcp, copy: Path, tmp_path: Path) -> None:
-    solve = "solve problem.toy --format json"
-    _, plain, exact = lcp("make diagonal -n 2 --set decades=0 -o problem.toy", solve, f"{solve} --exact")
+@pytest.mark.slow("the quick suite has another package with a method and a format")
+def test_what_is_added_does_its_work(copy: Path, tmp_path: Path) -> None:
+    (tmp_path / "toy.json").write_text('{"name": "toy", "M": [[2, 0], [0, 4]], "q": [-2, 4]}')
+    solved, shown, made, _, exact, _, table, traced, bench, inspected, page, _ = run(
+        copy, tmp_path, "-c", BATCH, given=COMMANDS
+    ).split("\0")
+    record, last = json.loads(solved), json.loads(traced)["trace"][-1]
+    assert (record["status"], record["method"], record["z"]) == ("solved", "toy", [1.0, 0.0])
+    assert record["options"] == {"omega": 1.5, "sweeps": 2}
+    words = ("Methods shi, fixed-point and toy:", "Method toy:", "  --sweeps ")
+    assert [word for word in words if word not in shown] == []
+    assert (json.loads(made)["name"], json.loads(made)["q"]) == ("toy-3", [-2, -2, -2])
     assert (tmp_path / "problem.toy").read_text() == "1.0 0.0 -1.0\n0.0 1.0 1.0\n"
-    assert (json.loads(plain)["z"], json.loads(exact)["exact"]["z"]) == ([1.0, 0.0], ["1", "0"])
-    (tmp_path / "M.toy").write_text("2 0\n0 4\n")
-    solve_parts = ("-m", "lcpcli", "solve", "M.toy", "-", "--format", "json")
-    assert json.loads(run(copy, tmp_path, *solve_parts, given="-2,-4"))["z"] == [1.0, 1.0]
-
-
-@SAMPLED
-def test_output_format_and_column(lcp: Lcp, tmp_path: Path) -> None:
-    _, titles, table, record, lines = lcp(
-        "solve toy.json -o result.toys -q",
-        "compare toy.json --format toy",
-        "solve toy.json",
-        "solve toy.json --format json --trace",
-        "solve toy.json --format csv --trace",
-    )
+    assert json.loads(exact)["exact"]["z"] == ["1", "0"]
     assert (tmp_path / "result.toys").read_text() == "toy: n = 2\n"
-    assert titles == "toy: n = 2, exact solution (1, 0)\n"
-    assert re.search(r"^method .* residual +time/\w+ +positive$", table, re.MULTILINE)
-    assert json.loads(record)["trace"][-1]["positive"] == 1
-    assert lines.splitlines()[-1].endswith(",1,solved")
-
-
-@SAMPLED
-def test_peer(lcp: Lcp) -> None:
-    (out,) = lcp("bench toy.json --method newton --peer toy --budget 0 --format json")
-    rows = {row["solver"]: row for row in json.loads(out)["measurements"]}
-    assert (rows["toy"]["success"], rows["toy"]["kind"]) == (True, "peer")
-
-
-@SAMPLED
-def test_class_and_page(lcp: Lcp) -> None:
-    given = '{"M": [[1, 3], [0, 1]], "q": [-2, -4], "lower": [null, 0]}'
-    record, table, page = lcp("inspect toy.json --format json", "inspect toy.json --all", "help toys", problem=given)
-    found = json.loads(record)
-    assert found["classes"]["toy"]["verdict"] == "yes"
-    assert found["methods"]["toy"]["reason"] == "no theorem about it is known here"
-    assert "no entry is negative" in table
+    assert (last["positive"], bool(re.search(r"^method .* positive$", table, re.MULTILINE))) == (1, True)
+    (row,) = (row for row in json.loads(bench)["measurements"] if row["solver"] == "toy")
+    assert (row["success"], row["kind"]) == (True, "peer")
+    assert json.loads(inspected)["classes"]["toy"]["verdict"] == "yes"
     assert page == PAGE
 
 

@@ -12,7 +12,6 @@ import pytest
 
 import lcpcli
 from lcpcli import Problem
-from lcpcli.cli import path as command
 from lcpcli.files import contents, writing
 from lcpcli.files.inputs import Input
 from lcpcli.interrupts import TimeIsUp
@@ -50,13 +49,6 @@ def listed(lcp: Lcp) -> Any:
     return run
 
 
-@pytest.mark.parametrize(("name", "extreme"), [("coordination-4", 15), ("winkels", 12)])
-def test_shipped_games_have_the_published_numbers_of_equilibria(name: str, extreme: int, lcp: Lcp) -> None:
-    outcome = lcp("solve", contents.shipped_path(f"games/{name}.nfg"), "--all", "--format", "json")
-    held = record(outcome)
-    assert (outcome.code, held["complete"], len(held["solutions"])) == (0, True, extreme)
-
-
 def test_two_tables_are_the_payoffs_of_a_game_fractions_among_them(lcp: Lcp) -> None:
     for name, text in {"A": "3,0\n0,1/2\n", "B": "2;0\n0;0,1\n", "C": "1,2,3\n"}.items():
         Path(f"{name}.csv").write_text(text)
@@ -68,30 +60,10 @@ def test_two_tables_are_the_payoffs_of_a_game_fractions_among_them(lcp: Lcp) -> 
     assert_refused(lcp("solve", "A.csv", "C.csv", "--game"), "make them agree")
 
 
-def test_objective_of_a_program_has_its_curvature_sense_and_constant(lcp: Lcp, listed: Any) -> None:
-    """3 x_1^2 + x_1 x_2 + x_2^2 - 7 x_1 - 3 x_2 + 10 at its minimizer (1, 1), and minus that."""
-    held = record(lcp("solve", contents.shipped_path("programs/transport.json"), "--all", "--format", "json"))
-    assert {each["objective"] for each in held["solutions"]} == {153.675}
-    assert (len(held["solutions"]), len(held["pieces"]), held["complete"]) == (2, 1, True)
-    Q, c = np.array([[6, 1], [1, 2]]), np.array([-7, -3])
-    for sign, sense in ((1, "min"), (-1, "max")):
-        lcpcli.write(lcpcli.from_qp(sign * Q, sign * c, sense=sense, constant=10 * sign), "program.json")
-        assert [each["objective"] for each in listed("program")["solutions"]] == [sign * 5]
-
-
 def test_list_that_is_as_long_as_was_asked_for_says_whether_there_are_others(session: Callable[..., None]) -> None:
     Path("connected.json").write_text('{"A": [[1, 0], [0, 0], [1, 0]], "B": [[1, 0], [1, 1], [1, 1]]}')
-    most = (
-        ("murty", 2),
-        ("murty", 3),
-        ("faces", 2),
-        ("one", 1),
-        ("game", 1),
-        ("game", 2),
-        ("both", 2),
-        ("connected", 2),
-    )
-    lines = (f"solve {name}.json --all --max-solutions {k}" for name, k in most)
+    most = {"murty": (2, 3), "faces": (2,), "one": (1,), "game": (1, 2), "both": (2,), "connected": (2,)}
+    lines = (f"solve {name}.json --all --max-solutions {k}" for name, numbers in most.items() for k in numbers)
     session("as-many-as-asked-for", *lines, "solve connected.json --all")
 
 
@@ -105,9 +77,7 @@ def test_list_that_is_stopped_while_numbers_are_read_is_none(lcp: Lcp, monkeypat
 
 
 @pytest.mark.parametrize(("name", "holding"), [("murty", "0111"), ("faces", "0011"), ("none", "0000")])
-def test_picture_marks_the_cones_that_hold_q(
-    name: str, holding: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_picture_marks_cones_that_hold_q(name: str, holding: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("matplotlib")
     drawn: list[Cones] = []
     usual = plotting.cones
@@ -229,13 +199,10 @@ def test_paths_to_every_end_are_the_same_as_before(session: Callable[..., None])
     for name, least in (("from", "0.05"), ("to", "0.12")):
         limits = f'"row_lower": [1, {least}], "row_upper": [1, null], "upper"'
         Path(f"{name}.json").write_text(re.sub(r'"row_lower".*"upper"', limits, program, flags=re.DOTALL))
+    turning = ("back.json beyond.json", "back.json beyond.json --turns", "beyond.json back.json")
     session(
         "paths",
-        *(f"path first.json {line}" for line in PATHS),
-        *(
-            f"path {line}"
-            for line in ("back.json beyond.json", "back.json beyond.json --turns", "beyond.json back.json")
-        ),
+        *(f"path {line}" for line in (*(f"first.json {line}" for line in PATHS), *turning)),
         *(f"path {line} --exact --format {form}" for line in IN_FRACTIONS for form in ("table", "json")),
         "path from.json to.json --from 0.05 --to 0.12 --exact",
     )
@@ -274,14 +241,6 @@ def test_error_is_one_line_that_says_where_and_leaves_the_files(words: str, mess
     assert Path("q0.csv").read_text() == "1,1\n"
 
 
-def test_picture_is_written_whole(lcp: Lcp, files: Path) -> None:
-    pytest.importorskip("matplotlib")
-    before = set(files.iterdir())
-    assert lcp("path", "first.json", "last.json", "--plot", "path.png").code == 0
-    assert set(files.iterdir()) - before == {files / "path.png"}
-    assert (files / "path.png").read_bytes().startswith(b"\x89PNG")
-
-
 def test_program_that_a_direction_leaves_keeps_its_names(lcp: Lcp) -> None:
     words = ["path", "portfolio", "--to", "0.1", "--format", "json"]
     moved = record(lcp(*words, "--direction", "1,0,0,0,0,0"))
@@ -290,13 +249,3 @@ def test_program_that_a_direction_leaves_keeps_its_names(lcp: Lcp) -> None:
     left = record(lcp(*words, "--direction", "0,0,0,0,1,0"))  # the row of a range has no constant
     assert left["answer"] is None
     assert left["names"][:5] == ["shares", "bonds", "cash", "budget", "return"]
-
-
-def test_missing_matplotlib_is_told_before_the_path(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    from lcpcli.report import plotting
-
-    monkeypatch.setattr(plotting, "find_spec", lambda _: None)
-    monkeypatch.setattr(command, "_followed", None)
-    outcome = lcp("path", "first.json", "last.json", "--plot", "a.png")
-    assert (outcome.code, outcome.out) == (2, "")
-    assert outcome.err == "lcp: --plot: needs matplotlib; pip install 'linear-complementarity[plot]'\n"

@@ -14,7 +14,6 @@ import pytest
 import lcpcli
 from lcpcli import from_game, from_qp, read
 from lcpcli.errors import ProblemError
-from lcpcli.files import contents
 
 from ..bad_input.matrix_kinds import archive, mat, npy
 from ..conftest import Outcome
@@ -66,15 +65,6 @@ def test_exact_bounds_are_the_decimals_but_for_those_that_are_none(lcp: Lcp) -> 
         lcp("convert", "far.json", "-o", "far.npz")
         result = record(lcp("solve", name, "--infinity", "1e20", "--exact", "--format", "json"))
         assert result["answer"]["exact"]["x"] == ["3/2", "0"]
-
-
-@pytest.mark.parametrize(
-    ("path", "size"), [("lcp.json", "1e20"), (contents.shipped_path("diode-bridge.json"), "1e20"), (EXAMPLE, "inf")]
-)
-def test_problems_without_such_bounds_are_solved_with_it_as_without_it(path: str, size: str, lcp: Lcp) -> None:
-    before, after = (lcp("solve", path, *given, "--format", "csv") for given in ((), ("--infinity", size)))
-    assert after == before
-    assert before.err == ""
 
 
 REMARKED = (
@@ -138,16 +128,7 @@ def test_one_number_is_for_all_in_mat_too_and_none_takes_bounds_away(bounds: Lcp
     assert bounds("--lower", "one.mat") == (-1, [8, 9])
 
 
-def test_as_many_bounds_may_be_typed_as_a_problem_has(lcp: Lcp, tmp_path: Path) -> None:
-    made = str(tmp_path / "p.json")
-    lcp("make", "tridiagonal", "-n", "1200", "-o", made)
-    written = lcp("convert", made, "--upper", ",".join(map(str, range(1200))))
-    assert record(written)["upper"] == [*range(1200)]
-
-
-def test_bounds_of_a_program_or_a_game_are_refused_and_those_of_named_unknowns_are_not(
-    lcp: Lcp, tmp_path: Path
-) -> None:
+def test_bounds_of_programs_and_games_are_refused_and_of_named_unknowns_not(lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / "p.json"
     for text, hint in (
         ('{"Q": [[1]], "c": [-1]}', "this is a program; give the bounds of its variables in the file"),
@@ -191,14 +172,6 @@ def test_the_minimum_is_reported_and_of_a_comparison_by_each_method(lcp: Lcp) ->
     assert {f"{method}: {lines[line]}, objective -2.25" for method in ("newton", "lemke")} <= set(shown)
     (record,) = records(lcp("compare", EXAMPLE, "--method", "newton", "--format", "json"))
     assert record["answer"] is None
-
-
-def test_an_unsolvable_program_is_reported_in_words_and_by_the_exit_code(lcp: Lcp, files: Path) -> None:
-    (files / "program.json").write_text('{"Q": [[0]], "c": [1], "A": [[-1]], "b": [1], "name": "no  point"}')
-    assert lcp("make", "--from-qp", "program.json", "-o", "made.npz").code == 0
-    outcome = lcp("solve", "made.npz")
-    assert outcome.code == 3
-    assert "the program is infeasible: no x satisfies its constraints" in outcome.out.splitlines()
 
 
 BAD = {
@@ -285,9 +258,12 @@ def test_a_changed_matrix_no_longer_fits_its_origin(option: str, place: tuple[in
             replace(problem, **changes)
 
 
-def test_names_come_from_the_file_or_its_content(lcp: Lcp, files: Path) -> None:
-    assert json.loads(lcp("make", "--from-qp", "program.json").out)["name"] == "program"
-    (files / "program.json").write_text(json.dumps(PROGRAM | {"name": "own", "source": "me", "note": "short"}))
-    assert lcp("make", "--from-qp", "program.json", "-o", "made.json").code == 0
-    problem = read("made.json")
-    assert (problem.name, problem.source, problem.note) == ("own", "me", "short")
+def test_what_is_known_of_a_problem_is_not_known_of_other_bounds(lcp: Lcp, tmp_path: Path) -> None:
+    file = tmp_path / "p.json"
+    file.write_text(json.dumps({"M": [[1]], "q": [-2], "solution": [2]}))
+    for options, z, error in (((), 2, 0), (("--upper", "1"), 1, None), (("--lower", "3"), 3, None)):
+        found = json.loads(lcp("solve", str(file), *options, "--format", "json").out)
+        assert (found["z"], found["error"]) == ([z], error)
+    file.write_text(json.dumps({"M": [[-1]], "q": [-1], "verdict": "infeasible"}))
+    assert "infeasible" in lcp("solve", str(file)).out
+    assert "infeasible" not in lcp("solve", str(file), "--upper", "1").out

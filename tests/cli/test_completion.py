@@ -135,7 +135,7 @@ offer lcp solve --method ne; offer lcp bench sp; offer lcp convert in
 """
 
 
-def test_script_is_printed_for_each_shell_and_works_in_bash_itself(
+def test_script_is_printed_for_each_shell_and_works_in_bash(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Lcp
 ) -> None:
     """Without a terminal: bash runs the script's function on words that stand for what is typed."""

@@ -14,9 +14,8 @@ from typing import Any
 
 import pytest
 
-from lcpcli import Problem, Status, interrupts, run
+from lcpcli import interrupts
 from lcpcli.files import reading
-from lcpcli.methods.registry import METHODS
 from lcpcli.solving import driver as driver
 
 from ..files.nl_writing import model
@@ -141,41 +140,6 @@ def test_an_overflow_is_told_in_words_of_the_field(method: str, lcp: Lcp, tmp_pa
     assert ("shi broke down: an overflow of double precision" in outcome.out) is (method == "shi")
 
 
-@pytest.mark.parametrize("method", ["shi", "fixed-point"])
-@pytest.mark.parametrize(
-    "text",
-    [
-        '{"M": [[1]], "q": [-1], "x0": [1e308]}',
-        '{"M": [[1e308, 1e308], [-1e308, 1e308]], "q": [-1, -1]}',
-        '{"M": [[1e-320, 0], [0, 1e-320]], "q": [1e308, -1]}',
-        '{"M": [[0]], "q": [0]}',
-        '{"M": [[0, 0], [0, 0]], "q": [-1, 1e300]}',
-        '{"M": [[1e-300]], "q": [-1e300]}',
-    ],
-)
-def test_numbers_at_the_ends_of_double_range_end_in_a_status(text: str, method: str, lcp: Lcp, tmp_path: Path) -> None:
-    file = tmp_path / "own.json"
-    file.write_text(text)
-    for form in ("table", "json"):
-        outcome = lcp("solve", str(file), "--method", method, "--format", form, "--max-iterations", "300")
-        assert (outcome.code in (0, 1), outcome.err) == (True, "")
-
-
-def shell(script: str) -> subprocess.CompletedProcess[str]:
-    """Run a shell script in which $LCP is the command."""
-    environment = {"LCP": f"{sys.executable} -m lcpcli", "PATH": "/usr/bin:/bin"}
-    return subprocess.run(["bash", "-c", script], capture_output=True, text=True, env=environment, check=False)
-
-
-@pytest.mark.slow("each in a process of its own")
-@pytest.mark.parametrize("command", [f"solve {EXAMPLE}", "compare --format json", "--help"])
-def test_full_device_is_reported_in_one_line(command: str) -> None:
-    done = shell(f"$LCP {command} > /dev/full")
-    assert done.returncode == 2
-    assert len(done.stderr.splitlines()) == 1
-    assert "standard output cannot be written (No space left on device)" in done.stderr
-
-
 PRINTING = """
 import ctypes, os, sys
 from lcpcli.cli.main import main
@@ -227,14 +191,6 @@ def test_a_number_longer_than_cells_of_csv_may_be_is_read(lcp: Lcp, folder: Path
     (folder / "M.csv").write_text("2,1\n1,2\n")
     (folder / "q.csv").write_text(f"-1.{140_000 * '0'}\n-1\n")
     assert lcp("solve", "M.csv", "q.csv", "-q").code == 0
-
-
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("least", [5e-324, 1e-310])
-def test_subnormal_numbers_end_no_method_by_an_exception(method: str, least: float) -> None:
-    M, q = [[0.0, 2 * least], [least, 0.0]], [-least, least]
-    result = run(Problem(M, q), method=method, max_iterations=50, time_limit=5.0)
-    assert isinstance(result.status, Status)
 
 
 def test_closed_standard_output_is_an_error_only_where_it_is_written(tmp_path: Path) -> None:

@@ -46,13 +46,6 @@ def test_bench_and_compare_take_the_same_files(lcp: Lcp) -> None:
     assert [record["file"] for record in records(outcome)] == INSIDE
 
 
-def test_a_single_file_in_it_is_solved_as_by_its_own_name(folder: Path, lcp: Lcp) -> None:
-    for name in ("a.csv", "c.JSON"):
-        (folder / name).unlink()
-    assert lcp("solve", "inside", "--all").code == 0
-    assert lcp("solve", "inside").out.startswith("b: n = 1\n")
-
-
 @pytest.mark.parametrize("command", ["solve", "compare", "bench"])
 def test_one_without_problems_is_refused_and_costs_the_others_nothing(command: str, folder: Path, lcp: Lcp) -> None:
     empty = folder / "deeper.json"
@@ -113,7 +106,7 @@ BESIDE_M = {
 
 
 @pytest.mark.parametrize("kind", BESIDE_M)
-def test_a_file_after_an_M_alone_is_its_q_only_if_it_is_nothing_else(
+def test_a_file_after_an_M_is_its_q_if_it_is_nothing_else(
     kind: str, folder: Path, session: Callable[..., None]
 ) -> None:
     for name in FILES:
@@ -123,7 +116,7 @@ def test_a_file_after_an_M_alone_is_its_q_only_if_it_is_nothing_else(
     session(f"folder-with-{kind.replace(' ', '-')}", "solve inside --jobs 1")
 
 
-def test_a_vector_after_a_problem_does_not_take_it_away_and_named_files_go_together(
+def test_a_vector_after_a_problem_leaves_it_and_named_files_go_together(
     folder: Path, session: Callable[..., None]
 ) -> None:
     (folder / "b1.csv").write_text("1\n2\n3\n")
@@ -223,9 +216,7 @@ def test_folder_has_the_same_verdicts_and_keys_in_fewer_pivots_and_columns_are_s
     assert [record["route"] for record in columns] == [["lemke"], ["newton"], ["newton"]]
 
 
-def test_stream_may_change_in_size_and_have_lines_that_cannot_be_read(
-    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_stream_may_change_in_size_and_have_bad_lines(lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     lines = [step(1.0), step(1.1), '{"M": [[2]], "q": [-1]}', "{}", step(1.2), step(1.3, 1.01)]
     (folder / "lines").write_text("\n".join(lines))
     with (folder / "lines").open("rb") as stream:
@@ -239,23 +230,11 @@ def test_stream_may_change_in_size_and_have_lines_that_cannot_be_read(
 
 
 def test_options_without_effect_are_refused_in_a_line(lcp: Lcp) -> None:
-    for line in (
-        "--method lemke",
-        "--jobs 1",
-        "--cluster tcp://localhost:1",
-        "--trace",
-        "--z0 1,1,1",
-        "--scale",
-        "--p 2",
-    ):
+    lines = ("--method lemke", "--jobs 1", "--cluster tcp://localhost:1", "--trace", "--z0 1,1,1", "--scale", "--p 2")
+    for line in lines:
         told = f"lcp: {line.split()[0]}: has no effect with --sequence"
         assert_refused(lcp("solve", "steps", "--sequence", "--format", "json", *line.split()), told)
     assert_refused(lcp("solve", "steps/0.json", "--sequence", "--all"), "lcp: --sequence: has no effect with --all")
-
-
-def test_single_problem_has_the_record_of_one_of_many(lcp: Lcp) -> None:
-    outcome = lcp("solve", "steps/0.json", "--sequence")
-    assert (outcome.code, outcome.out.splitlines()[1].split()[:3]) == (0, ["steps/0.json", "3", "solved"])
 
 
 def test_interrupted_sequence_goes_on_from_its_log(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:

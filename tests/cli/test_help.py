@@ -200,14 +200,6 @@ def test_help_of_every_command_is_one_screen_and_leads_to_the_rest(name: str, lc
     assert lcp(name, "--help", "--all").out == help_of(lcp, name)
 
 
-def test_help_of_solve_shows_files_methods_limits_and_output_first(lcp: Lcp) -> None:
-    text = lcp("solve", "--help").out
-    shown = set(re.findall(r"--[a-z][\w-]*", text))
-    assert shown >= {"--method", "--p", "--k-star", "--rho", "--sigma", "--tol", "--time-limit", "--format", "--output"}
-    assert "--cover" not in shown
-    assert all(name in text for name in METHODS)
-
-
 @pytest.mark.parametrize("method", [*METHODS, *NONLINEAR])
 def test_help_on_a_method_ends_with_all_of_its_options(method: str, lcp: Lcp) -> None:
     text = lcp("help", method).out.partition(f"\nOptions of lcp solve for {method}:\n")[2]

@@ -53,7 +53,7 @@ def test_a_bench_records_the_version_of_numba_and_is_not_resumed_without_the_ker
     assert "numba" not in record(lcp(*bench, "--format", "json"))["versions"]
 
 
-def test_another_value_of_the_variable_is_refused_in_one_line(
+def test_another_value_of_the_variable_is_refused(
     folder: Path, lcp: Lcp, kernels_by_default: Callable[[str], None]
 ) -> None:
     (folder / "two.jsonl").write_text(2 * '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}\n')

@@ -209,7 +209,7 @@ def test_killed_worker_of_a_cluster_costs_no_record_and_no_order(tmp_path: Path)
             each.wait()
 
 
-def test_cluster_without_workers_is_told_of_once_after_a_while(
+def test_cluster_without_workers_is_told_of_once(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     pool, workers, now = pools.Cluster.__new__(pools.Cluster), dict[str, int](), [100.0]

@@ -106,7 +106,7 @@ def test_quiet_before_the_file_of_q_says_how_q_is_named(lcp: Lcp, q: str) -> Non
 
 
 @pytest.mark.parametrize("width", [60, 80, 120])
-def test_the_table_of_many_problems_keeps_to_the_width_of_the_terminal(
+def test_the_table_of_many_keeps_to_the_width(
     width: int, lcp: Lcp, folder: Path, terminal: Callable[[int, bool], None]
 ) -> None:
     terminal(width, False)
@@ -170,9 +170,7 @@ def test_pages_that_explain_a_word_come_before_those_that_only_have_it(lcp: Lcp)
 
 @pytest.mark.parametrize("name", ["market", "linear"])
 @pytest.mark.parametrize("words", [("inspect", "linear.nl"), ("inspect", "market.nl"), ("solve", "--q", "q.csv")])
-def test_a_second_file_beside_a_model_is_refused_in_one_line(
-    lcp: Lcp, folder: Path, name: str, words: tuple[str, ...]
-) -> None:
+def test_a_second_file_beside_a_model_is_refused(lcp: Lcp, folder: Path, name: str, words: tuple[str, ...]) -> None:
     for each, content in {"market": MARKET, "linear": LINEAR}.items():
         (folder / f"{each}.nl").write_bytes(content)
     assert_refused(lcp(words[0], f"{name}.nl", *words[1:]), f"{words[-1]}: is not needed: {name}.nl ")

@@ -38,7 +38,10 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has no such sig
 BENCH = f"bench {EXAMPLE} --method newton --budget 0"
 PROGRAM = contents.shipped_path("programs/portfolio.json")
 SIGNALS = pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-SOLVED = {"status": "solved", "z": [1, 0, 1, 0]}
+SHI, BEST = "solve paper-example-2 --method shi", """solve game.json --maximize '"payoff of row"' """
+SOLVED, CUT = {"status": "solved", "z": [1, 0, 1, 0]}, {"status": "interrupted"}
+UNFINISHED = CUT | {"complete": False}
+GOOD, WITHOUT_BOUND = {"solved": True}, {"solved": True, "error_bound": None}
 UNEXAMINED = "x satisfies the first-order conditions; whether it is a minimizer was not examined"
 
 
@@ -76,51 +79,31 @@ def _has_a_bound(search: Any, *_: Any) -> bool:
     return search.value is not None and search.bound("time_limit") is not None
 
 
-STAGES: dict[str, tuple[str, str, Any, list[dict[str, Any]]]] = {
-    "an iteration": (
-        "solve paper-example-2 --method shi",
-        "lcpcli.solving.loop.Loop._take",
-        3,
-        [{"status": "interrupted", "iterations": 2}],
-    ),
-    "a path": (
-        "path from.npz to.npz",
-        "lcpcli.parametric.following.check",
-        20,
-        [{"end": "interrupted", "verified": True}],
-    ),
-    "the best solution": (
-        """solve game.json --maximize '"payoff of row"' """,
-        "lcpcli.enumeration.optimum._Search.children",
-        _has_a_bound,
-        [{"status": "interrupted"}],
-    ),
+STAGES: dict[str, tuple[str, str, Any, list[dict[str, Any]]]] = {  # the command, and the call at which it is stopped
+    "an iteration": (SHI, "solving.loop.Loop._take", 3, [CUT | {"iterations": 2}]),
+    "a path": ("path from.npz to.npz", "parametric.following.check", 20, [{"end": "interrupted", "verified": True}]),
+    "the best solution": (BEST, "enumeration.optimum._Search.children", _has_a_bound, [CUT]),
     "all solutions": (
         "solve murty.json --all",
-        "lcpcli.enumeration.search.Solutions.__next__",
+        "enumeration.search.Solutions.__next__",
         2,
-        [{"status": "interrupted", "complete": False}],
+        [CUT | {"complete": False}],
     ),
-    "the first run": (f"compare {EXAMPLE} --plot error.svg", "lcpcli.solving.driver.run", 0, []),
-    "the second run": (f"compare {EXAMPLE}", "lcpcli.solving.driver.run", 1, [{"method": "fixed-point"}]),
-    "the second bound": (
-        f"compare {EXAMPLE} --bound",
-        "lcpcli.verify.error_theorems.error_bound",
-        1,
-        [{"solved": True}, {"solved": True, "error_bound": None}],
-    ),
-    "a proof": (f"solve {EXAMPLE} --exact", "lcpcli.solving.proof.from_point", 0, [SOLVED | {"status": "interrupted"}]),
-    "the verification": (f"compare {EXAMPLE} --method newton", "lcpcli.solving.driver.verified", 0, [SOLVED]),
-    "other solutions": (f"solve {EXAMPLE}", "lcpcli.enumeration.others.search_others", 0, [SOLVED]),
-    "digits": (f"solve {EXAMPLE}", "lcpcli.verify.digits.digits", 0, [SOLVED]),
-    "digits of many": (f"solve {EXAMPLE} {EXAMPLE}", "lcpcli.verify.digits.digits", 0, [SOLVED]),
-    "the second of many": (f"solve {EXAMPLE} {EXAMPLE}", "lcpcli.cli.request.Request.run", 1, [SOLVED]),
-    "a figure": (f"solve {EXAMPLE} --plot error.svg", "lcpcli.report.plotting.convergence", 0, [SOLVED]),
-    "the kind of a point": (f"solve {PROGRAM}", "lcpcli.solving.minimum.kind_of_point", 0, [{"solved": True}]),
-    "reading": (f"check {EXAMPLE} {EXAMPLE}", "lcpcli.files.reading.problem_of", 0, []),
-    "reading a problem": (f"solve {EXAMPLE}", "lcpcli.files.reading.problem_of", 0, []),
-    "the reference": (f"compare {EXAMPLE}", "lcpcli.solving.reference.with_reference", 0, []),
-    "the start of a bench": (BENCH, "lcpcli.bench.recording.start", 0, []),
+    "the first run": (f"compare {EXAMPLE} --plot error.svg", "solving.driver.run", 0, []),
+    "the second run": (f"compare {EXAMPLE}", "solving.driver.run", 1, [{"method": "fixed-point"}]),
+    "the second bound": (f"compare {EXAMPLE} --bound", "verify.error_theorems.error_bound", 1, [GOOD, WITHOUT_BOUND]),
+    "a proof": (f"solve {EXAMPLE} --exact", "solving.proof.from_point", 0, [SOLVED | CUT]),
+    "the verification": (f"compare {EXAMPLE} --method newton", "solving.driver.verified", 0, [SOLVED]),
+    "other solutions": (f"solve {EXAMPLE}", "enumeration.others.search_others", 0, [SOLVED]),
+    "digits": (f"solve {EXAMPLE}", "verify.digits.digits", 0, [SOLVED]),
+    "digits of many": (f"solve {EXAMPLE} {EXAMPLE}", "verify.digits.digits", 0, [SOLVED]),
+    "the second of many": (f"solve {EXAMPLE} {EXAMPLE}", "cli.request.Request.run", 1, [SOLVED]),
+    "a figure": (f"solve {EXAMPLE} --plot error.svg", "report.plotting.convergence", 0, [SOLVED]),
+    "the kind of a point": (f"solve {PROGRAM}", "solving.minimum.kind_of_point", 0, [GOOD]),
+    "reading": (f"check {EXAMPLE} {EXAMPLE}", "files.reading.problem_of", 0, []),
+    "reading a problem": (f"solve {EXAMPLE}", "files.reading.problem_of", 0, []),
+    "the reference": (f"compare {EXAMPLE}", "solving.reference.with_reference", 0, []),
+    "the start of a bench": (BENCH, "bench.recording.start", 0, []),
 }
 
 
@@ -137,7 +120,7 @@ def test_signal_leaves_what_is_finished(
         pytest.importorskip(package)
     line, place, when, expected = STAGES[stage]
     files = set(folder.iterdir())
-    outcome = stopped(f"{line} --format json", place, when, number)
+    outcome = stopped(f"{line} --format json", f"lcpcli.{place}", when, number)
     assert (outcome.code, set(folder.iterdir())) == (code, files)
     assert TOLD[stage] in outcome.err if stage in TOLD else outcome.err.strip() == ""
     assert outcome.err.strip().count("\n") == 0
@@ -249,7 +232,7 @@ def test_signal_waits_until_files_are_whole(number: int, tmp_path: Path, monkeyp
 
 
 @SIGNALS
-def test_signal_that_comes_while_an_extension_module_is_loaded_is_not_lost(
+def test_signal_while_an_extension_module_loads_is_not_lost(
     number: int, code: int, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def set_up(_: ModuleType) -> None:
@@ -332,10 +315,3 @@ def test_ctrl_c_while_a_conclusion_is_worked_out_leaves_it_to_the_next_reader(mo
         with pytest.raises(KeyboardInterrupt):
             result.answer.statement  # noqa: B018
     assert result.answer.proved == "several_optima"
-
-
-def test_ctrl_c_itself_ends_the_loop_of_a_user(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Loop, "_take", lambda *_: signal.raise_signal(signal.SIGINT))
-    with pytest.raises(lcpcli.Interrupted, match="interrupted") as ending:
-        lcpcli.solve(PROBLEM.M, PROBLEM.q, "newton")
-    assert f"{ending.type.__module__}.{ending.type.__qualname__}" == "lcpcli.Interrupted"

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import gzip
-import io
 import json
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +16,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import conditions_of
 from lcpcli.model.program import Program, ProgramData
 
-from ..conftest import Outcome
+from ..cli.conftest import Lcp, assert_refused
 
 INF = np.inf
 TRIANGLE = " bread bread 2\n bread milk -1\n milk milk 4\n"
@@ -96,19 +93,6 @@ def test_fixed_format_with_spaces_in_names(tmp_path: Path) -> None:
     assert (data.A[0, 0], data.row_lower[0]) == (2, 6)
 
 
-def test_compressed_and_from_standard_input_it_is_the_same(
-    tmp_path: Path, lcp: Callable[..., Outcome], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    plain = read(written(tmp_path, FEATURES))
-    packed = read(written(tmp_path, gzip.compress(FEATURES.encode()), "p.mps.gz"))
-    assert packed.origin == plain.origin
-    assert np.array_equal(packed.q, plain.q)
-    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(FEATURES.encode())))
-    outcome = lcp("solve", "-", "--format", "json")
-    assert outcome.code == 0
-    assert json.loads(outcome.out)["answer"]["objective"] == run(plain).answer.objective
-
-
 def test_the_lp_format_is_read(tmp_path: Path) -> None:
     pytest.importorskip("highspy")
     lines = ["max", " obj: 3 x - y + [ -2 x^2 + 2 x * y - 4 y^2 ] / 2 + 5", "st", " r: x + y >= 1", " s: x + y <= 4"]
@@ -120,7 +104,7 @@ def test_the_lp_format_is_read(tmp_path: Path) -> None:
     assert (data.lower.tolist(), data.upper.tolist()) == ([-INF, 0, -INF], [INF, 9e19, INF])
 
 
-def test_exact_answers_are_of_the_decimals_in_the_file(tmp_path: Path, lcp: Callable[..., Outcome]) -> None:
+def test_exact_answers_are_of_the_decimals_in_the_file(tmp_path: Path, lcp: Lcp) -> None:
     pytest.importorskip("flint")
     text = "NAME e\nROWS\n N c\n G r\nCOLUMNS\n x c 0.1 r 0.3\nRHS\n b r 0.7\nENDATA\n"
     outcome = lcp("solve", str(written(tmp_path, text)), "--exact", "--format", "json")
@@ -223,50 +207,28 @@ NEEDED = "has a bound of 1e20 or more, which means no bound, where one is needed
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("milk fat 1", "milk fat 1\n milk fat 2", "line 10: gives 'milk' a second entry in 'fat'; keep one"),
         (" L fat", " L fat\n L fat", "line 6: declares 'fat' a second time; give each row a name of its own"),
         ("milk fat 1", "milk fat 1\n bread protein 1", "line 10: gives 'bread' a second entry in 'protein'; keep one"),
         (" G protein", " X protein", "line 4: has 'X protein' in ROWS; is the heading"),
         (" UP b", " UQ b", "line 13: has a bound of the type 'UQ'; use UP, LO, FX, FR, MI or PL"),
         ("ROWS", "ROWZ", "line 2: has the heading 'ROWZ'; the sections are ROWS, COLUMNS"),
-        ("BOUNDS", "BONDS", "line 12: has the heading 'BONDS'; the sections are ROWS, COLUMNS, RHS, RANGES, BOUNDS"),
-        ("COLUMNS", "COLUMN", "line 6: has the heading 'COLUMN'; the sections are ROWS, COLUMNS, RHS"),
         ("r protein 36 fat 5", "r protein 36\n r protein 37", "line 12: has 'protein' a second time; keep one"),
         ("BOUNDS", "RANGES\n r cost 4\nBOUNDS", "line 13: gives a range to 'cost'; only rows L, G and E have one"),
-        (" N cost\n", "", "which is not in ROWS"),
         ("ENDATA", "SOS\n S1 s\n s bread 1\nENDATA", "line 14: has the heading 'SOS'; the sections are"),
         ("ENDATA", "QMATRIX\n bread milk 3\nENDATA", "has a QMATRIX that is not symmetric"),
         ("ENDATA", "QUADOBJ\n bread milk 1\n milk bread 5\nENDATA", "line 16: gives 'milk' a second entry in 'bread'"),
         ("L fat", "L fat of all", "line 5: has a name with spaces; write it without"),
-        (
-            "ENDATA",
-            "QSECTION fat\nENDATA",
-            "line 14: has a quadratic part of row 'fat'; only an objective may have one",
-        ),
-        ("bread 4", "loaf 4", "line 13: names 'loaf', which is not in COLUMNS"),
-        (
-            "bread 4",
-            "bread -3",
-            "line 13: gives 'bread' the upper bound -3, below its lower bound 0; give a lower bound",
-        ),
+        ("ENDATA", "QSECTION fat\nENDATA", "line 14: has a quadratic part of row 'fat'; only"),
+        ("bread 4", "bread -3", "line 13: gives 'bread' the upper bound -3, below its lower bound 0;"),
         ("fat 5", "fat -1e20", NEEDED),
         ("bread 4", "bread -1e21", NEEDED),
         (UP, " LO b bread 1e20", NEEDED),
-        ("L fat", "L fat too", "line 5: has a name with spaces; write it without"),
     ],
 )
-def test_bad_programs_are_told_in_words_of_our_own(
-    old: str, new: str, message: str, lcp: Callable[..., Outcome], tmp_path: Path
-) -> None:
+def test_bad_programs_are_refused_in_our_words(old: str, new: str, message: str, lcp: Lcp, tmp_path: Path) -> None:
     outcome = lcp("solve", str(written(tmp_path, DIET.replace(old, new), "diet.mps")))
-    assert (outcome.code, outcome.err.count("\n"), outcome.out) == (2, 1, "")
-    assert f"diet.mps: {message}" in outcome.err or (message in outcome.err and not message.startswith("line"))
+    assert_refused(outcome, f"diet.mps: {message}" if message.startswith("line") else message)
     assert "HiGHS" not in outcome.err
-
-
-def test_a_bound_that_means_none_in_MPS_is_not_written(tmp_path: Path) -> None:
-    with pytest.raises(ProblemError, match=r"has a bound of 1e\+20 or more"):
-        write(from_qp(None, [1.0], lower=[0.0], upper=[1e20]), tmp_path / "p.mps")
 
 
 def test_sides_are_read_back_as_the_doubles_that_they_were(tmp_path: Path) -> None:
@@ -283,9 +245,3 @@ def test_a_variable_of_the_quadratic_part_alone_in_lp(tmp_path: Path) -> None:
     pytest.importorskip("highspy")
     lp = "Minimize\n obj: y + [ x^2 ] / 2\nSubject To\n c: y >= 1\nBounds\n 2 <= x <= 40\nEnd\n"
     assert run(read(written(tmp_path, lp, "p.lp"))).answer.objective == pytest.approx(3)
-
-
-@pytest.mark.parametrize(("key", "here"), [("H", "P"), ("f", "q"), ("Aeq", "A"), ("A_ub", "G"), ("b_ub", "h")])
-def test_keys_of_quadprog_and_linprog_are_refused_with_their_counterparts(key: str, here: str, tmp_path: Path) -> None:
-    with pytest.raises(ProblemError, match=f"{key}: is not a key of a program; it is called {here} in the second"):
-        read(written(tmp_path, json.dumps({"c": [1], key: [[1]]}), "p.json"))

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from scipy.sparse import issparse
 
-import lcpcli
 from lcpcli import read, run
 from lcpcli.errors import ProblemError
 from lcpcli.files.nl_format import Model
@@ -269,9 +268,7 @@ LINEAR = [((5, 1, 1), {0: 1}, -1)]
         (LINEAR, ("square", "v0"), "has an objective that is not linear; write a linear one, or take it out"),
     ],
 )
-def test_objectives_are_refused_where_they_are_not_linear_as_the_model_is(
-    rows: Any, objective: Expression, fault: str
-) -> None:
+def test_objectives_are_refused_that_are_not_linear_as_the_model(rows: Any, objective: Expression, fault: str) -> None:
     read_model = Model(model(1, rows, [NONNEGATIVE], objective=objective), "model.nl")
     with pytest.raises(ProblemError, match=fault):
         assert read_model.problem is read_model.objective
@@ -315,9 +312,7 @@ WRONG = [*REFUSED.values(), *((replaced(new, old), fault) for new, (old, fault) 
 
 
 @pytest.mark.parametrize(("content", "fault"), WRONG, ids=[*REFUSED, *REPLACED])
-def test_what_is_no_square_continuous_problem_is_refused_in_words_with_its_place(
-    content: bytes, fault: str, tmp_path: Path
-) -> None:
+def test_what_is_no_square_continuous_problem_is_refused_in_words(content: bytes, fault: str, tmp_path: Path) -> None:
     (tmp_path / "model.nl").write_bytes(content)
     with pytest.raises(ProblemError, match=f"model.nl: {fault}"):
         read(tmp_path / "model.nl")
@@ -379,29 +374,3 @@ def test_values_and_not_multipliers_of_another_solver_are_its_solution(tmp_path:
     file.write_bytes(model(2, [((5, 1, i + 1), {i: 1.0}, -float(i + 1)) for i in range(2)], [NONNEGATIVE] * 2))
     written.write_text("other solver\n\nOptions\n3\n1\n1\n0\n2\n2\n2\n2\n0.5\n0.25\n1\n2\nobjno 0 0\n")
     assert [float(x) for x in Model(file.read_bytes(), str(file)).solution_in(str(written))] == [1.0, 2.0]
-
-
-@pytest.mark.slow("Pyomo takes a second to load")
-def test_what_pyomo_writes_is_solved_by_the_expressions_of_pyomo(tmp_path: Path) -> None:
-    """An equation, a variable with a lower bound, one with an upper bound, and a fixed one; many operators."""
-    pyomo, mpec = pytest.importorskip("pyomo.environ", reason="needs Pyomo"), pytest.importorskip("pyomo.mpec")
-    m = pyomo.ConcreteModel()
-    m.u, m.v = pyomo.Var(bounds=(0, None), initialize=1.0), pyomo.Var(bounds=(None, 2), initialize=1.0)
-    m.w, m.fixed = pyomo.Var(initialize=1.0), pyomo.Var(initialize=3.0)
-    m.fixed.fix()
-    m.named = pyomo.Expression(expr=pyomo.exp(m.u / 4) + pyomo.atan(m.w))
-    m.equation = pyomo.Constraint(expr=m.w**3 + pyomo.tanh(m.w) + m.w * m.fixed == m.named + pyomo.sin(m.v))
-    of_u = m.named + pyomo.log(2 + m.u) + abs(m.v - 1) + pyomo.sqrt(4 + m.u) - 9
-    of_v = m.v + pyomo.cos(m.u) / 2 - pyomo.log10(10 + m.w**2) - 3
-    m.conditions = mpec.ComplementarityList()
-    m.conditions.add(mpec.complements(m.u >= 0, of_u >= 0))
-    m.conditions.add(mpec.complements(m.v <= 2, of_v <= 0))
-    pyomo.TransformationFactory("mpec.nl").apply_to(m)
-    m.write(str(tmp_path / "model.nl"), format="nl", io_options={"symbolic_solver_labels": True})
-    result = lcpcli.solve_mcp(lcpcli.read_nl(tmp_path / "model.nl"), tol=1e-12)
-    assert result.solved, result.message
-    for name in result.names:
-        m.find_component(name).set_value(result[name])
-    u, v, row_u, row_v = map(pyomo.value, (m.u, m.v, of_u, of_v))
-    gaps = [u - max(u - row_u, 0), v - min(v - row_v, 2), pyomo.value(m.equation.body) - pyomo.value(m.equation.upper)]
-    assert gaps == pytest.approx([0, 0, 0], abs=1e-8)

@@ -51,7 +51,7 @@ def solved(n: int, rows: Sequence[Any], bounds: Sequence[Any]) -> tuple[list[flo
         (BOTH, FREE, 1, -0.5, False),
     ],
 )
-def test_all_bounds_of_a_complemented_variable_count(
+def test_all_bounds_of_a_variable_count(
     kinds: int, bounds: Any, constant: float, value: float, is_remarked: bool
 ) -> None:
     values, remark = solved(1, [(at(kinds, 0), {0: 2}, constant)], [bounds])

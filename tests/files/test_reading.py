@@ -9,6 +9,7 @@ import pickle
 import sys
 import zipfile
 from collections.abc import Callable
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +18,13 @@ import pytest
 from scipy import sparse
 from scipy.io import savemat
 
-from lcpcli import Problem, read, write
+from lcpcli import Problem, Status, read, run, write
 from lcpcli.errors import ProblemError
-from lcpcli.files import beside
+from lcpcli.files import beside, contents
 from lcpcli.files.beside import read_start
 
-from ..conftest import Outcome
-from ..small_problem import JSON, M, Q, numbers
+from .. import exact
+from ..conftest import JSON, M, Outcome, Q, numbers
 
 Lcp = Callable[..., Outcome]
 MARK = b"\xef\xbb\xbf"
@@ -110,9 +111,7 @@ VECTORS = {
 
 
 @pytest.mark.parametrize("content", VECTORS.values(), ids=VECTORS)
-def test_q_and_a_start_are_read_from_a_file_of_their_own(
-    tmp_path: Path, content: bytes, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_q_and_a_start_are_read_from_a_file(tmp_path: Path, content: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "M.csv").write_bytes(b"2,-1\n-0.5,2\n")
     (tmp_path / "q.csv").write_bytes(content)
     feed(monkeypatch, content)
@@ -122,9 +121,7 @@ def test_q_and_a_start_are_read_from_a_file_of_their_own(
     assert read_start("--x0", str(tmp_path / "q.csv"), 2).tolist() == Q
 
 
-def test_a_start_is_taken_from_a_file_and_one_of_hundreds_of_numbers_from_the_command_line(
-    lcp: Lcp, tmp_path: Path
-) -> None:
+def test_a_start_is_taken_from_a_file_or_hundreds_of_typed_numbers(lcp: Lcp, tmp_path: Path) -> None:
     file, start = str(tmp_path / "problem.json"), str(tmp_path / "start")
     Path(file).write_text(JSON)
     Path(start).write_text("-1\n0.25\n")
@@ -236,14 +233,12 @@ FOREIGN = [
     ),
     ("p.xlsx", archive("[Content_Types].xml", "xl/workbook.xml"), "is a spreadsheet; save it as CSV"),
     ("p.csv", archive("[Content_Types].xml", "xl/workbook.xml"), "is a spreadsheet; save it as CSV"),
-    ("p.csv", b"z1,z2,q\n2,-1,-1\na,2,0.25\n", "line 3, column 1: is 'a', not a number"),
     ("p.ods", b"no matter what", "is a spreadsheet; save it as CSV"),
     ("p.xls", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "is a spreadsheet; save it as CSV"),
     ("p.gbt", b"gambit", "is a document of Gambit's graphical interface; save the game there as .efg or .nfg"),
     ("p.mat", b"MATLAB 7.3 MAT-file", "is a MATLAB file of version 7.3; save it with -v7"),
     ("p.h5", b"\x89HDF\r\n\x1a\n", "is HDF5; save M and q with numpy.savez"),
     ("p.pkl", pickle.dumps([1]), "is a pickle, which may run any code when it is read"),
-    ("p.txt", pickle.dumps([1]), "is a pickle, which may run any code when it is read"),
     ("p.json.gz", b"\x1f\x8b\x08", "cannot be uncompressed, as it is cut off; compress it again"),
     ("p.zip", archive("p.json"), "is compressed; uncompress it first"),
     ("p.parquet", b"PAR1", "is a binary table; save it as CSV"),
@@ -256,7 +251,6 @@ FOREIGN = [
     ("p.npy", npy(np.column_stack((M, Q)) * 1j), "q: is complex (complex128); give real numbers"),
     ("p.npy", npy(np.array([1, "a"], dtype=object)), "is an array of objects"),
     ("p.npy", npy(M)[:-8], "is declared as 2 x 2 of float64 but has 24 bytes; save it again with numpy.save"),
-    ("p.json", b'{"M": [[2, 0], [0, "1+2j"]], "q": [1, 1]}', "M[1][1]: is the text '1+2j'; give real numbers"),
     ("p.json", b'{"M": [[2, "z1*z2"]], "q": [1]}', "M[0][1]: is the text 'z1*z2'; give real numbers; lcp solves"),
     ("p.json", b'{"F": ["z1^2 - 1"]}', "is a nonlinear problem; give M and q of a linear one, or a .nl model"),
     ("p.json", b'{"A": [[1]], "B": [[1]], "C": [[1]]}', THREE_PLAYERS),
@@ -295,3 +289,94 @@ def test_lines_of_q_that_are_two_numbers_or_one_with_a_decimal_comma_are_refused
     hint = "add a header: q if the comma is a decimal mark, else two names"
     refusal = f"lcp: {tmp_path / 'q.csv'}: q: has two columns, and M has decimal commas; {hint}\n"
     assert (outcome.err == refusal) is is_refused
+
+
+FOLDER = Path(contents.shipped_path("paper-example-1.json")).parent
+NAMES = sorted(path.name for path in FOLDER.glob("*.json"))
+
+
+@pytest.fixture(params=NAMES)
+def problem(request: pytest.FixtureRequest) -> Problem:
+    return read(contents.shipped_path(request.param))
+
+
+def test_these_problems_ship() -> None:
+    others = ["paper-example-1.json", "paper-example-2.json", "tridiagonal-100.json", "two-unknowns.json"]
+    assert ["bimatrix.json", "diode-bridge.json", *others] == NAMES
+
+
+def test_each_has_a_name_a_source_and_a_solution_and_stands_in_the_folders_readme(problem: Problem) -> None:
+    assert f"{problem.name}.json" in NAMES
+    assert problem.source
+    assert problem.solutions
+    assert f"| {problem.name}.json | {problem.n} |" in (FOLDER / "README.md").read_text()
+
+
+def test_known_solutions_are_exact_solutions(problem: Problem) -> None:
+    """Each component is taken as the nearest fraction of small denominator, and the problem is checked in fractions."""
+    for solution in problem.solutions:
+        given = [Fraction(t) for t in solution.tolist()]
+        z = [value.limit_denominator(1000) for value in given]
+        assert max(abs(near - value) for near, value in zip(z, given, strict=True)) <= Fraction(1, 10**15)
+        assert exact.solves(problem, z)
+
+
+@pytest.mark.parametrize("method", ["shi", "fixed-point"])
+def test_all_but_the_game_are_solved_by_both_methods(problem: Problem, method: str) -> None:
+    result = run(problem, method)
+    assert result.solved is (problem.name != "bimatrix")
+    assert problem.name != "bimatrix" or result.status in (Status.STALLED, Status.DIVERGED)
+
+
+@pytest.fixture
+def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder, as the current one."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 1)  # whose times are not looked at here
+    return tmp_path
+
+
+def test_each_is_read_by_its_name_from_any_folder(elsewhere: Path) -> None:
+    for name, file in contents.shipped_problems().items():
+        for given in (name, file.name):
+            assert np.array_equal(read(given).q, read(str(file)).q)
+    assert not list(elsewhere.iterdir())
+
+
+def test_every_command_that_reads_a_problem_takes_the_names(elsewhere: Path, lcp: Callable[..., Any]) -> None:
+    assert lcp("solve", "bimatrix", "-o", "result.json").code == 0
+    for line in (
+        "solve bimatrix diode-bridge -q",
+        "solve winkels --all",
+        "compare two-unknowns --method newton",
+        "check bimatrix result.json",
+        "inspect hs21",
+        "convert portfolio -o portfolio.mat",
+        "bench two-unknowns --method newton --budget 0 -q",
+    ):
+        outcome = lcp(*line.split())
+        assert (outcome.code, outcome.err) == (0, ""), line
+    assert (elsewhere / "portfolio.mat").exists()
+
+
+def test_a_file_of_that_name_is_read_instead_and_a_suffix_has_a_remark(
+    elsewhere: Path, lcp: Callable[..., Any]
+) -> None:
+    remark = "lcp: hs21.json: no such file; the problem that ships under this name is read\n"
+    assert lcp("solve", "hs21.json").err == lcp("inspect", "hs21.json").err == remark
+    assert lcp("solve", "hs21.json", "-q").err == ""
+    (elsewhere / "hs21.json").write_text('{"name": "own", "M": [[2]], "q": [-1]}')
+    assert lcp("solve", "hs21.json").out.startswith("own: ")
+    assert lcp("solve", "hs21").out.startswith("hs21: ")
+
+
+NEAR = {"bimatrx": "bimatrix", "paper-exmple-1.json": "paper-example-1", "problems/bimatrix.json": "bimatrix"}
+NEAR |= {"nowhere/klee-minty.mps": "klee-minty"}
+
+
+def test_an_unknown_name_is_told_a_near_one(elsewhere: Path, lcp: Callable[..., Any]) -> None:
+    assert not list(elsewhere.iterdir())
+    told = {given: lcp("solve", given).err for given in NEAR}
+    assert told == {
+        given: f"lcp: {given}: no such file; did you mean {meant}, which is shipped?\n" for given, meant in NEAR.items()
+    }

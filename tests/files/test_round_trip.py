@@ -26,8 +26,7 @@ from lcpcli.linalg.matrices import dense, is_sparse
 from lcpcli.model.problem import VERDICTS
 from lcpcli.rational.numbers import decimal, fraction, places
 
-from ..conftest import Outcome, read_exact
-from ..small_problem import M, Q
+from ..conftest import M, Outcome, Q, read_exact
 
 LARGEST, SMALLEST = sys.float_info.max, math.ulp(0.0)
 FLOATS = st.floats(allow_nan=False, allow_infinity=False)

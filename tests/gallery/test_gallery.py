@@ -86,9 +86,7 @@ def test_matrices_are_of_the_stated_class_and_known_solutions_exact(name: str, p
 
 @settings(max_examples=15)
 @given(n=st.integers(1, 6), seed=st.integers(0, 10**6))
-def test_infeasible_problems_are_infeasible_by_the_vector_in_the_note_and_unsolvable_ones_feasible(
-    n: int, seed: int
-) -> None:
+def test_infeasible_problems_are_so_by_the_vector_in_the_note_and_unsolvable_ones_not(n: int, seed: int) -> None:
     problem = gallery.make("infeasible", n, seed)
     k = int(problem.note.split("first ")[1].split(" ")[0])
     assert proves_infeasible(problem, (np.arange(n) < k).astype(float))
@@ -122,7 +120,7 @@ def test_lemke_solves_most_rigid_contact_problems() -> None:
     friction=st.just(0.0) | st.floats(1e-12, 10),  # coefficients like 1e-174 leave some problems undecided
     compliance=st.just(0.0) | st.floats(0, 10),
 )
-def test_rounding_defeats_lemke_on_some_rigid_contact_problems_and_auto_on_none(
+def test_rounding_defeats_lemke_on_rigid_contact_and_auto_never(
     n: int, seed: int, friction: float, compliance: float
 ) -> None:
     """Their bases are degenerate; where Lemke's method ends on a ray it says so, and auto goes on."""

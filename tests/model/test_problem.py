@@ -24,7 +24,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.box import ORTHANT
 from lcpcli.model.right_hand_sides import Columns, like_with
 
-from ..small_problem import M, Q, numbers
+from ..conftest import M, Q, numbers
 
 LARGEST = sys.float_info.max
 

@@ -26,7 +26,7 @@ from lcpcli.parametric.path import Path as Solutions
 from lcpcli.report import plotting
 from lcpcli.report import plotting as figures
 from lcpcli.report.figures import cones_figure, data, paths_figure, run_figures, style
-from lcpcli.report.figures.data import Cones, Curve, Growth, GrowthPanel, Panel, Power, Profile, Range, Trajectories
+from lcpcli.report.figures.data import Cones, Curve, Growth, GrowthPanel, Panel, Power, Profile, Trajectories
 from lcpcli.report.figures.data import Trajectory as Run
 from lcpcli.report.figures.style import grid_of
 from lcpcli.report.pictures import response
@@ -37,17 +37,21 @@ from .figure_samples import (
     assert_no_text_is_on_another_or_leaves,
     bench,
     convergence,
+    cornered,
     crowd,
     decaying,
     described,
+    entering,
+    frontier,
     grid_panel,
     growth,
     odd,
     paper_panel,
+    portfolio,
     profiles,
+    small,
     strange,
 )
-from .path_samples import cornered, entering, frontier, portfolio, small
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 
@@ -154,16 +158,6 @@ def test_a_run_without_any_error_stands_far_down() -> None:
     assert up.high <= 1e-15
 
 
-def test_zero_lies_below_all_other_values_and_infinity_above_them() -> None:
-    values = [1.0, 1e-30, 1e-5, 0.0, math.inf, 1e30, math.nan]
-    up = data.errors([odd("shi", values)])
-    points = data.inside([1.0] * 7, values, Range(0.1, 10), up)
-    assert [point.is_beyond for point in points] == [False, True, False, True, True, True, True]
-    low, high = {points[1].y, points[3].y}, {point.y for point in points[4:]}
-    assert (low, high) == ({up.low}, {up.high})
-    assert up.low < 1e-5 < 1 < up.high
-
-
 ALL = [*style.METHODS.values(), *style.PEERS.values(), *style.SPARE]
 
 
@@ -237,15 +231,7 @@ def test_other_runs_make_no_grid(labels: str) -> None:
     assert grid_of([label.replace("_", " ") for label in labels.split()]) is None
 
 
-def test_a_legend_of_a_grid_and_many_other_runs_fits() -> None:
-    panel = crowd(11)
-    more = grid_panel(ks=[str(k) for k in range(1, 9)]).curves[1:]
-    curves = [curve for curve in panel.curves if curve.name != "shi"]
-    figure = convergence(type(panel)(panel.title, panel.measure, [*curves, *more]))
-    with style.context():
-        assert figure.legends[0].get_window_extent().width <= figure.bbox.width
-
-
+EIGHT = grid_panel(ks=[str(k) for k in range(1, 9)])
 NOTHING_MEASURED = Panel("p", "residual", [odd("shi", [None, None])])
 RUNS: dict[str, Callable[[], Figure]] = {
     **{f"crowd {n}": lambda n=n: convergence(crowd(n)) for n in (1, 2, 6, 11)},
@@ -255,6 +241,7 @@ RUNS: dict[str, Callable[[], Figure]] = {
     "profile alone": lambda: bench(profiles(4)),
     "growth alone": lambda: bench([], [], [growth(11), growth(2)]),
     "nothing measured": lambda: convergence(NOTHING_MEASURED),
+    "grid and others": lambda: convergence(Panel("p", "error", [*crowd(11).curves, *EIGHT.curves[1:]])),
     "no curves": lambda: convergence(Panel("p", "error", [])),
     "strange texts": lambda: convergence(Panel("$a$ \u4e2d _{ " * 30, "error", [strange()])),
 }
@@ -334,42 +321,28 @@ def test_a_figure_shows_the_same_as_before(name: str) -> None:
     assert_as_before(f"figure-{name}", described(DRAWN[name]()) + "\n")
 
 
-@pytest.mark.slow("draws many large figures")
-@pytest.mark.parametrize("name", RUNS)
-def test_texts_of_runs_are_apart(name: str) -> None:
-    assert_no_text_is_on_another_or_leaves(RUNS[name]())
+def long_names(M: Any, q: Any) -> Figure:
+    return drawn(cones_figure.draw, paths.picture(M, q, names=("price of $x", "y " * 60)))
 
 
-@pytest.mark.slow("draws many figures")
-@pytest.mark.parametrize(("M", "q"), CONES)
-def test_texts_of_cones_are_apart(M: list[list[float]], q: tuple[float, float]) -> None:
-    with style.context():
-        figure = cones_figure.draw(paths.picture(M, q, names=("price of $x", "y " * 60)))
-    assert_no_text_is_on_another_or_leaves(figure)
+def iterates(problems: list[Problem], methods: tuple[str, ...]) -> Figure:
+    return drawn(paths_figure.draw, [paths.data(problem, methods) for problem in problems])
 
 
-@pytest.mark.slow("draws large figures")
-@pytest.mark.parametrize("name", PATHS)
-def test_texts_of_paths_of_iterates_are_apart(name: str) -> None:
-    problems, methods = PATHS[name]
-    with style.context():
-        figure = paths_figure.draw([paths.data(problem, methods) for problem in problems])
-    assert_no_text_is_on_another_or_leaves(figure)
+LONG_TITLE = Cones("$\\alpha_ " * 30, paths.MURTY, (-1, -1), [False] * 4, "at least $3 " * 20)
+TEXTS: dict[str, Callable[[], Figure]] = {
+    **RUNS,
+    **{f"cones {k}": lambda given=given: long_names(*given) for k, given in enumerate(CONES)},
+    "cones with a long title": lambda: drawn(cones_figure.draw, LONG_TITLE),
+    **{f"iterates {name}": lambda given=given: iterates(*given) for name, given in PATHS.items()},
+    **{f"path {name}": lambda make=make: drawn(run_figures.draw, response(make())) for name, make in RESPONSES.items()},
+}
+SLOW = [pytest.param(name, marks=pytest.mark.slow("many large figures")) for name in TEXTS if name[:4] != "path"]
 
 
-@pytest.mark.parametrize("name", RESPONSES)
-def test_texts_of_paths_of_solutions_are_apart(name: str) -> None:
-    with style.context():
-        figure = run_figures.draw(response(RESPONSES[name]()))
-    assert_no_text_is_on_another_or_leaves(figure)
-
-
-def test_a_long_title_and_count_of_cones_are_cut_and_nothing_in_them_is_parsed() -> None:
-    long = Cones("$\\alpha_ " * 30, paths.MURTY, (-1, -1), [False] * 4, "at least $3 " * 20)
-    with style.context():
-        figure = cones_figure.draw(long)
-        title, count = (text.get_window_extent() for text in figure.texts[:2])
-    assert figure.bbox.x0 <= title.x0 < title.x1 < count.x0 < count.x1 <= figure.bbox.x1
+@pytest.mark.parametrize("name", [*SLOW, *(f"path {name}" for name in RESPONSES)])
+def test_texts_are_apart(name: str) -> None:
+    assert_no_text_is_on_another_or_leaves(TEXTS[name]())
 
 
 MADE_BY = "lcp solve murty.json (exact)"

@@ -20,7 +20,6 @@ from lcpcli import read, run
 from lcpcli.cli.terminal import ERASE, Line
 from lcpcli.errors import LCPError, visible, visible_json
 from lcpcli.model.program import Program
-from lcpcli.report.figures import style
 from lcpcli.report.wording import short_names
 
 from ..conftest import Outcome
@@ -139,13 +138,6 @@ def test_a_name_is_shown_as_its_escapes_are(kind: str, line: str, lcp: Lcp) -> N
     assert [without_times(own.out), without_times(own.err)] == [without_times(escaped.out), without_times(escaped.err)]
 
 
-@pytest.mark.parametrize("form", PEOPLE)
-def test_a_file_of_a_result_has_no_control_characters(form: str, lcp: Lcp) -> None:
-    put("game", WHOLE)
-    assert lcp("solve", "p.json", "--format", form, "-q", "-o", "file") == Outcome(0, "", "")
-    assert not unseen(Path("file").read_text(encoding="utf-8"))
-
-
 def test_a_narrow_table_of_a_path_counts_escapes(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     for width in range(20, 50, 3):
         monkeypatch.setenv("COLUMNS", str(width))
@@ -167,14 +159,6 @@ def test_a_bench_shows_a_file_as_it_shows_its_escapes(lcp: Lcp) -> None:
         )
         assert not unseen(plain)
         assert without_times(plain) == without_times(escaped)
-
-
-def test_a_stream_shows_a_file_as_it_shows_its_escapes(lcp: Lcp) -> None:
-    texts = []
-    for file in ("\x1b\n.json", r"\x1b\n.json"):
-        put("lcp", "a", file)
-        texts.append(without_times(lcp("solve", file, file).out))
-    assert texts[0] == texts[1]
 
 
 def test_cells_of_markdown_and_latex_stay_in_their_columns(lcp: Lcp) -> None:
@@ -260,11 +244,6 @@ def test_errors_and_objects_in_python_show_escapes() -> None:
 
 def test_a_name_whose_escapes_are_too_long_for_a_column_is_replaced_by_its_place() -> None:
     assert short_names(["\x1b\n", "\x1b\x1b\x1b"], 11) == ["\x1b\n", "z2"]
-
-
-def test_figures_show_escapes() -> None:
-    shown = style.fitted("a\x1b\n\u202eb$", style.FONT, 5.0)
-    assert shown == r"a\x1b\n\u202eb\$"
 
 
 @given(st.text(st.characters()).map(lambda text: text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")))

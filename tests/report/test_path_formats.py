@@ -20,7 +20,7 @@ from lcpcli.report import document, path_formats
 from lcpcli.report.path_terms import Terms
 
 from ..documents import assert_as_before
-from .path_samples import cornered, frontier, portfolio, small, small_in_fractions, written
+from .figure_samples import cornered, frontier, portfolio, small, small_in_fractions, written
 
 
 def text_of(path: Path, form: str = "table", at: Any = (), width: int | None = None) -> str:
@@ -65,16 +65,6 @@ def test_a_path_has_the_same_text_as_before(name: str) -> None:
     path = replace(make(), seconds=0.0)
     texts = (written(form, path, *at) if form in ("csv", "json") else text_of(path, form, at) for form in forms.split())
     assert_as_before(f"path-{name}", "\n".join(texts))
-
-
-def test_objective_at_breakpoints_is_that_of_the_programs_there() -> None:
-    path = frontier()
-    answer = path.to_dict()["answer"]
-    for t, x, value in zip(path.t, answer["x"], answer["objective"], strict=True):
-        minimum = lcpcli.run(portfolio(0.05 + 0.07 * t)).answer
-        assert minimum is not None
-        assert np.allclose(minimum.x, x, atol=1e-9)
-        assert minimum.objective == pytest.approx(value)
 
 
 def test_objective_and_multipliers_are_in_their_own_sense_with_constants_that_may_move_too() -> None:
