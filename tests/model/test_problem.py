@@ -182,11 +182,6 @@ def test_vectors_are_taken_in_any_form(wrap: Callable[[Any], Any]) -> None:
     assert lcpcli.run(lcpcli.from_qp(A, wrap(B), A, row_lower=wrap(B), row_upper=wrap(-B))).solved
 
 
-def test_known_solutions_may_be_the_rows_of_an_array() -> None:
-    for solutions in (np.array([SOLUTION]), Arrayish([SOLUTION]), [np.array(SOLUTION)]):
-        assert len(lcpcli.Problem(A, B, solutions=solutions).solutions) == 1
-
-
 def test_sequences_of_other_types_are_lists() -> None:
     assert lcpcli.solve([range(2, 0, -1), range(1, 3)], range(-2, 0)).solved
     assert lcpcli.solve(A, B, upper=Arrayish(3)).solved
@@ -264,14 +259,6 @@ def test_fractions_are_numbers_and_a_solution_of_them_is_verified_exactly() -> N
     assert not lcpcli.check(given, exact, tol=1e-10).exact
     assert lcpcli.check(given, np.array(exact)).exact
     assert lcpcli.check(lcpcli.Problem([[-1]], [-2]), y=[third]).accepted
-
-
-def test_the_exact_solution_of_an_lcp_and_of_a_program_is_verified_exactly() -> None:
-    program = lcpcli.from_qp([[2, 0], [0, 2]], [-3, 1], [[1, 1]], row_lower=1, row_upper=1)
-    for problem in (lcpcli.Problem(A, B), program):
-        result = lcpcli.exact(problem)
-        found = lcpcli.check(problem, result.exact.z)
-        assert (found.accepted, found.exact) == (True, True)
 
 
 def test_one_row_of_constraints_may_be_a_list_of_numbers() -> None:

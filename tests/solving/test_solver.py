@@ -16,8 +16,6 @@ from lcpcli.errors import OptionError, ProblemError
 from lcpcli.gallery import families
 from lcpcli.linalg import factors
 
-from .test_many import assert_same
-
 FAMILIES = {"harker-pang": 30, "contact": 48, "obstacle": 400, "boxes": 40, "circuit": 60, "american-put": 500}
 FAMILIES |= {"qp": 50, "spatial-prices": 48, "portfolio": 40}
 UNIQUE = ("harker-pang", "obstacle", "american-put")  # whose solutions are unique
@@ -163,20 +161,6 @@ def columns(problem: Problem, change: float, turned: float) -> Any:
     generator, size = np.random.default_rng(0), float(np.abs(problem.q).mean())
     noise = 1 + change * generator.standard_normal((problem.n, K))
     return problem.q[:, np.newaxis] * noise + turned * size * generator.standard_normal((problem.n, K))
-
-
-@pytest.mark.parametrize("family", ["two-obstacles", "american-put", "circuit"])
-def test_results_are_those_of_run(family: str) -> None:
-    problem = families.make(family, 225, 0)
-    bounds: dict[str, Any] = {"lower": problem.lower, "upper": problem.upper}
-    for change, turned in ((0.0, 0.0), (0.01, 0.0), (0.0, 3.0)):
-        Q = columns(problem, change, turned)
-        results = list(lcpcli.solve_many(problem.M, Q, **bounds))
-        assert len(results) == K
-        for k in (0, K - 1):  # proofs about each take a second
-            assert_same(results[k], lcpcli.solve(problem.M, Q[:, k], **bounds))
-        assert all(result.solved for result in results)
-        assert any(result.route in {("newton",), ("elimination",)} for result in results[1:]) or turned
 
 
 def test_factors_are_shared_by_columns_with_the_same_active_set(monkeypatch: pytest.MonkeyPatch) -> None:
