@@ -1,5 +1,5 @@
 """lcp inspect: what it says is what the problem is, what the methods do, and what the numbers are, with bounds too; the
-fixed point iteration converges at the rate that theory gives."""
+rate of the fixed point iteration is that which theory gives."""
 
 from __future__ import annotations
 

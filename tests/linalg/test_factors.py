@@ -1,4 +1,4 @@
-"""Systems with M + diag(d) and with principal submatrices: borders, tridiagonal ones, many at once, fill and orders."""
+"""Systems with M + diag(d) and with principal submatrices: borders, tridiagonal ones, many at once, and orders."""
 
 from __future__ import annotations
 

@@ -111,9 +111,7 @@ NEAR: dict[str, tuple[Problem, list[float]]] = {
         Problem([[1, 0], [1e-3, 1]], [-1000.1, -1e6], lower=[1000, 0]),
         [1000.1 + 1e-8, 1e6 - 1.0001],
     ),
-    "exact solution of the wrong basis": (Problem(np.eye(2), [-1, -1e-9]), [1.0, 0.0]),
     "on the bounds as wrong as before": (Problem(np.eye(2), [-1, 5e-9]), [1 + 1e-9, 1e-12]),
-    "small beside one": (Problem(np.eye(2), [-1, -1e-14]), [1.0, 0.0]),
 }
 
 

@@ -1,9 +1,10 @@
 """Small problems against exact verdicts: no statement about them is false.
 
 Random mixed problems, singular, degenerate and infeasible ones among them; linear programs whose costs and right-hand
-sides are up to 1e16 apart, also in units up to 2^400 apart, and mixed problems with bounds up to 1e17 away. The oracle of mixed problems knows nothing of the program: it takes each of the at
-most 3^n choices of states and decides by elimination in rational numbers whether the linear equations and inequalities
-of that choice have a solution (Fourier and Motzkin). LCP_ORACLE=3000 in the environment sets the number of problems.
+sides are up to 1e16 apart, also in units up to 2^400 apart, and mixed problems with bounds up to 1e17 away. The oracle
+of mixed problems knows nothing of the program: it takes each of the at most 3^n choices of states and decides by
+elimination in rational numbers whether the linear equations and inequalities of that choice have a solution (Fourier
+and Motzkin). LCP_ORACLE=3000 in the environment sets the number of problems.
 Nor does the answer depend on units, order, signs, or where the bounds lie.
 """
 

@@ -1,7 +1,4 @@
-"""Nonlinear complementarity problems: what is claimed, and what F and J may be; first-order conditions of nonlinear
-programs (W. Hock, K. Schittkowski, Test examples for nonlinear programming codes, Lecture Notes in Economics and
-Mathematical Systems 187 (1981), from the starts given there).
-"""
+"""Nonlinear complementarity problems: what is claimed, and what F and J may be."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""A bound that is claimed holds: against exact solutions, for every class of M, all bounds of z and any z; and so do
-the scalings and least eigenvalues that prove the classes.
-"""
+"""A bound that is claimed holds: against exact solutions, for every class of M, all bounds of z and any z."""
 
 from __future__ import annotations
 
