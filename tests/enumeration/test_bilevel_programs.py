@@ -49,14 +49,6 @@ class Program(NamedTuple):
 PROGRAMS = [
     Program("Bard and Falk 1982, example 1", "-26", [-8, -4, 4, -40, 4], [1, 1, 2], THREE_ROWS, [1, 1, 1]),
     Program(
-        "Bard and Falk 1982, example 2",
-        "-3.25",
-        [-2, 1, 0.5, 0],
-        [-4, 1],
-        [[-2, 0, 1, -1], [1, -3, 0, 1], [1, 1, 0, 0]],
-        [-2.5, 2, 2],
-    ),
-    Program(
         "Candler and Townsley 1982, section 6",
         "-29.2",
         [-8, -4, 4, -40, -4, 0, 0, 0],
@@ -64,14 +56,6 @@ PROGRAMS = [
         np.hstack((THREE_ROWS, np.eye(3))).tolist(),
         [1, 1, 1],
         equations=3,
-    ),
-    Program(
-        "Bard 1984, example 1",
-        "28/9",
-        [1, 1],
-        [-1],
-        [[-1, -0.5], [-0.25, 1], [1, 0.5], [1, -2]],
-        [-2, 2, 8, 2],
     ),
     Program("Clark and Westerberg 1988", "-37", [1, -4], [1], [[-2, 1], [2, 5], [2, -3]], [0, 108, -4], most=30),
     Program(
@@ -84,15 +68,6 @@ PROGRAMS = [
         upper=[[1, 2, 0, 0, -1]],
         limits=[1.3],
     ),
-    Program(
-        "Anandalingam and White 1990",
-        "-49",
-        [-1, -3],
-        [3],
-        [[-1, -2], [1, -2], [2, -1], [1, 2], [-1, 2]],
-        [-10, 6, 21, 38, 18],
-        most=50,
-    ),
     Program("Bard 1991, example 2.2", "-1", [-1, 10, -1], [-1, -1], [[1, 1, 0], [1, 0, 1], [0, 1, 1]], [1, 1, 1]),
     Program("Liu and Hart 1994", "-16", [-1, -3], [1], [[-1, 1], [1, 2], [4, -1]], [3, 12, 12]),
     Program(
@@ -102,23 +77,6 @@ PROGRAMS = [
         [1],
         [[-1, -1], [-2, 1], [2, 1], [-3, 2]],
         [-3, 0, 12, -4],
-    ),
-    Program(
-        "the same with its last row reversed",
-        "-12",
-        [1, -4],
-        [1],
-        [[-1, -1], [-2, 1], [2, 1], [3, -2]],
-        [-3, 0, 12, 4],
-    ),
-    Program(
-        "Clark and Westerberg 1990, section 3.1",
-        "-13",
-        [-1, -3, 2],
-        [-1, 0],
-        [[-2, 1, 4], [8, 3, -2], [-2, 1, -3], [0, 1, 0], [0, 0, 1]],
-        [16, 48, -12, 4, 4],
-        most=8,
     ),
     Program(  # with y + 10 for y
         "Aiyoshi and Shimizu 1984, example 2",

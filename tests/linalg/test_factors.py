@@ -1,4 +1,4 @@
-"""Systems with M + diag(d) and with principal submatrices: borders, tridiagonal ones, many at once, fill and orders."""
+"""Systems with M + diag(d) and with principal submatrices: borders, tridiagonal ones, many at once, and orders."""
 
 from __future__ import annotations
 
@@ -10,10 +10,9 @@ from scipy import sparse
 from scipy.sparse import csr_array, diags_array
 
 from lcpcli import from_qp, run
-from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg import factors, shifted_systems
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.patterns import LONG_ROW, Band, fill, is_structurally_singular, order_of
+from lcpcli.linalg.patterns import LONG_ROW, Band, is_structurally_singular, order_of
 from lcpcli.linalg.shifted_systems import MOST_SPLIT_OFF, Bordered, SuperLU, dense_places
 
 
@@ -125,24 +124,6 @@ def test_singular_submatrices_spoil_no_others() -> None:
     X = factors.solve_principal(M, sets, np.full((5, 4), 4.0))
     assert np.isnan(X).any(axis=1).tolist() == [False, True, False, False, True]
     assert X[[0, 2, 3]].tolist() == [[4, 0, 0, 0], [0, 0, 2, 0], [0, 0, 2, 1]]
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_entries_of_factors_are_counted_as_elimination_makes_them(seed: int) -> None:
-    random = np.random.default_rng(seed)
-    M = csr_array(np.eye(30) + (random.random((30, 30)) < 0.05))
-    pattern = (M + M.T).toarray() != 0
-    order = np.argsort(pattern.sum(axis=0), kind="stable")
-    pattern = pattern[np.ix_(order, order)]
-    for j in range(30):
-        below = np.flatnonzero(pattern[j + 1 :, j]) + j + 1
-        pattern[np.ix_(below, below)] = True
-    entries = int(np.tril(pattern, -1).sum())
-    assert fill(M, entries) == entries
-    assert entries > (np.count_nonzero((M + M.T).toarray()) - 30) / 2
-    assert fill(M, entries - 1) > entries - 1
-    with within(0.0), pytest.raises(TimeIsUp):
-        fill(M, entries)
 
 
 def arrow(n: int) -> csr_array:

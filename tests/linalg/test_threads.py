@@ -18,7 +18,6 @@ from scipy import sparse
 import lcpcli
 from lcpcli import Problem
 from lcpcli.cli import problems as cli
-from lcpcli.errors import OptionError
 from lcpcli.files import contents
 from lcpcli.linalg import threads
 
@@ -102,16 +101,6 @@ def test_very_large_file_leaves_the_number_to_the_blas(monkeypatch: pytest.Monke
             large.truncate(size)
         cli.settle_threads([str(tmp_path / "missing.json"), str(file)])
         assert threads.in_environment() == number
-
-
-def test_number_out_of_range_is_refused(lcp: Callable[..., Any]) -> None:
-    outcome = lcp("solve", EXAMPLE, "--threads", "0")
-    assert (outcome.code, outcome.err) == (
-        2,
-        "lcp: --threads: 0 is out of range; it must be: whole number from 1 to 1024\n",
-    )
-    with pytest.raises(OptionError, match="out of range"):
-        lcpcli.solve([[1]], [-1], threads=-1)
 
 
 @pytest.mark.usefixtures("clean")

@@ -14,7 +14,7 @@ from scipy.sparse import coo_array, csc_array, csr_array, diags_array, random_ar
 
 from lcpcli import Problem, from_qp
 from lcpcli.linalg import compressed_rows
-from lcpcli.linalg.compressed_rows import of_columns, of_entries, principal
+from lcpcli.linalg.compressed_rows import of_columns
 from lcpcli.linalg.entries import BLOCK_ROWS
 from lcpcli.linalg.logarithms import LARGEST_ELIMINATED, mean_logarithms
 from lcpcli.linalg.matrices import column_maxima, multiplier, norm_inf, row_and_column_maxima, row_maxima
@@ -135,17 +135,6 @@ def test_largest_entries_are_those_of_absolute_values_whatever_the_size(n: int, 
     assert norm_inf(given) == pytest.approx(np.abs(M).sum(axis=1).max(), rel=1e-14)
 
 
-@given(seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 3))
-def test_known_maxima_and_the_diagonal_change_no_units(seed: int, spread: int) -> None:
-    generator = np.random.default_rng(seed)
-    sizes = np.exp2(generator.uniform(-spread, spread, 6))
-    M = generator.uniform(-1, 1, (6, 6)) * sizes
-    np.fill_diagonal(M, sizes * generator.choice([-1, 1], 6))
-    q = np.ones(6)
-    for plain, informed in zip(equilibrate(M, q), equilibrate(csr_array(M), q, np.abs(M).max(axis=1)), strict=True):
-        assert np.array_equal(plain, informed)
-
-
 def test_units_of_a_large_matrix_are_found_by_blocks_of_rows() -> None:
     random = np.random.default_rng(0)
     M = np.exp2(random.integers(-9, 10, 500))[:, None] * random.standard_normal((500, 500))
@@ -196,20 +185,6 @@ def test_columns_become_rows_whatever_their_order_and_the_type_of_indices() -> N
     assert same(Problem(A, np.ones(3)).M, np.array([[2.0, 0, 0], [0, 0, 0], [5, 0, 0]]))
 
 
-def test_entries_in_any_order_are_summed_where_they_meet() -> None:
-    random = np.random.default_rng(2)
-    rows, columns = random.integers(0, 6, (2, 40))
-    values = random.integers(-3, 4, 40).astype(float)
-    parts = np.split(rows, [13]), np.split(columns.astype(np.int64), [13]), np.split(values, [13])
-    assert same(of_entries((6, 8), *parts), coo_array((values, (rows, columns)), shape=(6, 8)).tocsr())
-
-
-def test_principal_submatrices_are_those_of_scipy() -> None:
-    A = csr_array(random_array((30, 30), density=0.15, rng=3))
-    for indices in (np.arange(30), np.arange(0, 30, 3), np.array([29]), np.arange(0)):
-        assert same(principal(A, indices), A[indices][:, indices])
-
-
 def test_programs_by_columns_and_by_rows_have_the_same_conditions() -> None:
     A, Q = random_array((5, 8), density=0.5, rng=4), csr_array(np.diag(np.arange(8.0)))
     ends = {"row_lower": [0.0, -1, -np.inf, 2, 3], "row_upper": [1.0, np.inf, 2, 2, 4]}
@@ -242,7 +217,6 @@ MATRICES = {
     "zero": csr_array((9000, 9000)),
     "empty": csr_array((0, 0)),
 }
-STENCILS = {"line", "plane", "space", "stream", "other rows", "diagonal"}
 
 
 @pytest.mark.parametrize("name", MATRICES)
@@ -258,12 +232,3 @@ def test_products_are_those_of_the_matrix(name: str) -> None:
     image = operator.in_single_precision()(x.astype(np.float32))
     assert image.dtype == np.float32
     assert np.allclose(image, M @ x, rtol=0, atol=1e-4)
-
-
-@pytest.mark.parametrize("name", MATRICES)
-def test_rows_that_repeat_are_not_read(name: str) -> None:
-    M = MATRICES[name].copy()
-    x = np.ones(M.shape[0])
-    operator, before = Operator(M), M @ x
-    M.data[:] = np.nan
-    assert np.array_equal(operator(x), before) == (name in STENCILS or not M.nnz)

@@ -6,7 +6,6 @@ solution, and exchanges from w = 0.
 from __future__ import annotations
 
 import json
-import math
 import signal
 import subprocess
 import sys
@@ -26,10 +25,10 @@ from lcpcli.auto.policy import _for_half_of_the_time
 from lcpcli.auto.structure import MOST_PIVOTED_BY_NUMPY, Structure
 from lcpcli.errors import OptionError
 from lcpcli.gallery import families
-from lcpcli.interrupts import TimeIsUp, check, remaining, within
+from lcpcli.interrupts import check, remaining, within
 from lcpcli.methods import lemke
 from lcpcli.methods.direct import MOST_PIVOTED
-from lcpcli.methods.stages import Breakdown, Finished, Iterate, OutOfTime, Stage, Turns, advance
+from lcpcli.methods.stages import Finished, Iterate, OutOfTime, Stage, Turns, advance
 from lcpcli.options import Limits
 from lcpcli.solving import driver
 
@@ -49,16 +48,6 @@ def counting(_: Structure) -> Stage:
         yield Iterate(np.zeros(PROBLEM.n), None, "", 2 * k)
 
 
-def failing(_: Structure) -> Stage:
-    yield Iterate(np.zeros(PROBLEM.n), None, "", 1)
-    raise FloatingPointError("overflow")
-
-
-def ended(_: Structure) -> Stage:
-    yield Iterate(np.zeros(PROBLEM.n), None, "", 1)
-    return Breakdown("at once")
-
-
 def row(name: str, begin: auto_table.Callable[[Structure], Stage], share: float = 3, first_round: int = 0) -> Row:
     return Row(name, "", "", lambda _: True, begin, lambda _: share, first_round)
 
@@ -75,11 +64,6 @@ def test_attempts_go_on_in_rounds_with_doubled_shares() -> None:
     taken, turns = turns_of(row("a", counting), row("b", counting, 1))
     assert taken == [(name, share * 2**k) for k in range(ROUNDS) for name, share in (("a", 3), ("b", 1))]
     assert turns.last.evaluations == 2 * sum(iterates for _, iterates in taken)
-
-
-def test_attempts_that_have_ended_or_failed_have_no_further_turn() -> None:
-    taken, _ = turns_of(row("failing", failing), row("ended", ended), row("late", ended, first_round=1))
-    assert taken == [("failing", 1), ("ended", 1), ("late", 1)]
 
 
 @pytest.mark.parametrize("name", ["harker-pang", "bimatrix", "lp", "contact", "planted", "obstacle", "circuit"])
@@ -139,18 +123,6 @@ def test_the_second_half_is_left_and_no_context_is_open_in_between(now: list[flo
         assert seen == [50.0, 40.0]
         now[0] = 51.0
         assert isinstance(advance(stage), OutOfTime)
-
-
-def test_the_end_of_the_whole_time_is_that_of_the_run_and_half_of_no_limit_is_none(now: list[float]) -> None:
-    with within(100.0):
-        stage = _for_half_of_the_time(looking([]))
-        assert [advance(stage), advance(stage)] == [POINT, POINT]
-        now[0] = 101.0
-        with pytest.raises(TimeIsUp):
-            advance(stage)
-    seen: list[float] = []
-    assert isinstance(through(_for_half_of_the_time(looking(seen)))[1], Finished)
-    assert seen == [math.inf, math.inf]
 
 
 def gaussian(n: int, seed: int) -> Problem:

@@ -214,12 +214,6 @@ def test_a_fault_of_a_method_of_another_package_is_the_status_of_its_run_or_one_
     assert packages == dict.fromkeys(NAMES, "faulty 1.0") | dict.fromkeys(["newton", "nowhere", "raisse"])
 
 
-def test_a_name_that_is_like_that_of_another_package_is_corrected_on_the_command_line(faulty: Path) -> None:
-    done = python(faulty, "-m", "lcpcli", "solve", "p.json", "--method", "nowher")
-    assert done.returncode == 2
-    assert "'nowher' is unknown; did you mean nowhere?" in done.stderr
-
-
 def test_a_fault_of_a_format_of_another_package_is_the_line_of_its_file(faulty: Path) -> None:
     done = python(faulty, "-m", "lcpcli", "solve", "p.raises", "p.nothing", "good.json")
     assert done.returncode == 2

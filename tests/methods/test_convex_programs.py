@@ -103,18 +103,6 @@ def test_a_row_without_ends_is_solved_and_nothing_is_printed(capfd: pytest.Captu
     assert capfd.readouterr() == ("", "")
 
 
-def test_equations_alone() -> None:
-    A = csr_array(np.vstack((np.eye(15, 40), np.eye(15, 40, k=3))))
-    Q = csr_array(np.diag(np.arange(1.0, 41)))
-    problem = lcpcli.from_qp(Q, np.ones(40), A, row_lower=np.arange(30), row_upper=np.arange(30), lower=-np.inf)
-    assert solved(problem).status.word == "infeasible"  # the rows contradict each other
-    consistent = lcpcli.from_qp(Q, np.ones(40), A[:15], row_lower=np.arange(15), row_upper=np.arange(15), lower=-np.inf)
-    result = solved(consistent)
-    assert result.route == ("piqp",)
-    assert np.allclose(result.answer.x[:15], np.arange(15))
-    assert np.allclose(result.answer.x[15:], -1 / np.arange(16, 41))
-
-
 def test_what_is_no_program_takes_the_usual_way() -> None:
     for problem in (
         lcpcli.from_qp(csr_array(np.diag(np.arange(1.0, 31))), -np.ones(30)),
@@ -122,15 +110,6 @@ def test_what_is_no_program_takes_the_usual_way() -> None:
     ):
         assert not may_be_program(problem)
         assert "piqp" not in solved(problem).route
-
-
-def test_programs_that_are_not_convex_take_the_usual_way_or_end_at_a_stationary_point() -> None:
-    random = np.random.default_rng(5)
-    A, B = random.standard_normal((2, 12, 30))
-    problem = lcpcli.from_qp(csr_array(B.T @ B - 6 * np.eye(30)), A[0], csr_array(A), row_lower=-1, upper=1.0)
-    result = solved(problem)
-    assert result.solved
-    assert "stationary" in result.answer.statement
 
 
 def test_options_and_limits_hold() -> None:

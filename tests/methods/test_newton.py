@@ -85,14 +85,6 @@ def test_auto_factorizes_once_from_an_active_set_that_is_nearly_right(symmetric:
     assert np.allclose(result.z, plain.z, rtol=0, atol=1e-12 * np.abs(plain.z).max())
 
 
-def test_auto_solves_where_projected_gradients_lead_astray() -> None:
-    """M = I + 2 C: its symmetric part is not definite."""
-    n = 301
-    M = np.eye(n) + 2 * np.roll(np.eye(n), 1, axis=0)
-    q = np.random.default_rng(0).standard_normal(n)
-    assert run(Problem(M, q), "auto").solved
-
-
 @pytest.fixture
 def precisions(monkeypatch: pytest.MonkeyPatch) -> set[np.dtype[np.floating]]:
     """The types of the matrices of which products are taken."""

@@ -167,11 +167,6 @@ def test_direction_that_cannot_descend_gives_way_to_steepest_descent(k_star: int
     assert run(problem, "shi", k_star=k_star, max_iterations=4000).status is status
 
 
-def test_positive_definite_problem_on_which_descent_stalls_at_a_kink_is_solved_with_another_k_star() -> None:
-    problem = Problem([[1.0, -3.0], [4.0, 2.0]], [-1.0, 1.0])
-    assert run(problem, "shi", k_star=3).solved
-
-
 def test_evaluations_of_a_search_in_vain_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     done, real = [], Smoothed.at
     monkeypatch.setattr(Smoothed, "at", lambda self, x: done.append(x) or real(self, x))

@@ -16,7 +16,7 @@ from scipy.sparse import coo_array, csr_array, diags_array, eye_array
 import lcpcli
 from lcpcli import Problem, run
 from lcpcli.gallery import families
-from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity
+from lcpcli.linalg.krylov import conjugate_gradients
 from lcpcli.methods import z_matrix
 from lcpcli.methods.active_set import multilevel, sparse_route
 from lcpcli.methods.inexact import krylov
@@ -24,6 +24,8 @@ from lcpcli.methods.multilevel import FullApproximation, Hierarchy, VCycles
 from lcpcli.methods.stages import Breakdown, Finished, Stalled, limited
 from lcpcli.methods.z_matrix import eliminated
 from lcpcli.model.box import ORTHANT
+from lcpcli.rational.elimination import Effort
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.typing import Mask, Matrix, Vector
 from lcpcli.verify.point import Criterion, Point
 
@@ -148,13 +150,6 @@ def test_a_diagonal_entry_that_is_not_positive_is_refused(method: Callable[..., 
     assert isinstance(ending, Breakdown)
 
 
-@pytest.mark.parametrize("n", [25, 900, 6400])
-def test_obstacle_problem(n: int) -> None:
-    z, methods = solve(families.make("obstacle", n))
-    assert "fixed-point" not in methods
-    assert z.min() >= 0
-
-
 @pytest.mark.parametrize("make", [tridiagonal, dominant])
 def test_well_conditioned_matrices_are_not_factorized(
     make: Callable[[int], Problem], monkeypatch: pytest.MonkeyPatch
@@ -198,23 +193,6 @@ def disc(m: int) -> Mask:
     return (X**2 + Y**2 < 0.6).ravel()
 
 
-@pytest.mark.parametrize("method", [conjugate_gradients, bicgstab])
-def test_krylov_methods_reach_their_target_from_any_start_and_stop_on_singular_matrices(method: type) -> None:
-    generator = np.random.default_rng(0)
-    factor = generator.standard_normal((30, 30))
-    A = factor @ factor.T + 30 * np.eye(30) + (5 * np.triu(factor, 1) if method is bicgstab else 0)
-    solution, start = generator.standard_normal((2, 30))
-    b, given = A @ solution, start.copy()
-    x, size = method(lambda v: A @ v, b, start, 1e-9, 200, identity)
-    assert size <= 1e-9
-    assert np.linalg.norm(b - A @ x) <= 2e-9
-    assert np.array_equal(start, given)
-    assert np.array_equal(method(lambda v: A @ v, b, solution, 1e-9, 200, identity)[0], solution)
-    x, size = method(lambda v: 0 * v, np.ones(3), np.zeros(3), 1e-9, 50, identity)
-    assert np.isfinite(x).all()
-    assert size == pytest.approx(np.sqrt(3))
-
-
 @pytest.mark.parametrize("masked", [False, True])
 @pytest.mark.parametrize("m", [40, 160])
 def test_number_of_steps_does_not_grow_with_the_grid(m: int, masked: bool) -> None:
@@ -232,18 +210,6 @@ def test_number_of_steps_does_not_grow_with_the_grid(m: int, masked: bool) -> No
     assert not x[~basic].any()
     assert np.linalg.norm(b - (M @ x) * basic) <= 1e-7 * np.linalg.norm(b)
     assert len(steps) <= 22
-
-
-@pytest.mark.slow("a large matrix")
-def test_matrices_without_coarse_versions_are_refused() -> None:
-    places = np.random.default_rng(2).integers(0, 3000, (2, 90_000))
-    A = csr_array((np.ones(90_000), tuple(places)), shape=(3000, 3000))
-    dense_soon = csr_array(A + A.T + 100 * eye_array(3000))
-    for M, word in ((dense_soon, "coarse"), (csr_array((900, 900)), "diagonal")):
-        iterates, ending = through(multilevel(Problem(M, -np.ones(M.shape[0]))))
-        assert iterates == []
-        assert isinstance(ending, Breakdown)
-        assert word in ending.reason
 
 
 def m_matrix(rng: np.random.Generator, n: int, spread: int) -> Vector:
@@ -301,12 +267,6 @@ def test_optimal_stopping_with_two_free_boundaries_takes_a_few_passes_on_every_g
         assert np.count_nonzero(np.diff((result.z > 0).astype(int))) == 2
 
 
-def test_a_tridiagonal_matrix_that_is_no_m_matrix_is_left_to_other_methods() -> None:
-    M = -line(200) + 0.1 * np.eye(200)
-    result = lcpcli.solve(csr_array(M), -np.ones(200))
-    assert "elimination" not in result.route
-
-
 def test_a_dense_tridiagonal_matrix_takes_the_route_of_compressed_rows() -> None:
     M, q = stopping(401, 0.1)
     for form in (M.toarray(), M, M.tocsc(), M.tocoo(), np.asfortranarray(M.toarray())):
@@ -314,3 +274,11 @@ def test_a_dense_tridiagonal_matrix_takes_the_route_of_compressed_rows() -> None
         assert (result.solved, result.route) == (True, ("elimination",))
     problem = Problem(M.toarray(), q)
     assert lcpcli.run(problem).problem is problem
+
+
+def test_a_proof_in_fractions_is_one_for_rows_of_different_denominators() -> None:
+    """No z >= 0 has z1 / 2 - z2 / 4 >= 1 and z2 / 16 - z1 / 5 >= 1 / 10."""
+    data = ExactProblem.of_decimals(Problem([[0.5, -0.25], [-0.2, 0.0625]], [-1, -0.1]))
+    z, y = z_matrix.decided(data, Effort())
+    assert (z, y is not None) == (None, True)
+    assert data.refuted_by(y)

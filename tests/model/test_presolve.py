@@ -223,12 +223,6 @@ def test_conditions_of_linear_programs_are_monotone_however_they_are_written(see
     assert "milp" not in result.route
 
 
-def test_conditions_of_infeasible_linear_programs_are_refuted() -> None:
-    result = lcpcli.run(linear_program(0, "signs", infeasible=True))
-    assert result.status.word == "infeasible"
-    assert result.certificate.kind == "farkas"
-
-
 @pytest.mark.parametrize("seed", range(2))
 def test_conditions_of_programs_that_are_not_convex_are_solved(seed: int) -> None:
     """Stationary points of x'Qx / 2 + c'x, with Q indefinite, on 0 <= x <= 10 with equations; bounds are rows."""

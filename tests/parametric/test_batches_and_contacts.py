@@ -208,3 +208,13 @@ def test_an_unsolved_problem_of_a_batch_has_the_gradient_0_of_a_function_that_le
     found = batch.gradient(np.array([[1.0], [0.0]]), unsolved=unsolved)
     for values, expected in ((found.q, [-1, 0]), (found.M, [-1, 0]), (found.lower, [0, 0])):
         assert values.ravel().tolist() == expected
+
+
+@pytest.mark.parametrize("J", [[1, 0, 0, 0], [0, 0, 0, 1], [1, 1, 1, 0]])
+def test_J_z_has_a_derivative_only_if_no_direction_of_several_changes_it(J: list[float]) -> None:
+    """z1 + z2 and z3 + z4 are determined, and no more."""
+    result = lcpcli.solve(np.kron(np.diag([1.0, 2.0]), np.ones((2, 2))), [-1, -1, -4, -4], "interior")
+    assert (result.z > 0.1).all()
+    assert result.derivative(dq=[1, 1, 0, 0], J=[[1, 1, 0, 0], [0, 0, 1, 1]]).z == pytest.approx([-1, 0])
+    with pytest.raises(DerivativeError, match="several solutions, which differ in J z"):
+        result.derivative(dq=[1, 1, 0, 0], J=[J])

@@ -8,14 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Path, Problem, from_qp, path
 from lcpcli.parametric import following
 from lcpcli.parametric.following import basic_states
 from lcpcli.parametric.path import Family
-from lcpcli.parametric.systems import SparseSystem
 from lcpcli.parametric.verified import verify
 
 from ..exact_measure import relative_residual
@@ -137,15 +135,6 @@ def test_memory_bounds_a_path_that_is_kept(monkeypatch: pytest.MonkeyPatch) -> N
 def test_of_a_segment_of_solutions_the_nearer_end_is_the_start(z: list[float], states: list[int]) -> None:
     problem = Problem([[1, 1], [1, 1]], [-1, -1])
     assert basic_states(problem, np.array(z), np.zeros(2), np.zeros(2, bool)).tolist() == states
-
-
-def test_exchanges_of_a_sparse_system_are_undone_in_the_opposite_order() -> None:
-    M = np.array([[4.0, 1, 2], [1, 5, 1], [3, 1, 6]])
-    system = SparseSystem(csr_array(M), np.ones(3))
-    system.begin(np.array([0]))
-    system.exchange(3 + 1 + 1, 1)
-    system.exchange(3 + 1 + 2, 2)
-    assert np.allclose(system.multipliers(2) @ M, [0, 0, 1])
 
 
 RAY = [[0, -2], [0, 1]]  # the ray in z1 is no proof, the multipliers of the rows are: z2 >= 4 and 2 - 2 z2 >= 0

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli import Problem, Status, Trace, read, run, solve_mcp
+from lcpcli import Status, Trace, read, run, solve_mcp
 from lcpcli.files import contents, writing
 from lcpcli.gallery import families as gallery
 from lcpcli.solving.advice import suggestions
@@ -90,12 +90,6 @@ def test_advice_is_in_the_words_of_its_reader_and_can_be_followed(lcp: Lcp) -> N
     assert "try --method auto\n" in lcp("solve", file, "--method", "lemke").out
     assert '"advice": "try --method auto"' in lcp("solve", file, "--method", "lemke", "--format", "json").out
     assert '"advice": null' in lcp("solve", file, "--format", "json").out
-
-
-def test_what_is_decided_needs_no_advice() -> None:
-    problems = Problem([[2]], [-1]), Problem([[0, -1], [1, 0]], [-1, -1]), Problem([[0, 1], [1, 0]], [-1, 1])
-    said = [(result.status.word, result.advice) for result in map(run, problems)]
-    assert said == [("solved", ""), ("infeasible", ""), ("unsolvable", "")]
 
 
 def test_what_is_advised_for_omega_is_for_methods_with_acceleration_and_nothing_after_an_interrupt() -> None:

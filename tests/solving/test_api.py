@@ -4,7 +4,6 @@ anything is solved, so that a mistake shows whatever the problem is."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import partial
 from inspect import signature
 from typing import Any
@@ -16,11 +15,8 @@ from scipy import sparse
 import lcpcli
 from lcpcli import Status
 from lcpcli.errors import OptionError
-from lcpcli.files import contents
 from lcpcli.methods.registry import Method, options_of
 from lcpcli.options import Option
-
-from ..conftest import Outcome
 
 M = [[2.0, 1.0, 0.0], [1.0, 3.0, 1.0], [0.0, 1.0, 2.0]]
 Q = [-5.0, -6.0, 1.0]
@@ -48,13 +44,6 @@ def test_what_is_given_is_never_changed(method: str) -> None:
     result = lcpcli.solve(M, Q, z0=z)
     assert (result.iterations, z.tolist()) == (0, Z)
     assert result.z is not z
-
-
-def test_errors_name_options_as_their_readers_write_them(lcp: Callable[..., Outcome]) -> None:
-    example = contents.shipped_path("paper-example-1.json")
-    outcome = lcp("solve", example, "--method", "shi", "--k-star", "0")
-    assert (outcome.code, outcome.err) == (2, "lcp: --k-star: 0 is out of range; it must be: whole number >= 1\n")
-    assert "lcp: --scale: has no effect" in lcp("solve", example, "--method", "lemke", "--scale").err
 
 
 def test_solve_and_run_take_the_same_options() -> None:

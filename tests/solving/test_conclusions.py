@@ -4,16 +4,12 @@ have the names of the unknowns.
 
 from __future__ import annotations
 
-import json
 import pickle
-import re
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import pytest
 
-from lcpcli import Problem, from_game, from_qp, path, run, solve
+from lcpcli import Problem, from_game, from_qp, run, solve
 from lcpcli.errors import ProblemError
 from lcpcli.report.json_lines import plain
 
@@ -44,16 +40,6 @@ def test_answers_of_pickled_results_are_those_of_the_results(read_before: bool) 
         assert plain(getattr(again, "ray", None)) == plain(getattr(result.answer, "ray", None))
 
 
-def test_time_of_conclusions_stands_beside_that_of_the_run_where_there_are_some(lcp: Callable[..., Any]) -> None:
-    program = lcp("solve", "problems/programs/portfolio.json").out
-    assert re.search(r"^set-up .*, iterations .*, verification .*, conclusions \S+ [mu]?s$", program, re.MULTILINE)
-    assert "conclusions" not in lcp("solve", "problems/two-unknowns.json").out
-    record = json.loads(lcp("solve", "problems/programs/portfolio.json", "--format", "json").out)
-    assert record["conclusion_seconds"] > 0
-    parts = sum(record[f"{part}_seconds"] for part in ("setup", "solve", "verify"))
-    assert record["seconds"] == pytest.approx(parts)
-
-
 M, q = [[2, 1], [1, 2]], [-5, -6]
 
 
@@ -79,24 +65,6 @@ def test_what_is_gone_from_results_says_what_to_ask_instead() -> None:
         _ = solve([[2]], [-1]).exit_code  # type: ignore[attr-defined]
     with pytest.raises(AttributeError, match=r"no attribute 'solvd'$"):
         _ = solve([[2]], [-1]).solvd  # type: ignore[attr-defined]
-
-
-def test_a_multiplier_of_a_maximization_has_the_sign_of_the_program() -> None:
-    """One more hour of labour is worth 3."""
-    names = {"columns": ["chairs", "tables"], "rows": ["labour", "wood"]}
-    program = from_qp(None, [3.0, 2.0], [[1.0, 1.0], [1.0, 3.0]], row_upper=[4.0, 6.0], lower=0.0, sense="max", **names)
-    result = run(program)
-    assert (result["chairs"], result["labour"], result["wood"]) == (4.0, 3.0, 0.0)
-    more = from_qp(None, [3.0, 2.0], [[1.0, 1.0], [1.0, 3.0]], row_upper=[5.0, 6.0], lower=0.0, sense="max", **names)
-    assert run(more).answer.objective - result.answer.objective == pytest.approx(3.0)  # type: ignore[union-attr]
-
-
-def test_components_of_a_path_are_found_by_name() -> None:
-    names = ["price", "flow"]
-    found = path(*(Problem([[2, 1], [1, 2]], [first, -6], names=names) for first in (-5, 5)))
-    assert found["flow"].tolist() == found.z[:, 1].tolist()
-    with pytest.raises(KeyError, match="did you mean price"):
-        found["prise"]
 
 
 def test_a_name_of_several_unknowns_is_not_taken_for_one_of_them() -> None:

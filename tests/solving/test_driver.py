@@ -8,6 +8,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from hypothesis.extra.numpy import arrays
 
 import lcpcli
 from lcpcli import Problem, Result, Status, Trace, TraceRow, read
-from lcpcli.errors import LCPError, ProblemError
+from lcpcli.errors import LCPError
 from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.interrupts import remaining, within
@@ -152,28 +153,6 @@ def test_start_is_the_problems_own_unless_given_and_displaces_both_of_its_points
     assert rows(problem, -np.ones(4))[1] != [4.0] * 4
 
 
-def test_second_point_is_checked_like_the_first() -> None:
-    for x1 in ([1.0], [1.0, 2.0, 3.0, float("nan")], "x"):
-        with pytest.raises(ProblemError, match="x1"):
-            run(EXAMPLE, "shi", x1=x1)
-
-
-def test_error_is_to_the_nearest_known_solution() -> None:
-    problem = read(contents.shipped_path("bimatrix.json"))
-    first, _, third = problem.solutions
-    for solution in (first, third):
-        result = run(problem, "shi", (solution - problem.w(solution)) / 2)
-        assert (result.solved, result.iterations) == (True, 0)
-        assert result.error <= 1e-15
-
-
-@pytest.mark.parametrize("name", list(methods.METHODS))
-def test_options_in_force_are_reported_defaults_too(name: str) -> None:
-    options = run(EXAMPLE, name).options
-    assert set(options) == set(methods.parameters_of(name))
-    assert all(value is not None for key, value in options.items() if key != "x1")
-
-
 def test_tolerance_is_what_the_relative_residual_comes_down_to_and_numpy_numbers_are_numbers() -> None:
     for tol in (1e-2, 1e-6, 1e-12):
         limits = Limits(tol=tol, max_iterations=np.int64(500))
@@ -303,10 +282,10 @@ def is_same(one: Result, other: Result) -> bool:
     return np.array_equal(one.z, other.z) and all(getattr(one, name) == getattr(other, name) for name in fields)
 
 
-def check(problem: Problem) -> None:
-    plain, kept = lcpcli.run(problem), lcpcli.run(problem, trace=True)
+def check(problem: Problem, **given: Any) -> None:
+    plain, kept = lcpcli.run(problem, **given), lcpcli.run(problem, trace=True, **given)
     assert is_same(plain, kept)
-    assert is_same(plain, driver.run(problem, "auto", observe=lambda *_: None))
+    assert given or is_same(plain, driver.run(problem, "auto", observe=lambda *_: None))
     rows = kept.trace.rows
     if kept.status is lcpcli.Status.SOLVED:
         assert [row.k for row in rows] == list(range(kept.iterations + 1))
@@ -327,26 +306,10 @@ def test_problems_of_the_gallery_have_one_run_whatever_was_solved_before(family:
     problem = families.make(family, n, 0)
     first = lcpcli.run(problem)
     check(problem)
+    check(problem, basis=first.basis)
     for _ in range(5):
         lcpcli.solve([[2]], [-1])
     assert is_same(first, lcpcli.run(problem))
-
-
-def test_a_start_has_its_iterates_too() -> None:
-    problem = families.make("harker-pang", 25, 0)
-    basis = lcpcli.run(problem).basis
-    plain, kept = (lcpcli.run(problem, basis=basis, trace=trace) for trace in (False, True))
-    assert is_same(plain, kept)
-    assert [row.k for row in kept.trace.rows] == [0, 1]
-    assert plain.iterations == 1
-
-
-def test_milestones_are_reached_within_the_time_of_the_run() -> None:
-    problem = families.make("harker-pang", 25, 0)
-    known = Problem(problem.M, problem.q, solutions=[lcpcli.run(problem).z])
-    result = lcpcli.run(known, trace=Trace(levels=(1e-3, 1e-9)))
-    assert [each.level for each in result.trace.milestones] == [1e-3, 1e-9]
-    assert all(0 < each.seconds <= result.seconds < math.inf for each in result.trace.milestones)
 
 
 def test_ctrl_c_while_iterates_are_kept_leaves_the_result() -> None:

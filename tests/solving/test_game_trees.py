@@ -267,15 +267,6 @@ def with_penalties(random: Random) -> Fraction:
     return Fraction(-(10 ** random.randint(8, 17)) if random.random() < 0.2 else random.randint(-3, 4))
 
 
-def penalized(random: Random, rows: int, columns: int) -> list[list[Fraction]]:
-    """Payoffs of a player."""
-    return [[with_penalties(random) for _ in range(columns)] for _ in range(rows)]
-
-
-def bimatrix(A: list[list[Fraction]], B: list[list[Fraction]]) -> lcpcli.Problem:
-    return lcpcli.from_game(*([list(map(float, row)) for row in payoffs] for payoffs in (A, B)))
-
-
 def shares(probabilities: Any) -> list[Fraction]:
     exact = list(map(Fraction, map(float, probabilities)))
     return [value / sum(exact) for value in exact]
@@ -299,27 +290,6 @@ def test_solved_trees_are_equilibria_by_fractions_and_check_agrees() -> None:
             assert gains_little(gains(tree, own), list(map(abs, payoffs(tree, own))))
 
 
-def test_solved_bimatrix_games_are_equilibria_by_fractions_and_check_agrees() -> None:
-    for seed in range(30):
-        random = Random(seed)
-        m, k = random.randint(2, 8), random.randint(2, 8)
-        A, B = penalized(random, m, k), penalized(random, m, k)
-        result = lcpcli.run(bimatrix(A, B))
-        assert (result.solved, lcpcli.check(result.problem, result.z).accepted) == (True, True)
-        x, y = shares(result.answer.row), shares(result.answer.column)
-        by_row = [sum(a * v for a, v in zip(row, y, strict=True)) for row in A]
-        by_column = [sum(B[i][j] * x[i] for i in range(m)) for j in range(k)]
-        now = [sum(map(Fraction.__mul__, x, by_row)), sum(map(Fraction.__mul__, y, by_column))]
-        assert gains_little([max(by_row) - now[0], max(by_column) - now[1]], list(map(abs, now)))
-
-
-def test_games_with_more_unknowns_are_decided_in_integers() -> None:
-    random = Random(5)
-    result = lcpcli.run(bimatrix(penalized(random, 40, 45), penalized(random, 40, 45)))
-    assert (result.solved, result.route[-1]) == (True, "exact")
-    assert lcpcli.check(result.problem, result.z).accepted
-
-
 @pytest.mark.parametrize("options", [(), ("--exact",)], ids=["doubles", "exact"])
 def test_a_forbidden_move_is_solved_by_exact_arithmetic(options: tuple[str, ...], lcp: Lcp, tmp_path: Path) -> None:
     (tmp_path / "tree.efg").write_text(FORBIDDEN)
@@ -337,3 +307,22 @@ def test_a_method_by_name_is_stalled_there_and_check_refuses_its_z() -> None:
     checked = lcpcli.check(result.problem, result.z)
     assert not checked.accepted
     assert "but as strategies, not an equilibrium" in checked.message
+
+
+DRAW = """EFG 2 R "draw" { "A" "B" }
+c "" 1 "" { "low" 1/3 "high" 2/3 } 0
+p "" 1 1 "low" { "fold" "bet" } 0
+t "" 1 "" { 0, 0 }
+t "" 2 "" { -1, 1 }
+p "" 1 2 "high" { "fold" "bet" } 0
+t "" 3 "" { 0, 0 }
+p "" 2 1 "" { "fold" "call" } 0
+t "" 4 "" { 1, -1 }
+t "" 5 "" { 2, -2 }
+"""
+
+
+def test_information_sets_are_reached_as_often_as_chance_leads_there() -> None:
+    answer = lcpcli.run(lcpcli.from_efg(DRAW)).answer
+    assert [each.reached for each in answer.information_sets] == pytest.approx([1 / 3, 2 / 3, 2 / 3])
+    assert answer.payoffs == pytest.approx([2 / 3, -2 / 3])

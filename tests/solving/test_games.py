@@ -4,7 +4,6 @@ to equilibria: pure ones by a look at the payoffs, others by Lemke and Howson's 
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Callable
 from fractions import Fraction
@@ -20,7 +19,6 @@ import lcpcli
 from lcpcli.methods.bimatrix import LABELS, PIVOTS, costs, lemke_howson
 from lcpcli.methods.stages import Finished
 from lcpcli.model.origins import Game
-from lcpcli.report import programs_and_games
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
 
@@ -130,13 +128,6 @@ def test_what_solve_has_written_of_a_game_is_checked(
     assert [json.loads(line)["accepted"] for line in refused.out.splitlines()] == [True, False, True]
 
 
-def test_all_solutions_of_any_problem_are_checked(lcp: Lcp, file: File) -> None:
-    two = file({"M": [[-1]], "q": [1]}, "two.json")
-    written = file(lcp("solve", two, "--all", "--format", "json").out, "all.json")
-    checked = lcp("check", two, written, "--exact")
-    assert (checked.code, checked.out.count("z is an exact solution")) == (0, 2)
-
-
 FAULTS: list[tuple[Any, Any, str]] = [
     (SEXES, {"row": [0.6, 0.5], "column": [0.4, 0.6]}, "s.json: row: has the sum 1.1"),
     (SEXES, {"row": [0.6, 0.4], "column": [1.4, -0.4]}, "s.json: column: has a negative entry"),
@@ -164,43 +155,6 @@ def test_strategies_whose_z_is_beyond_doubles_are_verified_in_exact_arithmetic(l
     assert lcp("check", tiny, "1,0,1,0", "--exact").code == 0
 
 
-def test_iterates_of_a_game_are_strategies_with_payoffs(sexes: str, lcp: Lcp, file: File, tmp_path: Path) -> None:
-    shown = lcp("compare", sexes, "--method", "newton", "--method", "lemke").out.splitlines()
-    assert shown[1].split()[:9] == ["method", "k", "opera", "box", "y1", "y2", "row", "gets", "column"]
-    rows = "\n".join(" ".join(line.split()) for line in shown)
-    assert "0.6000000 0.4000000 0.4000000 0.6000000 1.2 1.2" in rows
-    assert "lemke 1 - - - - - -" in rows  # z = 0
-    header = "method & $k$ & opera & box & $y_{1}$ & $y_{2}$ & row gets & column gets & "
-    assert header in lcp("solve", sexes, "--method", "newton", "--format", "latex").out
-    assert lcp("solve", sexes, "--method", "newton", "--quiet", "--trace", str(tmp_path / "t.csv")).code == 0
-    lines = (tmp_path / "t.csv").read_text().splitlines()
-    header, start, *_, last = csv.reader(line for line in lines if not line.startswith("#"))
-    assert header[3:9] == ["opera", "box", "y1", "y2", "row gets", "column gets"]
-    assert start[3:9] == [""] * 6
-    assert [float(cell) for cell in last[3:9]] == pytest.approx([0.6, 0.4, 0.4, 0.6, 1.2, 1.2])
-    beside = file({"M": [[1, 0], [0, 1]], "q": [-1, -1]})
-    written = lcp("compare", sexes, beside, "--method", "newton", "--format", "csv", "--trace").out
-    assert "problem,method,k,z1,z2,z3,z4,residual" in written
-
-
-def test_a_wide_game_shows_the_first_strategies_and_the_last_and_documents_all_of_a_game_of_six(
-    lcp: Lcp, file: File
-) -> None:
-    wide, six = (file({"A": np.eye(k).tolist(), "B": np.eye(k).tolist()}, f"{k}.json") for k in (10, 3))
-    shown = lcp("solve", wide, "--method", "newton", "--format", "latex").out
-    assert r"$x_{10}$ & \dots & $y_{10}$ & row gets & column gets" in shown
-    assert r"0.1000000 & 0.1000000 & \dots & 0.1000000 & 0.1 & 0.1" in shown
-    for form in ("latex", "markdown"):
-        shown = lcp("solve", six, "--method", "newton", "--format", form).out
-        assert " ".join(shown.split()).count("0.3333333") >= 6
-        assert "dots" not in shown
-
-
-def test_headings_of_strategies_with_the_same_names_differ() -> None:
-    game = Game.of([[3, 0], [0, 2]], [[2, 0], [0, 3]], ["opera", "x"], ["opera", "y"])
-    assert programs_and_games.headings(game) == ["row opera", "x", "column opera", "y", "row gets", "column gets"]
-
-
 def test_payoff_that_is_not_met_hides_no_gain() -> None:
     """The costs of the column of 1 are rounded beside 1e16, so that the complementarity problem does not know of it."""
     A, B = [[5, 0, 0], [0, 1, 0], [0, 0, 1e16]], [[1, 0, 0], [0, 5, 0], [-1e16, -1e16, -1e16]]
@@ -211,15 +165,6 @@ def test_payoff_that_is_not_met_hides_no_gain() -> None:
     answer = lcpcli.run(game).answer
     gain = max(np.array(A) @ answer.column) - answer.row @ np.array(A) @ answer.column
     assert answer.statement.startswith("not an equilibrium" if gain > 1e-6 else "an equilibrium")
-
-
-def test_equilibrium_beside_forbidden_moves_is_one() -> None:
-    """Moves that cost 1e9 are never played, and gains are measured by the payoffs that are met."""
-    A, B = np.full((2, 3, 3), -1e9)
-    A[:2, :2], B[:2, :2] = SEXES["A"], SEXES["B"]
-    game = lcpcli.from_game(A, B)
-    assert lcpcli.check(game, [0.6, 0.4, 0, 0.4, 0.6, 0]).accepted
-    assert not lcpcli.check(game, [0.7, 0.3, 0, 0.4, 0.6, 0]).accepted
 
 
 def assert_equilibrium(A: Vector, B: Vector, result: Result) -> None:
@@ -293,17 +238,6 @@ def test_paths_of_degenerate_games_without_pure_equilibria_end_at_an_equilibrium
         iterates, ending = through(lemke_howson(problem, costs(problem)))
         assert isinstance(ending, Finished)
         assert_equilibrium(A, B, lcpcli.run(problem, z0=problem.box.z_of(iterates[-1].x)))
-
-
-def test_a_large_game_is_solved_in_few_pivots() -> None:
-    rng = np.random.default_rng(1)
-    A, B = rng.standard_normal((2, 60, 60))
-    while pure_equilibria(A, B):
-        A, B = rng.standard_normal((2, 60, 60))
-    result = lcpcli.run(lcpcli.from_game(A, B))
-    assert result.route[-1] == "lemke-howson"
-    assert result.evaluations < 10_000
-    assert_equilibrium(A, B, result)
 
 
 def test_each_pivot_counts_once() -> None:

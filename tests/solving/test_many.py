@@ -17,7 +17,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.sparse import csr_array
 
 import lcpcli
-from lcpcli import Batch, Problem, Result
+from lcpcli import Problem, Result
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.solving import many
 from lcpcli.typing import Vector
@@ -90,14 +90,6 @@ COLUMNS = {  # of a matrix that is no P-matrix, with the status of each
 }
 
 
-def test_columns_without_a_solution_keep_their_place_and_their_proof() -> None:
-    results = list(lcpcli.solve_many(SINGULAR, np.array(list(COLUMNS)).T))
-    assert [result.status.word for result in results] == list(COLUMNS.values())
-    for result in results:
-        assert (result.certificate is None) is result.solved
-        assert result.message == lcpcli.run(result.problem).message
-
-
 def test_columns_are_solved_as_they_are_asked_for() -> None:
     """All of them would take minutes."""
     results = lcpcli.solve_many(np.eye(2), np.broadcast_to([[-1.0], [2.0]], (2, 10**7)))
@@ -157,18 +149,6 @@ def test_options_have_the_effect_that_they_have_on_solve_and_what_is_given_is_ne
     assert next(lcpcli.solve_many(M, Q.astype(np.float32))).solved
     for k in (0, 1, 2):
         assert [result.z.tolist() for result in lcpcli.solve_many([[2.0]], [[-4.0, 3.0][:k]])] == [[2.0], [0.0]][:k]
-
-
-@pytest.mark.parametrize("n", [12, 60])
-def test_no_component_is_below_zero_where_basic_ones_are_zero(n: int) -> None:
-    """For z with zeros and w = 0, rounding makes some basic components negative."""
-    rng = np.random.default_rng(n)
-    A = rng.normal(size=(n, n))
-    Z = np.maximum(rng.normal(size=(n, 60)), 0.0)
-    M = A @ A.T + np.eye(n)
-    for result in lcpcli.solve_many(M, -M @ Z):
-        assert result.solved
-        assert result.z.min() >= 0
 
 
 B = 12
@@ -261,23 +241,6 @@ def test_methods_options_and_limits_are_those_of_run() -> None:
         batch = lcpcli.solve_many(*given, **limits)
         assert not batch.solved.any()
         assert {result.status.word for result in batch} == {word}
-
-
-def test_arrays_of_any_layout_are_taken_and_may_change_after_the_call() -> None:
-    expected, gradient = (
-        lcpcli.solve_many(M, Q).z.tolist(),
-        lcpcli.solve_many(M, Q).gradient(np.ones((2, 2))).q.tolist(),
-    )
-    assert lcpcli.solve_many([np.array(M[0]), M[1]], Q).z.tolist() == expected
-    assert lcpcli.solve_many(np.array(M, dtype=np.float32), np.array(Q, dtype=np.float32)).z.tolist() == expected
-    assert lcpcli.solve_many(np.array(M).transpose(0, 2, 1), np.array(Q)[:, ::-1][:, ::-1]).z.tolist() == expected
-    matrices, q = np.array(M), np.array(Q)
-    batch = lcpcli.solve_many(matrices, q)
-    matrices[:], q[:] = 0.0, 1.0
-    assert batch[0].problem.M.tolist() == M[0]
-    assert batch.gradient(np.ones((2, 2))).q.tolist() == gradient
-    assert not isinstance(lcpcli.solve_many(M[0], np.array(Q).T), Batch)
-    assert not isinstance(lcpcli.solve_many([Problem(M[0], Q[0])]), Batch)
 
 
 def test_no_problems_are_an_empty_batch_and_those_without_unknowns_are_solved() -> None:

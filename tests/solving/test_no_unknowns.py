@@ -61,15 +61,6 @@ def test_every_method_solves_it_before_its_first_iteration(method: str) -> None:
             assert is_solved(lcpcli.solve(M, [], method, scale=True, finish=True))
 
 
-def test_compiled_kernels_solve_it_and_sizes_may_change_from_one_problem_to_the_next() -> None:
-    contacts = [Problem([], []), Problem([[2]], [-2]), Problem([], [])]
-    assert [result.z.tolist() for result in lcpcli.solve_many(contacts)] == [[], [1], []]
-    pytest.importorskip("numba")
-    results = list(lcpcli.solve_many(NONE, np.zeros((0, 1000))))
-    assert [result.z.shape for result in results if result.solved] == [(0,)] * 1000
-    assert is_solved(results[-1])
-
-
 @BOTH
 def test_the_empty_vector_is_proved_to_be_the_only_solution_and_what_is_known_of_the_matrix_is_said(M: Any) -> None:
     problem = Problem(M, [], names=[], solutions=[[]])

@@ -5,9 +5,7 @@ solutions come back as minima and as equilibria.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import replace
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +13,12 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from scipy import sparse
 from scipy.io import savemat
 from scipy.sparse import csc_matrix, csr_array
 
 import lcpcli
 from lcpcli import Problem, from_game, from_osqp, from_qp, from_qpsolvers, read, run, write
 from lcpcli.verify.point import Criterion, Point
-
-from ..conftest import read_exact
 
 PORTFOLIO_Q = [[0.10, 0.02, 0.01], [0.02, 0.06, 0.00], [0.01, 0.00, 0.03]]
 PORTFOLIO_ROWS = [[1, 1, 1], [-1, -1, -1], [0.12, 0.08, 0.04]], [1, -1, 0.07]
@@ -72,66 +67,11 @@ def test_at_a_limit_the_best_x_of_a_program_is_given_with_its_residual(options: 
     assert (game.row, game.payoffs, game.statement) == (None, None, "not solved, so there are no strategies")
 
 
-@pytest.mark.parametrize("free", [(), range(0, 3, 2)])
-def test_sparse_programs_stay_sparse_and_agree(free: Sequence[int]) -> None:
-    dense = from_qp(PORTFOLIO_Q, [1, -1, 0], *PORTFOLIO_ROWS, free=free)
-    A = np.array(PORTFOLIO_ROWS[0])
-    assert np.array_equal(dense.M, np.block([[np.array(PORTFOLIO_Q), -A.T], [A, np.zeros((3, 3))]]))
-    assert dense.q.tolist() == [1, -1, 0, -1, 1, -0.07]
-    slim = from_qp(sparse.csc_array(PORTFOLIO_Q), [1, -1, 0], sparse.coo_array(A), PORTFOLIO_ROWS[1], free=free)
-    assert sparse.issparse(slim.M)
-    assert np.array_equal(slim.M.toarray(), dense.M)
-    assert np.array_equal(slim.q, dense.q)
-    x, expected = (run(problem).answer.x for problem in (slim, dense))
-    assert x == pytest.approx(expected, abs=1e-9)
-
-
 def test_costs_are_exact_decimals_within_a_factor_of_two() -> None:
     problem = from_game([[0.1, 0.3], [0.2, 0.7]], [[5, 5], [5, 5]])
     assert problem.M[:2, 2:].tolist() == [[1.2, 1.0], [1.1, 0.6]]
     assert problem.M[2:, :2].tolist() == [[1, 1], [1, 1]]
     assert problem.q.tolist() == [-1] * 4
-
-
-@pytest.mark.parametrize(
-    "problem",
-    [
-        from_qp(PORTFOLIO_Q, [0, 0, 0], *PORTFOLIO_ROWS, name="own"),
-        from_qp(PORTFOLIO_Q, [1, -1, 0], free=[2, 0], name="own"),
-        from_qp(sparse.csr_array(PORTFOLIO_Q), [1, -1, 0], *PORTFOLIO_ROWS, name="own"),
-        from_game([[0.1, 1 / 3]], [[2, -7]], rows=["ä"], columns=["", '"'], name="own"),
-    ],
-    ids=["qp", "free", "sparse", "game"],
-)
-def test_files_keep_the_origin_but_for_csv(problem: Problem, tmp_path: Path) -> None:
-    for ending in ("json", "npz"):
-        write(problem, tmp_path / f"own.{ending}")
-        again = read(tmp_path / f"own.{ending}")
-        assert again.origin.data() == problem.origin.data()
-        assert not (again.M != problem.M).sum()
-        first, second = (run(each).answer for each in (problem, again))
-        assert type(second) is type(first)
-        assert second.statement == first.statement
-    write(from_game(*BATTLE), tmp_path / "own.csv")
-    assert run(read(tmp_path / "own.csv")).answer is None
-
-
-def test_exact_minimum_meets_the_conditions_of_the_decimals_as_written(tmp_path: Path) -> None:
-    pytest.importorskip("flint")
-    from lcpcli.solving.proof import prove
-
-    write(from_qp(PORTFOLIO_Q, [0, 0, 0], *PORTFOLIO_ROWS), tmp_path / "own.json")
-    data = read_exact(str(tmp_path / "own.json"))
-    exact = prove(lambda: data, run(data.problem)).answer.exact
-    x, y = exact["x"], exact["y"]
-    Q, A, (b,) = (
-        np.array([[Fraction(repr(value)) for value in row] for row in rows])
-        for rows in (PORTFOLIO_Q, PORTFOLIO_ROWS[0], [PORTFOLIO_ROWS[1]])
-    )
-    assert sum(x) == 1
-    assert (A @ x).tolist() == b.tolist()
-    assert (Q @ x).tolist() == (A.T @ y).tolist()
-    assert min(*x, *y) >= 0
 
 
 SEEDS = range(4)

@@ -1,7 +1,4 @@
-"""Nonlinear complementarity problems: what is claimed, and what F and J may be; first-order conditions of nonlinear
-programs (W. Hock, K. Schittkowski, Test examples for nonlinear programming codes, Lecture Notes in Economics and
-Mathematical Systems 187 (1981), from the starts given there).
-"""
+"""Nonlinear complementarity problems: what is claimed, and what F and J may be."""
 
 from __future__ import annotations
 
@@ -51,14 +48,6 @@ def test_problems_of_the_literature_are_solved_from_their_starts(problem: Nonlin
     result = solved(problem)
     assert result.error is None or result.error <= 1e-8
     assert np.array_equal(result.w, problem.values(result.z))
-
-
-@pytest.mark.parametrize("problem", [gallery.kojima_shindo(), gallery.josephy()], ids=lambda problem: problem.name)
-def test_polynomials_are_solved_from_all_usual_starts(problem: NonlinearProblem) -> None:
-    for start in ([0, 0, 0, 0], [1, 1, 1, 1], [100, 0, 0, 0], [1, 0, 1, 0], [0, 1, 1, 0]):
-        result = lcpcli.solve_mcp(problem.F, problem.J, x0=start)
-        assert result.solved
-        assert min(float(np.abs(result.z - z).max()) for z in problem.solutions) <= 1e-7
 
 
 def test_a_stationary_point_of_the_merit_function_is_no_solution_and_proves_nothing() -> None:
@@ -143,10 +132,6 @@ def test_jax_computes_in_doubles_or_it_is_said_how_to_install_it() -> None:
     else:
         result = lcpcli.solve_mcp(F, x0=np.zeros(3), jax=True)
         assert (result.solved, result.residual <= 1e-12) == (True, True)
-
-
-def test_sparse_problems_take_few_linearizations() -> None:
-    assert solved(gallery.bratu(50)).iterations <= 10
 
 
 def test_derivatives_are_those_of_the_nonlinear_problem() -> None:
@@ -245,16 +230,6 @@ def test_linearizations_without_a_solution_are_perturbed(seed: int) -> None:
     assert "proximal" in {row.step for row in result.trace.rows}
 
 
-def test_solutions_whose_multipliers_are_not_unique_are_found() -> None:
-    def F(z: Vector) -> Vector:  # the conditions of min exp(x) + y^2 with x + y >= 1 stated three times
-        x, y = z[:2]
-        price = z[2:].sum()
-        return np.array([np.exp(x) - price, 2 * y - price, *3 * [x + y - 1]])
-
-    result = solved(NonlinearProblem(F, lower=[FREE, FREE, 0, 0, 0], x0=[2, 3, 0.1, 0.1, 0.1]))
-    assert result.z[0] + result.z[1] == pytest.approx(1)
-
-
 @pytest.mark.parametrize("share", [1.0, 1e-3])
 def test_the_active_step_solves_equations_with_a_singular_jacobian(share: float) -> None:
     def F(z: Vector) -> Vector:
@@ -262,12 +237,6 @@ def test_the_active_step_solves_equations_with_a_singular_jacobian(share: float)
 
     problem = NonlinearProblem(F, lower=[FREE, FREE, 0.0], x0=[1e-3, 1e-3, 1.0])
     assert natural_residual(problem, solved(problem).z) <= 1e-10
-
-
-def test_kernels_solve_the_same_problems() -> None:
-    pytest.importorskip("numba")
-    for problem in (gallery.kojima_shindo(), gallery.nash_cournot(5), gallery.scarf()):
-        solved(problem, compiled=True)
 
 
 def test_functions_are_never_called_outside_of_the_bounds() -> None:
@@ -318,32 +287,6 @@ def test_an_equation_that_follows_from_others_takes_one_step_of_a_linear_model()
     result = lcpcli.solve_mcp(lambda z: A @ z - b, lambda _: A, lower=None, x0=np.zeros(n))
     assert result.solved
     assert result.iterations == 1
-
-
-def _rosenbrock(x: Vector) -> Vector:
-    return np.array([-400 * x[0] * (x[1] - x[0] ** 2) - 2 * (1 - x[0]), 200 * (x[1] - x[0] ** 2)])
-
-
-def _problem_1(v: Vector) -> Any:
-    """x_2 >= -1.5, with its multiplier."""
-    return [*_rosenbrock(v[:2]) - [0, v[2]], v[1] + 1.5]
-
-
-def _problem_15(v: Vector) -> Any:
-    """x_1 x_2 >= 1, x_1 + x_2^2 >= 0 and x_1 <= 0.5."""
-    by_x = _rosenbrock(v[:2]) - v[2] * v[1::-1] - v[3] * np.array([1, 2 * v[1]]) + [v[4], 0]
-    return [*by_x, v[0] * v[1] - 1, v[0] + v[1] ** 2, 0.5 - v[0]]
-
-
-PROGRAMS = {
-    1: NonlinearProblem(_problem_1, lower=[FREE, FREE, 0], x0=[-2, 1, 0]),
-    15: NonlinearProblem(_problem_15, lower=[FREE, FREE, 0, 0, 0], x0=[-2, 1, 0, 0, 0]),
-}
-
-
-@pytest.mark.parametrize("number", sorted(PROGRAMS))
-def test_narrow_valleys_take_few_steps(number: int) -> None:
-    assert solved(PROGRAMS[number], restarts=0).iterations <= 40
 
 
 def test_another_attempt_is_made_where_the_first_one_is_stuck_and_shown() -> None:

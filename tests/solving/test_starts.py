@@ -15,14 +15,11 @@ from lcpcli.errors import LCPError, OptionError, ProblemError
 from lcpcli.files import contents, writing
 from lcpcli.gallery import families
 from lcpcli.gallery.differences import american_put
-from lcpcli.methods.newton import from_states
-from lcpcli.methods.stages import Finished
 from lcpcli.model.box import in_words
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.start import basis_of_words, x_in
 
 from ..conftest import Outcome
-from ..methods.stages import through
 
 Lcp = Callable[..., Outcome]
 
@@ -54,11 +51,6 @@ def test_from_a_result_or_the_solution_as_z_a_run_ends_at_once(method: str, lcp:
         for given in (str(file), "1,0,1,0"):
             again = record(lcp, method, "--z0", given)
             assert (again["iterations"], again["z"]) == (0, [1, 0, 1, 0])
-
-
-def test_the_second_point_of_shi_may_be_that_of_a_result(lcp: Lcp, tmp_path: Path) -> None:
-    (tmp_path / "x1.json").write_text(json.dumps(record(lcp, "shi")))
-    assert record(lcp, "shi", "--x0", "1,1,1,1", "--x1", str(tmp_path / "x1.json"))["iterations"] == 1
 
 
 def test_z0_takes_the_place_of_both_points_of_a_problem(paper_example: Problem) -> None:
@@ -184,16 +176,6 @@ def test_auto_exchanges_the_few_wrong_states_of_the_step_before(dense: bool) -> 
     assert result.iterations <= changes + 1
 
 
-@pytest.mark.parametrize(("family", "n"), [("harker-pang", 200), ("obstacle", 400)])
-def test_pivoting_from_given_states_goes_on_as_long_as_it_is_fast(family: str, n: int) -> None:
-    problem = families.make(family, n, 0)
-    z = run(problem).z
-    x = (z - problem.w(z)) / 2
-    x[np.random.default_rng(0).permutation(n)[:10]] *= -1
-    iterates, ending = through(from_states(problem, problem.box.basis_of(x)))
-    assert (isinstance(ending, Finished), len(iterates) > 3) == (True, True)
-
-
 def test_auto_solves_what_has_a_singular_basis() -> None:
     assert run(Problem([[0, 0], [0, 0]], [0, 1]), basis=["basic", "basic"]).solved
     contact = families.make("contact", 100, 1)
@@ -257,10 +239,3 @@ def test_auto_goes_on_from_its_own_start_where_a_basis_is_far_from_right(family:
     own = [row.z for row in cold.rows[1:]]
     assert len(cold.rows) <= len(warm.rows) <= len(cold.rows) + 15
     assert all(map(np.array_equal, own, [row.z for row in warm.rows[-len(own) :]]))
-
-
-def test_right_states_are_taken_where_m_is_far_from_monotone() -> None:
-    problem = families.make("planted", 150, 0)
-    states = ["basic" if z > 0 else "lower" for z in problem.solutions[0]]
-    result = run(Problem(problem.M, problem.q), basis=states)
-    assert (result.status.word, result.route, result.iterations) == ("solved", ("newton",), 1)

@@ -64,12 +64,6 @@ def test_digits_do_not_depend_on_the_units_nor_on_how_M_is_stored() -> None:
         assert max(abs(a - b) for a, b in zip(digits, own, strict=True)) <= 1
 
 
-def test_bounds_are_exact_and_several_solutions_have_no_digits() -> None:
-    assert run(Problem([[2.0, 0.0], [0.0, 1.0]], [-1.0, 1.0])).digits == [DOUBLE_DIGITS, DOUBLE_DIGITS]
-    assert run(Problem([[1.0, 1.0], [1.0, 1.0]], [-1.0, -1.0], lower=-1.0, upper=3.0), z0=[0.4, 0.6]).digits is None
-    assert run(Problem([[0.0, -1.0], [1.0, 0.0]], [-1.0, -1.0])).digits is None, "not solved"
-
-
 @pytest.mark.parametrize(("n", "said"), [(6, False), (14, True)])
 def test_few_digits_are_said(n: int, said: bool, lcp: Lcp, tmp_path: Any) -> None:
     problem = families.make("hilbert", n)
@@ -136,23 +130,39 @@ def test_no_digits_are_told_at_kinks_that_rounding_the_data_changes() -> None:
     assert told >= 40
 
 
-def test_a_number_that_one_unit_in_the_last_place_makes_large_has_no_digits() -> None:
-    q = -0.3333333333333333
-    for value, is_large, digits in ((np.nextafter(q, -1.0), True, 0), (q, False, None)):
-        result = run(Problem([[3.0, 0.0], [1.0, 1e-20]], [-1.0, value]))
-        assert (result.z[1] > 1000, result.digits) == (is_large, [DOUBLE_DIGITS, digits])
+ALL, UNIT = DOUBLE_DIGITS, np.nextafter(-0.3333333333333333, -1.0)
+EXAMPLES: dict[str, tuple[Problem, dict[str, Any], list[int | None] | None]] = {
+    "bounds are exact": (Problem([[2, 0], [0, 1]], [-1, 1]), {}, [ALL, ALL]),
+    "several solutions": (Problem(np.ones((2, 2)), [-1, -1], lower=-1, upper=3), {"z0": [0.4, 0.6]}, None),
+    "not solved": (Problem([[0, -1], [1, 0]], [-1, -1]), {}, None),
+    "large by one unit in the last place": (Problem([[3, 0], [1, 1e-20]], [-1, UNIT]), {}, [ALL, 0]),
+    "without that unit": (Problem([[3, 0], [1, 1e-20]], [-1, -0.3333333333333333]), {}, [ALL, None]),
+    # w_2 = 0 at z_2 = 0, by which z_1 moves, but no more than by rounding; and a row of zeros
+    "what rounding cannot exchange": (Problem([[2, 1], [1, 2]], [-2, -1]), {}, [ALL, None]),
+    "a row of zeros": (Problem([[0, 0], [0, 2]], [0, -1]), {}, [None, ALL]),
+    "a vertex of a face": (Problem(np.ones((2, 2)), [-1, -1]), {"z0": [1, 0]}, [None, None]),
+    "a kink at an upper bound": (Problem([[2, 1], [1, 2]], [-3, -3], upper=[1, 9]), {}, [None, ALL]),
+}
 
 
-def test_what_rounding_cannot_exchange_keeps_its_digits() -> None:
-    """w_2 = 0 at z_2 = 0, by which z_1 moves, but no more than by rounding; and a row of zeros."""
-    assert run(Problem([[2.0, 1.0], [1.0, 2.0]], [-2.0, -1.0])).digits == [DOUBLE_DIGITS, None]
-    assert run(Problem([[0.0, 0.0], [0.0, 2.0]], [0.0, -1.0])).digits == [None, DOUBLE_DIGITS]
-    assert run(Problem([[1.0, 1.0], [1.0, 1.0]], [-1.0, -1.0]), z0=[1.0, 0.0]).digits == [None, None]
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_digits_are_told_where_the_data_determine_them(name: str) -> None:
+    problem, options, digits = EXAMPLES[name]
+    assert run(problem, **options).digits == digits
 
 
-def test_kinks_at_upper_bounds_and_of_many_have_no_digits_either() -> None:
-    assert run(Problem([[2.0, 1.0], [1.0, 2.0]], [-3.0, -3.0], upper=[1.0, 9.0])).digits == [None, DOUBLE_DIGITS]
+def test_of_many_kinks_there_are_no_digits_either() -> None:
     for n, alternate in ((100, DOUBLE_DIGITS), (400, None)):  # of too many kinks not all exchanges can be tried
         M = 4 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
         z = np.arange(n) % 2
         assert run(Problem(M, -M @ z)).digits == [alternate if own else None for own in z]
+
+
+@pytest.mark.parametrize("q", [[-10, -3], [-10, -1], [-1, -3], [0, -1]])
+def test_digits_are_those_of_the_mirror_image(q: list[float]) -> None:
+    """In which -z and -w take the place of z and w."""
+    M = [[2, 0.5], [0.5, 2]]
+    own, image = run(Problem(M, q, upper=1)), run(Problem(M, [-value for value in q], lower=-1, upper=0))
+    assert image.z.tolist() == (0 - own.z).tolist()
+    assert own.digits is not None
+    assert own.digits == image.digits
