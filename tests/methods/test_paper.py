@@ -159,3 +159,11 @@ def test_zeros_are_the_solutions_and_smoothed_ones_tend_to_them() -> None:
 def test_smoothed_zeros_lie_inside_the_bounds() -> None:
     orthant = Box(np.zeros(1), np.full(1, np.inf))
     assert phi(orthant, np.array([1e-3]), np.array([2.0]), 2e-3)[0] == pytest.approx(0.0, abs=1e-15)  # z F = mu
+
+
+@pytest.mark.parametrize("start", [(), ("--x0", "1.1,0.1,1.2,0.2")])
+def test_the_printed_vector_divisions_do_not_come_out(start: tuple[str, ...], lcp: Callable[..., Any]) -> None:
+    """The printed table is at the solution of example 1 after 3 iterations, from z = (4, 0, 4, 0)."""
+    rows = rows_of(lcp, 1, "shi", *start)
+    assert max(rows) > 3
+    assert all(np.abs(np.array(row.split(), dtype=float) - [4, 0, 4, 0]).max() > 0.1 for row in rows.values())

@@ -125,3 +125,10 @@ def test_many_crushed_columns_in_many_units() -> None:
         problem = crushed(5 + 11 * k % 44, k, k % 7)
         word = lcpcli.run(problem).status.word
         assert word == ("ill_posed" if is_solvable(problem) else "infeasible"), k
+
+
+def test_forces_that_nearly_balance_crush_no_boxes() -> None:
+    """Their proof but for rounding leaves more than six digits of the sums of its terms."""
+    problem = ill_posed(5)
+    assert lcpcli.run(Problem(problem.M, [-1.0001, 0.0, 0.0, 0.0, 1.0])).solved
+    assert_ill_posed(lcpcli.run(Problem(problem.M, [-1.01, 0.0, 0.0, 0.0, 1.0])))
