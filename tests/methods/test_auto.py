@@ -31,6 +31,7 @@ from lcpcli.methods.direct import MOST_PIVOTED
 from lcpcli.methods.stages import Finished, Iterate, OutOfTime, Stage, Turns, advance
 from lcpcli.options import Limits
 from lcpcli.solving import driver
+from lcpcli.typing import Vector
 
 from .planted import solvable
 from .stages import through
@@ -276,3 +277,29 @@ def test_scale_and_finish_are_added_to_the_literal_methods_in_the_open(method: s
     for addition in ("scale", "finish"):
         with pytest.raises(OptionError, match=f"^{addition}: has no effect"):
             solve(M, q, "lemke", **{addition: True})
+
+
+def test_attempts_with_large_matrices_are_not_held(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(auto_table, "MOST_HELD", PROBLEM.n - 1)
+    assert turns_of(row("a", counting))[0] == [("a", 3)]
+
+
+def test_a_row_that_is_added_is_tried_and_shown_and_its_claim_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first two rows of all end at a point that is no solution, and at one that is known beforehand."""
+    problem = families.make("planted", 150)
+    z = problem.box.project(np.asarray(problem.solutions[0]))
+
+    def ending_at(z: Vector) -> Stage:
+        yield Iterate(problem.box.x_of(z, problem.w(z)), None, "", 1)
+        return Finished()
+
+    liar, known = (
+        row(*each, math.inf) for each in (("liar", lambda _: ending_at(0 * z)), ("known", lambda _: ending_at(z)))
+    )
+    new = (liar, known._replace(reason="it is known"))
+    for place in ("auto.attempts", "auto.policy", "inspection.inspection"):
+        monkeypatch.setattr(f"lcpcli.{place}.FIRST", (*new, *auto_table.FIRST))
+    monkeypatch.setattr("lcpcli.auto.policy.TABLE", (*new, *auto_table.TABLE))
+    result = run(problem)
+    assert (result.solved, result.route[-1]) == (True, "known")
+    assert plan(problem)[1] == ("known", "", None, "it is known")

@@ -178,3 +178,36 @@ def test_path_of_lemke_says_what_enters_and_leaves_and_has_z0(ties: str) -> None
     assert result.solved
     assert [row.step for row in trace.rows[1:]] == ["z0 for w2", "z2 for w1", "z1 for z0"]
     assert [row.z0 for row in trace.rows[1:]] == pytest.approx([6, 4, 0])
+
+
+def test_in_doubles_ties_are_broken_as_in_integers_so_that_a_path_does_not_cycle() -> None:
+    M, q = np.array([[-1.0, 2.0, 0.0], [0.0, 1.0, 1.0], [0.0, -1.0, 0.0]]), np.array([-1.0, -1.0, 0.0])
+    traces = []
+    for factor in (1.0, 1 / 3):
+        traces.append(Trace())
+        run(Problem(M, factor * q), "lemke", **TEXTBOOK, trace=traces[-1], limits=Limits(max_iterations=30))
+    first, second = ([row.step for row in trace.rows] for trace in traces)
+    assert first == second
+    assert len(first) < 10
+
+
+UNITS = np.diag([1.0, 1e4, 1.0, 1.0])
+SINGULAR = {
+    "variables in units far apart": (
+        UNITS @ [[4, -3, -1, -3], [7, 1, 0, -2], [-3, -2, 1, 3], [3, 2, -3, 0]] @ UNITS,
+        UNITS @ [3, -9, 15, -6],
+        1,
+    ),
+    "an objective that is not along the equations": (
+        [[1, 1, -1, 1, 1], [1, 2, -1, -1, -2], [-1, -1, 1, -2, 2], [-1, 1, 2, 0, 0], [-1, 2, -2, 0, 0]],
+        [2, 2, 0, -3, 4],
+        2,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SINGULAR)
+def test_monotone_problems_whose_free_variables_have_a_singular_block_are_solved(name: str) -> None:
+    M, q, free = SINGULAR[name]
+    lower = np.append(np.zeros(len(q) - free), np.full(free, -np.inf))
+    assert run(Problem(M, q, lower=lower), "lemke").solved

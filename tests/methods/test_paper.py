@@ -139,3 +139,11 @@ def test_zeros_are_the_solutions_and_smoothed_ones_tend_to_them() -> None:
     sizes = [np.abs(phi(BOX, z, F, mu)).max() for mu in (1e-2, 1e-4, 1e-6)]
     assert sizes[0] > sizes[1] > sizes[2] > 0
     assert sizes[2] <= 1e-5
+
+
+@pytest.mark.parametrize("start", [(), ("--x0", "1.1,0.1,1.2,0.2")])
+def test_the_printed_vector_divisions_do_not_come_out(start: tuple[str, ...], lcp: Callable[..., Any]) -> None:
+    """The printed table is at the solution of example 1 after 3 iterations, from z = (4, 0, 4, 0)."""
+    rows = rows_of(lcp, 1, "shi", *start)
+    assert max(rows) > 3
+    assert all(np.abs(np.array(row.split(), dtype=float) - [4, 0, 4, 0]).max() > 0.1 for row in rows.values())

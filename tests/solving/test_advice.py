@@ -140,3 +140,11 @@ def test_other_starts_are_advised_where_a_nonlinear_problem_is_stuck_and_what_ma
     assert solve_mcp(lambda z: z - 1, x0=[0.0]).advice == ""
     assert solve_mcp(lambda z: z**3 - 1, x0=[9.0], max_iterations=2).advice == "try max_iterations=10000"
     assert solve_mcp(lambda z: z - 1, x0=[0.0], time_limit=1e-9).advice == "try time_limit=60"
+
+
+@pytest.mark.parametrize("above", [0.0, 0.5])
+def test_accelerations_are_advised_where_M_is_symmetric_and_definite(above: float) -> None:
+    M = np.diag(np.linspace(1, 1e4, 12)) + above * np.triu(np.ones((12, 12)), 1)
+    ways = run(Problem(M, -np.ones(12)), "fixed-point", max_iterations=3).suggestions.ways
+    others = {"finish": True} if above else {"omega": "auto", "anderson": 5}
+    assert ways == ({"method": "auto"}, {"scale": True, **others})

@@ -74,3 +74,15 @@ def test_a_name_of_several_unknowns_is_not_taken_for_one_of_them() -> None:
     program = from_qp([[2.0]], [-2.0], [[1.0]], row_upper=[5.0], columns=["x"], rows=["x"])
     with pytest.raises(KeyError, match="'x' is the name of 2 unknowns"):
         run(program)["x"]
+
+
+@pytest.mark.parametrize(("e", "words"), [(0.0, "one of several minimizers"), (1e-11, "a minimizer")])
+def test_minimizers_up_to_rounding_are_not_several(e: float, words: str) -> None:
+    """min -x - (1 + e) y over x + y <= 1 is attained at (0, 1) alone, unless e = 0."""
+    statement = run(from_qp(None, [-1.0, -1.0 - e], [[-1.0, -1.0]], [-1.0])).answer.statement
+    assert statement == f"x is {words} of the linear program"
+
+
+def test_a_program_that_contradicts_itself_by_less_than_linear_programs_see_is_not_called_unbounded() -> None:
+    result = run(from_qp(None, [0.0, 0.0, -1.0], [[1.0, 1.0, 0.0], [-1.0, -1.0, 0.0]], [1.0, -1.0 + 1e-11]))
+    assert result.word == "infeasible"

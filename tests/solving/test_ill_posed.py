@@ -117,3 +117,10 @@ def test_without_exact_arithmetic_a_run_off_takes_the_place_of_the_solution(monk
     result = lcpcli.run(crushed(60, 0))
     assert_ill_posed(result)
     assert "violates no row by more than 1e-10 of its terms" in result.message
+
+
+def test_forces_that_nearly_balance_crush_no_boxes() -> None:
+    """Their proof but for rounding leaves more than six digits of the sums of its terms."""
+    problem = ill_posed(5)
+    assert lcpcli.run(Problem(problem.M, [-1.0001, 0.0, 0.0, 0.0, 1.0])).solved
+    assert_ill_posed(lcpcli.run(Problem(problem.M, [-1.01, 0.0, 0.0, 0.0, 1.0])))

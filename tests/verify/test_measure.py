@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
-from lcpcli import Problem, check, from_qp, run
+from lcpcli import Problem, Status, check, from_qp, read, run
+from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.model.right_hand_sides import Columns
 from lcpcli.typing import Vector
@@ -299,3 +300,17 @@ def test_where_all_numbers_are_near_zero_no_more_than_their_own_distance_is_allo
     rounded = Problem([[1.11e304]], [-1.3e-14])
     assert Point(Criterion(rounded), np.array([1.3e-14 / 1.11e304])).solves()
     assert not Point(Criterion(rounded), np.array([2 * 1.3e-14 / 1.11e304])).solves()
+
+
+def test_a_fixed_variable_is_measured_by_its_bound_where_its_unit_is_far_smaller() -> None:
+    problem = Problem([[2.0, 0.0], [1.0, 2.0]], [-1.0, 0.0], lower=[0.0, 1e8], upper=[math.inf, 1e8])
+    assert check(problem, [0.5, 1e8 * (1 + 5e-11)]).accepted
+    assert not check(problem, [0.5, 1e8 * (1 + 5e-10)]).accepted
+
+
+def test_a_large_solution_that_is_enclosed_is_doubtful_if_other_entries_within_rounding_have_none() -> None:
+    problem = ring(60, 60 * 2.0**-52, sparse=True)  # its rows are so short that its system has bounds on rounding
+    result = run(problem)
+    assert result.status is Status.ILL_POSED
+    assert result.certificate.is_rounded
+    assert not check(problem, result.z).accepted
