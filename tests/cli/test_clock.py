@@ -330,7 +330,7 @@ def test_small_residual_far_from_the_solution_is_remarked() -> None:
 @pytest.mark.parametrize("form", ["table", "json"])
 def test_files_none_of_which_can_be_read_are_told_in_lines(form: str, lcp: Lcp, folder: Path) -> None:
     (folder / "bad.json").write_text("[")
-    outcome = lcp("compare", "bad.json", "bad.json", "--format", form)
+    outcome = lcp("compare", "bad.json", "nowhere.json", "--format", form)
     assert [line.split(":")[0] for line in outcome.err.splitlines()] == ["lcp", "lcp"]
     assert (outcome.code, len(outcome.out.splitlines())) == (2, 2 * (form == "json"))
 
