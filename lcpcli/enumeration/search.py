@@ -221,15 +221,16 @@ class Solutions(Iterator[Piece]):
 
 
 def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, ...]]:
-    """Yield all combinations of the pieces that some searches find. The searches are copied, so that each is asked for
-    no more pieces than are needed; those of the last search change last."""
+    """Yield all combinations of the pieces that some searches find, each at least one. The searches are copied, so that
+    each is asked for no more pieces than are needed; those of the last search change last."""
     left = [copy(search) for search in searches]
-    chosen = [next(each, None) for each in left]
-    while all(chosen):
-        yield tuple(filter(None, chosen))
+    chosen = [next(each) for each in left]
+    while True:
+        yield tuple(chosen)
         for k, search in enumerate(searches):
-            chosen[k] = next(left[k], None)
-            if chosen[k] is not None:
+            piece = next(left[k], None)
+            if piece is not None:
+                chosen[k] = piece
                 break
             left[k] = copy(search)
             chosen[k] = next(left[k])

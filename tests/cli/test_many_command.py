@@ -24,7 +24,7 @@ from lcpcli.gallery import families
 from lcpcli.solving import proof
 
 from ..solving.test_exact_solve import FACE
-from .conftest import GOOD, INFEASIBLE, Lcp, assert_refused, interrupt, records
+from .conftest import EXAMPLE, GOOD, INFEASIBLE, Lcp, assert_refused, interrupt, records
 
 MALFORMED = GOOD[:-1]
 
@@ -77,7 +77,7 @@ def test_a_mixture_has_records_a_summary_and_the_exit_code_of_the_worst(jobs: st
         ("good.json none.json", 3),
         ("good.json none.json bad.json", 2),
         ("nowhere.json good.json", 2),
-        ("none.json good.json --max-iterations 0", 1),
+        (f"none.json {EXAMPLE} --max-iterations 1", 1),
     ],
 )
 def test_exit_code_of_solve_and_of_compare(files_given: str, code: int, lcp: Lcp) -> None:

@@ -176,9 +176,10 @@ def test_pieces_with_many_bases_come_last_but_all_come(monkeypatch: pytest.Monke
         assert {str(piece) for piece in found} == own
 
 
-def test_point_beyond_its_bounds_is_no_piece_though_w_vanishes() -> None:
-    for z in ((-1, 2), (3, 0), (4, -1)):
-        data = ExactProblem.of_floats(Problem([[1, 1], [1, 1]], [-sum(z)] * 2, lower=0, upper=[2, np.inf]))
+def test_point_beyond_its_bounds_or_with_w_of_the_wrong_sign_at_one_is_no_piece() -> None:
+    for z, w in (((-1, 2), 0), ((3, 0), 0), ((4, -1), 0), ((0, 1), -1), ((2, 1), 1)):
+        q = [w - sum(z), -sum(z)]
+        data = ExactProblem.of_floats(Problem([[1, 1], [1, 1]], q, lower=0, upper=[2, np.inf]))
         point = tuple(map(Fraction, z))
         with pytest.raises(ArithmeticError):
             pieces.Piece.of([pieces.states_of(data, point)], (point,))

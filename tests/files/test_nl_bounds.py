@@ -98,13 +98,21 @@ def test_bounds_of_what_no_condition_is_about_are_refused() -> None:
         Model(model(2, rows, [NONNEGATIVE, CAPACITY]), "model.nl")
 
 
-def test_bounds_are_compared_as_decimals(tmp_path: Path) -> None:
-    """In doubles 0.3 - 0.1 is less than 0.2, and the multiplier's bound would seem to be the tighter one."""
-    rows = [(at(LOWER, 0), {0: 1, 1: 1}, -10), (at(LOWER, 1), {2: 1}, 0), (EQUATION, {2: -1, 0: -1}, ("-", 0.3, 0.1))]
+@pytest.mark.parametrize(
+    ("cap", "slack", "tie"),
+    [
+        (0.2, ({2: 1}, 0), ({2: -1, 0: -1}, ("-", 0.3, 0.1))),
+        (0.3, ({2: -1}, 0.2), ({2: -1, 0: 1}, -0.1)),
+    ],
+)
+def test_bounds_are_compared_as_decimals(cap: float, slack: Any, tie: Any, tmp_path: Path) -> None:
+    """In doubles 0.3 - 0.1 is less than 0.2, and the multiplier's bound would seem to be the tighter one; 0.1 + 0.2 is
+    more than 0.3, and it would seem to imply none."""
+    rows = [(at(LOWER, 0), {0: 1, 1: 1}, -10), (at(LOWER, 1), *slack), (EQUATION, *tie)]
     file = tmp_path / "model.nl"
-    file.write_bytes(model(3, rows, [(0, 0, 0.2), NONNEGATIVE, FREE]))
+    file.write_bytes(model(3, rows, [(0, 0, cap), NONNEGATIVE, FREE]))
     exact = read_exact(str(file))
-    assert [end is None for end in exact.upper] == [math.isinf(end) for end in lcpcli.read(file).upper]
+    assert [end is None for end in exact.upper] == [math.isinf(end) for end in lcpcli.read(file).upper] == [True] * 3
 
 
 @pytest.mark.parametrize("side", [{0: -1}, {0: -2}, {0: -1, 3: -2}])
@@ -125,6 +133,10 @@ SOLVED = {  # rows and bounds, the values of all variables, and the remark
     "of two variables that of the one with both bounds: 0 <= w complements x >= 0, where w = 2 x - 10": (
         [(at(LOWER, 0), {2: 1}, 0), (EQUATION, {2: 1, 1: -1}, 0), (EQUATION, {0: 1, 1: -2}, 10)],
         *([NONNEGATIVE, CAPACITY, FREE], [-4, 3, 3], V1_COUNTS),
+    ),
+    "of the variable with both bounds, where the other one has an upper bound: w <= 4 complements x - 3 <= 0": (
+        [(at(UPPER, 0), {2: 1}, 0), (EQUATION, {2: 1, 1: -1}, 3), (EQUATION, {0: 1, 1: -2}, 0)],
+        *([(1, 4), CAPACITY, FREE], [4, 2, -1], V1_COUNTS),
     ),
     "bounds that conditions imply: w = 2 x - 5 complements x, through a variable that equals x": (
         [(at(LOWER, 0), {2: 1}, 0), (EQUATION, {2: 1, 1: -1}, 0), (EQUATION, {0: 1, 1: -2}, 5)],

@@ -4,6 +4,7 @@ problems has each of them exactly once in the end, whoever wrote it, in whatever
 from __future__ import annotations
 
 import errno
+import fcntl
 import gzip
 import json
 import os
@@ -310,6 +311,23 @@ def test_a_lock_is_that_of_the_file_which_has_the_name(folder: Path) -> None:
     with pytest.raises(OptionError, match="is being written by another run"):
         atomic_write.open_alone("log.jsonl", "log.jsonl")
     second.close()
+    assert folder.is_dir()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such locks")
+def test_a_file_that_is_replaced_just_before_it_is_locked_is_opened_again(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usual, contents = fcntl.flock, ["replaced"]
+
+    def late(*arguments: Any) -> None:
+        if contents:
+            write_whole("log.jsonl", contents.pop())
+        usual(*arguments)
+
+    monkeypatch.setattr("fcntl.flock", late)
+    with atomic_write.open_alone("log.jsonl", "log.jsonl") as file:
+        assert file.read() == b"replaced"
     assert folder.is_dir()
 
 

@@ -219,6 +219,12 @@ def test_sufficiency_of_rows_is_not_that_of_columns() -> None:
         assert (found["column_sufficient"].word, found["row_sufficient"].word) == words
 
 
+def test_a_minor_that_is_0_in_doubles_only_excludes_nothing() -> None:
+    """That of the first two rows is 2^-53; the other two rule out what makes it needless to look at minors."""
+    found = classify(np.array([[1, 8, 0, 0], [(1 - 2**-53) / 8, 1, 0, 0], [0, 0, 1, 2], [0, 0, -2, 1]]))
+    assert (found["positive_definite"].word, found["h_plus"].word, found["p_matrix"].word) == (NO, NO, YES)
+
+
 def test_without_time_only_what_takes_none_is_decided() -> None:
     with within(0.0):
         found = classify(spd(np.random.default_rng(0), 10))

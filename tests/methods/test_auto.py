@@ -6,6 +6,7 @@ solution, and exchanges from w = 0.
 from __future__ import annotations
 
 import json
+import math
 import signal
 import subprocess
 import sys

@@ -137,6 +137,7 @@ def test_only_far_bounds_are_left_out_at_first() -> None:
     assert relaxed(Problem([[1.0]], [1e30])).is_identity
     assert relaxed(Problem([[1.0]], [1.0], lower=-9.9e19, upper=INF)).is_identity
     assert relaxed(from_qp(None, [1.0], [[1.0]], row_lower=[-9e19])).is_identity
+    assert not relaxed(from_qp(None, [1.0], [[1.0]], row_upper=[1e20])).is_identity
     change = relaxed(from_qp(**FAR))
     assert not change.is_identity
     assert change.problem.box.kinds == {"free": 4, "lower bound": 3, "upper bound": 1, "fixed": 1}

@@ -67,6 +67,7 @@ def test_each_breakpoint_of_a_verified_path_solves_its_problem(make: Callable[[i
         ((-1, 1), [0, 1], [1, 0], [0], False),  # basic throughout, although w is 1 at the end
         ((1, -1), [0, 0.5, 1], [0, 0, 1], [-1, 0], True),
         ((1, -1), [0, 1], [0, 1], [0], False),  # the ends alone are solutions
+        ((-1, 1), [0.5, np.inf], [0, 1], [0], False),
         ((-1, -2), [0, 1], [1, 2], [0], True),
         *(((-1, -2), [0, 1], z, [0], False) for z in ([np.nan, 2], [1, np.nan], [np.inf, 2], [1, np.inf])),
     ],

@@ -125,6 +125,10 @@ def test_minors_that_prove_a_symmetric_matrix_indefinite_are_negative_or_zero(se
     assert minors[1] is None or minors[1] < 0
 
 
+def test_of_the_minors_that_are_0_the_first_is_named() -> None:
+    assert elimination.definiteness([[1, 0, 0, 0], [0] * 4, [0, 0, 1, 0], [0] * 4], lambda: None) == ((0, 1), None)
+
+
 def data_of(data: ExactProblem) -> tuple[list[list[Fraction]], list[Fraction]]:
     M = [[Fraction(row.get(j, 0), s) for j in range(data.n)] for row, s in zip(data.rows, data.scales, strict=True)]
     return M, [Fraction(value, s) for value, s in zip(data.constants, data.scales, strict=True)]

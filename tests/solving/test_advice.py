@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli import Status, Trace, read, run, solve_mcp
+from lcpcli import Problem, Status, Trace, read, run, solve_mcp
 from lcpcli.files import contents, writing
 from lcpcli.gallery import families as gallery
 from lcpcli.solving.advice import suggestions

@@ -86,6 +86,8 @@ def test_smallest_number_counts_until_the_last_thread_is_done() -> None:
                 thread.join()
                 assert numbers() == {2}
     assert numbers() == {1}, "the other thread is not done"
+    with limited(2):
+        assert numbers() == {1}, "though more are asked for after it"
     ending.set()
     last.join()
     assert numbers() == before
