@@ -48,7 +48,7 @@ def operations(systems: Systems) -> float:
     if not isinstance(systems, _ByFill):
         return math.inf
     systems.factorize(np.ones(systems.order))
-    return systems.operations
+    return systems.operations()
 
 
 def has_qdldl() -> bool:
@@ -117,11 +117,16 @@ class LDL:
 
     def __init__(self, M: Matrix, S: Vector) -> None:
         with imports:
-            from scipy.sparse import csc_matrix
-        values, rows, columns = _entries(M)
-        upper = rows <= columns
-        entries, self._places = _columns((S[rows] * values)[upper], rows[upper], columns[upper], S.size)
-        self._upper = csc_matrix(entries)
+            from lcpcli.linalg.compressed_rows import COLUMNS, of_arrays
+        owners = np.repeat(np.arange(S.size), np.diff(M.indptr))
+        below = M.indices < owners  # in the rows of S M, which are the columns above its diagonal
+        ends = np.cumsum(np.bincount(owners[below], minlength=S.size) + 1)
+        self._places = ends - 1
+        data, indices, is_off = np.empty(ends[-1]), np.empty(ends[-1], M.indices.dtype), np.ones(ends[-1], dtype=bool)
+        is_off[self._places], indices[self._places] = False, np.arange(S.size)
+        indices[is_off], data[is_off] = M.indices[below], (S[owners] * M.data)[below]
+        indptr = np.concatenate(([0], ends)).astype(indices.dtype)
+        self._upper = of_arrays(M.shape, indptr, indices, data, COLUMNS)
         self._S, self._diagonal = S, M.diagonal()
         self._solver: Any = None
         self._factorized = _Interruptible()
@@ -136,6 +141,11 @@ class LDL:
 
     def solve(self, b: Vector) -> Vector:
         return np.asarray(self._solver.solve(self._S * b))
+
+    @property
+    def has_factors(self) -> bool:
+        """Return whether a matrix has been factorized."""
+        return self._solver is not None
 
     def operations(self) -> tuple[float, float]:
         """Return the number of operations for the factors, and its mean for an entry of these."""
@@ -225,14 +235,17 @@ class _ByFill:
     solve: Solve
 
     def __init__(self, M: Matrix, S: Vector) -> None:
-        self._M, self._ldl, self.order, self.operations = M, LDL(M, S), S.size, 0.0
+        self._M, self._ldl, self.order = M, LDL(M, S), S.size
         self._used: LDL | SuperLU | None = None
 
     def factorize(self, d: Vector) -> None:
+        if self._used is None and self._ldl.has_factors:
+            is_long = self._ldl.operations()[1] > MOST_PER_ENTRY
+            self._used = SuperLU(self._M, order=self._ldl.order) if is_long else self._ldl
         used = self._used or self._ldl
         used.factorize(d)
         self.solve = used.solve
-        if self._used is None:
-            self.operations, per_entry = self._ldl.operations()
-            is_long = per_entry > MOST_PER_ENTRY
-            self._used = SuperLU(self._M, order=self._ldl.order) if is_long else self._ldl
+
+    def operations(self) -> float:
+        """Return the number of operations of the first factors of LDL."""
+        return self._ldl.operations()[0]

@@ -7,10 +7,9 @@ multiplier of a constraint if S_i = -1: see `program.ProgramData.conditions`.
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csc_matrix
 
 from lcpcli.errors import ProblemError
-from lcpcli.linalg.compressed_rows import block
+from lcpcli.linalg.compressed_rows import COLUMNS, block, of_arrays
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import compressed
 from lcpcli.linalg.quadratic_program import minimized
@@ -19,7 +18,6 @@ from lcpcli.methods.direct import as_sparse
 from lcpcli.methods.interior import EXCHANGE_ROUNDS, FAR_RESIDUAL, Run
 from lcpcli.methods.stages import Breakdown, Stage
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.model.program import Program
 from lcpcli.typing import Mask, Matrix, Vector
 
 TOLERANCE = 1e-12  # of PIQP: with less of it, the states of a few programs in a hundred are wrong
@@ -35,7 +33,7 @@ def convex_program(problem: Problem) -> Stage:
     too large for PIQP, or PIQP finds no minimum. Stalled : no basic solution solves it.
     """
     problem = as_sparse(problem, compressed(problem.M))
-    S = _signs(problem)
+    S = problem.signs
     if S is None or not (S < 0).any() or problem.M.diagonal().min() < 0:
         return Breakdown("the problem is not that of a convex program")
     try:
@@ -48,16 +46,6 @@ def convex_program(problem: Problem) -> Stage:
     if z is None:
         return Breakdown("PIQP found no minimum")
     return (yield from run.at_point((z - problem.w(z)) / 2, EXCHANGE_ROUNDS, FAR_RESIDUAL))
-
-
-def _signs(problem: Problem) -> Vector | None:
-    """Return 1 for variables and -1 for multipliers; None if the problem is that of no program."""
-    origin, n = problem.origin, problem.n
-    if not isinstance(origin, Program):
-        return problem.signs
-    S = np.ones(n)
-    S[origin.variables : n - origin.ranges] = -1.0
-    return S
 
 
 def _most_operations(M: Matrix, is_row: Mask) -> float:
@@ -76,7 +64,7 @@ def _minimizer(problem: Problem, S: Vector) -> Vector | None:
     M, q, lower, upper = conditions_of(problem)
     is_row, is_equation = S < 0, (S < 0) & np.isinf(lower) & np.isinf(upper)
     sides = lower[is_row], upper[is_row]
-    if not (np.isin(sides[0], (0.0, -np.inf)) & np.isin(sides[1], (0.0, np.inf))).all():
+    if not all(((side == 0) | np.isinf(side)).all() for side in sides):
         return None
     low, high = np.where(upper > 0, -q, -np.inf), np.where(lower < 0, -q, np.inf)
     has_ends = is_row & ~is_equation & (np.isfinite(low) | np.isfinite(high))  # PIQP prints a line about other rows
@@ -86,7 +74,7 @@ def _minimizer(problem: Problem, S: Vector) -> Vector | None:
         return None
     parts = [block(M, x, each) for each in (x, equations, rows)]
     Q, A, G = (
-        csc_matrix((sign * data, indices, ends), shape=(each.size, x.size))
+        of_arrays((each.size, x.size), ends, indices, sign * data, COLUMNS)
         for sign, each, (ends, indices, data) in zip((1, -1, -1), (x, equations, rows), parts, strict=True)
     )
     of_rows = G, low[rows], high[rows]

@@ -18,9 +18,10 @@ from itertools import islice
 import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolution, exchanging
+from lcpcli.clock import imports
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.factors import SingularMatrix, Solve
-from lcpcli.linalg.matrices import is_sparse, multiplier, plus_diagonal
+from lcpcli.linalg.matrices import compressed_multiplier, is_sparse, multiplier, plus_diagonal
 from lcpcli.linalg.shifted_systems import SuperLU, Systems, systems
 from lcpcli.methods.direct import MOST_AS_DENSE
 from lcpcli.methods.interior_scaling import SlackForm, proof_of, slack_form
@@ -28,7 +29,7 @@ from lcpcli.methods.interior_systems import AccurateSystems, PrimalDualPoint, Re
 from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, NoSolution, Stage, Stalled, Tried
 from lcpcli.model.box import BASIC, of_masks
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, States, Vector
+from lcpcli.typing import Indices, Matrix, States, Vector
 
 FINISH, BEST = "finish", "best"
 MOST_INTERIOR_STEPS = 150  # of an attempt: a few times the tens that it usually takes
@@ -162,7 +163,7 @@ class Run:
             within = replace(within, problem=inner)
         M = within.problem.M
         factors = SuperLU(M, pivoting=True) if attempt.pivots else systems(M, within.S)
-        solutions = _BasicSolutions(self._within.problem, factors, attempt.shift)
+        solutions = _BasicSolutions(self._within.problem, within.S, factors, attempt.shift)
         try:
             steps = Steps(within, AccurateSystems(M, factors, regularization))
             best = along = at = steps.start(slack)
@@ -211,7 +212,7 @@ class Run:
         """
         within, inner, box = self._within, self._within.problem, self._given.box
         z = box.z_of(x)[within.kept] / within.units
-        own = _BasicSolutions(inner, self.systems, 0.0)
+        own = _BasicSolutions(inner, within.S)
         states = inner.box.basis_of((z - inner.M @ z - inner.q) / 2)
         for point in islice(self._exchanged(own, z, states, far=far), rounds):
             yield point
@@ -244,11 +245,12 @@ class Run:
 
 
 class _BasicSolutions:
-    """Basic solutions of a scaled problem, each computed from the z of the last one, moved within the bounds, by the
-    systems of M + shift I that the steps use: a nonbasic z_i keeps its value, as M_ii + NONBASIC is its pivot."""
+    """Basic solutions of a scaled problem with signs S, each computed from the z of the last one, moved within the
+    bounds, by systems with M_BB or, if they are given, by those of M + shift I that the steps use: a nonbasic z_i keeps
+    its value, as M_ii + NONBASIC is its pivot."""
 
-    def __init__(self, problem: Problem, factors: Systems, shift: float) -> None:
-        self._problem, self._factors, self._shift, self.box = problem, factors, shift, problem.box
+    def __init__(self, problem: Problem, S: Vector | None, factors: Systems | None = None, shift: float = 0.0) -> None:
+        self._problem, self._S, self._factors, self._shift, self.box = problem, S, factors, shift, problem.box
         self.z, self.is_last = problem.q, False
 
     def at(self, basis: States) -> BasicSolution:
@@ -264,7 +266,7 @@ class _BasicSolutions:
         problem, M = self._problem, self._problem.M
         if not basic.size:
             return z, M @ z + problem.q
-        *found, reduction = _proximal(problem, z, basic, self._by_diagonal_pivots(basic))
+        *found, reduction = _proximal(problem, z, basic, self._by_diagonal_pivots(basic, self._factors))
         if reduction > POOR_REDUCTION and self.is_last and is_sparse(M):
             with suppress(SingularMatrix):
                 solver = SuperLU(M[basic][:, basic], pivoting=True)
@@ -273,20 +275,33 @@ class _BasicSolutions:
                 found = other if other_reduction < reduction else found
         return found[0], found[1]
 
-    def _by_diagonal_pivots(self, basic: Indices) -> Solve:
+    def _by_diagonal_pivots(self, basic: Indices, factors: Systems | None) -> Solve:
+        if factors is None:
+            own = systems(_block(self._problem.M, basic), None if self._S is None else self._S[basic])
+            own.factorize(np.full(basic.size, PROXIMAL_SHIFT))
+            return own.solve
         n = self._problem.q.size
         d, b = np.full(n, NONBASIC), np.zeros(n)
         d[basic] = PROXIMAL_SHIFT - self._shift
-        self._factors.factorize(d)
+        factors.factorize(d)
 
         def solve(w: Vector) -> Vector:
             b[basic] = w
-            return self._factors.solve(b)[basic]
+            return factors.solve(b)[basic]
 
         return solve
 
     def residual(self, z: Vector, w: Vector) -> float:
         return float(np.abs(z - self.box.project(z - w)).max())
+
+
+def _block(M: Matrix, indices: Indices) -> Matrix:
+    """Return M_PP for the indices of P."""
+    if not is_sparse(M):
+        return M[np.ix_(indices, indices)]
+    with imports:
+        from lcpcli.linalg.compressed_rows import principal
+    return principal(M, indices)
 
 
 def _active(within: SlackForm, at: PrimalDualPoint) -> States:
@@ -327,7 +342,8 @@ def _proximal(problem: Problem, z: Vector, basic: Indices, solve: Solve) -> tupl
 
 def _polished(problem: Problem, z: Vector, basic: Indices, solve: Solve) -> tuple[Vector, Vector]:
     """Return z, with small components made accurate by residuals in extended precision where available, and w."""
-    M, q, z = problem.M[basic].astype(np.longdouble), problem.q[basic], z.copy()
+    M, z = problem.M, z.copy()
+    times = compressed_multiplier(M.shape, M.indptr, M.indices, M.data.astype(np.longdouble))
     for _ in range(POLISHING_STEPS):
-        z[basic] -= solve((M @ z.astype(np.longdouble) + q).astype(float))
+        z[basic] -= solve((times(z.astype(np.longdouble)) + problem.q)[basic].astype(float))
     return z, problem.M @ z + problem.q

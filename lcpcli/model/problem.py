@@ -205,7 +205,8 @@ class Problem:
             return None
         with imports:
             from lcpcli.linalg.patterns import signs
-        return signs(self.M)
+            from lcpcli.model.program import Program
+        return self.origin.signs(self.n) if isinstance(self.origin, Program) else signs(self.M)
 
     @property
     def start(self) -> Vector:

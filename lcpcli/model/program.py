@@ -138,6 +138,12 @@ class Program:
         low[places], high[places] = given.lower[n - self.ranges + columns], given.upper[n - self.ranges + columns]
         return ProgramData(M[:k, :k], q[:k], M[rows, :k], low, high, given.lower[:k], given.upper[:k])
 
+    def signs(self, n: int) -> Vector:
+        """Return S of shape (n,), for which S M is symmetric: 1 for variables, -1 for multipliers."""
+        S = np.ones(n)
+        S[self.variables : n - self.ranges] = -1.0
+        return S
+
     def parts(self, z: Any) -> tuple[Any, Any]:
         """Return the x and y in z, a sequence of numbers of any type."""
         return z[: self.variables], z[self.variables : len(z) - self.ranges]
