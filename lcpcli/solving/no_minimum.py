@@ -12,17 +12,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import compressed, dense, is_sparse, stack, unit_columns
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program, ProgramData
+from lcpcli.rational.elimination import Effort
+from lcpcli.rational.exact_problem import ExactProblem, rows_of
+from lcpcli.rational.numbers import rounded_direction
 from lcpcli.solving.answer import INFEASIBLE, NONE, UNBOUNDED, Conclusion
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.certificate import Certificate, farkas, proof, rounded_proof
+from lcpcli.verify.certificate import Certificate, farkas_certificate, proof, rounded_proof
 from lcpcli.verify.enclosure import enclosure, is_enclosable
+from lcpcli.verify.farkas import farkas_vector
 
 FEASIBILITY_EFFORT = 0.5  # of each of two LPs, and of exact arithmetic, by the seconds that it usually takes
 SIMPLE_DENOMINATOR = 10**6  # the largest one of a feasible point that is tried before its doubles
@@ -92,7 +95,8 @@ def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> _Feasibi
     if point is not None and sides.hold_near(point):
         return _Feasibility(True)
     constraints = _constraints(data)
-    y = _of_rows(problem, data, farkas(constraints, FEASIBILITY_EFFORT)) if data.row_lower.size else None
+    found = farkas_certificate(constraints, FEASIBILITY_EFFORT, exactly=True) if data.row_lower.size else None
+    y = None if found is None else _of_rows(problem, data, found.vector)
     if y is not None:
         return _Feasibility(False, y)
     if compressed(data.A).nnz > MOST_FRACTIONS:
@@ -104,11 +108,6 @@ def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> _Feasibi
 
 def _exactly(problem: Problem, data: ProgramData, constraints: Problem) -> _Feasibility:
     """Return what the simplex method in integers decides, unless it takes too long."""
-    with imports:
-        from lcpcli.rational.elimination import Effort
-        from lcpcli.rational.exact_problem import ExactProblem
-        from lcpcli.rational.numbers import rounded_direction
-        from lcpcli.verify.farkas import farkas_vector
     exact = ExactProblem.of_floats(constraints)
     try:
         y = farkas_vector(exact, Effort(FEASIBILITY_EFFORT).steps(exact))
@@ -181,8 +180,6 @@ class Constraints(NamedTuple):
 
 def _has_simple_point(point: Vector, data: ProgramData) -> bool:
     """Return whether a point, as it is or rounded to simple fractions, is feasible without tolerance."""
-    with imports:
-        from lcpcli.rational.exact_problem import rows_of
     rows, x = rows_of(data.A), [Fraction(value) for value in point.tolist()]
     for candidate in ([value.limit_denominator(SIMPLE_DENOMINATOR) for value in x], x):
         Ax = [sum(value * candidate[j] for j, value in row.items()) for row in rows]

@@ -25,10 +25,12 @@ from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.model.box import BASIC
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
+from lcpcli.rational.elimination import Effort
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.typing import Vector
 from lcpcli.verify import enclosure, farkas
 from lcpcli.verify.certificate import Certificate, farkas_certificate, first_proof, rounded_proof
-from lcpcli.verify.exact_solution import is_rounded_solution, refined
+from lcpcli.verify.exact_solution import finitely_rounded, from_point, is_rounded_solution, refined
 from lcpcli.verify.measure import Measure
 
 EFFORT = 2.0  # of an exact solution, and of LPs for a proof, by the seconds that they usually take
@@ -125,15 +127,9 @@ def _basic_solutions(problem: Problem, point: Vector) -> Iterator[Vector]:
 
 
 def _by_exact_pivoting(problem: Problem, points: Sequence[Vector]) -> Vector | None:
-    with imports:
-        from lcpcli.rational.elimination import Effort
-        from lcpcli.rational.exact_problem import ExactProblem
-        from lcpcli.rational.numbers import rounded
-        from lcpcli.verify.exact_solution import from_point
     data, effort = ExactProblem.of_floats(problem), Effort(EFFORT)
     found = (from_point(data, z, effort, farkas.most_exact()) for z in points)
-    exact = next((rounded(z) for z in found if z is not None), None)
-    return exact if exact is not None and np.isfinite(exact).all() else None
+    return next((finitely_rounded(z) for z in found if z is not None), None)
 
 
 def proof_near(problem: Problem, z: Vector, exactly: bool = True) -> Certificate | None:
