@@ -24,7 +24,7 @@ import numpy as np
 
 from lcpcli import clock, options
 from lcpcli.enumeration.equilibria import ExactEquilibrium, Players
-from lcpcli.enumeration.search import refuse_large
+from lcpcli.enumeration.search import in_exact_numbers, refuse_large
 from lcpcli.errors import ProblemError
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.linalg.matrices import dense
@@ -32,7 +32,7 @@ from lcpcli.model.arrays import as_vector
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.names import coefficients, reversed_names
 from lcpcli.model.origins import Game
-from lcpcli.model.problem import Problem, as_problem
+from lcpcli.model.problem import Problem
 from lcpcli.model.program import SENSES, sense_of
 from lcpcli.options import Limits
 from lcpcli.rational.elimination import Effort
@@ -219,11 +219,7 @@ def optimum(
     (['1', '0'], '2', 'optimal')
     """
     options.check((options.TIME_LIMIT,), {"time_limit": time_limit})
-    if isinstance(problem, ExactProblem):
-        data = problem
-    else:
-        refuse_large(as_problem(problem))
-        data = ExactProblem.of_floats(problem)
+    data = in_exact_numbers(problem)
     sign, constant, searched = int(SENSES[sense_of(sense)]), Fraction(0), data
     if isinstance(objective, str):
         is_name = objective.strip() in data.problem.names  # which may have blanks, or be like a number

@@ -82,12 +82,17 @@ def solutions(
     options.check(
         (options.TIME_LIMIT, options.MAX_SOLUTIONS), {"time_limit": time_limit, "max_solutions": max_solutions}
     )
+    return Solutions(
+        in_exact_numbers(problem), options.TIME_LIMIT.value if time_limit is None else time_limit, max_solutions
+    )
+
+
+def in_exact_numbers(problem: Problem | ExactProblem) -> ExactProblem:
+    """Return a problem with its doubles taken as exact; raise ProblemError if `refuse_large` does."""
     if isinstance(problem, ExactProblem):
-        data = problem
-    else:
-        refuse_large(as_problem(problem))
-        data = ExactProblem.of_floats(problem)
-    return Solutions(data, options.TIME_LIMIT.value if time_limit is None else time_limit, max_solutions)
+        return problem
+    refuse_large(as_problem(problem))
+    return ExactProblem.of_floats(problem)
 
 
 def refuse_large(problem: Problem) -> None:

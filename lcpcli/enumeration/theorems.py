@@ -40,7 +40,7 @@ def shape(data: ExactProblem, check: Callable[[], None]) -> str:
     parts = [([[M[i][j] for j in part] for i in part], doubles[np.ix_(part, part)]) for part in indices]
     if parts and all(_is_dominant(*part) for part in parts):
         return POINT
-    found = elimination.definiteness(_symmetric(M), check)
+    found = elimination.definiteness(elimination.symmetrized(M), check)
     if found.negative is None:
         return PIECE if found.zero else POINT
     if not parts or data.n <= MOST_WITHOUT_THEOREM:
@@ -59,15 +59,12 @@ def _is_definite(M: Rows, doubles: Vector, check: Callable[[], None]) -> bool:
     """Return whether diag(d) M is positive definite for some d > 0 proposed in doubles (G. W. Cross, Linear Algebra and
     its Applications 20 (1978) 253-263)."""
     for d in filter(None, map(_whole, row_scalings(doubles))):
-        found = elimination.definiteness(_symmetric([[v * a for a in row] for v, row in zip(d, M, strict=True)]), check)
+        found = elimination.definiteness(
+            elimination.symmetrized([[v * a for a in row] for v, row in zip(d, M, strict=True)]), check
+        )
         if found.zero is None and found.negative is None:
             return True
     return False
-
-
-def _symmetric(M: Rows) -> Rows:
-    """Return M + M'."""
-    return [[M[i][j] + M[j][i] for j in range(len(M))] for i in range(len(M))]
 
 
 def _is_dominant(M: Rows, doubles: Vector) -> bool:

@@ -141,8 +141,7 @@ class Context:
 
     def whole_symmetric_part(self) -> elimination.Rows:
         """Return M + M' as integers, multiplied by a power of two, for a small M."""
-        A = self.whole()
-        return [[value + A[j][i] for j, value in enumerate(row)] for i, row in enumerate(A)]
+        return elimination.symmetrized(self.whole())
 
     @cached_property
     def definiteness(self) -> elimination.Definiteness:

@@ -94,11 +94,12 @@ def confirmed(problem: Problem, z: Vector, basis: States | None = None) -> Confi
     if basis is None or not np.array_equal(basis[shown == BASIC], shown[shown == BASIC]):
         basis = shown
     with imports:
+        from lcpcli.rational.exact_problem import ExactProblem
         from lcpcli.rational.numbers import rounded
-        from lcpcli.verify.exact_solution import ExactBases
-    bases = ExactBases(problem.M, problem.q, problem.box)
+        from lcpcli.verify.exact_solution import exact_basis
+    data = ExactProblem.of_floats(problem)
     for _ in range(MOST_LOOKS):
-        found = bases.at(basis)
+        found = exact_basis(data, basis)
         if found is None:
             return given if problem.n > MOST_DECIDED else None
         near = rounded(found.z)

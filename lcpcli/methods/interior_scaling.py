@@ -16,6 +16,7 @@ from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Matrix, Vector
 from lcpcli.verify.alternative import simplest
 from lcpcli.verify.certificate import Certificate, first_proof
+from lcpcli.verify.farkas import Multiplied
 
 RUIZ_ROUNDS, RUIZ_CLOSE = 12, 0.1  # at most; it ends when the largest entries are so close to 1
 RUIZ_FARTHEST = 1e8  # the factor by which Ruiz's scaling may change the start: half of the digits
@@ -162,9 +163,5 @@ def _is_clear(within: SlackForm, y: Vector, nearly: float) -> bool:
     """Return whether y is nearly a proof that does not depend on the last digits of the data, which may have been
     rounded from data that have a solution: in scaled units and floats, which are quicker than exact arithmetic."""
     y, inner = y[within.kept] / within.units, within.problem
-    product, size = inner.M.T @ y, float(np.abs(y).sum())
-    ends = np.where(product > 0, inner.box.upper, inner.box.lower)
-    finite = np.isfinite(ends)
-    if np.abs(product[~finite]).max(initial=0.0) > nearly * size:
-        return False
-    return bool(inner.q @ y + ends[finite] @ product[finite] < -CLEAR_MARGIN * size)
+    of, size = Multiplied(inner.M, inner.q, y, inner.box), float(np.abs(y).sum())
+    return bool(of.excess.max(initial=0.0) <= nearly * size and of.total < -CLEAR_MARGIN * size)

@@ -43,6 +43,7 @@ from lcpcli.methods.stages import TIME_LIMIT_REACHED, Finished, Iterate, NoSolut
 from lcpcli.model.box import of_masks
 from lcpcli.model.changes import StandardForm, scale
 from lcpcli.model.problem import Problem
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.tree import explored
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify import farkas
@@ -101,7 +102,8 @@ class ComplementarySystem:
             return False
         with imports:
             from lcpcli.verify.exact_solution import exact_basis
-        found = exact_basis(given.M, given.q, of_masks(basic, ~(basic | at_lower)), given.box)
+        states = of_masks(basic, ~(basic | at_lower))
+        found = exact_basis(ExactProblem.of_basis(given, states), states)
         return found is None or (found.unique and not found.solves)
 
 

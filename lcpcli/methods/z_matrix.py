@@ -43,6 +43,7 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction, whole_multiple
 from lcpcli.typing import Mask, Matrix, Vector
 from lcpcli.verify.certificate import exact_certificate, infeasible, proof
+from lcpcli.verify.exact_solution import ExactBasis, exact_basis
 from lcpcli.verify.farkas import most_exact
 from lcpcli.verify.point import Criterion, Point
 
@@ -115,19 +116,18 @@ class _InFractions:
         self._data, self._effort = data, effort
 
     def negative(self, basic: Sequence[int]) -> list[int] | None:
-        z = self.solution(basic)
-        if z is None or min(z) < 0:
-            return None
-        w, others = self._data.w(z), set(range(self._data.n)).difference(basic)
-        return [i for i in sorted(others) if w[i] < 0]
+        found = self._at(basic)
+        return None if found is None or not found.gaps.keys().isdisjoint(basic) else sorted(found.gaps)
 
     def solution(self, basic: Sequence[int]) -> list[Fraction] | None:
         """Return z of the basic solution; None if it is not unique."""
-        own, z = sorted(basic), [Fraction(0)] * self._data.n
-        found = self._solved(self._block(own), [-self._data.constants[i] for i in own])
-        for i, value in zip(own, found or (), strict=False):
-            z[i] = value
-        return None if found is None else z
+        found = self._at(basic)
+        return None if found is None else found.z
+
+    def _at(self, basic: Sequence[int]) -> ExactBasis | None:
+        self._spend(self._block(basic))
+        found = exact_basis(self._data, of_masks(np.isin(np.arange(self._data.n), basic)))
+        return found if found is not None and found.unique else None
 
     def is_m_matrix(self, basic: Sequence[int]) -> bool:
         own = sorted(basic)
@@ -148,11 +148,14 @@ class _InFractions:
     def _solved(self, A: list[list[int]], b: list[int]) -> list[Fraction] | None:
         if not A:
             return []
+        self._spend(A)
+        found = elimination.solve(A, b)
+        return None if found.null_space else found.x
+
+    def _spend(self, A: list[list[int]]) -> None:
         if len(A) > most_exact():
             raise TimeIsUp
         self._effort.spend(elimination.duration(A))
-        found = elimination.solve(A, b)
-        return None if found.null_space else found.x
 
 
 def decided(

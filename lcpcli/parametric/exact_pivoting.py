@@ -16,7 +16,7 @@ from lcpcli.model.box import BASIC, UPPER
 from lcpcli.parametric.pivoting import Edge
 from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import over_one_denominator, whole_multiple
+from lcpcli.rational.numbers import whole_multiple
 from lcpcli.rational.pivoting import Pivoting
 from lcpcli.typing import States
 
@@ -29,7 +29,7 @@ class ExactFamily:
     at s = 0 with their changes; bounds that do not exist are None."""
 
     def __init__(self, first: ExactProblem, last: ExactProblem) -> None:
-        self.n, self.rows, self.scales = first.n, first.rows, first.scales
+        self._first, self.n, self.rows, self.scales = first, first.n, first.rows, first.scales
         ends = [[Fraction(c, s) for c, s in zip(each.constants, each.scales, strict=True)] for each in (first, last)]
         self.q = [(a, b - a) for a, b in zip(*ends, strict=True)]
         self.lower, self.upper = (
@@ -44,12 +44,7 @@ class ExactFamily:
 
     def w(self, s: Fraction, z: Values) -> Values:
         """Return w = M z + q at s."""
-        Z, d = over_one_denominator(z)
-        w = []
-        for row, scale, (q, change) in zip(self.rows, self.scales, self.q, strict=True):
-            check()
-            w.append(Fraction(sum(a * Z[j] for j, a in row.items()), scale * d) + q + s * change)
-        return w
+        return [w + s * change for w, (_, change) in zip(self._first.w(z), self.q, strict=True)]
 
     def satisfies(self, states: States, s: Fraction, z: Values, w: Values) -> bool:
         """Return whether a point satisfies the conditions of these states, which are linear: so if both ends of a piece

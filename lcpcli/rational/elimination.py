@@ -193,6 +193,11 @@ def eliminated(A: Rows, previous: int) -> Rows:
     return [clear(row, A[0], 0, previous)[1:] for row in A[1:]]
 
 
+def symmetrized(A: Rows) -> Rows:
+    """Return A + A'."""
+    return [[value + A[j][i] for j, value in enumerate(row)] for i, row in enumerate(A)]
+
+
 def definiteness(A: Rows, check: Callable[[], None]) -> Definiteness:
     """Decide whether the symmetric A is positive definite (both sets None) or semidefinite (negative None), pivot by
     pivot; `check` is called before each and may raise."""

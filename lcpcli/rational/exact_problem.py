@@ -19,7 +19,8 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.interrupts import in_time
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import is_sparse, scaled
+from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import (
     LARGEST_INTEGER,
@@ -29,7 +30,7 @@ from lcpcli.rational.numbers import (
     shortest_decimal,
     written,
 )
-from lcpcli.typing import Indices, Matrix, Vector
+from lcpcli.typing import Indices, Matrix, States, Vector
 
 if TYPE_CHECKING:
     from lcpcli.model.extensive import ExtensiveGame
@@ -60,11 +61,12 @@ class ExactProblem:
     def __init__(
         self,
         problem: Problem,
-        M: Rows,
-        q: Sequence[Fraction] | None,
+        M: Sequence[dict[int, Any]],
+        q: Sequence[Any] | None,
         lower: Bounds | None = None,
         upper: Bounds | None = None,
     ) -> None:
+        """M, q : as Fractions, or as doubles, which are taken as exact."""
         assert q is not None
         self.problem, self.n = problem, problem.n
         self.lower: Bounds = [Fraction(0)] * problem.n if lower is None else lower
@@ -83,7 +85,15 @@ class ExactProblem:
     @classmethod
     def of_floats(cls, problem: Problem) -> ExactProblem:
         """Return the problem with its doubles as exact rational numbers."""
-        return cls(problem, *parts_of(problem))
+        return cls(problem, rows_of(problem.M, float), problem.q.tolist(), *_bounds_of(problem, number_of))
+
+    @classmethod
+    def of_basis(cls, problem: Problem, basis: States) -> ExactProblem:
+        """Return the same with zeros in place of the columns of M that are not used in the basic solution of a
+        basis."""
+        used = (basis == BASIC) | (problem.box.nonbasic(basis) != 0)
+        M = scaled(problem.M, np.ones(problem.n), used.astype(float))
+        return cls(problem, rows_of(M, float), problem.q.tolist(), *_bounds_of(problem, number_of))
 
     @classmethod
     def of_rows(cls, problem: Problem, kept: Indices, number: Callable[[Any], Fraction]) -> ExactProblem:
@@ -203,11 +213,12 @@ def _is_ratio(whole: int, scale: int, double: float) -> bool:
     return whole * denominator == numerator * scale
 
 
-def _in_integers(row: dict[int, Fraction], constant: Fraction) -> tuple[dict[int, int], int, int]:
+def _in_integers(row: dict[int, Any], constant: Any) -> tuple[dict[int, int], int, int]:
     """Return the row and the constant times the least positive integer that makes them integers, and that integer."""
-    scale = math.lcm(constant.denominator, *(entry.denominator for entry in row.values()))
-    whole = {j: entry.numerator * (scale // entry.denominator) for j, entry in row.items()}
-    return whole, constant.numerator * (scale // constant.denominator), scale
+    (numerator, denominator), ratios = constant.as_integer_ratio(), [entry.as_integer_ratio() for entry in row.values()]
+    scale = math.lcm(denominator, *(own for _, own in ratios))
+    whole = {j: value * (scale // own) for j, (value, own) in zip(row, ratios, strict=True)}
+    return whole, numerator * (scale // denominator), scale
 
 
 def number_of(value: Any) -> Fraction:

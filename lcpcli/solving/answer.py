@@ -192,10 +192,9 @@ def _exact(result: Result) -> Vector | None:
         from lcpcli.rational import pivoting
         from lcpcli.rational.elimination import Effort
         from lcpcli.rational.exact_problem import ExactProblem, parts_of_game
-        from lcpcli.rational.numbers import rounded
         from lcpcli.rational.tree import first_solution
         from lcpcli.verify import strategies
-        from lcpcli.verify.exact_solution import from_point
+        from lcpcli.verify.exact_solution import finitely_rounded, from_point
     problem, game = result.problem, result.problem.origin
     assert isinstance(game, (Game, ExtensiveGame))
     z: Sequence[Fraction] | None
@@ -209,4 +208,4 @@ def _exact(result: Result) -> Vector | None:
                 z = from_point(data, result.z, effort) or first_solution(data, effort.steps(data))
     except TimeIsUp:
         return None
-    return None if z is None or not np.isfinite(near := rounded(z)).all() else near
+    return None if z is None else finitely_rounded(z)

@@ -22,7 +22,7 @@ from lcpcli.model.box import LARGEST_X, in_range
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import States, Vector
-from lcpcli.verify.certificate import Certificate
+from lcpcli.verify.certificate import UNVERIFIED, Certificate, confirm
 from lcpcli.verify.exact_solution import is_rounded_difference
 from lcpcli.verify.ill_posed import Settled, large_solution, settled, statement
 from lcpcli.verify.measure import FEW_UNKNOWNS
@@ -188,8 +188,6 @@ class Loop:
 
     def _without_solution(self, claim: Certificate) -> tuple[Status, str]:
         """Return the status that a certificate justifies, once it is verified on M and q."""
-        with imports:
-            from lcpcli.verify.certificate import UNVERIFIED, confirm
         certificate = confirm(self.problem, claim, declared(self.method).excludes_exactly)
         if certificate is None:
             return Status.STALLED, UNVERIFIED[claim.kind]

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.games.behavior import Behavior, Strategies
 from lcpcli.inspection.definite import semidefinite_rank
 from lcpcli.inspection.verdict import NO, YES, classify
@@ -26,6 +25,9 @@ from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import SENSES, Program, ProgramData
+from lcpcli.rational import elimination
+from lcpcli.rational.exact_problem import rows_of
+from lcpcli.rational.numbers import over_one_denominator, shortest_decimal
 from lcpcli.solving.answer import (
     OPTIMUM,
     SEVERAL,
@@ -210,10 +212,6 @@ def has_other_minimum(result: Result, data: ProgramData) -> bool:
 def _may_move(x: Vector, data: ProgramData) -> bool:
     """Return whether Qd = 0, c'd = 0 and the active rows and bounds at x admit a d that is not 0, for the decimals of
     the data in rational arithmetic. If not, rounding alone has made x seem one of several minimizers."""
-    with imports:
-        from lcpcli.rational import elimination
-        from lcpcli.rational.exact_problem import rows_of
-        from lcpcli.rational.numbers import over_one_denominator, shortest_decimal
     free = np.flatnonzero(~_active(x, data.lower, data.upper))
     rows = np.flatnonzero(_active(data.A @ x, data.row_lower, data.row_upper))
     if not 0 < free.size <= MOST_FREE:

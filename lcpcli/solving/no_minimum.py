@@ -12,17 +12,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import compressed, dense, is_sparse, stack, unit_columns
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program, ProgramData
+from lcpcli.rational.elimination import Effort
+from lcpcli.rational.exact_problem import ExactProblem, rows_of
+from lcpcli.rational.numbers import rounded_direction
 from lcpcli.solving.answer import INFEASIBLE, NONE, UNBOUNDED, Conclusion
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.certificate import Certificate, farkas, proof, rounded_proof
+from lcpcli.verify.certificate import Certificate, farkas_certificate, proof, rounded_proof
 from lcpcli.verify.enclosure import enclosure, is_enclosable
+from lcpcli.verify.farkas import farkas_vector
 
 FEASIBILITY_EFFORT = 0.5  # of each of two LPs, and of exact arithmetic, by the seconds that it usually takes
 SIMPLE_DENOMINATOR = 10**6  # the largest one of a feasible point that is tried before its doubles
@@ -44,14 +47,14 @@ def without_minimum(
         of_x[:k], of_rows[k:] = certificate.vector[:k], certificate.vector[k:]
         if certificate.is_rounded:
             return _up_to_rounding(problem, of_x, of_rows, program)
-    known = _feasibility(problem, data, of_rows)
-    if known.feasible is False:
-        y = None if known.vector is None else program.parts(known.vector)[1]
+    is_feasible, vector = _feasibility(problem, data, of_rows)
+    if is_feasible is False:
+        y = None if vector is None else program.parts(vector)[1]
         sentence = "the program is infeasible: no x satisfies its constraints"
         return Conclusion(sentence, INFEASIBLE, certificate=y)
     y = proof(problem, of_x)
     ray = None if y is None else y[:k]
-    if known.feasible:
+    if is_feasible:
         return Conclusion(f"the program is unbounded {side}", UNBOUNDED, ray)
     return undecided(program, ray)
 
@@ -73,48 +76,38 @@ def undecided(program: Program, ray: Vector | None = None) -> Conclusion:
     return Conclusion(f"the program has no {best}: it is infeasible or unbounded {side}", NONE, ray)
 
 
-class _Feasibility(NamedTuple):
-    """Whether a program is feasible, None if that is not decided, and the multipliers of a proof that it is not."""
-
-    feasible: bool | None
-    vector: Vector | None = None
-
-
-def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> _Feasibility:
-    """Decide without any tolerance whether some x satisfies rows and bounds. guess : a y that may refute it."""
+def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> tuple[bool | None, Vector | None]:
+    """Return whether some x satisfies rows and bounds, without any tolerance, None if that is not decided, and the
+    multipliers of a proof that none does. guess : a y that may refute it."""
     y = proof(problem, guess)
     if y is not None:
-        return _Feasibility(False, y)
+        return False, y
     if _is_within([0] * data.c.size, [0] * data.row_lower.size, data):
-        return _Feasibility(True)
+        return True, None
     sides = Constraints.of(data)
     point = sides.central_point()
     if point is not None and sides.hold_near(point):
-        return _Feasibility(True)
+        return True, None
     constraints = _constraints(data)
-    y = _of_rows(problem, data, farkas(constraints, FEASIBILITY_EFFORT)) if data.row_lower.size else None
+    found = farkas_certificate(constraints, FEASIBILITY_EFFORT, exactly=True) if data.row_lower.size else None
+    y = None if found is None else _of_rows(problem, data, found.vector)
     if y is not None:
-        return _Feasibility(False, y)
+        return False, y
     if compressed(data.A).nnz > MOST_FRACTIONS:
-        return _Feasibility(None)
+        return None, None
     if point is not None and _has_simple_point(point, data):
-        return _Feasibility(True)
+        return True, None
     return _exactly(problem, data, constraints)
 
 
-def _exactly(problem: Problem, data: ProgramData, constraints: Problem) -> _Feasibility:
+def _exactly(problem: Problem, data: ProgramData, constraints: Problem) -> tuple[bool | None, Vector | None]:
     """Return what the simplex method in integers decides, unless it takes too long."""
-    with imports:
-        from lcpcli.rational.elimination import Effort
-        from lcpcli.rational.exact_problem import ExactProblem
-        from lcpcli.rational.numbers import rounded_direction
-        from lcpcli.verify.farkas import farkas_vector
     exact = ExactProblem.of_floats(constraints)
     try:
         y = farkas_vector(exact, Effort(FEASIBILITY_EFFORT).steps(exact))
     except TimeIsUp:
-        return _Feasibility(None)
-    return _Feasibility(True) if y is None else _Feasibility(False, _of_rows(problem, data, rounded_direction(y)))
+        return None, None
+    return (True, None) if y is None else (False, _of_rows(problem, data, rounded_direction(y)))
 
 
 def _constraints(data: ProgramData) -> Problem:
@@ -181,8 +174,6 @@ class Constraints(NamedTuple):
 
 def _has_simple_point(point: Vector, data: ProgramData) -> bool:
     """Return whether a point, as it is or rounded to simple fractions, is feasible without tolerance."""
-    with imports:
-        from lcpcli.rational.exact_problem import rows_of
     rows, x = rows_of(data.A), [Fraction(value) for value in point.tolist()]
     for candidate in ([value.limit_denominator(SIMPLE_DENOMINATOR) for value in x], x):
         Ax = [sum(value * candidate[j] for j, value in row.items()) for row in rows]

@@ -9,14 +9,14 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import replace
 
-import numpy as np
-
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
+from lcpcli.rational.elimination import Effort
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving import driver as driver
 from lcpcli.typing import Vector
-from lcpcli.verify.exact_solution import refined
+from lcpcli.verify.exact_solution import finitely_rounded, from_point, refined
 
 REFERENCE_SECONDS = 10.0  # for the search for a solution
 MOST_EXACT_UNKNOWNS = 200  # up to which an exact solution is computed, in a second
@@ -54,11 +54,7 @@ def _exact(problem: Problem, z: Vector) -> Vector | None:
     if problem.n > MOST_EXACT_UNKNOWNS:
         return None
     with imports:
-        from lcpcli.rational import numbers, pivoting
-        from lcpcli.rational.elimination import Effort
-        from lcpcli.rational.exact_problem import ExactProblem
-        from lcpcli.verify.exact_solution import from_point
+        from lcpcli.rational import pivoting
     data, effort = ExactProblem.of_floats(problem), Effort()
     solution = from_point(data, z, effort, MOST_EXACT_POSITIVE) or pivoting.solve(data, effort)
-    rounded = None if solution is None else numbers.rounded(solution)
-    return rounded if rounded is not None and np.isfinite(rounded).all() else None
+    return None if solution is None else finitely_rounded(solution)

@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from itertools import chain
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -17,14 +18,22 @@ from lcpcli.linalg.doubles import in_range
 from lcpcli.linalg.matrices import absolute_product, product
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
+from lcpcli.rational.elimination import Effort
+from lcpcli.rational.exact_problem import ExactProblem, fractions_of
+from lcpcli.rational.numbers import rounded_direction
+from lcpcli.rational.tree import first_solution
 from lcpcli.typing import Vector
-from lcpcli.verify.farkas import ACTIVE_COLUMN, cancellation, refutes
+from lcpcli.verify.farkas import (
+    ACTIVE_COLUMN,
+    Multiplied,
+    cancellation,
+    exact_proof,
+    farkas_vector,
+    is_exact,
+    refutes,
+    whole_proofs,
+)
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure
-
-if TYPE_CHECKING:
-    from fractions import Fraction
-
-    from lcpcli.rational.exact_problem import ExactProblem
 
 # For a search of all complementary sets: mostly milliseconds, half a second for some with 20 unknowns.
 EXHAUSTION_EFFORT = 2.0
@@ -71,7 +80,7 @@ def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Cer
         if claim.vector is None:
             return None
         y = proof(problem, claim.vector)
-        if y is None and claim.exact is not None and _proves_exactly(problem, claim.exact):
+        if y is None and claim.exact is not None and ExactProblem.of_floats(problem).refuted_by(claim.exact):
             return claim
         return rounded_proof(problem, claim.vector) if y is None else _stated(problem, replace(claim, vector=y))
     if claim.kind == "ray":
@@ -80,19 +89,9 @@ def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Cer
     return replace(claim, vector=None) if has_none or (has_none is None and excludes_exactly) else None
 
 
-def _proves_exactly(problem: Problem, y: Sequence[Fraction]) -> bool:
-    with imports:
-        from lcpcli.rational.exact_problem import ExactProblem
-    return ExactProblem.of_floats(problem).refuted_by(y)
-
-
 def _stated(problem: Problem, claim: Certificate) -> Certificate:
     """Return the certificate with a Farkas vector that is a proof as it is, if there is one in doubles, else with one
     in fractions, for few unknowns; else with the statement that it is rounded."""
-    with imports:
-        from lcpcli.rational.elimination import Effort
-        from lcpcli.rational.exact_problem import ExactProblem
-        from lcpcli.verify.farkas import exact_proof, farkas_vector, is_exact
     assert claim.vector is not None
     if is_exact(problem, claim.vector):
         return claim
@@ -107,9 +106,6 @@ def _stated(problem: Problem, claim: Certificate) -> Certificate:
 
 def exact_certificate(data: ExactProblem, statement: str, y: Sequence[Fraction]) -> Certificate:
     """Return the certificate with an exact proof y: a multiple of it in doubles, beside y itself if that is none."""
-    with imports:
-        from lcpcli.rational.exact_problem import fractions_of
-        from lcpcli.rational.numbers import rounded_direction
     vector = rounded_direction(y)
     return Certificate("farkas", statement, vector, exact=None if data.refuted_by(fractions_of(vector)) else y)
 
@@ -119,10 +115,6 @@ def has_no_solution(problem: Problem) -> bool | None:
     unknowns, or if the tree takes more than EXHAUSTION_EFFORT, or longer than the time that is left."""
     if problem.n > FEW_UNKNOWNS:
         return None
-    with imports:
-        from lcpcli.rational.elimination import Effort
-        from lcpcli.rational.exact_problem import ExactProblem
-        from lcpcli.rational.tree import first_solution
     data = ExactProblem.of_floats(problem)
     with suppress(TimeIsUp):
         return first_solution(data, Effort(EXHAUSTION_EFFORT).steps(data)) is None
@@ -152,10 +144,10 @@ def is_clear(problem: Problem, y: Vector) -> bool:
     """Return whether y, if it is a proof, excludes points with small violations too, so that what it proves is not an
     effect of rounding in the data."""
     with np.errstate(all="ignore"):
-        product, (lower, upper) = problem.M.T @ y, problem.box.vectors(problem.n)
-        ends = np.where(product > 0, upper, lower)
-        total = float(problem.q @ y + np.where(np.isfinite(ends), product * ends, 0.0).sum())
-        caps = Measure(problem).caps(problem.reference_point)
+        total, caps = (
+            Multiplied(problem.M, problem.q, y, problem.box).total,
+            Measure(problem).caps(problem.reference_point),
+        )
         return -total > CLEAR_VIOLATION * float(np.where(np.isfinite(caps), caps, 0.0) @ np.abs(y))
 
 
@@ -170,7 +162,6 @@ def proof(problem: Problem, y: Vector) -> Vector | None:
         return None
     with imports:
         from lcpcli.verify.alternative import with_room
-        from lcpcli.verify.farkas import whole_proofs
     found = _first(problem, whole_proofs(problem, y, small=True))
     if found is not None:
         return found
@@ -200,12 +191,6 @@ def rounded_proof(problem: Problem, y: Vector, few: bool = False) -> Certificate
 def infeasible(problem: Problem, y: Vector, statement: str = "") -> Certificate:
     """Return the certificate of a Farkas vector that is a proof, which by default states what its bounds refute."""
     return Certificate("farkas", statement or problem.box.wording.farkas, y)
-
-
-def farkas(problem: Problem, effort: float = math.inf) -> Vector | None:
-    """Return a y of shape (n,) that proves the problem infeasible, as `farkas_certificate` finds it, or None."""
-    found = farkas_certificate(problem, effort, exactly=True)
-    return None if found is None else found.vector
 
 
 def farkas_certificate(problem: Problem, effort: float = math.inf, exactly: bool = False) -> Certificate | None:

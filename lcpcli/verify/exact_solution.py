@@ -13,7 +13,7 @@ may leave a residual that is not small. That such a z is the rounded solution is
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -26,14 +26,14 @@ from lcpcli.linalg.doubles import EPS, ROUNDING, distinct
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.model import changes
-from lcpcli.model.box import BASIC, LOWER, ORTHANT, UPPER, Box
+from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.changes import equilibrated_point, scale, shifted
 from lcpcli.model.problem import Problem
 from lcpcli.rational import elimination
 from lcpcli.rational.elimination import Effort
-from lcpcli.rational.exact_problem import ExactProblem, bounds_of, fractions_of, gap
-from lcpcli.rational.numbers import dot, over_one_denominator, rounded, row_integers
-from lcpcli.typing import Indices, Matrix, States, Vector
+from lcpcli.rational.exact_problem import ExactProblem, gap
+from lcpcli.rational.numbers import over_one_denominator, rounded
+from lcpcli.typing import Indices, States, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.farkas import ACTIVE_COLUMN
 from lcpcli.verify.measure import Measure
@@ -53,8 +53,7 @@ def from_point(
     effort = effort or Effort()
     for basis in _bases(data.problem, z):
         found = _by_pivoting(data, basis, effort, most)
-        tries_vertex = 0 < np.count_nonzero(basis == BASIC) <= most
-        if found is None and tries_vertex and effort.allows():
+        if found is None and 0 < _count(basis) <= most and effort.allows():
             found = _at_vertex(data, basis, effort)
         if found is not None:
             return found
@@ -76,23 +75,55 @@ def _bases(problem: Problem, z: Vector) -> Iterator[States]:
 
 
 def _by_pivoting(data: ExactProblem, basis: States, effort: Effort, most: int) -> list[Fraction] | None:
-    fewest, box = data.n + 1, data.problem.box
+    fewest = data.n + 1
     for _ in range(MOST_EXACT_STEPS):
-        active = np.flatnonzero(basis == BASIC)
-        if active.size > most or not effort.allows():
-            return None
-        z = _solved(data, active, active, _at_bounds(data, basis), effort)
-        if z is None:
-            return None
-        violated = np.array([gap != 0 for gap in data.gaps(z, data.w(z))])
-        count = int(np.count_nonzero(violated))
-        if not count:
-            return z
-        if count >= fewest:
-            violated[np.flatnonzero(violated)[1:]] = False
-        fewest = min(fewest, count)
-        basis = box.exchanged(basis, violated, rounded(z))
+        found = exact_basis(data, basis, effort) if _count(basis) <= most and effort.allows() else None
+        if found is None or found.solves:
+            return None if found is None else found.z
+        violated = np.zeros(data.n, dtype=bool)
+        violated[list(found.gaps) if len(found.gaps) < fewest else min(found.gaps)] = True
+        fewest = min(fewest, len(found.gaps))
+        basis = data.problem.box.exchanged(basis, violated, rounded(found.z))
     return None
+
+
+def finitely_rounded(z: Sequence[Fraction]) -> Vector | None:
+    """Return an exact solution in doubles; None if it is beyond their range."""
+    near = rounded(z)
+    return near if np.isfinite(near).all() else None
+
+
+def _count(basis: States) -> int:
+    return int(np.count_nonzero(basis == BASIC))
+
+
+class ExactBasis(NamedTuple):
+    """A solution of M_BB z_B = -(q + M z_N)_B, with z_N at its bounds; whether it is the only one, and by how much each
+    component violates the problem: z_i beyond its bounds, or w_i with the wrong sign."""
+
+    z: list[Fraction]
+    unique: bool
+    gaps: dict[int, Fraction]
+
+    @property
+    def solves(self) -> bool:
+        return not self.gaps
+
+
+def exact_basis(data: ExactProblem, basis: States, effort: Effort | None = None) -> ExactBasis | None:
+    """Return the basic solution of a basis; None if there is none, or if solving takes more than an effort."""
+    active = np.flatnonzero(basis == BASIC)
+    found = _solved(data, active, active, _at_bounds(data, basis), effort)
+    if found is None:
+        return None
+    z, unique = found
+    gaps = dict[int, Fraction]()
+    for i, (state, w) in enumerate(zip(basis.tolist(), data.w(z), strict=True)):
+        low, high = data.lower[i], data.upper[i]
+        wrong = w if state * w > 0 and low != high else Fraction(0)
+        if own := gap(z[i], Fraction(0), low, high) if state == BASIC else wrong:
+            gaps[i] = abs(own)
+    return ExactBasis(z, unique, gaps)
 
 
 def _at_bounds(data: ExactProblem, basis: States) -> list[Fraction]:
@@ -104,28 +135,29 @@ def _at_bounds(data: ExactProblem, basis: States) -> list[Fraction]:
 
 
 def _solved(
-    data: ExactProblem, rows: Indices, columns: Indices, known: list[Fraction], effort: Effort
-) -> list[Fraction] | None:
-    """Return z, as known except in those columns, where `known` is 0, with w = 0 in those rows; None if there is no
-    such z, or if solving would take too much effort."""
+    data: ExactProblem, rows: Indices, columns: Indices, known: list[Fraction], effort: Effort | None
+) -> tuple[list[Fraction], bool] | None:
+    """Return z, as known except in those columns, where `known` is 0, with w = 0 in those rows, and whether it is the
+    only one; None if there is no such z, or if solving would take too much effort."""
     z = list(known)
     if not rows.size or not columns.size:
-        return z
+        return z, True
     right, d = [-data.constants[i] for i in rows.tolist()], 1
     if any(known):
         w = data.w(known)
         right, d = over_one_denominator([-w[i] * data.scales[i] for i in rows.tolist()])
     A = [[data.rows[i].get(j, 0) for j in columns.tolist()] for i in rows.tolist()]
-    duration = elimination.duration(A)
-    if not effort.allows(duration):
+    if effort is not None:
+        duration = elimination.duration(A)
+        if not effort.allows(duration):
+            return None
+        effort.spend(duration)
+    found = elimination.solve(A, right)
+    if found.x is None:
         return None
-    effort.spend(duration)
-    found = elimination.solve(A, right).x
-    if found is None:
-        return None
-    for j, value in zip(columns.tolist(), found, strict=True):
+    for j, value in zip(columns.tolist(), found.x, strict=True):
         z[j] = value / d
-    return z
+    return z, not found.null_space
 
 
 def _at_vertex(data: ExactProblem, basis: States, effort: Effort) -> list[Fraction] | None:
@@ -151,77 +183,10 @@ def _at_vertex(data: ExactProblem, basis: States, effort: Effort) -> list[Fracti
     at_vertex[active] = ends
     zeros = np.abs(columns @ found.x + q) <= ACTIVE_COLUMN
     for rows in (distinct(np.concatenate((active, np.flatnonzero(zeros)))), active):
-        z = _solved(data, rows, kept, _at_bounds(data, at_vertex), effort)
-        if z is not None and data.is_solution(z):
-            return z
+        vertex = _solved(data, rows, kept, _at_bounds(data, at_vertex), effort)
+        if vertex is not None and data.is_solution(vertex[0]):
+            return vertex[0]
     return None
-
-
-class ExactBasis(NamedTuple):
-    """A solution of M_BB z_B = -(q + M z_N)_B, with z_N at its bounds; whether it is the only one, and by how much each
-    component violates the problem: z_i beyond its bounds, or w_i with the wrong sign."""
-
-    z: list[Fraction]
-    unique: bool
-    gaps: dict[int, Fraction]
-
-    @property
-    def solves(self) -> bool:
-        return not self.gaps
-
-
-class ExactBases:
-    """The basic solutions for finite M, q of shape (n, n) and (n,), as they are in doubles.
-
-    columns : those in which z may be other than 0; by default all."""
-
-    def __init__(self, M: Matrix, q: Vector, box: Box, columns: Indices | None = None) -> None:
-        self._columns = np.arange(q.size) if columns is None else columns
-        data = np.column_stack((matrices.dense(M if columns is None else M[:, columns]), q))
-        self._rows, self._exponents = row_integers(data)
-        self._box = box
-
-    def at(self, basis: States) -> ExactBasis | None:
-        """Return the basic solution of a basis; None if there is none."""
-        at_bounds = self._box.nonbasic(basis)[self._columns]
-        known, d = [0] * at_bounds.size, 1
-        if at_bounds.any():
-            known, d = over_one_denominator(fractions_of(at_bounds))
-        free = (basis[self._columns] == BASIC).nonzero()[0].tolist()
-        system = [self._rows[i] for i in self._columns[free].tolist()]
-        A, b = [[row[k] for k in free] for row in system], [-dot(row, [*known, d]) for row in system]
-        found = elimination.solve(A, b)
-        if found.x is None:
-            return None
-        values = [Fraction(value, d) for value in known] if any(known) else [Fraction(0)] * len(known)
-        for k, value in zip(free, found.x, strict=True):
-            values[k] = value / d if d > 1 else value
-        Z, common = over_one_denominator(values)
-        z = [Fraction(0)] * basis.size
-        for j, value in zip(self._columns.tolist(), values, strict=True):
-            z[j] = value
-        return ExactBasis(z, not found.null_space, dict(self._gaps(basis, z, [*Z, common])))
-
-    def _gaps(self, basis: States, z: list[Fraction], Z: list[int]) -> Iterator[tuple[int, Fraction]]:
-        """Yield the violated components. Z : the numerators of the used z, and their denominator."""
-        is_orthant = self._box.is_orthant
-        lower, upper = ((), ()) if is_orthant else map(bounds_of, self._box.vectors(basis.size))
-        for i, state in enumerate(basis.tolist()):
-            if state != BASIC:
-                multiple = dot(self._rows[i], Z)  # of w_i
-                if state * multiple > 0 and (is_orthant or lower[i] != upper[i]):
-                    yield i, Fraction(abs(multiple), Z[-1]) * Fraction(2) ** self._exponents[i]
-            elif is_orthant:
-                if z[i] < 0:
-                    yield i, -z[i]
-            elif own := gap(z[i], Fraction(0), lower[i], upper[i]):
-                yield i, abs(own)
-
-
-def exact_basis(M: Matrix, q: Vector, basis: States, box: Box = ORTHANT) -> ExactBasis | None:
-    """Return the basic solution of a basis, as `ExactBases` does, with only the columns of M that it uses."""
-    used = ((basis == BASIC) | (box.nonbasic(basis) != 0)).nonzero()[0]
-    return ExactBases(M, q, box, used).at(basis)
 
 
 REFINEMENTS = 10  # with residuals in twice the precision: a digit or more each, unless M_BB is singular in doubles
@@ -273,12 +238,11 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
     So the answer is never true where there is no solution; it is false if more than `farkas.most_exact()` variables
     are basic."""
     basis = problem.box.basis_at(z)
-    if np.count_nonzero(basis == BASIC) > farkas.most_exact() or not np.isfinite(z).all():
+    if _count(basis) > farkas.most_exact() or not np.isfinite(z).all():
         return False
     if not Point(Criterion(problem), z).nearly_solves():
         return False
-
-    found = exact_basis(problem.M, problem.q, basis, problem.box)
+    found = exact_basis(ExactProblem.of_basis(problem, basis), basis)
     if found is None or not (found.unique and found.solves):
         return False
     last_digits = Fraction(ROUNDING)

@@ -32,9 +32,19 @@ from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.box import BASIC, ORTHANT, UPPER, WORDS, Box
 from lcpcli.model.problem import Problem
+from lcpcli.rational import elimination
 from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
-from lcpcli.rational.numbers import LARGEST_INTEGER, rounded, rounded_direction, shortest_decimal, whole_multiple
+from lcpcli.rational.numbers import (
+    LARGEST_INTEGER,
+    over_one_denominator,
+    product,
+    rounded,
+    rounded_direction,
+    row_integers,
+    shortest_decimal,
+    whole_multiple,
+)
 from lcpcli.rational.tree import Unknowns
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
@@ -79,30 +89,15 @@ def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT, rows: Box | Non
       has made them independent, one with A'y < 0 near y. y itself is then that proof rounded.
       This is tried for at most LARGEST_EXACT columns and entries, or LARGEST_BY_FLINT.
     """
-    rows = box if rows is None else rows
-    if not (np.isfinite(y).all() and y.any() and _has_signs(y, rows)):
+    of = Multiplied(A, b, y, box, rows)
+    if not of.has_signs or (of.excess > of.error + ACTIVE_COLUMN * of.size).any() or of.total > SNAP * of.terms:
         return False
-    bounds = sides(box, A.shape[1])
-    with np.errstate(all="ignore"):
-        product, size = A.T @ y, abs(A).T @ np.abs(y)
-        error = 4 * (y.size + 2) * (EPS * size + SMALLEST_NORMAL)
-        supremum = _finite_end(bounds, product) * product
-        excess = np.maximum(np.where(bounds.high, -np.inf, product), np.where(bounds.low, -np.inf, -product))
-        total, terms = float(b @ y + supremum.sum()), float(np.abs(b) @ np.abs(y) + np.abs(supremum).sum())
-        if (excess > error + ACTIVE_COLUMN * size).any() or total > SNAP * terms:
-            return False
-        certain = (np.abs(product) > error) & (excess < 0) & (_finite_end(bounds, product) == 0)
-        active = np.flatnonzero(excess >= -error - ACTIVE_COLUMN * size)
-    if _is_near_proof(A, b, y, box, rows):
+    if of.has_proof_nearby():
         return True
-    support = np.flatnonzero(y)
-    exact = [Fraction(value) for value in y[support].tolist()]
-    if (excess <= error).all() and _holds(A, b, bounds, support, exact, certain):
+    if (of.excess <= of.error).all() and of.holds(of.exact, of.is_certain):
         return True
-    found = _corrected(A, support, exact, active)
-    if found is None or not _has_signs(np.array(found), rows, support):
-        return False
-    return _holds(A, b, bounds, support, found)
+    found = of.corrected()
+    return found is not None and of.are_signs(np.array(found)) and of.holds(found)
 
 
 @np.errstate(all="ignore")
@@ -114,37 +109,52 @@ def cancellation(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> float:
     For then 0 <= b'y + sum_j (A'y)_j z_j, where the second term is but rounding of its own terms: data that have been
     rounded to doubles do not tell whether there is such a z.
     """
-    if not (np.isfinite(y).all() and y.any() and _has_signs(y, box)):
+    of = Multiplied(A, b, y, box)
+    if not of.has_signs:
         return 0.0
-    of = _Multiplied(A, b, y, box)
     wrong = of.excess > -of.error
     if not (of.excess <= of.y.size * EPS * of.size).all() or not (of.size[wrong] > SMALLEST_NORMAL / EPS).all():
         return 0.0
-    total = -of.largest_total(np.ones(of.size.size, dtype=bool), 0.0, of.error, SNAP)
+    total = -of.largest_total(of.everywhere, 0.0, of.error, SNAP)
     if not total > 0:
         return 0.0
     # y'(A z) is at least `total`, and at most the terms of b'y more, as A z + b has its signs
-    among = total / (total + 2 * float(np.abs(of.b) @ np.abs(of.y) + np.abs(of.supremum).sum()))
+    among = total / (total + 2 * of.terms)
     times = float(among * 0.5 / ((of.excess + of.error)[wrong] / of.size[wrong]).max(initial=EPS))
     return times if times >= LEAST_CANCELLATION else 0.0
 
 
-class _Multiplied:
-    """A'y in floats, with bounds on its rounding, on the support of y.
+class Multiplied:
+    """A'y in floats, with bounds on its rounding, on the support of a y that may be a proof; for A, b, box and rows as
+    for `refutes`.
 
+    has_signs : whether y is finite, not 0, and has the signs of multipliers.
     excess : by how much (A'y)_j is beyond 0 on a side where z_j has no bound, -inf if it has both bounds.
+    total, terms : b'y with the suprema, and the sum of the sizes of what this adds up.
     """
 
-    def __init__(self, A: Matrix, b: Vector, y: Vector, box: Box) -> None:
-        self.support, bounds = np.flatnonzero(y), sides(box, A.shape[1])
-        self.rows, self.y, self.b = A[self.support], y[self.support], b[self.support]
-        product, self.size = self.rows.T @ self.y, abs(self.rows).T @ np.abs(self.y)
+    @np.errstate(all="ignore")
+    def __init__(self, A: Matrix, b: Vector, y: Vector, box: Box, rows: Box | None = None) -> None:
+        self.support = np.flatnonzero(y)
+        self.y, self.rows, self.b = y[self.support], A[self.support], b[self.support]
+        self._signs = sides((box if rows is None else rows).part(self.support), self.y.size)
+        self.has_signs = bool(self.support.size and np.isfinite(self.y).all() and self.are_signs(self.y))
+        lower, upper, low, high = self._bounds = sides(box, A.shape[1])
+        image, self.size = self.rows.T @ self.y, abs(self.rows).T @ np.abs(self.y)
         self.used = np.asarray(abs(self.rows).sum(axis=0)).ravel() > 0  # elsewhere A'y is exactly 0
         self.error = 4 * (self.y.size + 2) * (EPS * self.size + SMALLEST_NORMAL) * self.used
-        self.excess = np.maximum(np.where(bounds.high, -np.inf, product), np.where(bounds.low, -np.inf, -product))
-        self.supremum = _finite_end(bounds, product) * product
-        own = (np.where(finite, np.abs(end), 0.0) for end, finite in zip(bounds[:2], bounds[2:], strict=True))
-        self.ends = np.maximum(*own)
+        self.excess = np.maximum(np.where(high, -np.inf, image), np.where(low, -np.inf, -image))
+        end = np.where(image > 0, upper, lower)  # at which (A'y)_j z_j is largest
+        self.supremum = np.where(np.isfinite(end), end, 0.0) * image
+        self.ends = np.maximum(np.where(low, np.abs(lower), 0.0), np.where(high, np.abs(upper), 0.0))
+        self.everywhere = np.ones(image.size, dtype=bool)
+        self.total = float(self.b @ self.y + self.supremum.sum())
+        self.terms = float(np.abs(self.b) @ np.abs(self.y) + np.abs(self.supremum).sum())
+        self.is_certain = (np.abs(image) > self.error) & (self.excess < 0) & ((end == 0) | ~np.isfinite(end))
+
+    def are_signs(self, y: Any) -> bool:
+        """Return whether numbers on the support have the signs of multipliers of its rows."""
+        return not ((self._signs.low & (y < 0)).any() or (self._signs.high & (y > 0)).any())
 
     def largest_total(self, counted: Mask, change: Vector | float, error: Vector, margin: float = 0.0) -> float:
         """Return an upper bound on the total over some columns, for every y within the change and A'y within the error,
@@ -154,94 +164,70 @@ class _Multiplied:
         rest = 2 * ((np.abs(self.b) * change).sum() + self.ends[counted] @ error[counted])
         return float(self.b @ self.y + supremum.sum() + rest + (rounding * EPS + margin) * terms + SMALLEST_NORMAL)
 
-
-@np.errstate(all="ignore")
-def _is_near_proof(A: Matrix, b: Vector, y: Vector, box: Box, rows: Box) -> bool:
-    """Return whether floats show that a y' near y is a proof: with A'y' = 0 exactly in the columns where A'y is nearly
-    0 or has the wrong sign, as `enclosure` finds, and beyond all bounds on rounding elsewhere."""
-    with imports:
-        from lcpcli.verify.enclosure import enclosure, is_enclosable
-    of = _Multiplied(A, b, y, box)
-    is_open = of.used & (of.excess >= -of.error - ACTIVE_COLUMN * of.size)
-    if not is_enclosable(int(is_open.sum()), of.y.size):
-        return False
-    change = enclosure(matrices.dense(of.rows[:, np.flatnonzero(is_open)]).T, of.y)
-    if change is None:
-        return False
-    own = rows.mapped(lambda bound: bound[of.support])
-    one_sign = np.isfinite(own.lower) | np.isfinite(own.upper)
-    error = of.error + 2 * (abs(of.rows).T @ change)
-    if (one_sign & (change > 0) & (np.abs(of.y) <= change)).any():
-        return False
-    beyond = (of.excess + error < 0) | is_open | ~of.used
-    return bool(beyond.all()) and of.largest_total(~is_open, change, error) < 0
-
-
-@np.errstate(all="ignore")
-def is_clear_proof(A: Matrix, b: Vector, y: Vector, box: Box) -> bool:
-    """Return whether floats show that y is a proof as it is, beyond all bounds on rounding."""
-    of = _Multiplied(A, b, y, box)
-    beyond = bool(((of.excess + of.error < 0) | ~of.used).all())
-    return beyond and _has_signs(y, box) and of.largest_total(np.ones(of.used.size, dtype=bool), 0.0, of.error) < 0
-
-
-def _has_signs(y: Any, box: Box, support: Indices | slice = slice(None)) -> bool:
-    """Return whether y, on a support, has the signs of multipliers of the rows."""
-    own = box.mapped(lambda bound: bound[support])
-    low, high = np.isfinite(own.lower), np.isfinite(own.upper)
-    return not ((low & (y < 0)).any() or (high & (y > 0)).any())
-
-
-def _finite_end(bounds: Sides, product: Vector) -> Vector:
-    """Return the bounds at which (A'y)_j z_j is largest, 0 where they are infinite."""
-    end = np.where(product > 0, bounds.upper, bounds.lower)
-    return np.where(np.isfinite(end), end, 0.0)
-
-
-def _holds(
-    A: Matrix,
-    b: Vector,
-    bounds: Sides,
-    support: Indices,
-    y: Sequence[Fraction],
-    certain: Mask | bool = False,
-) -> bool:
-    """Return whether the rational y on a support, with the right signs, is a proof, in exact arithmetic; certain :
-    columns that certainly have the right sign and add nothing to the total."""
-    with imports:
-        from lcpcli.rational import numbers
-    rows, (multiple, _) = A[support], numbers.over_one_denominator(y)
-    total = numbers.product(b[support], multiple)
-    used = np.zeros(rows.shape[1], dtype=bool)
-    used[rows.indices if matrices.is_sparse(rows) else rows.any(axis=0)] = True
-    for j in np.flatnonzero(used & np.logical_not(certain)).tolist():
-        value = numbers.product(matrices.dense(rows[:, [j]])[:, 0], multiple)
-        if (value > 0 and not bounds.high[j]) or (value < 0 and not bounds.low[j]):
+    @np.errstate(all="ignore")
+    def is_clear(self) -> bool:
+        """Return whether floats show that y is a proof as it is, beyond all bounds on rounding."""
+        if not self.has_signs or not ((self.excess + self.error < 0) | ~self.used).all():
             return False
-        end = float(bounds.upper[j] if value > 0 else bounds.lower[j])
-        total += value * Fraction(end) if value and end else 0
-    return total < 0
+        return self.largest_total(self.everywhere, 0.0, self.error) < 0
+
+    @np.errstate(all="ignore")
+    def has_proof_nearby(self) -> bool:
+        """Return whether floats show that a y' near y is a proof: with A'y' = 0 exactly in the columns where A'y is
+        nearly 0 or has the wrong sign, as `enclosure` finds, and beyond all bounds on rounding elsewhere."""
+        with imports:
+            from lcpcli.verify.enclosure import enclosure, is_enclosable
+        is_open = self.used & self._are_active
+        if not is_enclosable(int(is_open.sum()), self.y.size):
+            return False
+        change = enclosure(matrices.dense(self.rows[:, np.flatnonzero(is_open)]).T, self.y)
+        if change is None:
+            return False
+        error = self.error + 2 * (abs(self.rows).T @ change)
+        if ((self._signs.low | self._signs.high) & (change > 0) & (np.abs(self.y) <= change)).any():
+            return False
+        beyond = (self.excess + error < 0) | is_open | ~self.used
+        return bool(beyond.all()) and self.largest_total(~is_open, change, error) < 0
+
+    @property
+    def _are_active(self) -> Mask:
+        """Return in which columns A'y has the wrong sign, or is so small that it may be 0."""
+        return np.asarray(self.excess >= -self.error - ACTIVE_COLUMN * self.size)
+
+    @property
+    def exact(self) -> list[Fraction]:
+        """Return y on its support as fractions."""
+        return fractions_of(self.y)
+
+    def holds(self, y: Sequence[Fraction], certain: Mask | bool = False) -> bool:
+        """Return whether a rational y on the support, with the right signs, is a proof, in exact arithmetic; certain :
+        columns that certainly have the right sign and add nothing to the total."""
+        rows, (multiple, _), bounds = self.rows, over_one_denominator(y), self._bounds
+        total = product(self.b, multiple)
+        for j in np.flatnonzero(self.used & np.logical_not(certain)).tolist():
+            value = product(matrices.dense(rows[:, [j]])[:, 0], multiple)
+            if (value > 0 and not bounds.high[j]) or (value < 0 and not bounds.low[j]):
+                return False
+            end = float(bounds.upper[j] if value > 0 else bounds.lower[j])
+            total += value * Fraction(end) if value and end else 0
+        return total < 0
+
+    def corrected(self) -> list[Fraction] | None:
+        """Return y on its support, `corrected` in the active columns of A, where A'y is likeliest to be 0."""
+        part = matrices.dense(self.rows[:, np.flatnonzero(self.used & self._are_active)])
+        if not part.size or max(part.shape) > most_exact() or not np.isfinite(part).all():
+            return None
+        if remaining() <= 0:
+            raise TimeIsUp
+        return corrected(row_integers(part.T)[0], self.exact)
 
 
-def _corrected(A: Matrix, support: Indices, y: Sequence[Fraction], active: Indices) -> list[Fraction] | None:
-    """Return y on its support, `corrected` in the active columns of A, where A'y is likeliest to be 0."""
-    with imports:
-        from lcpcli.rational import numbers
-    part = matrices.dense(A[support][:, active])
-    part = part[:, part.any(axis=0)]
-    if not part.size or max(part.shape) > most_exact() or not np.isfinite(part).all():
-        return None
-    if remaining() <= 0:
-        raise TimeIsUp
-    rows, _ = numbers.row_integers(part.T)
-    return corrected(rows, y) if is_short(rows) else None
-
-
-def corrected(A: Sequence[Sequence[int]], y: Sequence[Fraction]) -> list[Fraction] | None:
+def corrected(A: Sequence[Sequence[int]], y: Sequence[Fraction], quickly: bool = True) -> list[Fraction] | None:
     """Return y changed, mainly in its large entries, so that A y = 0; if A is nonsingular, so that A y < 0, provided
-    that y is such a vector but for rounding. None if none is found."""
-    with imports:
-        from lcpcli.rational import elimination
+    that y is such a vector but for rounding. None if none is found. quickly : only if A, of at least one row, is small
+    enough to be solved exactly in a second or so."""
+    if quickly and (max(len(A), len(A[0])) > most_exact() or len(A) * len(A[0]) * elimination.bits(A) > MOST_BITS):
+        return None
     order = sorted(range(len(y)), key=lambda k: -abs(y[k]))  # large entries best absorb a correction
     rows, values = [[row[k] for k in order] for row in A], [y[k] for k in order]
     is_singular = len(rows) != len(order) or not elimination.is_nonsingular(rows)
@@ -252,8 +238,6 @@ def corrected(A: Sequence[Sequence[int]], y: Sequence[Fraction]) -> list[Fractio
 def _beyond(rows: Sequence[Sequence[int]], y: Sequence[Fraction]) -> list[Fraction] | None:
     """Return a vector with A'y < 0 in the columns of a nonsingular part of A, the rows here, if it is y but for
     rounding: where they are nearly dependent, it is nearly their null vector, whose sign rounding of A decides."""
-    with imports:
-        from lcpcli.rational import elimination
     terms = [sum(abs(value * factor) for value, factor in zip(row, y, strict=True)) for row in rows]
     common = max(term.denominator for term in terms)
     found = elimination.solve(rows, [int(-term * common) for term in terms]).x
@@ -265,17 +249,8 @@ def _beyond(rows: Sequence[Sequence[int]], y: Sequence[Fraction]) -> list[Fracti
     return [factor * value for value in found] if factor > 0 and close else None
 
 
-def is_short(A: Sequence[Sequence[int]]) -> bool:
-    """Return whether A, of at least one row, is small enough to be solved exactly."""
-    with imports:
-        from lcpcli.rational import elimination
-    return max(len(A), len(A[0])) <= most_exact() and len(A) * len(A[0]) * elimination.bits(A) <= MOST_BITS
-
-
 def most_exact() -> int:
     """Return the number of unknowns of the largest linear system that is solved exactly."""
-    with imports:
-        from lcpcli.rational import elimination
     return LARGEST_BY_FLINT if elimination.library() else LARGEST_EXACT
 
 
@@ -322,7 +297,7 @@ def is_exact(problem: Problem, y: Vector) -> bool:
     """Return whether y is a proof as it is, for the doubles of a problem or their shortest decimals; False, too, if it
     has so many terms that to find out would take long."""
     support = np.flatnonzero(y)
-    if is_clear_proof(problem.M, problem.q, y, problem.box):
+    if Multiplied(problem.M, problem.q, y, problem.box).is_clear():
         return True
     return _entries(problem, support) <= MOST_TERMS and any(
         ExactProblem.of_rows(problem, support, number).refuted_by(fractions_of(y))
@@ -361,7 +336,7 @@ def _small(problem: Problem, y: Vector) -> list[Vector]:
 
 def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fraction]]:
     """Yield vectors of simple fractions near y, and some with M'y = 0 exactly where it may be 0, the simplest first;
-    quickly : only by linear systems that are `farkas.is_short`, and only while numbers stay short."""
+    quickly : only by linear systems that are small, and only while numbers stay short."""
     snapped = fractions_of(np.where(np.abs(y) < SNAP * np.abs(y).max(), 0.0, y))
     sizes, active = [abs(value) for value in snapped if value], _active(data, y)
     largest, least = max(sizes), min(sizes)
@@ -402,9 +377,7 @@ def _corrected_in_fractions(
     support = [i for i in range(data.n) if y[i]]
     common = math.lcm(*(data.scales[i] for i in support))
     A = [[data.rows[i].get(j, 0) * (common // data.scales[i]) for i in support] for j in active]
-    if quickly and not is_short(A):
-        return None
-    found = corrected(A, [y[i] for i in support])
+    found = corrected(A, [y[i] for i in support], quickly)
     if found is None:
         return None
     own = dict(zip(support, found, strict=True))

@@ -25,10 +25,12 @@ from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.model.box import BASIC
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
+from lcpcli.rational.elimination import Effort
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.typing import Vector
 from lcpcli.verify import enclosure, farkas
-from lcpcli.verify.certificate import Certificate, farkas_certificate, first_proof, rounded_proof
-from lcpcli.verify.exact_solution import is_rounded_solution, refined
+from lcpcli.verify.certificate import Certificate, farkas_certificate, first_proof
+from lcpcli.verify.exact_solution import finitely_rounded, from_point, is_rounded_solution, refined
 from lcpcli.verify.measure import Measure
 
 EFFORT = 2.0  # of an exact solution, and of LPs for a proof, by the seconds that they usually take
@@ -83,9 +85,9 @@ def settled(problem: Problem, z: Vector, tol: float) -> Settled | None:
     near, fault = enclosed(problem, z, tol)
     if not fault:  # a proof but for rounding would be one for other entries that differ by up to n EPS
         is_stable = not enclosure.fault(problem, near, math.inf, problem.n * EPS)
-        return Settled(near, "", None if is_stable else proof_near(problem, near, exactly=False))
+        return Settled(near, "", None if is_stable else proof_near(problem, near))
     if is_rounded_solution(problem, z):
-        return Settled(z, "", proof_near(problem, z, exactly=False))
+        return Settled(z, "", proof_near(problem, z))
     return Settled(z, fault, proof_near(problem, near)) if fault != NO_RUN_OFF else None
 
 
@@ -107,7 +109,9 @@ def large_solution(problem: Problem, points: Sequence[Vector], y: Vector, tol: f
     exact = next((z for z in points if is_rounded_solution(problem, z)), None)
     if exact is None:
         with suppress(TimeIsUp):
-            exact = _by_exact_pivoting(problem, points)
+            data, effort = ExactProblem.of_floats(problem), Effort(EFFORT)
+            found = (from_point(data, z, effort, farkas.most_exact()) for z in points)
+            exact = next((finitely_rounded(z) for z in found if z is not None), None)
     if exact is not None:
         return LargeSolution(exact, True)
     basic = (z for point in (*points, y) for z in _basic_solutions(problem, point))
@@ -124,30 +128,11 @@ def _basic_solutions(problem: Problem, point: Vector) -> Iterator[Vector]:
         yield from (box.project(z), box.project(2 * reference - z))
 
 
-def _by_exact_pivoting(problem: Problem, points: Sequence[Vector]) -> Vector | None:
-    with imports:
-        from lcpcli.rational.elimination import Effort
-        from lcpcli.rational.exact_problem import ExactProblem
-        from lcpcli.rational.numbers import rounded
-        from lcpcli.verify.exact_solution import from_point
-    data, effort = ExactProblem.of_floats(problem), Effort(EFFORT)
-    found = (from_point(data, z, effort, farkas.most_exact()) for z in points)
-    exact = next((rounded(z) for z in found if z is not None), None)
-    return exact if exact is not None and np.isfinite(exact).all() else None
-
-
-def proof_near(problem: Problem, z: Vector, exactly: bool = True) -> Certificate | None:
+def proof_near(problem: Problem, z: Vector) -> Certificate | None:
     """Return a proof that the problem is infeasible, up to the rounding of M if there is no other one; None if none is
-    found. z : a run-off, or an exact solution, whose basis leads to most of these proofs.
-
-    exactly : whether there may be an exact proof: not if there is an exact solution.
-    """
-    candidates = _candidates(problem, z)
+    found. z : a run-off, or an exact solution, whose basis leads to most of these proofs."""
     with suppress(TimeIsUp):
-        if not exactly:
-            found = next(filter(None, (rounded_proof(problem, y, few=True) for y in candidates)), None)
-        else:
-            found = first_proof(problem, candidates, few=True)
+        found = first_proof(problem, _candidates(problem, z), few=True)
         return found if found is not None or _has_dictionary(problem) else farkas_certificate(problem, EFFORT)
     return None
 

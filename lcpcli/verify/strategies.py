@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count
 from lcpcli.games.behavior import Behavior, Strategies, allowance, point_of
 from lcpcli.linalg.doubles import ROW_ROUNDING
@@ -24,6 +23,7 @@ from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
 from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.numbers import approximate, rounded
 from lcpcli.typing import Vector
 from lcpcli.verify.verification import Verification
 
@@ -36,8 +36,6 @@ def require_strategies(problem: Problem, values: Sequence[Any], rows: int) -> No
     game = problem.origin
     if not isinstance(game, Game):
         raise ProblemError("row", "is a strategy, but the problem is not a game", "give z")
-    with imports:
-        from lcpcli.rational.numbers import approximate, rounded
     parts = values[:rows], values[rows:]
     for player, part, size in zip(("row", "column"), parts, game.A.shape, strict=True):
         if len(part) != size:

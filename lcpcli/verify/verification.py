@@ -29,6 +29,7 @@ from lcpcli.rational.numbers import brief, rounded
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import proves_infeasible, rounded_proof
 from lcpcli.verify.error_theorems import Bound, error_bound
+from lcpcli.verify.farkas import exact_proof
 from lcpcli.verify.measure import quotients
 from lcpcli.verify.point import Criterion, Point
 
@@ -236,8 +237,6 @@ def verify_farkas(problem: Problem, y: list[Fraction], data: ExactProblem | None
     else:
         problem, failure = data.problem, _failed_condition(data, y)
         if failure and is_rounded:
-            with imports:
-                from lcpcli.verify.farkas import exact_proof
             failure = failure if exact_proof(data, doubles) is None else ""
     message = f"y proves nothing: {failure}" if failure else f"proved infeasible: {problem.box.wording.refuted}"
     return Verification(problem, "farkas", exact=exact, accepted=not failure, message=message)

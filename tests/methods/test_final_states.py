@@ -10,8 +10,9 @@ import pytest
 import lcpcli
 from lcpcli import Problem
 from lcpcli.methods.final_states import confirmed, is_doubtful
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving import direct_run
-from lcpcli.verify.exact_solution import ExactBases
+from lcpcli.verify import exact_solution
 
 from .. import exact
 
@@ -27,13 +28,13 @@ def on_the_floor(slip: float) -> Problem:
 @pytest.fixture
 def looks(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int]]:
     """The exact basic solutions that were computed."""
-    made, at = list[int](), ExactBases.at
+    made, at = list[int](), exact_solution.exact_basis
 
-    def counted(self: ExactBases, basis: np.ndarray) -> object:
+    def counted(data: ExactProblem, basis: np.ndarray) -> object:
         made.append(basis.size)
-        return at(self, basis)
+        return at(data, basis)
 
-    monkeypatch.setattr(ExactBases, "at", counted)
+    monkeypatch.setattr(exact_solution, "exact_basis", counted)
     return made
 
 

@@ -22,6 +22,7 @@ from lcpcli.methods.milp import ComplementarySystem
 from lcpcli.methods.stages import Stalled, advance
 from lcpcli.model.box import of_masks
 from lcpcli.model.changes import standard_form
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.verify.certificate import proves_infeasible
 from lcpcli.verify.exact_solution import exact_basis
 from lcpcli.verify.measure import FEW_UNKNOWNS
@@ -136,7 +137,7 @@ def test_set_that_is_neither_solved_nor_excluded_leaves_open_whether_there_is_a_
 def test_several_basic_solutions_are_not_taken_for_the_only_one() -> None:
     """z_2 = z_1 + 1: the one with z_1 = -1 is no solution, but (0, 1) is."""
     M, q = np.array([[-1.0, 1.0], [1.0, -1.0]]), np.array([-1.0, 1.0])
-    found = exact_basis(M, q, of_masks(np.ones(2, dtype=bool)))
+    found = exact_basis(ExactProblem.of_floats(Problem(M, q)), of_masks(np.ones(2, dtype=bool)))
     assert (found.z, found.unique, found.solves) == ([-1, 0], False, False)
     assert not system(M, q).excluded(np.ones(2, dtype=bool))
 

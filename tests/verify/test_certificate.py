@@ -7,6 +7,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,7 @@ from lcpcli.rational import elimination, numbers
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.no_minimum import Constraints
 from lcpcli.verify.alternative import FarkasSystem
-from lcpcli.verify.certificate import farkas, is_clear, proves_infeasible
+from lcpcli.verify.certificate import farkas_certificate, is_clear, proves_infeasible
 from lcpcli.verify.enclosure import enclosure
 from lcpcli.verify.farkas import exact_proof, refutes
 
@@ -31,6 +32,7 @@ from ..methods.programs import random_program
 Lcp = Callable[..., Outcome]
 
 INF = np.inf
+farkas = partial(farkas_certificate, exactly=True)
 INFEASIBLE = Problem([[0, -1], [1, 0]], [-1, -1])
 ULP = 2.0**-52
 
