@@ -12,8 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
-from lcpcli import Problem, Status, check, from_qp, read, run
-from lcpcli.files import contents
+from lcpcli import Problem, Status, check, from_qp, run
 from lcpcli.gallery import families
 from lcpcli.model.right_hand_sides import Columns
 from lcpcli.typing import Vector
