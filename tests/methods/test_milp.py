@@ -223,3 +223,9 @@ def test_contradiction_hidden_by_rounding_is_said_to_be_one_but_for_rounding(see
     assert "unless terms of a row of Mz that are 1e1" in result.message
     assert result.answer.proved is None
     assert "infeasible up to the rounding of its data" in result.answer.statement
+
+
+def test_signs_that_rounding_has_made_wrong_cost_no_proof() -> None:
+    own, open_set = system([[-1.0, 0.0], [0.0, 1.0]], [-1.0, 1.0]), np.full(2, module.OPEN)
+    assert own.refutes(open_set, np.array([1.0, -1e-17]))
+    assert not own.refutes(open_set, np.array([-1.0, 0.0]))

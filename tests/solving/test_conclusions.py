@@ -7,11 +7,13 @@ from __future__ import annotations
 import pickle
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from lcpcli import Problem, from_game, from_qp, run, solve
 from lcpcli.errors import ProblemError
 from lcpcli.report.json_lines import plain
+from lcpcli.solving import no_minimum
 
 SEMIDEFINITE = [[1, 1], [1, 1]], [-1, -1], [[-1, -1]], [-4]
 SEVERAL = "x is one of several minimizers, as Q is positive semidefinite"
@@ -86,3 +88,14 @@ def test_minimizers_up_to_rounding_are_not_several(e: float, words: str) -> None
 def test_a_program_that_contradicts_itself_by_less_than_linear_programs_see_is_not_called_unbounded() -> None:
     result = run(from_qp(None, [0.0, 0.0, -1.0], [[1.0, 1.0, 0.0], [-1.0, -1.0, 0.0]], [1.0, -1.0 + 1e-11]))
     assert result.word == "infeasible"
+
+
+def test_every_proof_for_the_constraints_is_one_for_the_program(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also one with multipliers of columns without entries, which have costs in the program alone."""
+    proofs = iter([np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0])])
+    monkeypatch.setattr(no_minimum, "farkas", lambda *_: next(proofs))
+    monkeypatch.setattr(no_minimum, "MOST_FRACTIONS", 0)
+    rows = [[1.0, 1.0, 0.0, 0.0], [-1.0, -1.0, 0.0, 0.0]]
+    result = run(from_qp(None, [0.0, 0.0, -1.0, 5.0], rows, [1.0, -0.5]))
+    assert result.word == "infeasible"
+    assert result.answer.certificate.tolist() == [1.0, 1.0]

@@ -309,3 +309,10 @@ def test_the_share_of_a_problem_in_the_pivoting_counts_in_its_time_where_another
     batch = lcpcli.solve_many(M, q)
     assert batch.solved.tolist() == [True, False]
     assert min(result.seconds for result in batch) >= 1e6
+
+
+@pytest.mark.parametrize("factor", [1e-61, 1.0])
+def test_numbers_far_from_one_are_left_to_the_run_of_each_problem(factor: float) -> None:
+    M, q = factor * np.array([[1.0, 3.0, 2.0], [2.0, 0.0, 3.0], [-2.0, 1.0, 2.0]]), np.array([2.0, -1.0, -2.0])
+    one, other = lcpcli.solve_many([M], [q])[0], lcpcli.run(Problem(M, q))
+    assert (one.z.tolist(), one.route) == (other.z.tolist(), other.route)

@@ -313,3 +313,8 @@ def test_a_large_solution_that_is_enclosed_is_doubtful_if_other_entries_within_r
     assert result.status is Status.ILL_POSED
     assert result.certificate.is_rounded
     assert not check(problem, result.z).accepted
+
+
+def test_a_positive_z_beside_a_positive_w_is_refused_unless_it_is_within_the_tolerance() -> None:
+    problem = Problem([[1.0]], [1.0])
+    assert [check(problem, [z]).accepted for z in (1e-6, 1e-9, 1e-11)] == [False, False, True]
