@@ -41,15 +41,15 @@ def of_end(solved: bool, has_no_solution: bool = False, interrupted: bool = Fals
 
 
 def of_status(status: Status) -> int:
-    """Return the exit code of a run with this status that Ctrl-C has not cut short; a stopping rule may have."""
-    return of_end(status.name == "SOLVED", status.has_no_solution)
+    """Return the exit code of a run with this status."""
+    return of_end(status.name == "SOLVED", status.has_no_solution, status.name == "INTERRUPTED")
 
 
 def of_result(result: Result) -> int:
     """Return the exit code of a result that Ctrl-C has not cut short: that of its status, unless a proof was requested
-    and not found."""
+    and not found, or a stopping rule has ended the run."""
     unproved = result.exact is not None and result.exact.status is None
-    return NOT_SOLVED if unproved else of_status(result.status)
+    return NOT_SOLVED if unproved or result.status.name == "INTERRUPTED" else of_status(result.status)
 
 
 def of_several(codes: Iterable[int]) -> int:
