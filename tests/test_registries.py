@@ -213,7 +213,7 @@ def test_what_is_added_does_its_work(copy: Path, tmp_path: Path) -> None:
         copy, tmp_path, "-c", BATCH, given=COMMANDS
     ).split("\0")
     record, last = json.loads(solved), json.loads(traced)["trace"][-1]
-    assert (record["status"], record["method"], record["z"]) == ("solved", "toy", [1.0, 0.0])
+    assert (record["status"], record["method"], record["z"]) == ("solved", "toy", pytest.approx([1.0, 0.0]))
     assert record["options"] == {"omega": 1.5, "sweeps": 2}
     words = ("Methods shi, fixed-point and toy:", "Method toy:", "  --sweeps ")
     assert [word for word in words if word not in shown] == []

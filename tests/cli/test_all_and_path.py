@@ -5,14 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli import Problem
-from lcpcli.files import contents, writing
+from lcpcli.files import contents
 from lcpcli.files.inputs import Input
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.report import plotting, solutions
@@ -26,27 +23,25 @@ PROBLEMS = {
     "none": '{"M": [[0, -1], [1, 0]], "q": [-1, -1]}',
     "one": '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}',
     "line": '{"M": [[0, 0], [0, 1]], "q": [0, -0.1], "lower": [null, 0]}',
+    "game": '{"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]]}',
+    "both": '{"A": [[2, 2], [2, 1]], "B": [[2, 2], [2, 1]]}',
+    "first": '{"M": [[2, 1], [1, 2]], "q": [1, 1]}',  # from here on the ends of paths
+    "last": '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}',
+    "other": '{"M": [[2, 1], [1, 3]], "q": [-5, -6]}',
+    "larger": '{"M": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "q": [1, 1, 1]}',
+    "bounded": '{"M": [[2, 1], [1, 2]], "q": [-5, -6], "upper": [1, null]}',
+    "back": '{"M": [[-1]], "q": [2]}',
+    "beyond": '{"M": [[-1]], "q": [-2]}',
 }
 
 
 @pytest.fixture(autouse=True)
-def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     for name, text in PROBLEMS.items():
         (tmp_path / f"{name}.json").write_text(text)
-    (tmp_path / "game.json").write_text('{"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]]}')
-    (tmp_path / "both.json").write_text('{"A": [[2, 2], [2, 1]], "B": [[2, 2], [2, 1]]}')
-    return tmp_path
-
-
-@pytest.fixture
-def listed(lcp: Lcp) -> Any:
-    """What JSON has of all solutions of a problem."""
-
-    def run(name: str, *options: str) -> dict[str, Any]:
-        return record(lcp("solve", f"{name}.json", "--all", *options, "--format", "json"))
-
-    return run
+    for name, text in {"M": "2,1\n1,2\n", "q0": "1,1\n", "q1": "-5,-6\n", "d": "-6\n-7\n"}.items():
+        (tmp_path / f"{name}.csv").write_text(text)
 
 
 def test_two_tables_are_the_payoffs_of_a_game_fractions_among_them(lcp: Lcp) -> None:
@@ -128,29 +123,6 @@ def test_what_does_not_go_with_all_is_refused_in_a_line(line: str, words: str, l
     if "large" in line:
         assert lcp("make", "obstacle", "-n", "900", "-o", "large.npz").code == 0
     assert_refused(lcp("solve", *line.split()), words)
-
-
-M = [[2, 1], [1, 2]]
-
-
-@pytest.fixture(autouse=True)
-def ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with two problems that have one M, and with others."""
-    monkeypatch.chdir(tmp_path)
-    problems = {
-        "first": Problem(M, [1, 1]),
-        "last": Problem(M, [-5, -6]),
-        "other": Problem([[2, 1], [1, 3]], [-5, -6]),
-        "larger": Problem(np.eye(3), [1, 1, 1]),
-        "bounded": Problem(M, [-5, -6], upper=[1, np.inf]),
-        "back": Problem([[-1]], [2]),
-        "beyond": Problem([[-1]], [-2]),
-    }
-    for name, problem in problems.items():
-        writing.write(problem, f"{name}.json")
-    for name, text in {"M": "2,1\n1,2\n", "q0": "1,1\n", "q1": "-5,-6\n", "d": "-6\n-7\n"}.items():
-        (tmp_path / f"{name}.csv").write_text(text)
-    return tmp_path
 
 
 @pytest.mark.parametrize(

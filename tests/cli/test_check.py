@@ -24,13 +24,16 @@ INFEASIBLE = '{"M": [[0, -0.1], [0, -0.3]], "q": [-0.1, -0.3]}'
 
 
 @pytest.fixture
-def checked(lcp: Lcp, tmp_path: Path) -> Lcp:
-    """Write an answer to a file and check it."""
+def checked(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Lcp:
+    """Check an answer, a text or an object for a file, to a problem in a file or an object for one."""
 
-    def run(answer: Any, *options: str, problem: str = EXAMPLE, name: str = "answer") -> Any:
-        file = tmp_path / name
-        file.write_text(answer if isinstance(answer, str) else json.dumps(answer))
-        return lcp("check", problem, str(file), *options)
+    def run(answer: Any, *options: str, problem: Any = EXAMPLE, name: str = "answer") -> Any:
+        monkeypatch.chdir(tmp_path)
+        if not isinstance(problem, str):
+            Path("p.json").write_text(json.dumps(problem))
+            problem = "p.json"
+        Path(name).write_text(answer if isinstance(answer, str) else json.dumps(answer))
+        return lcp("check", problem, name, *options)
 
     return run
 
@@ -176,22 +179,6 @@ UNIQUE = "x is the unique minimizer, as Q is positive definite"
 SHIPPED = sorted(Path(contents.shipped_path("programs")).glob("*.json"))
 
 
-@pytest.fixture
-def checks(lcp: Lcp, folder: Path) -> Lcp:
-    """Check an answer, typed or an object for a file, to a problem, in a file or an object or text for one."""
-
-    def run(problem: Any, answer: Any, *options: str) -> Any:
-        if not isinstance(problem, str) or problem.startswith("{"):
-            (folder / "p.json").write_text(problem if isinstance(problem, str) else json.dumps(problem))
-            problem = "p.json"
-        if not isinstance(answer, str):
-            (folder / "a.json").write_text(json.dumps(answer))
-            answer = "a.json"
-        return lcp("check", problem, answer, *options)
-
-    return run
-
-
 def minimum(problem: lcpcli.Problem) -> Minimum:
     answer = lcpcli.run(problem).answer
     assert isinstance(answer, Minimum)
@@ -239,7 +226,7 @@ def test_worst_row_is_the_one_violated_most_relative_to_its_terms() -> None:
 
 
 @pytest.mark.parametrize("keys", ["result", "answer", "x", "x and y"])
-def test_answers_in_json_are_read(keys: str, lcp: Lcp, checks: Lcp) -> None:
+def test_answers_in_json_are_read(keys: str, lcp: Lcp, checked: Lcp) -> None:
     result = record(lcp("solve", PORTFOLIO, "--format", "json"))
     answer = result["answer"]
     held: dict[str, Any] = {
@@ -248,17 +235,17 @@ def test_answers_in_json_are_read(keys: str, lcp: Lcp, checks: Lcp) -> None:
         "x": {"x": answer["x"]},
         "x and y": {"x": answer["x"], "y": answer["y"]},
     }[keys]
-    outcome = checks(PORTFOLIO, held)
+    outcome = checked(held, problem=PORTFOLIO)
     assert (outcome.code, outcome.out.splitlines()[2]) == (0, UNIQUE)
 
 
-def test_wrong_lengths_are_reported_in_one_line(checks: Lcp) -> None:
+def test_wrong_lengths_are_reported_in_one_line(checked: Lcp) -> None:
     for answer, words in (
         ({"x": [1, 2]}, "x: has 2 entries for 3 unknowns; make them agree"),
         ({"x": [1, 2, 3], "y": [1]}, "y: has 1 entry for 2 unknowns; make them agree"),
         ([1, 2], "z: has 2 entries for 6 unknowns; give 3 for x, 5 for x and y or 6 for z"),
     ):
-        assert_refused(checks(PORTFOLIO, answer), f"a.json: {words}")
+        assert_refused(checked(answer, problem=PORTFOLIO), f"answer: {words}")
 
 
 def test_multipliers_of_a_maximum_have_the_sign_of_the_answer_or_of_z_and_wrong_ones_are_told() -> None:
@@ -296,9 +283,9 @@ def test_a_proof_is_told_in_terms_of_the_program(session: Callable[..., None], l
     session("check-proofs", *lines)
 
 
-def test_of_decimals_that_are_no_doubles_only_what_y_proves_is_told(checks: Lcp) -> None:
+def test_of_decimals_that_are_no_doubles_only_what_y_proves_is_told(checked: Lcp) -> None:
     proof = {"z": None, "certificate": {"kind": "farkas", "vector": [1, 1, 0]}}
-    outcome = checks({"c": [-0.1, -0.1], "A": [[0.1, -0.1]], "b": [-0.2]}, proof, "--exact")
+    outcome = checked(proof, "--exact", problem={"c": [-0.1, -0.1], "A": [[0.1, -0.1]], "b": [-0.2]})
     assert "proved: the program has no minimum: it is infeasible or unbounded below\n" in outcome.out
 
 
@@ -345,13 +332,13 @@ def test_of_results_of_one_name_that_of_the_file_or_of_its_content_is_checked(lc
 
 
 @pytest.mark.parametrize("n", [8, 30])
-def test_of_an_ill_posed_problem_the_proof_stands_and_the_solution_does_not(n: int, lcp: Lcp, checks: Lcp) -> None:
+def test_of_an_ill_posed_problem_the_proof_stands_and_no_solution(n: int, lcp: Lcp, checked: Lcp, folder: Path) -> None:
     """Weights in a row whose rounding leaves a solution: they are chosen so that the exact pivots are positive."""
     M = 2.2 * np.eye(n) - np.diag(np.full(n - 1, 1.1), 1) - np.diag(np.full(n - 1, 1.1), -1)
     M[0, 0], M[-1, -1] = 1.1, np.nextafter(1.1, 2)
-    Path("p.json").write_text(json.dumps({"M": M.tolist(), "q": [-1.0] + [0.0] * (n - 1)}))
-    solved = lcp("solve", "p.json", "--format", "json")
+    (folder / "ill.json").write_text(json.dumps({"M": M.tolist(), "q": [-1.0] + [0.0] * (n - 1)}))
+    solved = lcp("solve", "ill.json", "--format", "json")
     result = record(solved)
     assert (solved.code, result["status"], result["solved"]) == (1, "ill_posed", False)
     assert result["certificate"]["kind"] == "farkas"
-    assert [checks("p.json", answer).code for answer in (result, result["z"])] == [0, 1]
+    assert [checked(answer, problem="ill.json").code for answer in (result, result["z"])] == [0, 1]

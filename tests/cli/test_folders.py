@@ -30,6 +30,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name, text in FILES.items():
         (inside / name).write_text(text)
     (inside / "deeper.json").mkdir()
+    (tmp_path / "steps").mkdir()
+    for k in range(4):
+        (tmp_path / "steps" / f"{k}.json").write_text(step(1 + k / 10))
     monkeypatch.chdir(tmp_path)
     return inside
 
@@ -189,15 +192,6 @@ CONTACT = [[2, 2, -1], [2, 2, -1], [1, 1, 0]]  # with impulses that are not uniq
 
 def step(load: float, size: float = 1.0) -> str:
     return json.dumps({"M": [[size * a for a in row] for row in CONTACT], "q": [-load, -load, 0.5]})
-
-
-@pytest.fixture(autouse=True)
-def steps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "steps").mkdir()
-    for k in range(4):
-        (tmp_path / "steps" / f"{k}.json").write_text(step(1 + k / 10))
-    return tmp_path
 
 
 def test_folder_has_the_same_verdicts_and_keys_in_fewer_pivots_and_columns_are_steps_too(lcp: Lcp) -> None:

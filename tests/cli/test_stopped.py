@@ -83,12 +83,7 @@ STAGES: dict[str, tuple[str, str, Any, list[dict[str, Any]]]] = {  # the command
     "an iteration": (SHI, "solving.loop.Loop._take", 3, [CUT | {"iterations": 2}]),
     "a path": ("path from.npz to.npz", "parametric.following.check", 20, [{"end": "interrupted", "verified": True}]),
     "the best solution": (BEST, "enumeration.optimum._Search.children", _has_a_bound, [CUT]),
-    "all solutions": (
-        "solve murty.json --all",
-        "enumeration.search.Solutions.__next__",
-        2,
-        [CUT | {"complete": False}],
-    ),
+    "all solutions": ("solve murty.json --all", "enumeration.search.Solutions.__next__", 2, [UNFINISHED]),
     "the first run": (f"compare {EXAMPLE} --plot error.svg", "solving.driver.run", 0, []),
     "the second run": (f"compare {EXAMPLE}", "solving.driver.run", 1, [{"method": "fixed-point"}]),
     "the second bound": (f"compare {EXAMPLE} --bound", "verify.error_theorems.error_bound", 1, [GOOD, WITHOUT_BOUND]),

@@ -260,11 +260,6 @@ def test_another_table_is_refused(second: str, words: str, lcp: Lcp) -> None:
     assert_refused(lcp("solve", *TABLES), words)
 
 
-@pytest.mark.parametrize("command", ["inspect", "convert"])
-def test_a_single_table_is_no_game(command: str, lcp: Lcp) -> None:
-    assert_refused(lcp(command, "A.csv", "--game"), "--game: takes two files, not 1")
-
-
 def test_check_says_what_tolerance_accepts_rounded_strategies_and_how_many_there_are(lcp: Lcp) -> None:
     put("3,0,1\n0,2,1\n", "1,0,0\n0,2,0\n")
     rounded = "0.6666667,0.3333333,0.4,0.6,0"

@@ -218,13 +218,6 @@ def test_the_digits_of_q_in_its_own_file_count_in_exact_arithmetic(lcp: Lcp) -> 
     assert list(map(Fraction, exact)) == [Fraction("0.1000000000000000000000000000001")]
 
 
-def test_a_model_without_q_says_what_may_follow_it(lcp: Lcp) -> None:
-    hint = "lcp: model.json: q: is missing; add q, or name the file of q after this one\n"
-    assert lcp("solve", "model.json").err == hint
-    err = lcp("solve", "whole.json", "plain.csv").err
-    assert err.startswith("lcp: plain.csv: is not needed: whole.json contains M and q; leave it out; ")
-
-
 def test_q_may_be_the_only_key_of_an_object_or_one_of_several_columns(lcp: Lcp) -> None:
     Path("q.json").write_text('{"q": [-5, 3.3]}')
     assert read("model.json", "q.json").q.tolist() == [-5, 3.3]

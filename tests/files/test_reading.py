@@ -19,7 +19,6 @@ from scipy import sparse
 from scipy.io import savemat
 
 from lcpcli import Problem, Status, read, run, write
-from lcpcli.errors import ProblemError
 from lcpcli.files import beside, contents
 from lcpcli.files.beside import read_start
 
@@ -138,12 +137,6 @@ def test_one_solution_or_several_are_read_from_json(tmp_path: Path) -> None:
     for solution, expected in (([1, 0], [[1, 0]]), ([[1, 0]], [[1, 0]]), ([[1, 0], [0, 2.5]], [[1, 0], [0, 2.5]])):
         (tmp_path / "problem.json").write_text(json.dumps({**json.loads(JSON), "solution": solution}))
         assert [z.tolist() for z in read(tmp_path / "problem.json").solutions] == expected
-
-
-def test_a_vector_is_refused_by_the_name_that_it_is_asked_for(tmp_path: Path) -> None:
-    (tmp_path / "start.csv").write_text("1,2\n3,4\n")
-    with pytest.raises(ProblemError, match=r"start\.csv: x0: "):
-        read_start("x0", str(tmp_path / "start.csv"), 2)
 
 
 def mat(**variables: Any) -> bytes:

@@ -191,15 +191,6 @@ def whole_log(lcp: Lcp, *files: str) -> list[str]:
     return Path("log.jsonl").read_text().splitlines(keepends=True)
 
 
-@pytest.mark.parametrize("option", ["-o", "--resume"])
-def test_each_record_has_its_number_and_the_last_one_says_that_it_is(option: str, lcp: Lcp, folder: Path) -> None:
-    assert lcp("solve", *TOGETHER, option, "log.jsonl").code == 0
-    held = records(folder / "log.jsonl")
-    assert [record["number"] for record in held] == list(range(1, 9))
-    assert [record.get("complete") for record in held] == [None] * 7 + [True]
-    assert len({record["digest"] for record in held}) == 8
-
-
 def test_a_log_in_any_order_goes_on_with_what_it_lacks(lcp: Lcp, folder: Path) -> None:
     path = folder / "log.jsonl"
     whole = whole_log(lcp)
@@ -246,20 +237,6 @@ def test_other_options_are_refused(then: list[str], now: list[str], words: str, 
     (folder / "u.json").write_text("[1, 3]")
     assert_refused(lcp("solve", "three.jsonl", "--resume", "log.jsonl", *now), words)
     assert (folder / "log.jsonl").read_text() == before
-
-
-def test_problems_that_have_changed_are_solved_anew_and_are_there_once(lcp: Lcp, folder: Path) -> None:
-    path = folder / "log.jsonl"
-    before = {record["number"]: record["z"] for record in map(json.loads, whole_log(lcp))}
-    (folder / "good.json").write_text('{"M": [[2]], "q": [-3]}')
-    (folder / "Q.csv").write_text("-1,-2,-3,-4\n-5,-6,9,-8\n")
-    outcome = lcp("solve", *TOGETHER, "--resume", "log.jsonl")
-    assert (outcome.code, outcome.err) == (0, "lcp: 8 problems: 8 solved\n")
-    held = {record["number"]: record["z"] for record in records(path)}
-    assert len(records(path)) == len(held) == 8
-    assert {number for number, z in held.items() if z != before[number]} == {1, 7}
-    assert held[1] == [1.5]
-    assert lcp("solve", *TOGETHER, "-o", "log.jsonl").code == 0
 
 
 def test_a_run_that_was_killed_after_it_had_solved_one_anew_leaves_it_once(lcp: Lcp, folder: Path) -> None:

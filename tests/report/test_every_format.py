@@ -16,7 +16,7 @@ import pytest
 from lcpcli import Trace, read, run
 from lcpcli.files import contents
 from lcpcli.report import latex
-from lcpcli.report.document import FORMATS, TABLES, Document, Section, Table, typeset
+from lcpcli.report.document import FORMATS, Document, Section, Table, typeset
 from lcpcli.report.latex import escape_latex
 from lcpcli.report.markdown import escape_markdown
 from lcpcli.report.terminal import _folds
@@ -232,11 +232,6 @@ def test_names_are_no_numbers_and_no_units_in_LaTeX(lcp: Lcp, tmp_path: Path) ->
         assert re.search(r"\bus (&|\d)", text)
         assert re.search(r"\b1e5 (&|\d)", text)
         assert "10^{5}" not in text
-
-
-def test_no_control_character_of_any_part_comes_through() -> None:
-    section = Section("t", "solved", True, provenance="lcp solve \x1b[2J\u202e.json")
-    assert not {"\x1b", "\u202e"} & set("".join(typeset(Document("t", [section]), form) for form in TABLES))
 
 
 def test_columns_of_numbers_stay_aligned_beside_a_star() -> None:
