@@ -84,6 +84,18 @@ def test_the_compiled_checks_say_nothing_else_than_the_measure(seed: int, n: int
     assert Point(Criterion(sparse, judge=compiled.judged_by_entries), z).solves() == point.solves()
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_the_kernels_take_the_steps_of_the_program_where_variables_are_fixed(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    A, B = random.normal(size=(2, 14, 14))
+    lower = np.where(random.random(14) < 0.3, -1.0, 0.0)
+    upper = np.where(random.random(14) < 0.4, lower, np.where(random.random(14) < 0.3, 1.0, np.inf))
+    problem = Problem(A @ A.T + B - B.T + np.eye(14), 3 * random.normal(size=14), lower=lower, upper=upper)
+    kernels, plain = (lcpcli.run(problem, compiled=compiled) for compiled in (True, False))
+    assert (kernels.route, kernels.iterations) == (plain.route, plain.iterations)
+    np.testing.assert_allclose(kernels.z, plain.z, rtol=1e-9, atol=1e-12)
+
+
 def test_stored_zeros_tie_no_components_together() -> None:
     """x1 - x2 = 0 and x1 - x2 = 1 are nearly satisfied beside x near 1e12, which is small only in the last row."""
     M = np.zeros((5, 5))

@@ -267,6 +267,15 @@ def with_penalties(random: Random) -> Fraction:
     return Fraction(-(10 ** random.randint(8, 17)) if random.random() < 0.2 else random.randint(-3, 4))
 
 
+def penalized(random: Random, rows: int, columns: int) -> list[list[Fraction]]:
+    """Payoffs of a player."""
+    return [[with_penalties(random) for _ in range(columns)] for _ in range(rows)]
+
+
+def bimatrix(A: list[list[Fraction]], B: list[list[Fraction]]) -> lcpcli.Problem:
+    return lcpcli.from_game(*([list(map(float, row)) for row in payoffs] for payoffs in (A, B)))
+
+
 def shares(probabilities: Any) -> list[Fraction]:
     exact = list(map(Fraction, map(float, probabilities)))
     return [value / sum(exact) for value in exact]
@@ -288,6 +297,20 @@ def test_solved_trees_are_equilibria_by_fractions_and_check_agrees() -> None:
             for each in result.answer.information_sets:
                 own[tree.names().index(each.player)].append(shares(each.probabilities))
             assert gains_little(gains(tree, own), list(map(abs, payoffs(tree, own))))
+
+
+def test_solved_bimatrix_games_are_equilibria_by_fractions_and_check_agrees() -> None:
+    for seed in range(30):
+        random = Random(seed)
+        m, k = random.randint(2, 8), random.randint(2, 8)
+        A, B = penalized(random, m, k), penalized(random, m, k)
+        result = lcpcli.run(bimatrix(A, B))
+        assert (result.solved, lcpcli.check(result.problem, result.z).accepted) == (True, True)
+        x, y = shares(result.answer.row), shares(result.answer.column)
+        by_row = [sum(a * v for a, v in zip(row, y, strict=True)) for row in A]
+        by_column = [sum(B[i][j] * x[i] for i in range(m)) for j in range(k)]
+        now = [sum(map(Fraction.__mul__, x, by_row)), sum(map(Fraction.__mul__, y, by_column))]
+        assert gains_little([max(by_row) - now[0], max(by_column) - now[1]], list(map(abs, now)))
 
 
 @pytest.mark.parametrize("options", [(), ("--exact",)], ids=["doubles", "exact"])

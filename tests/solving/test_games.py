@@ -73,19 +73,6 @@ def test_digits_beyond_doubles_in_json_decide(lcp: Lcp, file: File) -> None:
     assert single["answer"]["exact"]["row"] == ["0", "1"]
 
 
-def test_digits_are_kept_in_coordinates_in_csv_and_in_files_written_again(lcp: Lcp, tmp_path: Path, file: File) -> None:
-    sparse = f'{{"format": "coo", "shape": [1, 2], "rows": [0], "cols": [1], "values": [{LONG}]}}'
-    problem = lcpcli.read(file(f'{{"A": {sparse}, "B": [[1e-40, 10000000000000000000000000001]]}}'))
-    expected = ([[0, Fraction(LONG)]], [[Fraction("1e-40"), Fraction(10**28 + 1)]])
-    assert problem.origin.payoffs() == expected
-    for suffix in (".json", ".npz", ".mat"):
-        lcpcli.write(problem, tmp_path / f"game{suffix}")
-        assert lcpcli.read(tmp_path / f"game{suffix}").origin.payoffs() == expected
-    files = [file(",".join(map(str, rows[0])) + "\n", f"{name}.csv") for name, rows in zip("AB", expected, strict=True)]
-    (only,) = json.loads(lcp("solve", *files, "--game", "--all", "--exact", "--format", "json").out)["solutions"]
-    assert only["equilibrium"]["payoffs"] == [str(expected[0][0][1]), str(10**28 + 1)]
-
-
 @OPTIONS
 def test_the_strategies_of_an_equilibrium_are_accepted_and_others_with_what_each_player_would_gain_refused(
     options: tuple[str, ...], sexes: str, lcp: Lcp
