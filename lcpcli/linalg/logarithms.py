@@ -10,20 +10,21 @@ entries if it is.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.linalg.matrices import compressed_multiplier, is_sparse, row_parts, width
+from lcpcli.linalg.matrices import Shape, compressed_multiplier, is_sparse, row_parts, width
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 # rho, gamma, the components of rows and columns, each of shape (n,), and the number of components
 Fitted: TypeAlias = tuple[Vector, Vector, Indices, Indices, int]
-SETTLED_ERROR = 1e-9  # of the first step of conjugate gradients, or of 1: the last step
+Arrays: TypeAlias = tuple[Indices, Indices, Vector]  # where each row begins, the columns and the values of the entries
+SETTLED_ERROR = 1e-10  # of the first step of conjugate gradients, or of 1: the last step
 FEW_CG_STEPS = 100  # after which elimination is tried
-MOST_CG_STEPS = 250  # for so many rows that elimination may take too long, and for few rows that are also the columns
+MOST_CG_STEPS = 300  # for so many rows that elimination may take too long, and for few rows that are also the columns
 FEW_SYMMETRIC, LARGEST_ELIMINATED = 10_000, 100_000  # rows
 BAND = 5  # how far entries are from the diagonal in a band whose factors take less time than conjugate gradients
 MOST_DENSE = 64  # rows up to which the normal equations are dense
@@ -33,11 +34,14 @@ MOST_FACTORS = 1000  # numbers from 1 to 2 whose product is in range
 FRACTION, ONE = (1 << 52) - 1, 1023 << 52  # the bits of a double's fraction, and those of 1
 
 
-def least_squares(M: Matrix) -> Fitted:
+def least_squares(M: Matrix, S: Vector | None = None) -> Fitted:
     """Return rho and gamma for M, dense or in compressed sparse rows, and the connected components of its rows and
-    columns. In each component, the means of rho and gamma over the entries are equal."""
+    columns. In each component, the means of rho and gamma over the entries are equal.
+
+    S : 1 for variables and -1 for multipliers, if M is that of a program.
+    """
     if is_sparse(M):
-        return _sparse(M)
+        return _sparse(M, S)
     if M.all():
         n, nothing = M.shape[0], np.zeros(M.shape[0], dtype=np.intp)
         rows, columns = _sums(M) / max(n, 1)
@@ -92,7 +96,8 @@ def _dense(M: Vector) -> Fitted | None:
     n, used = M.shape[0], M != 0
     entries, logarithms = used.astype(np.float64), np.log2(np.abs(M), where=used, out=np.zeros(M.shape))
     sums, counts = (np.array([each.sum(axis=1), each.sum(axis=0)]) for each in (logarithms, entries))
-    found, is_settled = conjugate_gradients(sums, counts, [entries.__matmul__, entries.T.__matmul__], DENSE_CG_STEPS)
+    times = [entries.__matmul__, entries.T.__matmul__]
+    *found, is_settled = conjugate_gradients([*sums], [*counts], times, DENSE_CG_STEPS)
     if not is_settled and n > MOST_DENSE:
         return None
     row_part, column_part, parts = _components(used)
@@ -102,57 +107,81 @@ def _dense(M: Vector) -> Fitted | None:
         N = (part[:, np.newaxis] == part) * np.outer(signs, signs) + np.diag(counts.ravel())
         N[:n, n:] += entries
         N[n:, :n] += entries.T
-        found = np.linalg.solve(N, -sums.ravel())
-    return (*_centred(found.ravel(), counts, part, parts), row_part, column_part, parts)
+        found = [np.linalg.solve(N, -sums.ravel())]
+    return (*_centred(np.concatenate(found), counts, part, parts), row_part, column_part, parts)
 
 
-def _sparse(M: Matrix) -> Fitted:
+def _sparse(M: Matrix, S: Vector | None = None) -> Fitted:
     with imports:
-        from scipy.sparse import csr_array
         from scipy.sparse.csgraph import connected_components
 
-        from lcpcli.linalg.compressed_rows import transposed
+        from lcpcli.linalg.compressed_rows import of_arrays, transposed
     if not M.data.all():
         M = M.copy()
         M.eliminate_zeros()
     n, ones = M.shape[0], np.ones(M.nnz)
     index = np.int32 if max(2 * n + 1, M.nnz) < 2**31 else np.int64  # of which scipy would look at each
     indptr, indices = (each.astype(index, copy=False) for each in (M.indptr, M.indices))
-    rows = indptr, indices, np.abs(M.data)
+    rows = indptr, indices, _logarithms(M.data)
     columns = transposed(M.shape, *rows)
     is_symmetric = all(map(np.array_equal, rows, columns))
     if M.diagonal().all():  # it couples row i and column i: half of the graph will do
-        parts, half = connected_components(csr_array((ones, indices, indptr), shape=M.shape), directed=False)
+        parts, half = connected_components(of_arrays(M.shape, indptr, indices, ones), directed=False)
         part = np.concatenate((half, half))
     else:
         whole = np.concatenate((indptr, np.full(n, M.nnz, dtype=index)))
-        parts, part = connected_components(csr_array((ones, indices + n, whole), shape=(2 * n, 2 * n)), directed=False)
+        parts, part = connected_components(of_arrays((2 * n, 2 * n), whole, indices + n, ones), directed=False)
     counts = np.array([np.diff(indptr), np.diff(columns[0])], dtype=np.float64)
-    logarithms = _logarithms(M.data)
+    ones = np.ones(n)
+    sums = [compressed_multiplier(M.shape, *places)(ones) for places in ((rows,) if is_symmetric else (rows, columns))]
+    sums = [sums[0], sums[-1]]
     if M.nnz == 2 * n - parts:
-        x = _forest(indptr, indices, logarithms, part, parts)
+        x = _forest(*rows, part, parts)
+    elif (farthest := width(M)) <= BAND:
+        times = _products(M.shape, rows, columns)
+        x = _banded(M, farthest, np.array(sums), counts, times, _first_of_parts(part, parts))
     else:
-        both = (rows,) if is_symmetric else (rows, columns)
-        each = (logarithms,) if is_symmetric else (logarithms, transposed(M.shape, indptr, indices, logarithms)[2])
-        made = [
-            (compressed_multiplier(M.shape, places[0], places[1], values)(np.ones(n)), places)
-            for places, values in zip(both, each, strict=True)
-        ]
-        sums = np.array([sum_ for sum_, _ in made])
-        times = [compressed_multiplier(M.shape, places[0], places[1], ones) for _, places in made]
-        if (farthest := width(M)) <= BAND:
-            x = _banded(M, farthest, sums[[0, -1]], counts, [times[0], times[-1]], _first_of_parts(part, parts))
+        is_brief = n > LARGEST_ELIMINATED or (is_symmetric and n <= FEW_SYMMETRIC)
+        most = MOST_CG_STEPS if is_brief else FEW_CG_STEPS
+        if is_symmetric:
+            chosen = np.zeros(n, dtype=bool) if S is None else S < 0
+            found, is_settled = _symmetric(M.shape, rows, sums[0], counts[0], chosen, most)
+            x = np.concatenate((found, found))
         else:
-            is_brief = n > LARGEST_ELIMINATED or (is_symmetric and n <= FEW_SYMMETRIC)
-            most = MOST_CG_STEPS if is_brief else FEW_CG_STEPS
-            found, is_settled = conjugate_gradients(sums, counts[: len(both)], times, most)
-            x = np.concatenate((found[0], found[-1]))
-            if not is_settled and n <= LARGEST_ELIMINATED:
-                x = _eliminated(indptr, indices, np.concatenate((sums[0], sums[-1])), counts.ravel(), part, parts)
+            *both, is_settled = conjugate_gradients(sums, [*counts], _products(M.shape, rows, columns), most)
+            x = np.concatenate(both)
+        if not is_settled and n <= LARGEST_ELIMINATED:
+            x = _eliminated(indptr, indices, np.concatenate(sums), counts.ravel(), part, parts)
     rho, gamma = _centred(x, counts, part, parts)
     if is_symmetric:
         rho = gamma = (rho + gamma) / 2
     return rho, gamma, part[:n], part[n:], parts
+
+
+def _symmetric(
+    shape: Shape, rows: Arrays, sums: Vector, counts: Vector, chosen: Mask, most: int
+) -> tuple[Vector, bool]:
+    """Return rho = gamma for a symmetric matrix, and whether conjugate gradients have settled them. chosen : the rows
+    that are eliminated, if there are no entries between them."""
+    with imports:
+        from lcpcli.linalg.compressed_rows import block, of_arrays, transposed
+    first, other, M = chosen.nonzero()[0], (~chosen).nonzero()[0], of_arrays(shape, *rows)
+    places = block(M, first, other)
+    if places[1].size < counts[first].sum():
+        return _symmetric(shape, rows, sums, counts, np.zeros_like(chosen), most)
+    inner, shape = block(M, other, other) if first.size else rows, (first.size, other.size)
+    times = _products(shape, places, transposed(shape, *places))
+    if inner[1].size:
+        times += _products((other.size, other.size), inner)
+    x, parts = np.empty(counts.size), [[v[first], v[other]] for v in (sums, counts)]
+    x[first], x[other], is_settled = conjugate_gradients(parts[0], parts[1], times, most)
+    return x, is_settled
+
+
+def _products(shape: Shape, *sides: Arrays) -> list[Callable[[Vector], Vector]]:
+    """Return the products with ones in the places of entries and, if it is given, with the transpose."""
+    ones, shapes = np.ones(sides[0][1].size), (shape, shape[::-1])
+    return [compressed_multiplier(own, *places[:2], ones) for own, places in zip(shapes, sides, strict=False)]
 
 
 def _centred(x: Vector, counts: Vector, part: Indices, parts: int) -> tuple[Vector, Vector]:
@@ -165,36 +194,38 @@ def _centred(x: Vector, counts: Vector, part: Indices, parts: int) -> tuple[Vect
 
 
 def conjugate_gradients(
-    sums: Vector, counts: Vector, times: list[Callable[[Vector], Vector]], most: int
-) -> tuple[Vector, bool]:
-    """Return rho and gamma, shape (2, n), by conjugate gradients on the normal equations, preconditioned by their
-    diagonal, and whether at most so many steps settled them.
+    sums: Sequence[Vector], counts: Sequence[Vector], times: Sequence[Callable[[Vector], Vector]], most: int
+) -> tuple[Vector, Vector, bool]:
+    """Return rho and gamma by conjugate gradients on the normal equations, preconditioned by their diagonal, after rho
+    is eliminated, which halves the steps; and whether at most so many of these settled them.
 
-    sums, counts : of the logarithms, and the numbers of entries, in rows and in columns, shape (2, n), or (1, n) if
-    they are symmetric: rho and gamma are then equal. times : the product with the matrix that has ones for the entries,
-    and with its transpose, if that differs.
+    sums, counts : of the logarithms, and the numbers of entries, in rows and in columns. times : the product with the
+    matrix that has ones for the entries, with its transpose and, if there are any, with one of entries between columns.
     """
-    counts = np.maximum(counts, 1.0)
-    x = np.zeros(counts.shape)
-    residual = -sums
-    step = residual / counts
+    (forth, back, *among), (of_rows, of_columns) = times, (np.maximum(each, 1.0) for each in counts)
+    gamma, means = np.zeros(of_columns.size), sums[0] / of_rows
+    residual = back(means) - sums[1]
+    step = residual / of_columns
     settled = SETTLED_ERROR * max(float(np.abs(step).max(initial=0.0)), 1.0)
-    direction, size, image = step.copy(), float(np.vdot(residual, step)), np.empty(counts.shape)
+    direction, size, is_settled = step.copy(), float(residual @ step), False
     for _ in range(most):
-        if not np.abs(step).max(initial=0.0) > settled:
-            return x, True
-        np.multiply(counts, direction, out=image)
-        image[0] += times[0](direction[-1])
-        if len(times) == 2:
-            image[1] += times[1](direction[0])
-        length = size / float(np.vdot(direction, image))
-        x += np.multiply(length, direction, out=step)
+        if is_settled := not np.abs(step).max(initial=0.0) > settled:
+            break
+        image = of_columns * direction
+        if of_rows.size:
+            through = forth(direction)
+            through /= of_rows
+            image -= back(through)
+        for product in among:
+            image += product(direction)
+        length = size / float(direction @ image)
+        gamma += np.multiply(length, direction, out=step)
         residual -= np.multiply(length, image, out=image)
-        np.divide(residual, counts, out=step)
-        before, size = size, float(np.vdot(residual, step))
+        np.divide(residual, of_columns, out=step)
+        before, size = size, float(residual @ step)
         direction *= size / before
         direction += step
-    return x, False
+    return -means - forth(gamma) / of_rows, gamma, is_settled
 
 
 def _forest(indptr: Indices, indices: Indices, logarithms: Vector, part: Indices, parts: int) -> Vector:

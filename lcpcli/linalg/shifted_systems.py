@@ -117,7 +117,9 @@ class LDL:
 
     def __init__(self, M: Matrix, S: Vector) -> None:
         with imports:
-            from lcpcli.linalg.compressed_rows import COLUMNS, of_arrays
+            from scipy.sparse import csc_matrix
+
+            from lcpcli.linalg.compressed_rows import of_arrays
         owners = np.repeat(np.arange(S.size), np.diff(M.indptr))
         below = M.indices < owners  # in the rows of S M, which are the columns above its diagonal
         ends = np.cumsum(np.bincount(owners[below], minlength=S.size) + 1)
@@ -126,7 +128,7 @@ class LDL:
         is_off[self._places], indices[self._places] = False, np.arange(S.size)
         indices[is_off], data[is_off] = M.indices[below], (S[owners] * M.data)[below]
         indptr = np.concatenate(([0], ends)).astype(indices.dtype)
-        self._upper = of_arrays(M.shape, indptr, indices, data, COLUMNS)
+        self._upper = of_arrays(M.shape, indptr, indices, data, csc_matrix)
         self._S, self._diagonal = S, M.diagonal()
         self._solver: Any = None
         self._factorized = _Interruptible()

@@ -83,11 +83,12 @@ def _by_parts(part: Indices) -> tuple[Indices, Indices, Indices]:
     return order, ordered[starts], starts
 
 
-def units(M: Matrix) -> Units:
-    """Return the units of M, of shape (n, n), dense or in compressed sparse rows, with finite entries."""
+def units(M: Matrix, S: Vector | None = None) -> Units:
+    """Return the units of M, of shape (n, n), dense or in compressed sparse rows, with finite entries; S as in
+    `logarithms.least_squares`."""
     with imports:
         from lcpcli.linalg.logarithms import least_squares
-    return Units(*least_squares(M))
+    return Units(*least_squares(M, S))
 
 
 def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vector, Vector]:

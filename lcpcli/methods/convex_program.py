@@ -7,9 +7,10 @@ multiplier of a constraint if S_i = -1: see `program.ProgramData.conditions`.
 from __future__ import annotations
 
 import numpy as np
+from scipy.sparse import csc_matrix
 
 from lcpcli.errors import ProblemError
-from lcpcli.linalg.compressed_rows import COLUMNS, block, of_arrays
+from lcpcli.linalg.compressed_rows import block, of_arrays
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import compressed
 from lcpcli.linalg.quadratic_program import minimized
@@ -74,7 +75,7 @@ def _minimizer(problem: Problem, S: Vector) -> Vector | None:
         return None
     parts = [block(M, x, each) for each in (x, equations, rows)]
     Q, A, G = (
-        of_arrays((each.size, x.size), ends, indices, sign * data, COLUMNS)
+        of_arrays((each.size, x.size), ends, indices, sign * data, csc_matrix)
         for sign, each, (ends, indices, data) in zip((1, -1, -1), (x, equations, rows), parts, strict=True)
     )
     of_rows = G, low[rows], high[rows]

@@ -42,6 +42,7 @@ MERIT_DROP = 1e-2  # the factor by which the merit has to fall before the active
 SMALL_MU, VANISHED_MU = 1e-24, 1e-30  # where z_i and w_i are both 0, they are as large as the root of mu
 PROOF_EVERY = 5  # steps between searches for a proof that there is no solution: one costs less than a step
 PROXIMAL_SHIFT = 1e-7  # eps of the proximal iteration: rounding in pivots of that size is far below 1
+LARGER_SHIFT = 1e-6  # where factors fail
 NONBASIC = 1e20  # pivots of nonbasic variables, beside which no entry of M counts
 PROXIMAL_STEPS, SLOW_PROXIMAL = 15, 0.7  # at most; it ends if w_B falls by less than that factor
 POLISHING_STEPS = 2  # further refinements once the residual is rounding, for small components of z
@@ -278,7 +279,10 @@ class _BasicSolutions:
     def _by_diagonal_pivots(self, basic: Indices, factors: Systems | None) -> Solve:
         if factors is None:
             own = systems(_block(self._problem.M, basic), None if self._S is None else self._S[basic])
-            own.factorize(np.full(basic.size, PROXIMAL_SHIFT))
+            try:
+                own.factorize(np.full(basic.size, PROXIMAL_SHIFT))
+            except SingularMatrix:  # rounding has made a pivot 0
+                own.factorize(np.full(basic.size, LARGER_SHIFT))
             return own.solve
         n = self._problem.q.size
         d, b = np.full(n, NONBASIC), np.zeros(n)

@@ -25,7 +25,7 @@ from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 if TYPE_CHECKING:
     from lcpcli.model.origins import Origin
-    from lcpcli.model.program import Conditions
+    from lcpcli.model.program import Conditions, Program
     from lcpcli.model.reference_point import Reference
 
 REMARKS = ("name", "solutions", "verdict", "source", "note", "reference", "origin")  # fields that are no data
@@ -203,10 +203,18 @@ class Problem:
         """Return S = +-1 with S M symmetric, as for programs; None if there is none, or M is dense."""
         if not is_sparse(self.M):
             return None
+        if self._program is not None:
+            return self._program.signs(self.n)
         with imports:
             from lcpcli.linalg.patterns import signs
+        return signs(self.M)
+
+    @property
+    def _program(self) -> Program | None:
+        """Return the program behind the problem, if there is one."""
+        with imports:
             from lcpcli.model.program import Program
-        return self.origin.signs(self.n) if isinstance(self.origin, Program) else signs(self.M)
+        return self.origin if isinstance(self.origin, Program) else None
 
     @property
     def start(self) -> Vector:
@@ -239,7 +247,7 @@ class Problem:
 
     @cached_property
     def units(self) -> Units:
-        return units(self.M)
+        return units(self.M, None if self._program is None else self.signs)
 
     @cached_property
     def _reference(self) -> Reference:

@@ -15,9 +15,11 @@ from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.direct_run import solution
 from lcpcli.solving.result import Result, Status
+from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 
 METHOD = "piqp"
+ROUNDED_ZERO = 2.0**-53  # of the largest component in the units of M: what elimination leaves of zeros is smaller
 
 
 @np.errstate(all="ignore")
@@ -38,7 +40,9 @@ def solved_as_program(
                 last, steps = step, steps + 1
             stopwatch.count("solve")
             if last is not None and steps <= limits.max_iterations:
-                point = Point(Criterion(problem, limits.tol), problem.box.z_of(last.x)).solution()
+                criterion, z = Criterion(problem, limits.tol), problem.box.z_of(last.x)
+                point = Point(criterion, _without_rounding(problem, z))
+                point = point if point.solves() else Point(criterion, z).solution()
             stopwatch.count("verify")
     except TimeIsUp:
         return None
@@ -53,3 +57,9 @@ def solved_as_program(
     fields = {"problem": problem, "point": point, "parts": stopwatch.parts, "limits": limits, "options": in_force}
     fields["message"] = Status.SOLVED.sentence(point.counted_as_0)
     return solution(fields, steps, (METHOD,))
+
+
+def _without_rounding(problem: Problem, z: Vector) -> Vector:
+    """Return z, within its bounds, without components that are surely rounding of 0."""
+    sizes = np.abs(z) * np.exp2(-problem.units.columns)
+    return problem.box.project(np.where(sizes <= ROUNDED_ZERO * sizes.max(), 0.0, z))

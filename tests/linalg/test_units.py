@@ -165,7 +165,7 @@ def routines(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) ->
     """Once with scipy's routines without checks, and once as where they are not found."""
     if request.param == "public":
         monkeypatch.setattr(compressed_rows, "unchecked", None)
-        monkeypatch.setattr(compressed_rows, "EMPTY", None)
+        monkeypatch.setattr(compressed_rows, "EMPTY", {})
 
 
 def same(made: Matrix, expected: Any) -> bool:
