@@ -72,6 +72,7 @@ def sides(box: Box, n: int) -> Sides:
     return Sides(lower, upper, np.isfinite(lower), np.isfinite(upper))
 
 
+@np.errstate(all="ignore")
 def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT, rows: Box | None = None) -> bool:
     """Return whether y proves that no such z exists, for finite A of shape (m, n), b and y (m,). False proves nothing.
 
