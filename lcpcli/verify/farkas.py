@@ -72,6 +72,7 @@ def sides(box: Box, n: int) -> Sides:
     return Sides(lower, upper, np.isfinite(lower), np.isfinite(upper))
 
 
+@np.errstate(all="ignore")
 def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT, rows: Box | None = None) -> bool:
     """Return whether y proves that no such z exists, for finite A of shape (m, n), b and y (m,). False proves nothing.
 
@@ -136,12 +137,14 @@ class Multiplied:
     @np.errstate(all="ignore")
     def __init__(self, A: Matrix, b: Vector, y: Vector, box: Box, rows: Box | None = None) -> None:
         self.support = np.flatnonzero(y)
-        self.y, self.rows, self.b = y[self.support], A[self.support], b[self.support]
+        self.y, self.b = y[self.support], b[self.support]
+        self.rows = A if self.support.size == y.size else A[self.support]
         self._signs = sides((box if rows is None else rows).part(self.support), self.y.size)
         self.has_signs = bool(self.support.size and np.isfinite(self.y).all() and self.are_signs(self.y))
         lower, upper, low, high = self._bounds = sides(box, A.shape[1])
-        image, self.size = self.rows.T @ self.y, abs(self.rows).T @ np.abs(self.y)
-        self.used = np.asarray(abs(self.rows).sum(axis=0)).ravel() > 0  # elsewhere A'y is exactly 0
+        absolute, image = abs(self.rows), self.rows.T @ self.y
+        self.size = absolute.T @ np.abs(self.y)
+        self.used = np.asarray(absolute.sum(axis=0)).ravel() > 0  # elsewhere A'y is exactly 0
         self.error = 4 * (self.y.size + 2) * (EPS * self.size + SMALLEST_NORMAL) * self.used
         self.excess = np.maximum(np.where(high, -np.inf, image), np.where(low, -np.inf, -image))
         end = np.where(image > 0, upper, lower)  # at which (A'y)_j z_j is largest
