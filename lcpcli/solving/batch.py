@@ -16,14 +16,13 @@ import numpy as np
 from lcpcli.clock import Stopwatch, seconds
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import CANDIDATE, CERTAIN, MOST_UNKNOWNS, NOTHING, DirectAnswer, direct_many
+from lcpcli.methods.direct import CERTAIN, MOST_UNKNOWNS, NOTHING, direct_many
 from lcpcli.model import views
 from lcpcli.model.problem import Problem
 from lcpcli.model.right_hand_sides import Stack
 from lcpcli.options import Limits
 from lcpcli.solving import direct_run
 from lcpcli.solving.call import LIMITS, run
-from lcpcli.solving.direct_run import SOLVED, result_of, route
 from lcpcli.solving.result import Result
 from lcpcli.typing import Indices, Mask, Vector
 from lcpcli.verify.point import Criterion, Point
@@ -218,18 +217,18 @@ class BlockAnswers:
         self.certain: Mask = kinds == CERTAIN
         self._kinds, self._steps = kinds.tolist(), found[:, 1].tolist()
         self.options = methods.options_in_force("auto", block.like, {})
-        self._common = {**SOLVED, "parts": parts, "limits": limits}
 
     def result(self, i: int) -> Result | None:
         """Return the result of a row; None if its answer is no solution."""
         kind, steps = self._kinds[i], self._steps[i]
         if kind == NOTHING:
             return None
-        if kind == CANDIDATE:
-            answer = DirectAnswer(self.Z[i], False, steps)
-            return result_of(answer, self.block.problem(i), self._limits, self.options.copy(), self.parts)
-        own = {"iterations": steps, "evaluations": steps, "route": route(steps), "options": self.options.copy()}
-        return _RowResult.of_fields({**self._common, **own, "_row": (self.block, i, self.Z)})
+        solved = ("newton",) if steps else ("auto",), steps, self._limits, self.options.copy(), self.parts
+        if kind == CERTAIN:
+            return _RowResult.of_solution(*solved, _row=(self.block, i, self.Z))
+        problem = self.block.problem(i)
+        point = Point(Criterion(problem, self._limits.tol), self.Z[i])
+        return Result.of_solution(*solved, problem=problem, point=point) if point.solves() else None
 
 
 def answers(

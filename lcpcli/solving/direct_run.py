@@ -1,4 +1,5 @@
-"""Runs of `auto` that its first stages complete, in compiled form if there is one: no loop, and the same results."""
+"""Runs of `auto` that its first stages complete, in compiled form if there is one, or PIQP: no loop, and the same
+results."""
 
 from __future__ import annotations
 
@@ -12,15 +13,15 @@ import numpy as np
 
 from lcpcli.clock import Stopwatch, imports
 from lcpcli.errors import ParameterError
+from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.methods import direct
-from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import MOST_COMPILED, MOST_PIVOTED, DirectAnswer, Made
 from lcpcli.methods.final_states import MOST_DECIDED, accepted
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.options import KERNELS, MISSING, Limits, has_numba, wants_kernels
-from lcpcli.solving.result import Result, Status
-from lcpcli.typing import Vector
+from lcpcli.solving.result import Result
+from lcpcli.typing import States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS, Rows
 from lcpcli.verify.point import Criterion, Point
 
@@ -31,10 +32,11 @@ if TYPE_CHECKING:
     from lcpcli.basis.free_variables import Reduction
     from lcpcli.methods.stages import Iterate, Stage, Tried
     from lcpcli.model.start import Start
+    from lcpcli.solving.trace import Callback
 
 MANY = 1000  # problems from which on loading it is worthwhile
+ROUNDED_ZERO = 2.0**-53  # of the largest component in the units of M: what elimination leaves of zeros is smaller
 NEARLY_SOLVED = 1e-6  # of the largest |q_i|: the natural residual of a z that may solve the problem
-SOLVED = {"method": "auto", "status": Status.SOLVED, "message": Status.SOLVED.sentence("")}
 
 
 @cache
@@ -102,69 +104,137 @@ def applies(problem: Problem, is_compiled: bool = False) -> bool:
     return problem.n <= MOST_PIVOTED and not problem.may_have_far_bounds
 
 
-def solved_directly(
-    problem: Problem,
-    limits: Limits,
-    chosen: dict[str, Any],
-    stopwatch: Stopwatch,
-    is_compiled: bool,
-    start: Start | None = None,
-    reduced: Callable[[Problem], Reduction] | None = None,
-    keep: Callable[[Iterate], None] | None = None,
-    tried: Tried | None = None,
-) -> Result | None:
-    """Return the result of a problem to which this applies, if block pivoting or Lemke's path ends at a solution; else
-    None.
+class Session:
+    """A run of `auto` that has been set up: what its attempts share, each of which returns the result of `judged`.
 
-    chosen : the options of `auto` that are given. is_compiled : whether kernels are used, if there are any. start :
-        whose basis is tried first, if it is given. reduced : returns the `Reduction` of a problem, if it is kept for
-        many. keep : called with each iterate, but not by kernels. tried : receives the first stages, as they went."""
-    in_force = methods.options_in_force("auto", problem, chosen)
-    fast, result = compiled() if is_compiled else None, None
-    if fast is not None:
-        in_force["compiled"] = True
+    options : those in force. start : whose basis is tried first, if it is given. reduced : returns the `Reduction` of a
+        problem, if it is kept for many. keep : called with each iterate, but not by kernels. tried : receives the first
+        stages, as they went. is_compiled : whether kernels are used, if there are any. interrupted : whether Ctrl-C has
+        ended an attempt. replay, callback : if a callback has, its iterates as a stage, and one that does so again.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        limits: Limits,
+        options: dict[str, Any],
+        stopwatch: Stopwatch,
+        is_compiled: bool = False,
+        start: Start | None = None,
+        tried: Tried | None = None,
+        keep: Callable[[Iterate], None] | None = None,
+        reduced: Callable[[Problem], Reduction] | None = None,
+    ) -> None:
+        self.problem, self.limits, self.options, self.stopwatch = problem, limits, options, stopwatch
+        self.start, self.tried, self.keep, self.reduced = start, tried, keep, reduced
+        self.is_compiled, self.interrupted = is_compiled, False
+        self.replay: Callable[[], Stage] | None = None
+        self.callback: Callback | None = None
+
+    @property
+    def is_in_time(self) -> bool:
+        return self.stopwatch.total < self.limits.time_limit
+
+    def point(self, z: Vector, problem: Problem | None = None) -> Point:
+        """Return the point of a z, for the problem or another form of it."""
+        return Point(Criterion(problem or self.problem, self.limits.tol), z)
+
+    def judged(
+        self,
+        point: Point | None,
+        steps: int,
+        route: tuple[str, ...],
+        evaluations: int | None = None,
+        end: States | None = None,
+    ) -> Result | None:
+        """Return the result at a point at which an attempt ended, if it solves the problem within the limits."""
+        solves = point is not None and steps <= self.limits.max_iterations and point.solves()
+        self.stopwatch.count("verify")
+        if point is None or not solves or not self.is_in_time:
+            return None
+        of_run = self.limits, self.options, self.stopwatch.parts, evaluations, end, point.counted_as_0
+        return Result.of_solution(route, steps, *of_run, problem=self.problem, point=point)
+
+    def of_answer(self, answer: DirectAnswer | None) -> Result | None:
+        """Return the result of an answer, if it is a solution."""
+        self.stopwatch.count("solve")
+        if answer is None:
+            return None
+        criterion, steps = Criterion(self.problem, self.limits.tol), answer.steps
+        point = Point.of_solution(criterion, answer.z) if answer.is_certain else Point(criterion, answer.z)
+        route = ("newton", answer.method)[steps < 2 or answer.method == "newton" :] if steps else ("auto",)
+        return self.judged(point, steps, route, answer.evaluations, answer.end)
+
+
+@np.errstate(all="ignore")
+def solved_as_program(session: Session) -> Result | None:
+    """Return the result of a convex program whose solution PIQP and one basic solution lead to; else None."""
+    with imports:
+        from lcpcli.methods.convex_program import convex_program
+        from lcpcli.methods.stages import FAULTS, Breakdown, Iterate, advance, ended
+    limits, stopwatch, last, point, steps = session.limits, session.stopwatch, None, None, 0
     stopwatch.count("setup")
+    try:
+        with within(limits.time_limit - stopwatch.elapsed()):
+            stage = convex_program(session.problem)
+            while isinstance(step := advance(stage), Iterate):
+                last, steps = step, steps + 1
+            stopwatch.count("solve")
+            if last is not None and steps <= limits.max_iterations:
+                z = session.problem.box.z_of(last.x)
+                point = session.point(_without_rounding(session.problem, z))
+                point = point if point.solves() else session.point(z).solution()
+    except TimeIsUp:
+        return None
+    except FAULTS:
+        point = None
+    if point is None and session.tried is not None:
+        session.tried["piqp"] = [ended(Breakdown("PIQP does not lead to a solution"))]  # it is not tried again
+    return session.judged(point, steps, ("piqp",))
+
+
+def _without_rounding(problem: Problem, z: Vector) -> Vector:
+    """Return z, within its bounds, without components that are surely rounding of 0."""
+    sizes = np.abs(z) * np.exp2(-problem.units.columns)
+    return problem.box.project(np.where(sizes <= ROUNDED_ZERO * sizes.max(), 0.0, z))
+
+
+def solved_directly(session: Session) -> Result | None:
+    """Return the result of a problem to which this applies, if block pivoting or Lemke's path ends at a solution; else
+    None."""
+    problem, start, fast = session.problem, session.start, compiled() if session.is_compiled else None
+    if fast is not None:
+        session.options["compiled"] = True
+    session.stopwatch.count("setup")
     if fast is not None and start is None and problem.is_mixed:
-        answer = mixed_answer(problem, limits.tol)
-        stopwatch.count("solve")
+        answer = mixed_answer(problem, session.limits.tol)
         if answer is not None:
-            result = result_of(answer, problem, limits, in_force, stopwatch.parts)
-            stopwatch.count("verify")
-            return result if stopwatch.total < limits.time_limit else None
+            return session.of_answer(answer)
     if problem.n > MOST_PIVOTED or problem.may_have_far_bounds:
         return None
     dense = problem if fast is None and direct.is_full_band(problem.M) else direct.as_dense(problem)
     if start is not None and start.z is not None:
         if start.gap <= NEARLY_SOLVED * problem.sizes_of_q[1]:
-            point = _point_at(start.z, dense, limits.tol, fast)
-            stopwatch.count("verify")
+            point = _point_at(start.z, dense, session, fast)
             if point is not None:
-                common = {"problem": problem, "parts": stopwatch.parts, "limits": limits, "options": in_force}
-                return solution({**common, "point": point}, 0, ("auto",))
+                return session.judged(point, 0, ("auto",))
         if not start.is_near or problem.n <= FEW_UNKNOWNS:  # pivoting takes no longer than a system and judging it
-            start = None
+            session.start = None
     lost: list[Made] = []  # by exchanges that do not lead to a solution
-    for answer in _answers(dense, limits.tol, fast, start, keep, lost):
-        stopwatch.count("solve")
-        result = None if answer is None else result_of(answer, problem, limits, in_force, stopwatch.parts)
-        stopwatch.count("verify")
-    if result is None:
-        result = _by_first_stages(problem, dense, limits, in_force, stopwatch, fast, start, reduced, keep, tried, lost)
-    return result if stopwatch.total < limits.time_limit else None
+    result = None
+    for answer in _answers(session, dense, fast, lost):
+        result = session.of_answer(answer)
+    return _by_first_stages(session, dense, fast, lost) if result is None and session.is_in_time else result
 
 
 def _answers(
-    problem: Problem,
-    tol: float,
-    fast: ModuleType | None,
-    start: Start | None,
-    keep: Callable[[Iterate], None] | None,
-    lost: list[Made],
+    session: Session, problem: Problem, fast: ModuleType | None, lost: list[Made]
 ) -> Iterator[DirectAnswer | None]:
     """Yield the answers of direct attempts on a problem with dense M, the basis of a start first; None from one that
     found none.
 
     lost : receives the basic solutions of exchanges in numpy without a start, if they found none."""
+    tol, start, keep = session.limits.tol, session.start, session.keep
     basic, has_diagonal = None if start is None else start.basis == BASIC, problem.M.diagonal().all()
     if not has_diagonal and start is None and problem.n > 1 and not problem.M[0, 0]:
         with imports:
@@ -214,65 +284,47 @@ def _is_solution(problem: Problem, reference: Vector) -> bool:
     return np.array_equal(problem.box.project(reference - problem.q_ref), reference)
 
 
-def _point_at(z: Vector, problem: Problem, tol: float, fast: ModuleType | None) -> Point | None:
+def _point_at(z: Vector, problem: Problem, session: Session, fast: ModuleType | None) -> Point | None:
     """Return the point of a z, if it solves the problem, whose M is dense; else None."""
-    criterion = Criterion(problem, tol)
+    point = session.point(z, problem)
     if not np.array_equal(problem.box.project(z), z):
         return None
-    if fast is not None and problem.box.is_orthant and fast.solves(problem, z, tol):
-        return Point.of_solution(criterion, z)
-    point = Point(criterion, z)
+    if fast is not None and problem.box.is_orthant and fast.solves(problem, z, session.limits.tol):
+        return Point.of_solution(point.criterion, z)
     return point if point.solves() else None
 
 
 @np.errstate(over="raise", invalid="raise", divide="raise")
-def _by_first_stages(
-    given: Problem,
-    dense: Problem,
-    limits: Limits,
-    in_force: dict[str, Any],
-    stopwatch: Stopwatch,
-    fast: ModuleType | None,
-    start: Start | None,
-    reduced: Callable[[Problem], Reduction] | None,
-    keep: Callable[[Iterate], None] | None,
-    tried: Tried | None,
-    lost: list[Made],
-) -> Result | None:
-    """Return the result of the first stages of `auto` on the given problem, also given as these take it, as the
-    loop of `auto` returns it; None if they do not end at a solution that is beyond doubt. lost : the basic solutions of
-    newton, if they lead to none."""
+def _by_first_stages(session: Session, dense: Problem, fast: ModuleType | None, lost: list[Made]) -> Result | None:
+    """Return the result of the first stages of `auto` on the problem, also given as these take it, as the loop of
+    `auto` returns it; None if they do not end at a solution that is beyond doubt. lost : the basic solutions of newton,
+    if they lead to none."""
     with imports:
         from lcpcli.auto.attempts import FIRST, in_rounds
         from lcpcli.auto.structure import Structure
         from lcpcli.methods.newton import SLOW, iterates_of
         from lcpcli.methods.stages import Finished, Iterate, Stalled, Turns, advance, ended, recorded
     made_before = {"newton": [ended(Stalled(SLOW), *iterates_of(lost))]} if lost else None
-    structure = Structure(dense, np.zeros(dense.n), made_before)
+    structure, start = Structure(dense, np.zeros(dense.n), made_before), session.start
     if fast is not None:
         structure.follow, structure.gradient_steps = fast.follow, fast.gradient_steps
         dense = fast.with_units(dense)
-    structure.reduced = reduced or structure.reduced
+    structure.reduced = session.reduced
     turns, route = Turns(structure.x0), list[str]()
     stages = in_rounds(structure, FIRST)
     if start is not None:
         stages = chain([("newton", _from(start, dense, structure))], stages)
     for name, stage in stages:
-        turn = turns.take(name, stage if tried is None else recorded(name, stage, tried))
+        turn = turns.take(name, stage if session.tried is None else recorded(name, stage, session.tried))
         while isinstance(step := advance(turn), Iterate):
             route.append(step.method)
-            if keep is not None:
-                keep(step)
+            if session.keep is not None:
+                session.keep(step)
         if not isinstance(step, Finished):
             continue
-        stopwatch.count("solve")
-        point, end = accepted(Point(Criterion(dense, limits.tol), dense.box.z_of(turns.last.x)), turns.last.basis)
-        stopwatch.count("verify")
-        if point is None or len(route) > limits.max_iterations:
-            return None
-        fields = {"problem": given, "point": point, "parts": stopwatch.parts, "limits": limits, "options": in_force}
-        fields["end"] = end
-        return solution(fields, len(route), tuple(dict.fromkeys(route)), turns.last.evaluations)
+        session.stopwatch.count("solve")
+        point, end = accepted(session.point(dense.box.z_of(turns.last.x), dense), turns.last.basis)
+        return session.judged(point, len(route), tuple(dict.fromkeys(route)), turns.last.evaluations, end)
     return None
 
 
@@ -289,28 +341,3 @@ def _from(start: Start, problem: Problem, structure: Structure) -> Stage:
     with imports:
         from lcpcli.methods.interior import at_point
     return at_point(structure.thin, start.x)
-
-
-def result_of(
-    answer: DirectAnswer, problem: Problem, limits: Limits, in_force: dict[str, Any], parts: dict[str, float]
-) -> Result | None:
-    """Return the result of a run that ended with this answer; None if it is no solution, or took too many steps."""
-    criterion, steps = Criterion(problem, limits.tol), answer.steps
-    point = Point.of_solution(criterion, answer.z) if answer.is_certain else Point(criterion, answer.z)
-    if steps > limits.max_iterations or not point.solves():
-        return None
-    common = {"problem": problem, "point": point, "parts": parts, "limits": limits, "options": in_force}
-    common |= {} if answer.end is None else {"end": answer.end}
-    route = ("newton", answer.method)[steps < 2 or answer.method == "newton" :] if steps else ("auto",)
-    return solution(common, steps, route, answer.evaluations)
-
-
-def route(steps: int) -> tuple[str, ...]:
-    """Return the method that took part."""
-    return ("newton",) if steps else ("auto",)
-
-
-def solution(given: dict[str, Any], steps: int, route: tuple[str, ...], evaluations: int | None = None) -> Result:
-    """Return the result of `auto` for a problem that it has solved."""
-    numbers = {"iterations": steps, "evaluations": steps if evaluations is None else evaluations}
-    return Result.of_fields({**SOLVED, **given, **numbers, "route": route})

@@ -24,13 +24,13 @@ from lcpcli.model.changes import Change, composed, shifted
 from lcpcli.model.changes import scale as in_natural_units
 from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS, Limits
-from lcpcli.solving.direct_run import applies, judge, solved_directly, uses_kernels
+from lcpcli.solving.direct_run import Session, applies, judge, solved_as_program, solved_directly, uses_kernels
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
-    from lcpcli.methods.stages import Stage, Tried
+    from lcpcli.methods.stages import Iterate, Stage, Tried
     from lcpcli.model.start import Start
     from lcpcli.solving.loop import Loop
     from lcpcli.solving.trace import Callback, Observe, Observer, Trace
@@ -81,24 +81,16 @@ def run(
     has_start = not (x0 is z0 is basis is None)
     additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
     _refuse_other(method, additions, compiled, callback)
-    compiled, interrupted, result, original = uses_kernels(compiled, 1) and method == "auto", False, None, problem
+    compiled, original = uses_kernels(compiled, 1) and method == "auto", problem
     if method == "auto":
         problem = as_sparse(problem, stored(problem.M))
     given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
-    tried: Tried | None = {} if given is None else None
-    if method == "auto" and not additions and callback is None:
-        first: list[Callable[[], Result | None]] = []
-        if applies(problem, compiled):
-            first = [partial(solved_directly, problem, limits, chosen, stopwatch, compiled, given, tried=tried)]
-        if may_be_program(problem) and not (has_start or keeps or observe):
-            is_later = compiled and problem.n <= MOST_BY_KERNELS
-            first.insert(len(first) * is_later, partial(_as_program, problem, limits, chosen, stopwatch, tried))
-        try:
-            result = next((found for attempt in first if (found := attempt()) is not None), None)
-        except KeyboardInterrupt:
-            interrupted = True
+    session = Session(problem, limits, {}, stopwatch, compiled, given, {} if given is None else None)
+    if method == "auto" and not additions:
+        session.options = methods.options_in_force(method, problem, chosen)
+        result = _without_loop(session, (trace, curve), callback, observe)
         if result is not None:
-            return _of(original, _with_traces(result, given, chosen, (trace, curve)) if keeps else result, compiled)
+            return _of(original, result, compiled)
     with imports:
         from lcpcli.solving.loop import Loop
     with np.errstate(all="ignore"):  # overflow counts as infinite
@@ -106,14 +98,41 @@ def run(
         change = variables_of(method, problem, scale)
         _take_second_start(chosen, problem, method, has_start)
         in_force = methods.options_in_force(method, change.problem, chosen)
-        known = _known_to_auto(given, tried) if method == "auto" else {}
-        stage = partial(_stage, method, change, start, in_force | known, finish, interrupted)
+        known = _known_to_auto(given, session.tried) if method == "auto" else {}
+        stage = session.replay or partial(_stage, method, change, start, in_force | known, finish, session.interrupted)
         stopwatch.count("setup")
         observer = None if observe is None else _observer(observe, method)
         criterion = Criterion(problem, limits.tol, judge=judge if compiled else None)
-        loop = Loop(criterion, method, limits, (trace, curve), stopwatch, observer, start, callback)
-        loop.interrupted = interrupted  # also if the start is a solution, so that no stage begins
+        loop = Loop(criterion, method, limits, (trace, curve), stopwatch, observer, start, session.callback or callback)
+        loop.interrupted = session.interrupted  # also if the start is a solution, so that no stage begins
         return _of(original, ended(loop, stage, in_force | additions), compiled)
+
+
+def _without_loop(
+    session: Session, traces: tuple[Trace | None, Trace | None], callback: Callback | None, observe: Observe | None
+) -> Result | None:
+    """Return the result of the attempts that need no loop; None if there is none, or the loop is to say how Ctrl-C or
+    the callback has ended them."""
+    problem, start, keeps = session.problem, session.start, traces != (None, None)
+    session.is_compiled = session.is_compiled and callback is None
+    attempts = [solved_directly] * applies(problem, session.is_compiled)
+    if may_be_program(problem) and not (start or keeps or observe or callback):
+        attempts.insert(len(attempts) * (session.is_compiled and problem.n <= MOST_BY_KERNELS), solved_as_program)
+    if callback is not None:
+        kept: list[tuple[Iterate, float]] = []
+        session.keep = lambda iterate: kept.append((iterate, session.stopwatch.elapsed()))
+    try:
+        result = next((found for attempt in attempts if (found := attempt(session)) is not None), None)
+    except KeyboardInterrupt:
+        session.interrupted = True
+        return None
+    if result is None or not (keeps or callback):
+        return result
+    with imports:
+        from lcpcli.solving.iterates import called, with_traces
+    if callback is not None and not called(session, result, kept, callback):
+        return None
+    return with_traces(result, start, *traces) if keeps else result
 
 
 def _take_second_start(chosen: dict[str, Any], problem: Problem, method: str, has_start: bool) -> None:
@@ -149,31 +168,11 @@ def _refuse_other(method: str, additions: dict[str, bool], compiled: bool | None
         raise ParameterError("compiled", f"has no effect with the method {method}", "leave it out")
 
 
-def _as_program(
-    problem: Problem, limits: Limits, chosen: dict[str, Any], stopwatch: Stopwatch, tried: Tried | None
-) -> Result | None:
-    """Return the result of a convex program that PIQP solves; else None."""
-    with imports:
-        from lcpcli.solving.program_run import solved_as_program
-    return solved_as_program(problem, limits, chosen, stopwatch, tried)
-
-
 def variables_of(method: str, problem: Problem, is_scaled: bool) -> Change:
     """Return the change to the variables in which a method works; those that exclude sets exactly move the reference
     point themselves, as rounding of other variables would spoil their proofs."""
     moves_itself = methods.declared(method).excludes_exactly
     return composed(problem, *([] if moves_itself else [shifted]), *([in_natural_units] if is_scaled else []))
-
-
-def _with_traces(
-    result: Result, start: Start | None, chosen: dict[str, Any], traces: tuple[Trace | None, Trace | None]
-) -> Result:
-    """Return the result of a run of the direct route with its traces, for which it is made again."""
-    with imports:
-        from lcpcli.solving.iterates import with_traces
-    problem, stopwatch = result.problem, Stopwatch(seconds, seconds())
-    again = partial(solved_directly, problem, result.limits, chosen, stopwatch, False, start, None)
-    return with_traces(result, problem.start if start is None else start.x, again, *traces)
 
 
 def ended(loop: Loop, stage: Callable[[], Stage], options: dict[str, Any]) -> Result:

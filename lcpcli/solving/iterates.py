@@ -1,32 +1,30 @@
-"""The iterates of a run that keeps none while it is timed: the run is repeated, untimed, to fill its traces."""
+"""The iterates of direct runs, for callbacks; and for traces, for which a run that is timed is repeated, untimed."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
-from lcpcli.clock import seconds
-from lcpcli.methods.stages import Iterate
+from lcpcli import clock
+from lcpcli.clock import Stopwatch, seconds
+from lcpcli.methods.stages import Finished, Iterate, ended
+from lcpcli.model.start import Start
+from lcpcli.solving.direct_run import Session, solved_directly
 from lcpcli.solving.result import Result
-from lcpcli.solving.trace import Trace, TraceRow
-from lcpcli.typing import Vector
+from lcpcli.solving.trace import Callback, LateRow, Trace, TraceRow
 from lcpcli.verify.point import Criterion
 
-Again = Callable[[Callable[[Iterate], None]], object]
 
-
-def with_traces(result: Result, start: Vector, again: Again, trace: Trace | None, curve: Trace | None) -> Result:
-    """Return the result of a run with its traces filled, as interrupted if Ctrl-C comes first.
+def with_traces(result: Result, start: Start | None, trace: Trace | None, curve: Trace | None) -> Result:
+    """Return the result of a direct run with its traces filled, as interrupted if Ctrl-C comes first.
 
     An iterate has the share of the run's `seconds` that it has in the second run. The last one is that of the result.
-
-    start : the x from which it starts, shape (n,). again : makes the run again, and calls its argument with each
-    iterate.
     """
     traces = [own for own in (trace, curve) if own is not None]
     criterion, interrupted = Criterion(result.problem, result.tol), False
     try:
-        for row in _rows(result, start, again):
+        for row in _rows(result, start):
             for own in traces:
                 own.add(row, criterion)
         for own in traces:
@@ -36,10 +34,40 @@ def with_traces(result: Result, start: Vector, again: Again, trace: Trace | None
     return replace(result, trace=trace, curve=curve, interrupted=interrupted)
 
 
-def _rows(result: Result, start: Vector, again: Again) -> Iterator[TraceRow]:
-    began, kept = seconds(), [(Iterate(start, None, "", 0), 0.0)]
-    again(lambda iterate: kept.append((iterate, seconds() - began)))
-    factor, box = result.seconds / (seconds() - began), result.problem.box
+def called(session: Session, result: Result, kept: Sequence[tuple[Iterate, float]], callback: Callback) -> bool:
+    """Call the callback with the iterates of a direct run, each with its seconds; return False if it ends the run
+    before its end: the session then has what the loop is to repeat up to there."""
+    criterion, iterates = Criterion(result.problem, result.tol), kept[len(kept) - result.iterations :]
+    box, ctrl_c = result.problem.box, None
+    for k, (step, at) in enumerate(iterates, 1):
+        z, ends = result.z if k == result.iterations else box.z_of(step.x), k < result.iterations
+        try:
+            row = TraceRow(k, z, None, None, at, step.step, step.method or result.method, z0=step.z0)
+            ends &= bool(callback(LateRow.of(row, criterion)))
+        except StopIteration:
+            pass
+        except KeyboardInterrupt as interrupt:
+            ctrl_c, ends = interrupt, True
+        if ends:
+            session.replay = partial(ended, Finished(), *(each for each, _ in iterates[:k]))
+            session.callback = partial(_repeated, k, ctrl_c)
+            return False
+    return True
+
+
+def _repeated(k: int, ctrl_c: KeyboardInterrupt | None, row: TraceRow) -> bool:
+    if row.k == k and ctrl_c is not None:
+        raise ctrl_c
+    return row.k == k
+
+
+def _rows(result: Result, start: Start | None) -> Iterator[TraceRow]:
+    problem, box, began = result.problem, result.problem.box, seconds()
+    kept = [(Iterate(problem.start if start is None else start.x, None, "", 0), 0.0)]
+    again = Session(problem, result.limits, {}, Stopwatch(clock.seconds, clock.seconds()), start=start)
+    again.keep = lambda iterate: kept.append((iterate, seconds() - began))
+    solved_directly(again)
+    factor = result.seconds / (seconds() - began)
     kept[1:] = kept[max(1, len(kept) - result.iterations) :]  # without those of an attempt that was given up
     last, at = kept.pop()
     for k, (step, seconds_before) in enumerate(kept):

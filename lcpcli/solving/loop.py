@@ -234,13 +234,13 @@ class Loop:
         if not in_range(iterate.x):
             return False
         with imports:
-            from lcpcli.solving.trace import Trace
-        own = Trace()
-        own.add(self._row(iterate), self.criterion)
-        own.close(self.criterion)
+            from lcpcli.solving.trace import LateRow
+        row = LateRow.of(self._row(iterate), self.criterion)
+        if not self.criterion.is_linear:
+            row.residual  # noqa: B018 (F is called during the run, not after it)
         try:
             with np.errstate(over="warn", invalid="warn", divide="warn"):
-                return bool(callback(own.rows[0]))
+                return bool(callback(row))
         except StopIteration:
             return True
         finally:

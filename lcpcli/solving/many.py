@@ -249,8 +249,8 @@ def _solved(
         point = Point.of_solution(criterion, z[i], (given, i)) if surely[i] else Point(criterion, z[i])
         if not point.solves():
             return None
-        fields = {"problem": problem, "point": point, "parts": share, "limits": limits, "options": options.copy()}
-        return direct_run.solution(fields, steps[i], ROUTES[routes[i]])
+        solved = ROUTES[routes[i]], steps[i], limits, options.copy(), share
+        return Result.of_solution(*solved, problem=problem, point=point)
 
     return block, share, result_of
 

@@ -1,12 +1,10 @@
-"""One M prepared once for a sequence of problems, each solved from the states of the previous one.
-
-A sequence of problems, each solved from the states of the previous one.
-"""
+"""One M prepared once for a sequence of problems, each solved from the states of the previous one; and such a sequence
+in which M may change."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence, Sized
+from collections.abc import Callable, Sequence, Sized
 from itertools import islice
 from typing import Any
 
@@ -25,7 +23,7 @@ from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import MOST_PIVOTED, as_dense, as_sparse, stored
 from lcpcli.methods.lemke import reduced
 from lcpcli.methods.stages import FAULTS
-from lcpcli.methods.z_matrix import Elimination, of_tridiagonal
+from lcpcli.methods.z_matrix import of_tridiagonal
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.box import ORTHANT, Box, as_bounds, of_masks
 from lcpcli.model.labels import by_names
@@ -35,9 +33,9 @@ from lcpcli.model.start import Start
 from lcpcli.options import Limits
 from lcpcli.solving import direct_run
 from lcpcli.solving.call import run
+from lcpcli.solving.direct_run import Session
 from lcpcli.solving.result import Result
 from lcpcli.typing import BoundLike, States, VectorLike
-from lcpcli.verify.point import Criterion, Point
 
 MOST_TRIED_BASES = 3  # basic solutions: if they are not enough, the states were not near
 CLOSE_COSINE = 0.9  # of the angle between two q, from which their solutions may have the same states
@@ -137,27 +135,34 @@ class Solver:
 
     def next(self, problem: Problem, warm: bool = True, began: float | None = None) -> Result:
         """Return the result for a problem with the M of the Solver."""
+        options = methods.options_in_force("auto", problem, {})
         stopwatch = Stopwatch(seconds, seconds() if began is None else began)
-        result = _eliminated(problem, self._elimination, self._limits, stopwatch)
-        if result is None:
-            result = self._from_last(problem, warm, stopwatch)
+        session = Session(problem, self._limits, options, stopwatch, self.compiled, reduced=self._reduced)
+        result = _attempted(problem, self._attempt, session, warm, threads=self._given.get("threads"))
         if result is None:
             result = run(problem, **self._given)
         if result.solved:
             self._last = result
         return result
 
-    def _from_last(self, problem: Problem, warm: bool, stopwatch: Stopwatch) -> Result | None:
-        """Return the result where the direct route, or a few exchanges from the states of the last solution, suffice;
-        else None."""
+    def _attempt(self, session: Session, warm: bool) -> Result | None:
+        """Return the result where elimination, the direct route, or a few exchanges from the states of the last
+        solution, suffice; else None."""
+        problem, result = session.problem, None
+        if self._elimination is not None and problem.is_moderate and problem.box.is_orthant:
+            session.stopwatch.count("setup")
+            z, basic = self._elimination.solution(problem.q)
+            session.stopwatch.count("solve")
+            result = session.judged(session.point(z), 1, ("elimination",), end=of_masks(basic))
+            if result is not None:
+                return result
         basis = self._states(problem) if warm else None
         if direct_run.applies(problem):
-            start = None if basis is None else Start(problem, basis)
-            return _directly(problem, self._limits, stopwatch, self.compiled, start, self._reduced)
-        result = None
+            session.start = None if basis is None else Start(problem, basis)
+            return direct_run.solved_directly(session)
         if basis is not None and not self._paused:
             self._principal = self._principal or PrincipalSolver(self._like.M, self._like.latest)
-            result = _near(problem, basis, self._principal, self._limits, stopwatch, threads=self._given.get("threads"))
+            result = _near(session, basis, self._principal)
             self._pause = 1 if result is not None else 2 * self._pause
             self._paused = self._pause if self._pause > 1 else 0
         self._paused = max(self._paused - 1, 0)
@@ -187,56 +192,30 @@ def _order(M: Any) -> int:
 
 
 @with_limited_threads
-def _directly(
-    problem: Problem, limits: Limits, stopwatch: Stopwatch, compiled: bool, start: Start | None, reduced: Any
-) -> Result | None:
-    return direct_run.solved_directly(problem, limits, {}, stopwatch, compiled, start, reduced)
-
-
-def _eliminated(
-    problem: Problem, elimination: Elimination | None, limits: Limits, stopwatch: Stopwatch
-) -> Result | None:
-    """Return the result, if elimination solves the problem; else None."""
-    if elimination is None or not (problem.is_moderate and problem.box.is_orthant):
-        return None
-    stopwatch.count("setup")
-    z, basic = elimination.solution(problem.q)
-    stopwatch.count("solve")
-    point = Point(Criterion(problem, limits.tol), z)
-    solves = point.solves()
-    stopwatch.count("verify")
-    if not solves:
-        return None
-    options = methods.options_in_force("auto", problem, {})
-    fields = {"problem": problem, "point": point, "parts": stopwatch.parts, "limits": limits, "options": options}
-    return direct_run.solution({**fields, "end": of_masks(basic)}, 1, ("elimination",))
-
-
-@with_limited_threads
-@np.errstate(all="ignore")
-def _near(
-    problem: Problem,
-    basis: States,
-    solver: PrincipalSolver,
-    limits: Limits,
-    stopwatch: Stopwatch,
+def _attempted(
+    problem: Problem,  # noqa: ARG001 (its size decides how many threads there are)
+    attempt: Callable[[Session, bool], Result | None],
+    session: Session,
+    warm: bool,
     threads: int | None,  # noqa: ARG001 (the decorator limits them)
 ) -> Result | None:
+    return attempt(session, warm)
+
+
+@np.errstate(all="ignore")
+def _near(session: Session, basis: States, solver: PrincipalSolver) -> Result | None:
     """Return the result, if the problem is solved by these states or by a few exchanges from them; else None."""
-    pivoting = islice(BasicSolutions(problem, solver).exchanging(basis), min(MOST_TRIED_BASES, limits.max_iterations))
+    box, limits = session.problem.box, session.limits
+    exchanges = BasicSolutions(session.problem, solver).exchanging(basis)
+    pivoting = islice(exchanges, min(MOST_TRIED_BASES, limits.max_iterations))
     try:
         with within(limits.time_limit):
             steps, found = next((k, found) for k, found in enumerate(pivoting, 1) if found.is_solution)
     except (*FAULTS, TimeIsUp, StopIteration):
         return None
-    stopwatch.count("solve")
-    point = Point(Criterion(problem, limits.tol), problem.box.z_of(problem.box.x_within(found.z, found.w, found.basis)))
-    if not point.solves():
-        return None
-    stopwatch.count("verify")
-    options = methods.options_in_force("auto", problem, {})
-    fields = {"problem": problem, "point": point, "parts": stopwatch.parts, "limits": limits, "options": options}
-    return direct_run.solution(fields, steps, ("newton",))
+    session.stopwatch.count("solve")
+    z = box.z_of(box.x_within(found.z, found.w, found.basis))
+    return session.judged(session.point(z), steps, ("newton",))
 
 
 class SequenceSteps:

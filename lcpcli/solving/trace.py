@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import TypeAlias
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -49,6 +50,43 @@ class TraceRow:
     rounding: bool = False
     x: Vector | None = None
     z0: float | None = None
+
+
+class LateRow(TraceRow):
+    """A row whose residual and error are computed when they are first read, as most callbacks look at other things."""
+
+    _place: tuple[Criterion, Vector]
+
+    @classmethod
+    def of(cls, row: TraceRow, criterion: Criterion) -> LateRow:
+        """Return a row with a copy of z, which the callback may change."""
+        late = cls.__new__(cls)
+        late.__dict__.update(vars(row), z=row.z.copy(), x=None, _place=(criterion, row.z))
+        for name in ("residual", "error", "rounding"):
+            del late.__dict__[name]
+        return late
+
+    @cached_property
+    def _measures(self) -> tuple[float, bool]:
+        criterion, z = self._place
+        (residual,), (rounding,) = criterion.residuals(z[np.newaxis])
+        return residual, rounding
+
+    @cached_property
+    def residual(self) -> float | None:
+        return self._measures[0]
+
+    @cached_property
+    def rounding(self) -> bool:
+        return self._measures[1]
+
+    @cached_property
+    def error(self) -> float | None:
+        criterion, z = self._place
+        return criterion.problem.error(z)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return TraceRow, tuple(getattr(self, field.name) for field in fields(TraceRow))
 
 
 Callback: TypeAlias = Callable[[TraceRow], object]

@@ -267,7 +267,7 @@ CALLS: dict[str, Callable[..., Any]] = {
 def _interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ctrl-C comes with the first iterate."""
     monkeypatch.setattr(Loop, "_take", interrupt)
-    monkeypatch.setattr("lcpcli.solving.direct_run.result_of", interrupt)
+    monkeypatch.setattr("lcpcli.solving.direct_run.Session.judged", interrupt)
 
 
 @pytest.mark.usefixtures("_interrupted")
