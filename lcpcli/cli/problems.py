@@ -17,11 +17,14 @@ import click
 
 from lcpcli import options
 from lcpcli.cli.command import BEHIND_QUIET
+from lcpcli.cli.declarations import refuse_beside
 from lcpcli.cli.main import say
-from lcpcli.cli.refusals import refuse_beside
 from lcpcli.cli.terminal import STANDARD
 from lcpcli.errors import OptionError, ProblemError, count
+from lcpcli.files import contents
+from lcpcli.files.contents import place
 from lcpcli.files.fields import BOUND_OPTIONS
+from lcpcli.files.formats import form_of
 from lcpcli.linalg.threads import GENERAL, MANY_ROWS, VARIABLES
 from lcpcli.report.wording import flag
 
@@ -239,9 +242,6 @@ class Inputs(NamedTuple):
         return beside.with_bounds(work.first_problem(), self.bounds)
 
     def _single(self, work: Input) -> InputProblem:
-        from lcpcli.files import contents
-        from lcpcli.files.contents import place
-
         fetch = cache(contents.content_of)  # standard input can be read only once
         original = changed = work.read()
         if any(bound is not None for bound in self.bounds.values()):
@@ -269,8 +269,6 @@ class Inputs(NamedTuple):
 
 def _remark_on_table(work: Input, problem: Problem) -> str:
     """Return the line on a table in CSV whose first column may be an index; "" for other problems."""
-    from lcpcli.files.formats import form_of
-
     if len(work.contents) != 1 or work.line is not None or form_of(work.paths[0], work.contents[0]) != "csv_format":
         return ""
     from lcpcli.files import csv_format
@@ -281,9 +279,6 @@ def _remark_on_table(work: Input, problem: Problem) -> str:
 def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:
     """Return the problem without its wrong known solutions, with remarks on these, and on a shipped problem that is
     read because no file has its name."""
-    from lcpcli.files import contents
-    from lcpcli.files.contents import place
-
     vetted, faults = problem, list[str]()
     if problem.solutions:
         from lcpcli.verify.point import without_wrong_solutions

@@ -160,7 +160,6 @@ def record_of(text: str, problem: Sought) -> tuple[str, str]:
 
 
 def _text(key: str, line: str) -> str:
-    """Return the text that a record has for a key; "" if there is none."""
     found = re.search(TEXT.format(key), line)
     return str(json.loads(found[1])) if found else ""
 

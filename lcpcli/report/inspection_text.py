@@ -14,7 +14,7 @@ from lcpcli.inspection.verdict import title
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import TOL
 from lcpcli.presolve.presolve import Presolved, Refuted
-from lcpcli.report import json_lines, wording
+from lcpcli.report import result_formats, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.result_formats import Report
 from lcpcli.report.wording import PIPE_WIDTH
@@ -135,7 +135,6 @@ def _spread(spread: Spread) -> str:
 
 
 def _removed(found: Presolved | Refuted | None) -> dict[str, object] | None:
-    """Return what presolve removes, as JSON has it."""
     if found is None or isinstance(found, Refuted):
         return None if found is None else {"contradiction": True, "unknowns": None, "removed": {}}
     return {"contradiction": False, "unknowns": found.kept.size, "removed": found.removed}
@@ -223,7 +222,7 @@ def _record(found: Inspection | NonlinearInspection) -> dict[str, Any]:
         "singular": None if condition is None else math.isinf(condition),
         **(_of_linear(found) if isinstance(found, Inspection) else _of_nonlinear(found)),
     }
-    return json_lines.record(KEYS if is_linear else NONLINEAR_KEYS, found, own)
+    return result_formats.record(KEYS if is_linear else NONLINEAR_KEYS, found, own)
 
 
 def _decades(spread: Spread | None) -> dict[str, float] | None:

@@ -211,8 +211,6 @@ class Terms(Ends):
     @cached_property
     def _exact(self) -> tuple[ExactProblem, ExactProblem] | None:
         """Return the problems whose solutions the fractions are: their doubles as they are, or as decimals."""
-        from lcpcli.rational.exact_problem import ExactProblem
-
         points = self.points
         for read in (ExactProblem.of_decimals, ExactProblem.of_floats) if self.path.exact and points.t else ():
             first, last = map(read, self._ends)

@@ -16,24 +16,14 @@ from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lcpcli.errors import ParameterError, count
 from lcpcli.files.atomic_write import write_whole
+from lcpcli.model.problem import Problem
 from lcpcli.report import wording
-from lcpcli.report.figures.data import (
-    Cones,
-    Curve,
-    GrowthPanel,
-    Panel,
-    Profile,
-    Response,
-    Trajectories,
-)
-
-if TYPE_CHECKING:
-    from lcpcli.model.problem import Problem
-    from lcpcli.solving.result import Result
+from lcpcli.report.figures.data import Cones, Curve, GrowthPanel, Panel, Profile, Response, Trajectories
+from lcpcli.solving.result import Result
 
 FORMS = ("png", "svg", "pdf")
 MOST_PANELS = 7  # rows of axes on a page of A4, each about 1.5 inches high, with readable labels
@@ -63,12 +53,12 @@ def bench(
 
 def cones(picture: Cones, form: str) -> bytes:
     """Return a picture of q and the complementary cones of an LCP with two unknowns; a cone with q gives a solution."""
-    return _drawn("cones_figure.draw", form, "Complementary cones", picture.provenance, picture)
+    return _drawn("plane_figures.draw", form, "Complementary cones", picture.provenance, picture)
 
 
 def paths(pictures: Sequence[Trajectories], form: str) -> bytes:
     """Return a picture of the iterates of runs on LCPs with two unknowns, over the merit function."""
-    return _drawn("paths_figure.draw", form, "Trajectories of iterates", _told(pictures), pictures)
+    return _drawn("plane_figures.draw_paths", form, "Trajectories of iterates", _told(pictures), pictures)
 
 
 def response(picture: Response, form: str) -> bytes:
@@ -169,8 +159,6 @@ def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None
     >>> lcpcli.plot([lcpcli.run(problem, method, trace=True) for method in ("shi", "fixed-point")], "errors.svg")
     <Picture: 2 runs on 1 problem>
     """
-    from lcpcli.solving.result import Result
-
     require()
     groups: list[list[Result]] = []
     for result in [results] if isinstance(results, Result) else results:

@@ -15,7 +15,7 @@ import numpy as np
 from lcpcli.model.names import in_own_sense
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.options import AUTO
-from lcpcli.report import columns, outcome, selection, wording
+from lcpcli.report import outcome, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.wording import ELLIPSIS, LEVELS
 from lcpcli.solving.result import Result
@@ -53,12 +53,11 @@ def kept_components(problem: Problem | NonlinearProblem, width: int | None, name
     game, whose probabilities depend on all."""
     if _game(problem) is not None:
         return None
-    labels = selection.labels_of(problem) if names else ()
-    return np.array(selection.places(labels, names), int) if names else shown_components(problem.n, width)
+    labels = wording.labels_of(problem) if names else ()
+    return np.array(wording.places(labels, names), int) if names else shown_components(problem.n, width)
 
 
 def _game(problem: Problem | NonlinearProblem) -> Game | None:
-    """Return the game that the problem comes from; None if it comes from none."""
     if problem.origin is None:
         return None
     from lcpcli.model.origins import Game
@@ -83,8 +82,8 @@ def build(
     """Return the section on several methods' results on one problem, whose traces have the same components of z.
 
     width : the width of the terminal; None if there is none. compared, whole : as for `result_formats.report`.
-    chosen : the columns of the iterates, names from `columns.CHOICES`; then there is no summary. Empty for all.
-    shown_names : of the unknowns that are shown, as for `selection.places`, and which traces have, but of a game all;
+    chosen : the columns of the iterates, names from `wording.CHOICES`; then there is no summary. Empty for all.
+    shown_names : of the unknowns that are shown, as for `wording.places`, and which traces have, but of a game all;
     empty for as many as fit.
     """
     first, problem = results[0], results[0].problem
@@ -98,9 +97,9 @@ def build(
         components = shown_components(problem.n, None if own is None else own - 2 * CELL)
     shown = [shown_rows(result) for result in results]
     rows = [row for own in shown for row in own]
-    others = columns.of_table(problem, rows)
+    others = wording.columns_of(problem, rows)
     names = _columns(problem, components, longest(form))
-    kept = selection.places(selection.labels_of(problem), shown_names) if shown_names else range(len(names))
+    kept = wording.places(wording.labels_of(problem), shown_names) if shown_names else range(len(names))
     names = [names[i] for i in kept]
     header = ["method", "k", *names, *others]
     places = _places(chosen, len(names), [name.partition("/")[0] for name in others])
@@ -135,7 +134,7 @@ def build(
         tables=[*_strategies([first][compared:], whole or form != "table"), iterates, *filter(None, [summary])],
         remarks=[*disproof, *_remarks(results, compared, elided, form, shows_times)],
         provenance=wording.made_by(results),
-        figure=partial(figure, results) if any(result.trace or result.curve for result in results) else None,
+        figure=partial(outcome.figure, results) if any(result.trace or result.curve for result in results) else None,
     )
 
 
@@ -159,17 +158,10 @@ def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> D
     return Document(": ".join(filter(None, (", ".join(names), " and ".join(methods)))), sections)
 
 
-def figure(results: Sequence[Result]) -> bytes:
-    """Return the figure of error against time and iteration for the results on a problem."""
-    from lcpcli.report import plotting
-
-    return plotting.convergence(plotting.panels([results]), "svg")
-
-
 def _digits(row: TraceRow, components: Indices | None) -> str:
     """Return an iterate with all of its digits. components : of z that it has; None for all."""
     places = range(row.z.size) if components is None else components.tolist()
-    measures = [f"{name} = {value!r}" for name, value in columns.values(row).items() if value is not None]
+    measures = [f"{name} = {value!r}" for name, value in wording.values_of(row).items() if value is not None]
     z = (f"z{i + 1} = {value!r}" for i, value in zip(places, row.z.tolist(), strict=True))
     return ", ".join([f"k = {row.k}", *z, *measures])
 
@@ -184,10 +176,8 @@ def _columns(problem: Problem, components: Indices | None, most: float) -> list[
     """Return the names of the components by `short_names`; for a game, its strategies and payoffs."""
     game = _game(problem)
     if game is not None:
-        from lcpcli.report import programs_and_games
-
-        rows, columns = programs_and_games.strategy_names(game, most)
-        return [*with_ellipsis([*rows, *columns], components), *programs_and_games.payoff_headings(game)]
+        rows, columns = wording.strategy_names(game, most)
+        return [*with_ellipsis([*rows, *columns], components), *wording.payoff_headings(game)]
     return with_ellipsis(wording.headings(problem, most), components)
 
 
@@ -328,7 +318,6 @@ def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool
 
 
 def _settings(result: Result) -> dict[str, str]:
-    """Return the options that set a run apart, by name."""
     settings = (setting.partition("=") for setting in result.label.partition(":")[2].split(",") if setting)
     return {name: value or "yes" for name, _, value in settings}
 

@@ -13,6 +13,7 @@ from rich.box import Box
 from rich.console import Console
 from rich.table import Table as Grid
 from rich.text import Text
+from rich.theme import Theme
 
 from lcpcli.report.document import Document, Table
 from lcpcli.report.wording import PIPE_WIDTH, folded
@@ -83,7 +84,6 @@ def progress(total: int, shown: bool) -> Iterator[Callable[[str], None]]:
 def page(text: str, width: int, color: bool) -> str:
     """Return a page of help, written in Markdown, as text of this width."""
     from rich.markdown import Markdown
-    from rich.theme import Theme
 
     out = StringIO()
     console = console_on(out, width, color)
@@ -160,7 +160,6 @@ def _print(console: Console, table: Table, width: int | None) -> None:
 
 
 def _grid(table: Table, columns: Sequence[int], gap: int) -> Grid:
-    """Return the table of these columns for rich."""
     grid = Grid(box=RULES, show_edge=False, pad_edge=False, padding=(0, gap, 0, 0), header_style="bold")
     grid.show_header = any(table.header)
     for j in columns:

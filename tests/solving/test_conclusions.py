@@ -11,7 +11,7 @@ import pytest
 
 from lcpcli import Problem, from_game, from_qp, run, solve
 from lcpcli.errors import ProblemError
-from lcpcli.report.json_lines import plain
+from lcpcli.report.result_formats import plain
 
 SEMIDEFINITE = [[1, 1], [1, 1]], [-1, -1], [[-1, -1]], [-4]
 SEVERAL = "x is one of several minimizers, as Q is positive semidefinite"
