@@ -82,7 +82,6 @@ class Change(NamedTuple):
         return SAME if factor <= alike else SLOWER if ratio > 1 else FASTER
 
     def data(self) -> dict[str, Any]:
-        """Return the object for JSON."""
         pair = {name: [getattr(each, name, None) for each in (self.old, self.new)] for name in NAMES[3:6]}
         return {**dict(zip(NAMES, (*self.key, self.verdict), strict=False)), **pair, "ratio": self.ratio}
 

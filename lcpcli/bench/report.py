@@ -102,7 +102,6 @@ FAILED, INEXACT, WRONG, EXCLUDED = "failed", "inexact", "wrong", "-"
 
 
 def sheets(record: BenchRecord) -> list[Section]:
-    """Return the nonempty tables."""
     candidates = [
         _solvers(record),
         _beside(record),

@@ -68,7 +68,6 @@ class Suite:
 
     @cached_property
     def cases(self) -> list[Case]:
-        """Return the cases in the text."""
         made = list[Case]()
         for part in self.text.split(";"):
             family, *words = part.split()
@@ -178,7 +177,6 @@ def budget_of(asked: Sequence[str]) -> float:
 
 
 def methods_of(asked: Sequence[str]) -> list[str]:
-    """Return the methods that are measured by default."""
     own = (SUITES[name].methods if name in SUITES else Suite.methods for name in asked)
     return list(dict.fromkeys(chain.from_iterable(own)))
 

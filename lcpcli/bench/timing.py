@@ -348,7 +348,6 @@ def start(
 
 
 def machine() -> Machine:
-    """Return the description of this machine."""
     system = f"{platform.system()} {platform.release()}"
     return Machine(_processor(), os.cpu_count(), memory(), system, threads.in_environment())
 

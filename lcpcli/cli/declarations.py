@@ -44,11 +44,6 @@ Declaration = Callable[[Any], Any]
 FILES = Candidates(files=True)
 
 
-def _number_or_word(declared: Option) -> Callable[[Any], Any]:
-    number = click.INT if declared.kind is int else click.FLOAT
-    return lambda value: value if value in declared.words else number.convert(value, None, None)
-
-
 class MethodChoice(Choice):
     """A method, with or without options of its own, as in shi:p=10."""
 
@@ -76,7 +71,8 @@ def declared(*declarations: Declaration) -> Declaration:
 def numeric(heading: str, declared: Option) -> Declaration:
     """Declare a numeric option under a heading; its value is None where it is not given."""
     default = "" if declared.default is None else f"; default {declared.written_default}"
-    kind = _number_or_word(declared) if declared.words else declared.kind
+    number = click.INT if declared.kind is int else click.FLOAT
+    kind = (lambda v: v if v in declared.words else number.convert(v, None, None)) if declared.words else declared.kind
     meaning = f"{declared.meaning}  [{declared.range}{default}]"
     metavar = declared.range.split()[0].upper() if declared is INFINITY else declared.metavar
     return option(heading, flag(declared.name), declared.name, type=kind, metavar=metavar, help=meaning)
@@ -94,7 +90,6 @@ def format_option(formats: Mapping[str, str]) -> Declaration:
 
 
 def file_option(heading: str, name: str, meaning: str, **attributes: Any) -> Declaration:
-    """Declare an option that names a file."""
     return option(heading, *name.split(), metavar="FILE", shell_complete=FILES, help=meaning, **attributes)
 
 
@@ -106,7 +101,6 @@ def output_file(meaning: str = f"{TO_FILE}  [default: standard output]") -> Decl
 
 
 def quiet_option(meaning: str = "Print no results, only errors; the exit code tells the outcome.") -> Declaration:
-    """Declare --quiet."""
     return option("Output", "-q", "--quiet", is_flag=True, help=meaning)
 
 

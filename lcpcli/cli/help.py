@@ -5,6 +5,7 @@ lcp kernels: the kernels of the extra `fast` are compiled ahead of their first u
 
 from __future__ import annotations
 
+import itertools
 import re
 from pathlib import Path
 
@@ -24,7 +25,7 @@ from lcpcli.cli.command import (
     write_tables,
 )
 from lcpcli.cli.output import refuse
-from lcpcli.cli.terminal import emit, shows_progress, terminal
+from lcpcli.cli.terminal import Line, emit, shows_progress, terminal
 from lcpcli.errors import OptionError, count, folded, quoted
 from lcpcli.methods.registry import METHODS, NONLINEAR, OTHER_NAMES, known_options, suggestion
 from lcpcli.options import MISSING, has_numba
@@ -168,15 +169,16 @@ def completion(shell: str) -> int:
 )
 def kernels() -> None:
     """Compile the kernels of the extra fast that numba does not have in its cache, and say where that is."""
-    from lcpcli.report.terminal import progress
-
     if not has_numba():
         raise OptionError("kernels", *MISSING)
     try:
         from lcpcli.kernels.ahead import KERNELS, compile_all
 
-        with progress(KERNELS, shows_progress(False)) as tell:
-            now, before, folder = compile_all(tell)
+        begun, shown = itertools.count(1), shows_progress(False)
+        with Line() as line:
+            now, before, folder = compile_all(
+                lambda name: line.show(f"{next(begun)}/{KERNELS}  {name}") if shown else None
+            )
     except RuntimeError as error:  # the cache has no place
         raise OptionError("numba", str(error), "set NUMBA_CACHE_DIR to a folder that can be written") from None
     if not folder:

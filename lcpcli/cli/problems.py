@@ -172,7 +172,7 @@ class Inputs(NamedTuple):
 
         are_many : whether to treat them as several problems even if their number is not known.
         """
-        from lcpcli.files.inputs import QColumns, inputs
+        from lcpcli.files.inputs import FIRST_NAME, QColumns, inputs
 
         if self.game:
             from lcpcli.files.games import game_in
@@ -182,11 +182,10 @@ class Inputs(NamedTuple):
         if are_many:
             return each, True
         first = list(islice(each, 2))
-        if isinstance(first[0], QColumns) and not self.has_q and first[0].may_be_problem:
+        if isinstance(first[0], QColumns) and not self.has_q and first[0].names[0] == FIRST_NAME:
             own, columns = first[0].sources[0].file, len(first[0].names)
-            self.tell(
-                [f"{own}: its {columns} columns are {columns} q, as --q would say; if they are M and q, name it alone"]
-            )
+            means = f"its {columns} columns are {columns} q, as --q would say; if they are M and q, name it alone"
+            self.tell([f"{own}: {means}"] * (columns == len(first[0].Q) + 1))  # it may have been meant as [M | q]
         if len(first) == 1:
             self._hint_at_option(first[0].paths)
         return chain(first, each), len(first) > 1 or isinstance(first[0], QColumns)

@@ -149,7 +149,6 @@ class _Tally:
                 self.ending = INTERRUPTED
 
     def summary(self, log_path: str | None) -> str:
-        """Return the summary, in one line."""
         words: Counter[str] = Counter()
         for (word, _), number in self.ends.items():
             words[word] += number

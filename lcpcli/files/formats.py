@@ -96,7 +96,6 @@ class Format(Protocol):
 
 
 def load(form: str) -> Format:
-    """Return the module of a format."""
     return cast(Format, import_module(form if "." in form else f"lcpcli.files.{form}"))
 
 

@@ -33,7 +33,6 @@ class Log:
         self._path, self._file, self._is_file = path, file, Path(path).is_file()
 
     def clear(self) -> None:
-        """Empty the log."""
         if self._is_file:
             with naming(self._path):
                 self._file.seek(0)

@@ -83,7 +83,6 @@ class _Reader:
         self._is_integer = False
 
     def program(self, text: str) -> dict[str, Any]:
-        """Return the fields of the program."""
         readers = {"OBJSENSE": self._read_sense, "ROWS": self._read_row, "COLUMNS": self._read_column}
         readers |= {"RHS": self._read_sides, "RANGES": self._read_sides, "BOUNDS": self._read_bound}
         readers |= dict.fromkeys(QUADRATIC, self._read_curvature)

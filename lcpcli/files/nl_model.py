@@ -302,11 +302,9 @@ class Functions:
         return order
 
     def F(self, z: Vector) -> Vector:
-        """Return F(z)."""
         return self._tape.values(z)[..., self.order]
 
     def J(self, z: Vector) -> Matrix:
-        """Return the Jacobian at z."""
         return self._matrix(self._entries_at(z))
 
     def _entries_at(self, z: Vector) -> Vector:

@@ -55,7 +55,9 @@ def render(
         if isinstance(found, Inspection):
             facts, tables = [found.obvious, *found.hints], _linear_tables(found, classes, whole)
         else:
-            facts, tables, kind = [*found.hints], _nonlinear_tables(found, classes, whole), ", nonlinear"
+            shown = [row for row in classes if whole or row[0] in DECISIVE]
+            of_start = _table(("class of M = J at the start", "", "because"), shown)
+            facts, tables, kind = [*found.hints], [_table(("", ""), _nonlinear_facts(found)), of_start], ", nonlinear"
         heading = f"{name}{kind}: {wording.size(found.problem)}"
         return Document(heading, [Section(heading, facts=list(filter(None, facts)), tables=tables)])
 
@@ -80,11 +82,6 @@ def _linear_tables(found: Inspection, classes: Sequence[Row], whole: bool) -> li
         ("the rest", f"--all shows {len(classes)} classes, sizes, rates and why auto tries what"),
     ]
     return [_table(("", ""), shown if found.problem.n else []), guaranteed]
-
-
-def _nonlinear_tables(found: NonlinearInspection, classes: Sequence[Row], whole: bool) -> list[Table]:
-    shown = [row for row in classes if whole or row[0] in DECISIVE]
-    return [_table(("", ""), _nonlinear_facts(found)), _table(("class of M = J at the start", "", "because"), shown)]
 
 
 def verdict(found: Inspection | NonlinearInspection) -> str:

@@ -16,14 +16,16 @@ from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import PurePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lcpcli.errors import ParameterError, count
 from lcpcli.files.atomic_write import write_whole
-from lcpcli.model.problem import Problem
 from lcpcli.report import wording
 from lcpcli.report.figures.data import Cones, Curve, GrowthPanel, Panel, Profile, Response, Trajectories
-from lcpcli.solving.result import Result
+
+if TYPE_CHECKING:
+    from lcpcli.model.problem import Problem
+    from lcpcli.solving.result import Result
 
 FORMS = ("png", "svg", "pdf")
 MOST_PANELS = 7  # rows of axes on a page of A4, each about 1.5 inches high, with readable labels
@@ -159,6 +161,8 @@ def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None
     >>> lcpcli.plot([lcpcli.run(problem, method, trace=True) for method in ("shi", "fixed-point")], "errors.svg")
     <Picture: 2 runs on 1 problem>
     """
+    from lcpcli.solving.result import Result
+
     require()
     groups: list[list[Result]] = []
     for result in [results] if isinstance(results, Result) else results:

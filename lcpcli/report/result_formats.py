@@ -85,7 +85,10 @@ class Report(NamedTuple):
         if form == "json":
             return "".join(map(line, self.records()))
         if form == "csv":
-            return records_text(self.records()) if self.rows is None else written(*self.rows())
+            if self.rows is not None:
+                return written(*self.rows())
+            pairs = ((key, cell(value)) for each in self.records() for key, value in each.items())
+            return written([("key", "value"), *pairs])
         return typeset(self.document(form, width), form, width, color)
 
 
@@ -165,11 +168,6 @@ def without_result(source: Source, status: str, message: str, form: str, layout:
     if form == "csv":
         return written([], [message])
     return layout.row(str(source), "", status.replace("_", " "), "", "", "", [])
-
-
-def records_text(records: Iterable[Mapping[str, Any]]) -> str:
-    """Return objects for JSON as CSV, one below the other: a row for each key."""
-    return written([("key", "value"), *((key, cell(value)) for each in records for key, value in each.items())])
 
 
 def cell(value: Any) -> str | None:

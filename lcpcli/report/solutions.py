@@ -248,7 +248,7 @@ def _solution(found: SolutionSet, k: int, z: Values, exact: bool) -> dict[str, A
 def _meaning(origin: Any, z: Values, each: ExactEquilibrium | None, exact: bool) -> dict[str, Any]:
     """Return x and y of a program, and the equilibrium of a game, for JSON."""
     parts = zip("xy", origin.own_parts(z), strict=False) if isinstance(origin, Program) else ()
-    own = equilibrium(each, exact) if each else of_tree(origin, z, exact)
+    own = equilibrium(each, exact) if each else result_formats.plain(programs_and_games.behavior_of(origin, z), exact)
     return {**{key: numbers(part, exact) for key, part in parts}, "equilibrium": own}
 
 
@@ -256,12 +256,6 @@ def equilibrium(each: ExactEquilibrium, exact: bool) -> dict[str, Any]:
     """Return an equilibrium for JSON. exact : whether numbers are texts of fractions."""
     vectors = {key: numbers(getattr(each, key), exact) for key in ("row", "column", "payoffs")}
     return {**vectors, "pure": each.is_pure, "index": each.index}
-
-
-def of_tree(origin: Any, z: Values, exact: bool) -> dict[str, Any] | None:
-    """Return the strategies and payoffs of a game tree for JSON, as in `answer`; None for another origin."""
-    made: dict[str, Any] | None = result_formats.plain(programs_and_games.behavior_of(origin, z), exact)
-    return made
 
 
 def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tuple[Iterable[Cells], list[str]]:

@@ -95,7 +95,8 @@ def build(
     elif game is not None:
         own = room(form, width)
         components = shown_components(problem.n, None if own is None else own - 2 * CELL)
-    shown = [shown_rows(result) for result in results]
+    traces = [result.trace.rows if result.trace else [] for result in results]
+    shown = [rows[1:] if len(rows) > 1 else rows for rows in traces]  # the start only if there is nothing else
     rows = [row for own in shown for row in own]
     others = wording.columns_of(problem, rows)
     names = _columns(problem, components, longest(form))
@@ -164,12 +165,6 @@ def _digits(row: TraceRow, components: Indices | None) -> str:
     measures = [f"{name} = {value!r}" for name, value in wording.values_of(row).items() if value is not None]
     z = (f"z{i + 1} = {value!r}" for i, value in zip(places, row.z.tolist(), strict=True))
     return ", ".join([f"k = {row.k}", *z, *measures])
-
-
-def shown_rows(result: Result) -> Sequence[TraceRow]:
-    """Return the iterates of a run that a table shows: the starting point only if there is nothing else."""
-    rows = result.trace.rows if result.trace else []
-    return rows[1:] if len(rows) > 1 else rows
 
 
 def _columns(problem: Problem, components: Indices | None, most: float) -> list[str]:
@@ -308,7 +303,8 @@ def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool
         row = [result.method, *(own.get(option, "") for option in options)]
         row += [cell for cost in costs for cell in _cost(cost, length)]
         row += [str(result.evaluations), wording.residual(result)] * (not are_noted)
-        rows.append(row + [wording.error(result.error, result.problem)] * has_error + [_status(result)])
+        status = FALSE if result.verified is False else SHORT.get(result.word, result.word.replace("_", " "))
+        rows.append(row + [wording.error(result.error, result.problem)] * has_error + [status])
     first = 1 + len(options)
     times = [[at[level][1] if level in at else None for at in attained] for level in levels]
     times.append([result.seconds if result.solved else None for result in results])
@@ -338,7 +334,3 @@ def _shortest(times: Sequence[float | None]) -> list[int]:
     """Return the index of the shortest time of several runs, or no index if there is nothing to compare."""
     known = [(seconds, i) for i, seconds in enumerate(times) if seconds is not None]
     return [min(known)[1]] if len(times) > 1 and known else []
-
-
-def _status(result: Result) -> str:
-    return FALSE if result.verified is False else SHORT.get(result.word, result.word.replace("_", " "))

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from io import StringIO
-from itertools import count
 from typing import Literal
 
 from rich.box import Box
@@ -68,17 +66,6 @@ def _notes(table: Table, color: bool) -> list[str]:
         return list(table.notes)
     star = f"* {table.why}"
     return [*table.notes[:-1], f"{table.notes[-1]}; {star}"] if table.notes else [star]
-
-
-@contextmanager
-def progress(total: int, shown: bool) -> Iterator[Callable[[str], None]]:
-    """Open a context with a bar on standard error, if it is shown, for so many steps; it gives a function to call with
-    the name of each step as it begins."""
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True, redirect_stdout=False, disable=not shown) as bar:
-        task, begun = bar.add_task("", total=total), count()
-        yield lambda name: bar.update(task, completed=next(begun), description=name, refresh=True)
 
 
 def page(text: str, width: int, color: bool) -> str:

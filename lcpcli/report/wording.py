@@ -350,7 +350,6 @@ def strategy_names(game: Game, most: float) -> tuple[list[str], list[str]]:
 
 
 def payoff_headings(game: Game) -> list[str]:
-    """Return the headings of the payoffs of both players."""
     return [f"{player} gets" for player in game.players or ("row", "column")]
 
 
@@ -414,7 +413,6 @@ CHOICES = ("k", "z", *map(called, COLUMNS))  # the columns that a user may choos
 
 
 def columns_of(problem: Problem, rows: Sequence[TraceRow]) -> Shown:
-    """Return the columns of a table of these rows."""
     names = sorted(COLUMNS, key=lambda name: name != FIRST)
     found = {heading: cell for name in names for heading, cell in COLUMNS[name].shown(problem, rows).items()}
     if any(row.z0 is not None for row in rows):

@@ -142,7 +142,8 @@ def _marks(at: Any, turn: int) -> list[int]:
 
 def _drawn(chosen: Looks, panels: Sequence[Panel], others: Sequence[Profile | Growth] = ()) -> Looks:
     """Return the looks of the runs that have a curve in the figure."""
-    entries = [*others, *(curve for panel in panels for curve in panel.curves if curve.is_measured)]
+    curves = (curve for panel in panels for curve in panel.curves)
+    entries = [*others, *(curve for curve in curves if any(error is not None for error in curve.errors))]
     names = {(entry.name, entry.label) for entry in entries}
     return {key: look for key, look in chosen.items() if key in names}
 
