@@ -158,8 +158,7 @@ def test_command_runs(page: str, line: str, folders: Callable[[str], Path]) -> N
 def test_benchmark_runs_on_one_small_problem_in_place_of_its_suite(
     page: str, line: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch, folders: Callable[[str], Path]
 ) -> None:
-    small = (suites.case("diagonal", 3),)
-    held = {name: replace(suite, cases=small, budget=0.0) for name, suite in suites.SUITES.items()}
+    held = {name: replace(suite, text="diagonal 3", budget=0.0) for name, suite in suites.SUITES.items()}
     monkeypatch.setattr(suites, "SUITES", held)
     monkeypatch.chdir(folders(page))
     words = shlex.split(line.replace("problems/*.json", "problems/paper-example-1.json"))
@@ -244,7 +243,7 @@ def test_tables_have_rates_of_several_families_and_the_ladders_of_the_suites() -
     """What auto does on them, test_bench_record holds; here it is that the table is about the same ladders."""
     assert len({row[0] for row in RATES}) >= 8
     shown = {row[0]: row[1:] for row in re.findall(LADDER, PAGES["stability"], re.MULTILINE)}
-    stiff = [*suites.STIFF, *suites.EXTREME]
+    stiff = [each for name in ("stiff", "extreme") for each in suites.SUITES[name].cases]
     assert shown == {family: (axis, [*values.values()][-1]) for family, axis, values in ladders(stiff)}
 
 

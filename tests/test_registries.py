@@ -195,7 +195,7 @@ COMMANDS = """\
 solve toy.json --method toy --omega 1.5 --sweeps 2 --format json
 help solve --all
 make toy -n 3 --set load=2
-make diagonal -n 2 --set decades=0 -o problem.toy
+make diagonal -n 2 --set decades=0 -o problem.toy -q
 solve problem.toy --exact --format json
 solve toy.json -o result.toys -q
 solve toy.json
@@ -247,7 +247,7 @@ def test_another_package_adds_a_method_and_a_format(tmp_path: Path) -> None:
         "[lcpcli.methods]\ntoy = toys:METHOD\nbroken = toys.none:METHOD\n\n[lcpcli.formats]\n.toy = toys:FORMAT\n"
     )
     path = Path(f"{tmp_path}{os.pathsep}{ROOT}")
-    given = "make diagonal -n 2 --set decades=0 -o problem.toy\nsolve problem.toy --method toy:sweeps=2 --format json"
+    given = "make diagonal -n 2 --set decades=0 -o problem.toy -q\nsolve problem.toy --method toy:sweeps=2 -f json"
     code = "import lcpcli; print(lcpcli.run(lcpcli.read('problem.toy'), 'toy', omega=1.5).solved)"
     _, solved, in_python = run(path, tmp_path, "-c", f"{BATCH}{code}", given=given).split("\0")
     record = json.loads(solved)

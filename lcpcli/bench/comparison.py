@@ -11,7 +11,7 @@ from functools import cached_property
 from pathlib import PurePath
 from typing import Any, NamedTuple
 
-from lcpcli.bench import record, statistics
+from lcpcli.bench import record
 from lcpcli.errors import OptionError, count
 from lcpcli.files.contents import content_of, decode, place
 from lcpcli.report import wording
@@ -82,7 +82,6 @@ class Change(NamedTuple):
         return SAME if factor <= alike else SLOWER if ratio > 1 else FASTER
 
     def data(self) -> dict[str, Any]:
-        """Return the object for JSON."""
         pair = {name: [getattr(each, name, None) for each in (self.old, self.new)] for name in NAMES[3:6]}
         return {**dict(zip(NAMES, (*self.key, self.verdict), strict=False)), **pair, "ratio": self.ratio}
 
@@ -183,8 +182,8 @@ def _numbered(key: Key) -> Iterator[Key]:
 
 
 def _of_bench(row: record.Measurement) -> Ending:
-    median, is_repeated = statistics.summary(row.seconds).median, len(row.seconds) > 1
-    interval = statistics.median_interval(row.seconds) if is_repeated else None
+    median, is_repeated = record.summary(row.seconds).median, len(row.seconds) > 1
+    interval = record.median_interval(row.seconds) if is_repeated else None
     return Ending(row.status, row.success, row.iterations, median, interval)
 
 

@@ -11,9 +11,17 @@ from functools import partial
 from itertools import groupby
 from typing import Any
 
-from lcpcli.bench import statistics
-from lcpcli.bench.record import BenchRecord, Measurement
-from lcpcli.bench.statistics import SHIFT, method_of, performance_ratios, shifted_geometric_mean, summary, times
+from lcpcli.bench.record import (
+    SHIFT,
+    BenchRecord,
+    Measurement,
+    growths,
+    method_of,
+    performance_ratios,
+    shifted_geometric_mean,
+    summary,
+    times,
+)
 from lcpcli.bench.suites import SUITES, series
 from lcpcli.bench.timing import ABSOLUTE, NATURAL, RELATIVE
 from lcpcli.errors import count
@@ -22,9 +30,7 @@ from lcpcli.report import plotting as figures
 from lcpcli.report import wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.figures.data import Curve, Panel, Profile
-from lcpcli.report.json_lines import plain
-from lcpcli.report.result_csv import cell
-from lcpcli.report.result_formats import Report
+from lcpcli.report.result_formats import Report, cell, plain
 from lcpcli.report.wording import PIPE_WIDTH
 
 COLUMNS = ((RELATIVE, 1e-6), (RELATIVE, 1e-9), (ABSOLUTE, 1e-6), (ABSOLUTE, 1e-9), (NATURAL, 1e-9))
@@ -71,7 +77,7 @@ def optimality(record: BenchRecord) -> Section:
         "duality gap, relative to their own terms (rel.) and absolute (abs.), and the natural residual of z and w, "
         "relative to the terms of w. "
         f"mean: geometric mean of the times of programs solved to a relative {SOLVED_TO:g}, shifted by "
-        f"{wording.duration(PROGRAM_SHIFT)}; other programs count as the time limit.",
+        f"{wording.duration(PROGRAM_SHIFT)}; other programs count as the time limit."
     ]
     return sheet("Optimality", header, [rows], notes)
 
@@ -96,7 +102,6 @@ FAILED, INEXACT, WRONG, EXCLUDED = "failed", "inexact", "wrong", "-"
 
 
 def sheets(record: BenchRecord) -> list[Section]:
-    """Return the nonempty tables."""
     candidates = [
         _solvers(record),
         _beside(record),
@@ -200,7 +205,6 @@ def _times(record: BenchRecord) -> Section:
 
 
 def _unit(record: BenchRecord) -> tuple[float, str]:
-    """Return the unit of all times of a table, and its name."""
     return wording.common_unit(summary(row.seconds).median for row in record.measurements if row.success)
 
 
@@ -237,7 +241,7 @@ def _exclusions(record: BenchRecord) -> Section:
 def _growth(record: BenchRecord) -> Section:
     header = ["family", "solver", "sizes", "exponent", "95% interval", "R^2"]
     groups = []
-    for panel in statistics.growths(record):
+    for panel in growths(record):
         rows: list[list[str]] = []
         for growth in panel.growths:
             if fit := growth.fit:
@@ -255,7 +259,7 @@ LEAST_PROBLEMS = 5  # for a performance profile, whose steps are shares of the p
 def draw_figure(record: BenchRecord, form: str) -> bytes:
     """Return the figure of a bench with at least one measurement; form is one of `figures.FORMS`."""
     panels = _panels(record)
-    growth_panels = statistics.growths(record)[:PANELS_OF_A_KIND]
+    growth_panels = growths(record)[:PANELS_OF_A_KIND]
     medians, in_seconds = times(record), is_over_time(record)
     ratios = {name: list(own.values()) for name, own in medians.items()} if in_seconds else performance_ratios(medians)
     profiles = [Profile(method_of(name), name, own, in_seconds) for name, own in ratios.items() if own]

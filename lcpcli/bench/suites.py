@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import math
 import os
+from ast import literal_eval
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import chain
+from functools import cached_property
+from itertools import chain, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -50,16 +52,33 @@ class Case:
 class Suite:
     """Cases under one name.
 
+    text : the cases: families with their sizes, then values of parameters and of the seed, all of which are combined,
+        as in "planted 40 100 entries=10 seed=0,1; murty 5"; a parameter without a value is true. Also files of shipped
+        programs.
     budget : default number of seconds for a measurement.
     over_time : whether the report shows what is solved within which time.
     methods : those that are measured by default.
     """
 
     meaning: str
-    cases: tuple[Case, ...]
+    text: str
     budget: float = 2.0
     over_time: bool = False
     methods: tuple[str, ...] = DEFAULT_METHODS
+
+    @cached_property
+    def cases(self) -> list[Case]:
+        made = list[Case]()
+        for part in self.text.split(";"):
+            family, *words = part.split()
+            if family.endswith(".json"):
+                made += (Case(file, file=contents.shipped_path(f"programs/{file}")) for file in (family, *words))
+                continue
+            axes = [[("n", int(word)) for word in words if word.isdecimal()]]
+            for name, _, values in (word.partition("=") for word in words if not word.isdecimal()):
+                axes.append([(name, literal_eval(value)) for value in (values or "True").split(",")])
+            made += (case(family, **dict(chosen)) for chosen in product(*axes))
+        return made
 
 
 def case(family: str, n: int, seed: int = 0, **parameters: Any) -> Case:
@@ -74,132 +93,76 @@ def series(family: str, parameters: dict[str, Any]) -> str:
     return " ".join([family, *words])
 
 
-def sizes(family: str, *ns: int, **parameters: Any) -> tuple[Case, ...]:
-    """Return cases of one family that differ in their size."""
-    return tuple(case(family, n, **parameters) for n in ns)
-
-
-SYMMETRIC = {"symmetric": True}
-QUICK = (
-    *sizes("harker-pang", 25, 50, 100),
-    *sizes("obstacle", 100, 225, 400),
-    case("tridiagonal", 300),
-    case("ben-gharbia-gilbert", 51),
-    case("curtis-han-robinson", 3),
-    case("murty", 10),
-    case("diagonal", 20, decades=6),
-    case("bimatrix", 10),
-    case("infeasible", 10),
-)
-PAPER = (
-    *sizes("tridiagonal", 10, 100, 1000, 10_000),
-    *sizes("dominant", 100, 300, 1000),
-    *sizes("obstacle", 25, 100, 400),
-    *sizes("journal-bearing", 25, 100, 400),
-    *sizes("american-put", 25, 100, 400),
-    *(case("near-singular", 100, epsilon=epsilon) for epsilon in (1e-1, 1e-2, 1e-3)),
-    *(case("near-degenerate", 100, epsilon=epsilon) for epsilon in (1e-2, 1e-6)),
-    *sizes("degenerate", 20, 50, 100),
-    *sizes("ben-gharbia-gilbert", 5, 51, 201),
-    *sizes("kostreva", 3, 51),
-    *sizes("murty", 3, 6, 9),
-    case("curtis-han-robinson", 3),
-    case("hilbert", 4),
-    case("diagonal", 20, decades=2),
-    *sizes("qp", 10, 20),
-)
-DENSE = (
-    *sizes("harker-pang", 50, 100, 200, 400, 800),
-    *sizes("harker-pang", 50, 100, 200, 400, 800, symmetric=True),
-    *sizes("bimatrix", 10, 20, 40),
-    *sizes("contact", 50, 100, 200),
-    *sizes("lp", 50, 100, 200),
-    *sizes("qp", 50, 100, 200),
-    *sizes("degenerate", 50, 100, 200),
-)
-SPARSE = (
-    *sizes("obstacle", 900, 2500, 10_000, 40_000),
-    *sizes("journal-bearing", 900, 2500, 10_000),
-    *sizes("american-put", 1000, 3000, 10_000),
-    *sizes("tridiagonal", 1000, 10_000, 100_000),
-    *sizes("dominant", 300, 1000, 3000),  # its factors fill in; the time limit cannot stop a factorization
-)
-SPEED = (
-    *(case("harker-pang", n, **kind) for n in (10, 300, 1000, 2000) for kind in (SYMMETRIC, {})),
-    *sizes("obstacle", 10_000, 90_000),
-)
-STIFF = (
-    *(case("diagonal", 50, decades=decades) for decades in (1, 2, 4, 8, 16, 50, 100, 150)),
-    *(case("near-singular", 50, epsilon=epsilon) for epsilon in (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)),
-    *(case("near-degenerate", 50, epsilon=epsilon) for epsilon in (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)),
-    *(case("ill-scaled", 50, decades=decades) for decades in (1, 2, 4, 8, 16, 32, 50)),
-    *sizes("hilbert", 2, 4, 6, 8, 10, 12, 14, 16, 20),
-    *sizes("obstacle", 25, 100, 400, 2500, 10_000),
-    *sizes("journal-bearing", 25, 100, 400, 2500),
-    *sizes("american-put", 25, 100, 400, 3000),
-)
-EXTREME = (
-    *sizes("growth", 10, 20, 30, 40, 50, 60),
-    *sizes("murty", 5, 10, 20, 40, 100),
-    *sizes("fathi", 5, 10, 15, 20, 100),
-    *sizes("ben-gharbia-gilbert", 5, 51, 201),
-    *sizes("kostreva", 3, 51),
-    case("curtis-han-robinson", 3),
-    *sizes("degenerate", 10, 50, 100),
-    *sizes("bimatrix", 4, 10, 20, 40),
-    *sizes("contact", 10, 50, 100),
-    *sizes("lp", 10, 50, 100),
-    *sizes("infeasible", 10, 50, 100),
-    *sizes("unsolvable", 4, 10, 20),
-    *sizes("ray", 4, 10, 20),
-)
-MIXED = (
-    *sizes("two-obstacles", 100, 2500, 10_000, 90_000),
-    *sizes("torsion", 100, 2500, 10_000),
-    *sizes("circuit", 8, 80, 800, 8000),
-    *sizes("relays", 10, 50, 200, 800),
-    *sizes("spatial-prices", 24, 120, 1000),
-    *sizes("boxes", 10, 100, 300, 1000),
-)
-HARD = (
-    *(case("planted", n, seed) for n in (40, 60, 100, 200, 500) for seed in (0, 1)),
-    *(case("planted", n, seed, entries=10) for n in (40, 100, 200, 500) for seed in (0, 1)),
-    *(case("gaussian", n, seed) for n in (20, 30, 40) for seed in (0, 1)),
-    *(case("indefinite", 100, seed, **kind) for kind in ({}, SYMMETRIC) for seed in (0, 1)),
-    *(case("indefinite", 100, seed, strict=True, **kind) for kind in ({}, SYMMETRIC) for seed in (0, 1)),
-    *(*sizes("circuit", 80), *sizes("relays", 50, 200), *sizes("spatial-prices", 120), *sizes("contact", 100)),
-)
-PROGRAMS = (
-    *(
-        Case(f"{name}.json", file=contents.shipped_path(f"programs/{name}.json"))
-        for name in ("hs21", "hs35", "hs53", "hs76", "klee-minty", "portfolio", "transport")
-    ),
-    *sizes("portfolio", 100, 1000, 2500),
-    *sizes("control", 100, 1000, 5000),
-    *sizes("transport", 100, 1000, 10_000),
-)
-NONLINEAR = (
-    *sizes("kojima-shindo", 4),
-    *sizes("josephy", 4),
-    *sizes("mathiesen", 4),
-    *sizes("billups", 1),
-    *sizes("nash-cournot", 5, 10),
-    *sizes("scarf", 19),
-    *sizes("bratu", 289, 5625),
-    *sizes("elastohydrodynamic", 41, 101),
-)
 SUITES = {
-    "quick": Suite("a little of everything, in under a minute", QUICK, budget=0.5),
-    "paper": Suite("fixed-point and shi on more than the paper's examples", PAPER, budget=0.5),
-    "dense": Suite("dense problems up to n = 800", DENSE),
-    "sparse": Suite("sparse problems up to n = 100,000", SPARSE),
-    "mixed": Suite("problems with bounds, free variables and equations", MIXED),
-    "hard": Suite("problems without a structure to rely on, and models: solved over time", HARD, 0.0, over_time=True),
-    "programs": Suite("linear and quadratic programs", PROGRAMS),
-    "nonlinear": Suite("nonlinear problems of the literature", NONLINEAR, methods=("josephy-newton",)),
-    "speed": Suite("the problems of lcp help speed: small and large, dense and sparse", SPEED),
-    "stiff": Suite("ill-conditioned, badly scaled and nearly degenerate problems", STIFF, 0.0),
-    "extreme": Suite("problems constructed to defeat a method, and problems without a solution", EXTREME, 0.0),
+    "quick": Suite(
+        "a little of everything, in under a minute",
+        "harker-pang 25 50 100; obstacle 100 225 400; tridiagonal 300; ben-gharbia-gilbert 51;"
+        "curtis-han-robinson 3; murty 10; diagonal 20 decades=6; bimatrix 10; infeasible 10",
+        budget=0.5,
+    ),
+    "paper": Suite(
+        "fixed-point and shi on more than the paper's examples",
+        "tridiagonal 10 100 1000 10000; dominant 100 300 1000; obstacle 25 100 400; journal-bearing 25 100 400;"
+        "american-put 25 100 400; near-singular 100 epsilon=1e-1,1e-2,1e-3; near-degenerate 100 epsilon=1e-2,1e-6;"
+        "degenerate 20 50 100; ben-gharbia-gilbert 5 51 201; kostreva 3 51; murty 3 6 9; curtis-han-robinson 3;"
+        "hilbert 4; diagonal 20 decades=2; qp 10 20",
+        budget=0.5,
+    ),
+    "dense": Suite(
+        "dense problems up to n = 800",
+        "harker-pang 50 100 200 400 800; harker-pang 50 100 200 400 800 symmetric; bimatrix 10 20 40;"
+        "contact 50 100 200; lp 50 100 200; qp 50 100 200; degenerate 50 100 200",
+    ),
+    "sparse": Suite(
+        "sparse problems up to n = 100,000",  # dominant ones fill in, and the time limit stops no factorization
+        "obstacle 900 2500 10000 40000; journal-bearing 900 2500 10000; american-put 1000 3000 10000;"
+        "tridiagonal 1000 10000 100000; dominant 300 1000 3000",
+    ),
+    "mixed": Suite(
+        "problems with bounds, free variables and equations",
+        "two-obstacles 100 2500 10000 90000; torsion 100 2500 10000; circuit 8 80 800 8000; relays 10 50 200 800;"
+        "spatial-prices 24 120 1000; boxes 10 100 300 1000",
+    ),
+    "hard": Suite(
+        "problems without a structure to rely on, and models: solved over time",
+        "planted 40 60 100 200 500 seed=0,1; planted 40 100 200 500 seed=0,1 entries=10; gaussian 20 30 40 seed=0,1;"
+        "indefinite 100 seed=0,1; indefinite 100 seed=0,1 symmetric; indefinite 100 seed=0,1 strict;"
+        "indefinite 100 seed=0,1 strict symmetric; circuit 80; relays 50 200; spatial-prices 120; contact 100",
+        0.0,
+        over_time=True,
+    ),
+    "programs": Suite(
+        "linear and quadratic programs",
+        "hs21.json hs35.json hs53.json hs76.json klee-minty.json portfolio.json transport.json;"
+        "portfolio 100 1000 2500; control 100 1000 5000; transport 100 1000 10000",
+    ),
+    "nonlinear": Suite(
+        "nonlinear problems of the literature",
+        "kojima-shindo 4; josephy 4; mathiesen 4; billups 1; nash-cournot 5 10; scarf 19; bratu 289 5625;"
+        "elastohydrodynamic 41 101",
+        methods=("josephy-newton",),
+    ),
+    "speed": Suite(
+        "the problems of lcp help speed: small and large, dense and sparse",
+        "harker-pang 10 symmetric; harker-pang 10; harker-pang 300 symmetric; harker-pang 300;"
+        "harker-pang 1000 symmetric; harker-pang 1000; harker-pang 2000 symmetric; harker-pang 2000;"
+        "obstacle 10000 90000",
+    ),
+    "stiff": Suite(
+        "ill-conditioned, badly scaled and nearly degenerate problems",
+        "diagonal 50 decades=1,2,4,8,16,50,100,150; near-singular 50 epsilon=1e-2,1e-4,1e-6,1e-8,1e-10,1e-12;"
+        "near-degenerate 50 epsilon=1e-2,1e-4,1e-6,1e-8,1e-10,1e-12; ill-scaled 50 decades=1,2,4,8,16,32,50;"
+        "hilbert 2 4 6 8 10 12 14 16 20; obstacle 25 100 400 2500 10000; journal-bearing 25 100 400 2500;"
+        "american-put 25 100 400 3000",
+        0.0,
+    ),
+    "extreme": Suite(
+        "problems constructed to defeat a method, and problems without a solution",
+        "growth 10 20 30 40 50 60; murty 5 10 20 40 100; fathi 5 10 15 20 100; ben-gharbia-gilbert 5 51 201;"
+        "kostreva 3 51; curtis-han-robinson 3; degenerate 10 50 100; bimatrix 4 10 20 40; contact 10 50 100;"
+        "lp 10 50 100; infeasible 10 50 100; unsolvable 4 10 20; ray 4 10 20",
+        0.0,
+    ),
 }
 ALL = "all"
 GONE = {  # suites of earlier versions
@@ -214,7 +177,6 @@ def budget_of(asked: Sequence[str]) -> float:
 
 
 def methods_of(asked: Sequence[str]) -> list[str]:
-    """Return the methods that are measured by default."""
     own = (SUITES[name].methods if name in SUITES else Suite.methods for name in asked)
     return list(dict.fromkeys(chain.from_iterable(own)))
 

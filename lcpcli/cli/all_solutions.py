@@ -16,6 +16,7 @@ from lcpcli.cli.main import INTERRUPTED, NO_SOLUTION, NOT_SOLVED, SOLVED
 from lcpcli.cli.output import Output
 from lcpcli.cli.request import Request
 from lcpcli.cli.session import Outcome
+from lcpcli.enumeration import optimum as search
 from lcpcli.enumeration import search as sets
 from lcpcli.enumeration.search import refuse_large
 from lcpcli.errors import ProblemError
@@ -23,7 +24,7 @@ from lcpcli.files.contents import content_of, within
 from lcpcli.interrupts import TimeIsUp, stopping
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate
-from lcpcli.report import pictures, plotting, selection, solutions
+from lcpcli.report import pictures, plotting, solutions, wording
 
 if TYPE_CHECKING:
     from lcpcli.cli.problems import InputProblem
@@ -38,7 +39,7 @@ def outcome(request: Request, work: Work, output: Output) -> Outcome:
     request.inputs.tell(problem.remarks)
     if request.plot is not None:
         pictures.require(problem.problem)
-    selection.require(problem.problem, request.names)
+    wording.require(problem.problem, request.names)
     solution_set = _search(request, problem, str(work.sources[0]))
     report = solutions.report(solution_set, work.sources[0], request.exact, request.names)
     codes = {sets.TIME_LIMIT: NOT_SOLVED, sets.INTERRUPTED: INTERRUPTED, sets.UNSOLVABLE: NO_SOLUTION}
@@ -90,8 +91,6 @@ def best_outcome(
 ) -> Outcome:
     """Search for the best solution of a problem, with decimals as written; the exit code reports success if it is
     proved to be the best."""
-    from lcpcli.enumeration import optimum as search
-
     codes = {search.OPTIMAL: SOLVED, search.TIME_LIMIT: NOT_SOLVED, search.INTERRUPTED: INTERRUPTED}
     (problem,) = request.inputs.problems(work)
     if isinstance(objective, str):
@@ -101,7 +100,7 @@ def best_outcome(
 
         others = (line.removesuffix(LEFT_OUT).removesuffix("; ") for line in problem.remarks)
         request.inputs.tell([line for line in others if not line.endswith(": ")])
-    selection.require(problem.problem, request.names)
+    wording.require(problem.problem, request.names)
     where, began, limit = str(work.sources[0]), clock.seconds(), request.limits.time_limit
     within(where, refuse_large, problem.problem)
     data = problem.exactly()

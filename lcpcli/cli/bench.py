@@ -12,10 +12,10 @@ from lcpcli import options
 from lcpcli.bench.suites import ALL, DEFAULT_METHODS, SUITES, budget_of, methods_of
 from lcpcli.cli import declarations
 from lcpcli.cli.command import Candidates, command, option
+from lcpcli.cli.declarations import refuse_beside
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
 from lcpcli.cli.output import Destination, require_plot, show
 from lcpcli.cli.problems import Inputs, same_file, settle_threads, tell, teller
-from lcpcli.cli.refusals import refuse_beside
 from lcpcli.cli.request import Request
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.errors import OptionError, count, listed
@@ -116,7 +116,6 @@ def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Varian
 
 
 def _run(request: Request, outputs: dict[str, str], destination: Destination) -> int:
-    """Run the bench and return the exit code. outputs : files, locked during the bench, with their formats."""
     from lcpcli.bench.report import render
 
     if request.resume is None:
@@ -158,7 +157,7 @@ def _run(request: Request, outputs: dict[str, str], destination: Destination) ->
 
 
 def _new_record(request: Request) -> BenchRecord:
-    from lcpcli.bench import recording
+    from lcpcli.bench import timing
     from lcpcli.bench.record import Settings
 
     suites, infinity = request.inputs.files or (DEFAULT_SUITE,), request.inputs.infinity
@@ -171,25 +170,25 @@ def _new_record(request: Request) -> BenchRecord:
     chosen = declarations.chosen_variants(request.variants, request.sweep, methods_of(suites))
     names = [str(variant) for variant in chosen]
     settings = Settings(**{name: float(value) for name, value in numbers.items() if value is not None})
-    return recording.start(
+    return timing.start(
         suites, names, request.peers, settings, teller(request.quiet), None if infinity == math.inf else infinity
     )
 
 
 def _read_record(request: Request) -> BenchRecord:
-    from lcpcli.bench import record, recording
+    from lcpcli.bench import record, timing
 
     others = {"SUITE": request.inputs.files, "--method": request.variants, "--infinity": request.inputs.infinity}
     refuse_beside("a bench that is resumed", {**request.given, **others})
     past = record.read(str(request.resume))
     if past.pending():
-        recording.refuse_elsewhere(past)
+        timing.refuse_elsewhere(past)
     return past
 
 
 def _measure(record: BenchRecord, outputs: dict[str, str], quiet: bool) -> bool:
     """Make all pending measurements, saving each as it comes; return whether Ctrl-C interrupted them."""
-    from lcpcli.bench import recording
+    from lcpcli.bench import timing
 
     records = {path: form for path, form in outputs.items() if form == "json"}
     files = {path: form for path, form in records.items() if Path(path).is_file() or not Path(path).exists()}
@@ -202,7 +201,7 @@ def _measure(record: BenchRecord, outputs: dict[str, str], quiet: bool) -> bool:
                 line.show(f"{len(record.measurements) - before}/{left}  {case.name}: {solver}")
 
         try:
-            for _ in recording.run(record, starting):
+            for _ in timing.run(record, starting):
                 _keep(record, files)
         except KeyboardInterrupt:
             return True

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from lcpcli import options
 from lcpcli.cli.command import argument, command, option
-from lcpcli.cli.declarations import FILES, OTHERS, numeric, problem_file, reporting, with_bounds
+from lcpcli.cli.declarations import FILES, OTHERS, numeric, problem_file, refuse_beside, reporting, with_bounds
 from lcpcli.cli.main import of_end
 from lcpcli.cli.output import Destination, refuse
 from lcpcli.cli.problems import InputModel, InputProblem, Inputs
-from lcpcli.cli.refusals import refuse_beside
 from lcpcli.errors import OptionError, ProblemError
+from lcpcli.files import contents
 from lcpcli.files.contents import place
 from lcpcli.options import TOL
 from lcpcli.report.document import RECORD_MEANINGS
@@ -82,8 +82,6 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, **given: Any) 
 
 
 def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool) -> list[Verification]:
-    from lcpcli.files import contents
-
     read = inputs.read_any()
     if read.exactly is None:
         refuse_beside("a nonlinear model", {"--exact": exact})

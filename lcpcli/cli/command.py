@@ -103,13 +103,13 @@ class Command(click.Command):
         self.examples, self.common, self.lists, self.exits = examples, common, lists or {}, exits or {}
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        given, hint = list(args), f"see {ctx.command_path} --help"
+        given, hint, unknown = list(args), f"see {ctx.command_path} --help", f"is not an option of {ctx.command_path}"
         if ctx.allow_interspersed_args and "--all" in args and not {"-h", "--help"}.isdisjoint(args):
             ctx.meta[WHOLE], args = True, ["--help"]
         options = {flag for param in self.get_params(ctx) for flag in param.opts}
         for word in args if ctx.allow_interspersed_args else []:  # -max-iterations is not -m ax-iterations
             if word[:2] != "--" and word.startswith("-") and word not in options and f"-{word}" in options:
-                raise OptionError(word, f"is no option of {ctx.command_path}", f"did you mean -{word}?")
+                raise OptionError(word, unknown, f"did you mean -{word}?")
         if "-q" in args[:-1]:
             ctx.meta[BEHIND_QUIET] = args[args.index("-q") + 1]
         if ctx.allow_interspersed_args:  # otherwise the words belong to another command
@@ -132,7 +132,7 @@ class Command(click.Command):
             # For -tol, click's parser reports only -t.
             name = next((word for word in given if word.startswith(error.option_name)), error.option_name)
             name = name.partition("=")[0]
-            raise OptionError(name, f"is no option of {ctx.command_path}", self._suggest(ctx, name) or hint) from None
+            raise OptionError(name, unknown, self._suggest(ctx, name) or hint) from None
 
     def _suggest(self, ctx: click.Context, given: str) -> str:
         """Return the hint for an unknown option, which may be a value of another option, or a misspelling."""
@@ -328,7 +328,7 @@ lcp.commands = Commands(
         "compare-runs": "compare",
         "check": "check",
         "inspect": "check",
-        "kernels": "kernels",
+        "kernels": "help",
         "make": "make",
         "convert": "make",
         "completion": "help",

@@ -1,10 +1,13 @@
-"""The arguments and options that several commands share, each declared once."""
+"""The arguments and options that several commands share, each declared once.
+
+Which options have no effect together: for each option, format or kind of problem the options that it refuses.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import reduce
-from typing import Any
+from typing import Any, NamedTuple
 
 import click
 
@@ -14,13 +17,12 @@ from lcpcli.errors import OptionError, likely, listed, quoted
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import WRITTEN
 from lcpcli.methods import variants
-from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OPTIONS, SWITCHES, meanings
+from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OPTIONS, SWITCHES, meanings, options_of
 from lcpcli.methods.registry import declared as declared_method
 from lcpcli.methods.variants import Variant
 from lcpcli.options import EVERY, INFINITY, LIMITS, THREADS, Option
-from lcpcli.report.columns import CHOICES
 from lcpcli.report.document import MEANINGS
-from lcpcli.report.wording import flag
+from lcpcli.report.wording import CHOICES, flag
 
 STARTS = {
     "x0": "Starting point x = (z - w) / 2: numbers, a file or a result.  [default: the problem's, else 0]",
@@ -40,12 +42,6 @@ Declaration = Callable[[Any], Any]
 
 
 FILES = Candidates(files=True)
-
-
-def _number_or_word(declared: Option) -> Callable[[Any], Any]:
-    """Return a conversion to a number of the option's kind, or to one of its words."""
-    number = click.INT if declared.kind is int else click.FLOAT
-    return lambda value: value if value in declared.words else number.convert(value, None, None)
 
 
 class MethodChoice(Choice):
@@ -75,7 +71,8 @@ def declared(*declarations: Declaration) -> Declaration:
 def numeric(heading: str, declared: Option) -> Declaration:
     """Declare a numeric option under a heading; its value is None where it is not given."""
     default = "" if declared.default is None else f"; default {declared.written_default}"
-    kind = _number_or_word(declared) if declared.words else declared.kind
+    number = click.INT if declared.kind is int else click.FLOAT
+    kind = (lambda v: v if v in declared.words else number.convert(v, None, None)) if declared.words else declared.kind
     meaning = f"{declared.meaning}  [{declared.range}{default}]"
     metavar = declared.range.split()[0].upper() if declared is INFINITY else declared.metavar
     return option(heading, flag(declared.name), declared.name, type=kind, metavar=metavar, help=meaning)
@@ -93,7 +90,6 @@ def format_option(formats: Mapping[str, str]) -> Declaration:
 
 
 def file_option(heading: str, name: str, meaning: str, **attributes: Any) -> Declaration:
-    """Declare an option that names a file."""
     return option(heading, *name.split(), metavar="FILE", shell_complete=FILES, help=meaning, **attributes)
 
 
@@ -105,7 +101,6 @@ def output_file(meaning: str = f"{TO_FILE}  [default: standard output]") -> Decl
 
 
 def quiet_option(meaning: str = "Print no results, only errors; the exit code tells the outcome.") -> Declaration:
-    """Declare --quiet."""
     return option("Output", "-q", "--quiet", is_flag=True, help=meaning)
 
 
@@ -212,13 +207,13 @@ problem_files = declared(  # the problems of a command that takes one or several
     ),
     with_bounds,
 )
-problem_output = output_file(  # of a command that writes a problem
-    f"Write to this file, in the format of its suffix: {WRITTEN}.  [default: JSON to standard output]"
+problem_output = declared(  # of a command that writes a problem
+    output_file(f"Write to this file, in the format of its suffix: {WRITTEN}.  [default: JSON to standard output]"),
+    quiet_option("Say nothing on standard error but errors."),
 )
 
 
 def _methods(names: Sequence[str]) -> str:
-    """Return the heading of the options of some methods."""
     return f"Method{'s' * (len(names) > 1)} {listed(names)}"
 
 
@@ -278,3 +273,69 @@ solving = declared(  # the options of the methods, the limits and the output of 
     output_file(),
     quiet_option(),
 )
+
+
+OF_ITERATES = ("--trace", "--every", "--columns")
+OWN = {flag(f"{no}{name}") for name in OF_METHODS for no in ("", "no-")}
+OF_LINEAR = OWN - {flag(name) for name in (*options_of(NONLINEAR), "z0")}
+ONE_SOLUTION = {*OWN, *OF_ITERATES[:2], "--method", "--tol", "--max-iterations", "--paths", "--bound"}
+ONE_SOLUTION |= {"--jobs", "--cluster", "--resume", "--sequence"}
+FAMILY = ("FAMILY", "-n", "--seed", "--set")
+BENCH = ("SUITE", "--method", "--sweep", "--peer", "--infinity", "--tol", "--time-limit", "--accept", "--budget")
+COMPARE, ONE_LEFT_OUT = "leave it out, or use lcp compare", "leave one out"
+
+
+class Refusal(NamedTuple):
+    """Options that are refused, why, and what to do."""
+
+    options: Collection[str]
+    fault: str = "has no effect with {mode}"
+    hint: str = "leave it out"
+
+
+OF_SEARCH = Refusal(ONE_SOLUTION, "has no effect with {mode}, which has a method of its own")
+TABLE = {  # by what is asked for
+    "--all": [Refusal(("--minimize", "--maximize"), hint=ONE_LEFT_OUT), OF_SEARCH],
+    "--minimize": [Refusal(("--maximize",), hint=ONE_LEFT_OUT), OF_SEARCH, Refusal(("--plot",))],
+    "--maximize": [OF_SEARCH, Refusal(("--plot",))],
+    "the model's objective": [OF_SEARCH, Refusal(("--plot",))],
+    "one solution": [Refusal(("--max-solutions",), "has no effect without --all", "add --all")],
+    "several problems": [
+        Refusal(("--plot", "--paths"), "draws one problem only", COMPARE),
+        Refusal(("--show",), "chooses the unknowns of one problem only", COMPARE),
+    ],
+    "tables of several problems": [
+        Refusal(OF_ITERATES, "has no effect on several problems but in JSON", "give --format json")
+    ],
+    "--sequence": [
+        Refusal(
+            {*OWN, *OF_ITERATES, "--jobs", "--cluster", "--method"},
+            "has no effect with {mode}, where auto solves each problem from the states of the last one",
+        )
+    ],
+    "--resume": [Refusal(("--output", "--format"), "has no effect with {mode}, which goes on with its file")],
+    "--cluster": [Refusal(("--jobs",), "has no effect with {mode}, which has workers of its own")],
+    "--quiet": [Refusal(("--trace", "--bound"))],
+    "json": [Refusal(("--columns", "--show"), "has no effect on {mode}, which has all")],
+    "csv": [Refusal(("--bound",), "has no effect on the format {mode}, which holds no proofs")],
+    "no iterates": [Refusal(OF_ITERATES[1:], "has no effect where no iterates are shown")],
+    "no unknowns": [Refusal(("--show",), "has no effect where no unknowns are shown")],
+    "a nonlinear model": [
+        Refusal({*OF_LINEAR, "--exact", "--paths", "--lower", "--upper", "--infinity"}, "has no effect on {mode}")
+    ],
+    "--exact": [Refusal(("--tol",))],
+    "a proof": [Refusal(("--tol",), "has no effect on {mode}")],
+    "a bench that is resumed": [Refusal(BENCH, "has no effect with --resume, which keeps the options of the bench")],
+    "--list": [Refusal((*FAMILY, "--from-qp", "--from-game", "--output"), hint=ONE_LEFT_OUT)],
+    "--from-qp": [Refusal((*FAMILY, "--from-game"), hint=ONE_LEFT_OUT)],
+    "--from-game": [Refusal(FAMILY, hint=ONE_LEFT_OUT)],
+}
+
+
+def refuse_beside(mode: str, given: Mapping[str, Any]) -> None:
+    """Raise OptionError if one of some options has no effect in a mode, one of TABLE. given : the values of options by
+    flag; None, False and an empty tuple stand for one that is not given."""
+    for options, fault, hint in TABLE[mode]:
+        for name, value in given.items():
+            if name in options and value is not None and value is not False and value != ():
+                raise OptionError(name, fault.format(mode=mode), hint)

@@ -1,7 +1,11 @@
-"""lcp help, the reference, one page per topic; and lcp completion."""
+"""lcp help, the reference, one page per topic; and lcp completion.
+
+lcp kernels: the kernels of the extra `fast` are compiled ahead of their first use.
+"""
 
 from __future__ import annotations
 
+import itertools
 import re
 from pathlib import Path
 
@@ -21,9 +25,10 @@ from lcpcli.cli.command import (
     write_tables,
 )
 from lcpcli.cli.output import refuse
-from lcpcli.cli.terminal import emit, terminal
-from lcpcli.errors import OptionError, folded, quoted
+from lcpcli.cli.terminal import Line, emit, shows_progress, terminal
+from lcpcli.errors import OptionError, count, folded, quoted
 from lcpcli.methods.registry import METHODS, NONLINEAR, OTHER_NAMES, known_options, suggestion
+from lcpcli.options import MISSING, has_numba
 
 FOLDER = Path(__file__).parent.parent / "topics"  # one page per topic, in Markdown; its title is shown as its meaning
 PAGES = {page.stem: page.read_text(encoding="utf-8") for page in sorted(FOLDER.glob("*.md"))}
@@ -114,7 +119,6 @@ def _sections(page: str, word: str) -> str:
 
 
 def _options(context: click.Context, method: str) -> str:
-    """Return the table of the options of a method, and of the starts that it uses."""
     params = lcp.commands["solve"].params
     records = [param.get_help_record(context) for param in params if param.name in known_options(method)]
     formatter = context.make_formatter()
@@ -155,3 +159,28 @@ SHELLS = {
 def completion(shell: str) -> int:
     """Print a script with which SHELL completes commands, options, methods, names and problem files."""
     return shell_complete(lcp, {}, "lcp", VARIABLE, f"{shell}_source")
+
+
+@command(
+    short_help="Compile the kernels of the extra fast ahead of time.",
+    examples=("lcp kernels",),
+    epilog="LCPCLI_KERNELS=1 in the environment makes all runs use them: see lcp help speed.",
+    exits={0: "all are compiled", 2: "numba is missing, or cannot write its cache (one-line message)"},
+)
+def kernels() -> None:
+    """Compile the kernels of the extra fast that numba does not have in its cache, and say where that is."""
+    if not has_numba():
+        raise OptionError("kernels", *MISSING)
+    try:
+        from lcpcli.kernels.ahead import KERNELS, compile_all
+
+        begun, shown = itertools.count(1), shows_progress(False)
+        with Line() as line:
+            now, before, folder = compile_all(
+                lambda name: line.show(f"{next(begun)}/{KERNELS}  {name}") if shown else None
+            )
+    except RuntimeError as error:  # the cache has no place
+        raise OptionError("numba", str(error), "set NUMBA_CACHE_DIR to a folder that can be written") from None
+    if not folder:
+        raise OptionError("NUMBA_DISABLE_JIT", "is set, so that nothing is compiled", "unset it")
+    click.echo(f"{count(now, 'kernel')} compiled, {before} already there; the cache is in {folder}")

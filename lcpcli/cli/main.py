@@ -232,7 +232,6 @@ def say(message: str) -> None:
 
 
 def _complain(message: str, code: int = BAD_INPUT) -> int:
-    """Print one line on standard error; return the exit code."""
     say(message)
     return code
 

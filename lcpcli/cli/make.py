@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.cli.command import Choice, argument, command, option
-from lcpcli.cli.declarations import file_option, problem_file, problem_output
+from lcpcli.cli.declarations import file_option, problem_file, problem_output, refuse_beside
 from lcpcli.cli.output import Destination, refuse
-from lcpcli.cli.problems import Inputs, tell, without_wrong_solutions
-from lcpcli.cli.refusals import refuse_beside
+from lcpcli.cli.problems import Inputs, teller, without_wrong_solutions
 from lcpcli.cli.terminal import emit
 from lcpcli.errors import OptionError, count, quoted
 from lcpcli.files.formats import ALL, COMPLETE, FORMATS, PROGRAM_SUFFIXES
 from lcpcli.gallery import families as gallery
+from lcpcli.report.document import Document, Section, Table, typeset
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -76,6 +76,7 @@ def make(
     from_qp: str | None,
     from_game: str | None,
     output: str | None,
+    quiet: bool,
     listed: bool,
 ) -> int:
     """Write a problem of FAMILY, a family of the gallery, or the problem of a program or a game."""
@@ -90,20 +91,18 @@ def make(
             refuse_beside(name, given)
             from lcpcli.files import reading
 
-            write(reading.read_origin(name.removeprefix("--from-"), source), output)
+            write(reading.read_origin(name.removeprefix("--from-"), source), output, quiet)
             return 0
     if family is None:
         raise OptionError("FAMILY", "is missing", "name a family; lcp make --list shows them")
     parameters = _parameters(family, settings)
     without_effect = seed is not None and not gallery.is_random(family)
     refuse(without_effect, "--seed", f"has no effect on {family}, which has no random entries")
-    write(gallery.make(family, n, seed or 0, **parameters), output)
+    write(gallery.make(family, n, seed or 0, **parameters), output, quiet)
     return 0
 
 
 def _show_list() -> int:
-    from lcpcli.report.document import Document, Section, Table, typeset
-
     rows = []
     for name, meaning in gallery.FAMILIES.items():
         parameters = gallery.parameters_of(name).items()
@@ -157,9 +156,10 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
     if written.rounded.name == reading.name_of(file):  # the problem has no name of its own
         written = replace(written, rounded=written.rounded.named(""), own=written.own.named(""))
     written = writing.with_costs(written, output or "")
-    write(written, output, as_program=True)
+    write(written, output, inputs.quiet, as_program=True)
     if output is None:
         return 0
+    tell = teller(inputs.quiet)
     if left_out := losses(written.rounded, output):
         kept = FORMATS[Path(output).suffix.casefold()].keeps
         form = CONDITIONS.get(kind_of(written.rounded), "the format keeps only")
@@ -209,8 +209,8 @@ def prepare(inputs: Inputs, output: str | None) -> None:
         inputs.refuse({"--output": writing.file_of_q(output)})
 
 
-def write(problem: Problem | Written[Problem], output: str | None, as_program: bool = False) -> None:
-    """Write a problem in the format of the file's suffix, or as JSON to standard output.
+def write(problem: Problem | Written[Problem], output: str | None, quiet: bool, as_program: bool = False) -> None:
+    """Write a problem in the format of the file's suffix and say so, or as JSON to standard output.
 
     as_program : as for `writing.write`.
     """
@@ -222,6 +222,7 @@ def write(problem: Problem | Written[Problem], output: str | None, as_program: b
         emit(writing.contents_of(written, "", ".json", as_program)[""].decode(), color=False)
     else:
         writing.write_as(written, output, as_program)
+        teller(quiet)(f"wrote {' and '.join(filter(None, (output, writing.file_of_q(output))))}")
 
 
 def losses(problem: Problem, output: str) -> list[str]:

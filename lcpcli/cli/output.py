@@ -9,8 +9,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli import options
+from lcpcli.cli.declarations import refuse_beside
 from lcpcli.cli.problems import teller
-from lcpcli.cli.refusals import refuse_beside
 from lcpcli.cli.terminal import ITERATES, emit, size, terminal
 from lcpcli.errors import OptionError
 from lcpcli.options import EVERY

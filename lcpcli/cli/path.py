@@ -19,6 +19,7 @@ from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files.contents import parsed, place, within
 from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL
+from lcpcli.report import wording
 from lcpcli.report.document import MEANINGS
 
 if TYPE_CHECKING:
@@ -108,10 +109,9 @@ def path(
     file = place(inputs[-1].files[-1])
     files_read = [place(each.files[-1]) for each in inputs]
     if names:
-        from lcpcli.report import selection
         from lcpcli.report.path_terms import Ends
 
-        selection.places(Ends(*(each.problem for each in ends)).names(), names)  # refuses a name of none
+        wording.places(Ends(*(each.problem for each in ends)).names(), names)  # refuses a name of none
     found, code = _followed(ends, file, span, **given)
     from lcpcli.report import path_formats, plotting
 
@@ -123,7 +123,6 @@ def path(
 
 
 def _inputs(files: Sequence[str], direction: str | None, how: dict[str, Any]) -> list[Inputs]:
-    """Return the files of the first problem and, without a direction, of the last one."""
     if direction is not None:
         if not 1 <= len(files) <= 2:
             hint = "give one problem: a file, or a file with M and one with q"
@@ -136,7 +135,6 @@ def _inputs(files: Sequence[str], direction: str | None, how: dict[str, Any]) ->
 
 
 def _span(start: str, stop: str, exact: bool) -> tuple[Number, Number]:
-    """Return t at both ends."""
     first, last = _number("--from", start, exact), _number("--to", stop, exact)
     fault = f"is {float(last):g}, and the path begins at t = {float(first):g}"
     refuse(first >= last, "--to", fault, "give a larger number")
@@ -144,7 +142,6 @@ def _span(start: str, stop: str, exact: bool) -> tuple[Number, Number]:
 
 
 def _number(option: str, text: str, exact: bool) -> Number:
-    """Return a value of t, a fraction or a double."""
     from lcpcli.rational.numbers import ratio, rounded
 
     value = within(option, ratio, text)
@@ -154,7 +151,6 @@ def _number(option: str, text: str, exact: bool) -> Number:
 
 
 def _values(text: str | None, start: Number, stop: Number, exact: bool) -> list[Number]:
-    """Return the values of t in a text."""
     if text is None:
         return []
     from lcpcli.files.beside import typed_numbers
@@ -170,7 +166,6 @@ def _values(text: str | None, start: Number, stop: Number, exact: bool) -> list[
 
 
 def _direction(text: str, problem: Problem) -> list[Fraction]:
-    """Return the direction, given in numbers or in a file."""
     from lcpcli.files.beside import typed_numbers, typed_vector
     from lcpcli.files.reading import LINE, exact_vector_in
     from lcpcli.rational.numbers import ratio

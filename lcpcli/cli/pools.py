@@ -116,7 +116,6 @@ class _Process:
         return outcome
 
     def end(self) -> None:
-        """End the process."""
         self.process.terminate()
         self.process.join()
         self._connection.close()

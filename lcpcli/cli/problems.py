@@ -17,11 +17,14 @@ import click
 
 from lcpcli import options
 from lcpcli.cli.command import BEHIND_QUIET
+from lcpcli.cli.declarations import refuse_beside
 from lcpcli.cli.main import say
-from lcpcli.cli.refusals import refuse_beside
 from lcpcli.cli.terminal import STANDARD
 from lcpcli.errors import OptionError, ProblemError, count
+from lcpcli.files import contents
+from lcpcli.files.contents import place
 from lcpcli.files.fields import BOUND_OPTIONS
+from lcpcli.files.formats import form_of
 from lcpcli.linalg.threads import GENERAL, MANY_ROWS, VARIABLES
 from lcpcli.report.wording import flag
 
@@ -169,7 +172,7 @@ class Inputs(NamedTuple):
 
         are_many : whether to treat them as several problems even if their number is not known.
         """
-        from lcpcli.files.inputs import QColumns, inputs
+        from lcpcli.files.inputs import FIRST_NAME, QColumns, inputs
 
         if self.game:
             from lcpcli.files.games import game_in
@@ -179,11 +182,10 @@ class Inputs(NamedTuple):
         if are_many:
             return each, True
         first = list(islice(each, 2))
-        if isinstance(first[0], QColumns) and not self.has_q and first[0].may_be_problem:
+        if isinstance(first[0], QColumns) and not self.has_q and first[0].names[0] == FIRST_NAME:
             own, columns = first[0].sources[0].file, len(first[0].names)
-            self.tell(
-                [f"{own}: its {columns} columns are {columns} q, as --q would say; if they are M and q, name it alone"]
-            )
+            means = f"its {columns} columns are {columns} q, as --q would say; if they are M and q, name it alone"
+            self.tell([f"{own}: {means}"] * (columns == len(first[0].Q) + 1))  # it may have been meant as [M | q]
         if len(first) == 1:
             self._hint_at_option(first[0].paths)
         return chain(first, each), len(first) > 1 or isinstance(first[0], QColumns)
@@ -239,9 +241,6 @@ class Inputs(NamedTuple):
         return beside.with_bounds(work.first_problem(), self.bounds)
 
     def _single(self, work: Input) -> InputProblem:
-        from lcpcli.files import contents
-        from lcpcli.files.contents import place
-
         fetch = cache(contents.content_of)  # standard input can be read only once
         original = changed = work.read()
         if any(bound is not None for bound in self.bounds.values()):
@@ -269,8 +268,6 @@ class Inputs(NamedTuple):
 
 def _remark_on_table(work: Input, problem: Problem) -> str:
     """Return the line on a table in CSV whose first column may be an index; "" for other problems."""
-    from lcpcli.files.formats import form_of
-
     if len(work.contents) != 1 or work.line is not None or form_of(work.paths[0], work.contents[0]) != "csv_format":
         return ""
     from lcpcli.files import csv_format
@@ -281,9 +278,6 @@ def _remark_on_table(work: Input, problem: Problem) -> str:
 def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:
     """Return the problem without its wrong known solutions, with remarks on these, and on a shipped problem that is
     read because no file has its name."""
-    from lcpcli.files import contents
-    from lcpcli.files.contents import place
-
     vetted, faults = problem, list[str]()
     if problem.solutions:
         from lcpcli.verify.point import without_wrong_solutions

@@ -14,9 +14,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from lcpcli import options
-from lcpcli.cli.declarations import OF_METHODS, STARTS
+from lcpcli.cli.declarations import OF_METHODS, STARTS, refuse_beside
 from lcpcli.cli.problems import Inputs, tell, teller
-from lcpcli.cli.refusals import refuse_beside
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.clock import seconds
 from lcpcli.errors import OptionError, listed

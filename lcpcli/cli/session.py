@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from lcpcli import options
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, as_written, of_result, of_several
@@ -16,15 +16,13 @@ from lcpcli.cli.request import Request, with_references
 from lcpcli.cli.terminal import STANDARD
 from lcpcli.enumeration import others
 from lcpcli.errors import LCPError, OptionError, ProblemError
+from lcpcli.files.contents import Source
 from lcpcli.files.formats import LINES
+from lcpcli.files.inputs import Work
 from lcpcli.options import LIMITS
-from lcpcli.report import result_formats
+from lcpcli.report import result_formats, wording
 from lcpcli.solving import driver
-
-if TYPE_CHECKING:
-    from lcpcli.files.contents import Source
-    from lcpcli.files.inputs import Work
-    from lcpcli.solving.result import Result
+from lcpcli.solving.result import Result
 
 AnyInput: TypeAlias = InputProblem | InputModel
 Results: TypeAlias = "list[list[Result]]"  # by problem
@@ -77,7 +75,6 @@ def run(request: Request, of_one: Callable[[Request, Work, Output], Outcome] | N
 
 
 def _outcome(request: Request, works: Iterator[Work], output: Output) -> Outcome:
-    """Run the methods on all problems and return the outcome."""
     problems, sources, faults = _read(request.inputs, list(works))
     text_of = partial(_text, request, sources=sources, faults=faults, output=output)
     if not problems:
@@ -91,7 +88,7 @@ def _outcome(request: Request, works: Iterator[Work], output: Output) -> Outcome
         from lcpcli.report import result_csv
 
         runs = list(chain.from_iterable(results))
-        output.destination.add(output.trace_path, lambda _: result_csv.written(*result_csv.iterates(runs)))
+        output.destination.add(output.trace_path, lambda _: result_formats.written(*result_csv.iterates(runs)))
     text = verdict = ""
     if not output.silent:
         results, text = _with_conclusions(request, results, None if interrupted else among, text_of)
@@ -141,10 +138,8 @@ def _results(
     chosen = [request.options_for(problem) for problem in problems]
     _require_pictures(request, problems)
     if request.names:
-        from lcpcli.report import selection
-
         for problem in problems:
-            selection.require(problem, request.names)
+            wording.require(problem, request.names)
     if request.levels or output.plot is not None or output.paths is not None:
         problems = with_references(problems, request.limits)
     is_timed = output.plot is not None or (bool(request.levels) and not output.silent)

@@ -7,7 +7,7 @@ from typing import Any
 
 from lcpcli.cli import declarations
 from lcpcli.cli.command import EXITS, command, option
-from lcpcli.cli.refusals import refuse_beside
+from lcpcli.cli.declarations import refuse_beside
 from lcpcli.cli.request import Request
 from lcpcli.methods.variants import Variant
 from lcpcli.options import JOBS, MAX_SOLUTIONS

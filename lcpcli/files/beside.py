@@ -11,26 +11,26 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lcpcli.errors import ParameterError, ProblemError, kind, quoted
+from lcpcli.files import proposed_solutions
 from lcpcli.files.contents import STANDARD_INPUT, Fetch, content_of, decode, parsed, place, within
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import form_of, kind_in, load
+from lcpcli.files.json_format import load as loaded
+from lcpcli.files.log import Sought, first_of
+from lcpcli.files.proposed_solutions import Candidate
 from lcpcli.files.reading import LINE, Names, in_order, vector_in
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.box import WORDS, Box, in_words
+from lcpcli.model.problem import Problem
 from lcpcli.model.start import basis_of_words
+from lcpcli.rational.exact_problem import Bounds, ExactProblem, fractions_of, number_of
 from lcpcli.rational.numbers import Doubles, fraction, ratio, rounded
 from lcpcli.typing import Vector
-
-if TYPE_CHECKING:
-    from lcpcli.files.log import Sought
-    from lcpcli.files.proposed_solutions import Candidate
-    from lcpcli.model.problem import Problem
-    from lcpcli.rational.exact_problem import Bounds, ExactProblem
 
 NUMBER = r"(?:[-+.eE/]*\d[-+\d.eE/]*|[-+]?inf|nan)"
 PARTING = r"(?:\s*[,;]\s*|\s+)"
@@ -92,7 +92,6 @@ def remark(problem: Problem, given: Mapping[str, Any]) -> str:
 
 def with_exact_bounds(data: ExactProblem, problem: Problem, given: Mapping[str, Any], fetch: Fetch) -> ExactProblem:
     """Return the exact data of the problem that `with_bounds` returned, with the bounds as written."""
-    from lcpcli.rational.exact_problem import number_of
 
     def exact(value: Any) -> Fraction | None:
         return None if value is None or value in (math.inf, -math.inf) else number_of(value)
@@ -186,9 +185,6 @@ def read_candidates(path: str, lengths: Mapping[int, str], problem: Sought, name
     lengths : what a vector stands for, by its length: z and, for a program, x and y, or x. problem : the problem
     whose result is chosen of several. names : those of the unknowns, by which a table may be labelled.
     """
-    from lcpcli.files import proposed_solutions
-    from lcpcli.rational.exact_problem import fractions_of
-
     numbers = typed_numbers(path)
 
     def parse(content: bytes) -> list[Candidate]:
@@ -246,8 +242,6 @@ def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
 
 def _result_in(form: str, content: bytes, n: int, before: str = "") -> tuple[Vector, Vector | None]:
     """Return z and w of a result, the first of several; w may be None in CSV. before : the prefix of messages."""
-    from lcpcli.files import proposed_solutions
-
     if form == "csv_format":
         first = proposed_solutions.of_table(content)[0]
         if first.rows is not None:
@@ -264,9 +258,6 @@ def _result_in(form: str, content: bytes, n: int, before: str = "") -> tuple[Vec
 def _first_in(content: bytes) -> Any:
     """Return the content of a JSON text: if it has several objects, one per line, the first one; if it is a log, the
     record of the first problem."""
-    from lcpcli.files.json_format import load as loaded
-    from lcpcli.files.log import first_of
-
     text = decode(content)
     are_several = text.strip().partition("\n")[2].lstrip().startswith("{")
     return loaded(first_of(text.strip()) if are_several else text)

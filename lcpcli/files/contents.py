@@ -104,7 +104,6 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
 
 
 def _some(files: Sequence[Path]) -> str:
-    """Return the names of the first few files."""
     return ", ".join(file.name for file in files[:MOST_NAMED]) + ", ..." * (len(files) > MOST_NAMED)
 
 

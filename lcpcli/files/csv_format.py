@@ -23,7 +23,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,10 +33,8 @@ from lcpcli.files.fields import BOUNDS, OTHER_NAMES, of_table
 from lcpcli.files.formats import HEAD, Exact, Number
 from lcpcli.interrupts import in_time
 from lcpcli.linalg import matrices
+from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import RATIO, decimal
-
-if TYPE_CHECKING:
-    from lcpcli.model.problem import Problem
 
 DELIMITERS = (";", "\t", ",")
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, so it is not a name in a header

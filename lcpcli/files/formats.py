@@ -96,7 +96,6 @@ class Format(Protocol):
 
 
 def load(form: str) -> Format:
-    """Return the module of a format."""
     return cast(Format, import_module(form if "." in form else f"lcpcli.files.{form}"))
 
 
@@ -120,6 +119,8 @@ def kind_in(form: str) -> Kind:
 
 ZIP, GZIP = b"PK\x03\x04", b"\x1f\x8b"
 COMPRESSIBLE = {ending.removesuffix(".gz") for ending in COMPRESSED}
+# The five numbers with which a MAT file of version 4 begins, in either order of bytes: no text is like them.
+MAT_4 = rb"(?s)[\0-\x34]\0{3}.{8}[\0\1]\0{3}.{2}\0{2}|\0{2}[\3\4].{9}\0{3}[\0\1]\0{2}.{2}"
 MPS = rb"(?mi)(?:\*[^\n]*\n|\s*\n)*(?:NAME|ROWS|OBJSENSE)\b[^;,{\n]*\r?\n(?s:.){0,1000}?^\s*N\s+\S"
 AS_ARRAYS = "save M and q with numpy.savez"
 SPREADSHEET = ("is a spreadsheet", "save it as CSV")
@@ -176,7 +177,7 @@ def form_of(path: str, content: bytes) -> str:
         _refuse(next((advice for mark, advice in FOREIGN_BEGINNINGS.items() if content.startswith(mark)), None))
     begun = (kind for kind in FORMATS.values() if kind.beginning and content.startswith(kind.beginning))
     kind = next(begun, None) or kind_with(ending)
-    form = kind and kind.form
+    form = kind.form if kind else "mat_format" if re.match(MAT_4, content) else None
     if form is None:
         _refuse(AS_TABLE if re.search(RENDERED, content) else FOREIGN_SUFFIXES.get(ending))
     if form is None and re.match(MPS, content):

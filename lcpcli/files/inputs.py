@@ -120,10 +120,6 @@ class QColumns(NamedTuple):
         return [Source(file, self.first + j, marks[j] if marks else None) for j in range(len(self.names))]
 
     @property
-    def may_be_problem(self) -> bool:  # whether the table may have been meant as [M | q]
-        return len(self.names) == len(self.Q) + 1 and self.names[0] == FIRST_NAME
-
-    @property
     def digests(self) -> list[str]:  # the digests of its problems
         M = self.M.tocsr() if is_sparse(self.M) else self.M
         parts = [part.tobytes() for part in ((M.indptr, M.indices, M.data) if is_sparse(M) else (M,))]
@@ -288,7 +284,7 @@ def _is_q(path: str, n: int | None = None) -> bool:
         if not content:
             return False
         with suppress(ProblemError):
-            own = reading.content_in(path, content)
+            own = within(place(path), made, reading.fields_in(path, content))
         with suppress(ProblemError):
             return reading.vector_in("q", path, content).size == n or not isinstance(own, Problem)
         return own is None and n is not None and _columns(path, content, n) is not None

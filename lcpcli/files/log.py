@@ -33,7 +33,6 @@ class Log:
         self._path, self._file, self._is_file = path, file, Path(path).is_file()
 
     def clear(self) -> None:
-        """Empty the log."""
         if self._is_file:
             with naming(self._path):
                 self._file.seek(0)
@@ -160,7 +159,6 @@ def record_of(text: str, problem: Sought) -> tuple[str, str]:
 
 
 def _text(key: str, line: str) -> str:
-    """Return the text that a record has for a key; "" if there is none."""
     found = re.search(TEXT.format(key), line)
     return str(json.loads(found[1])) if found else ""
 

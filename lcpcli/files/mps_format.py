@@ -6,16 +6,20 @@ lower bound, which some take to mean no lower bound. Bounds, right-hand sides an
 Programs written as free MPS.
 
 QUADOBJ has one triangle of Q; the right-hand side of the objective is minus its constant.
+
+Programs in LP format, which HiGHS converts to MPS. Files with warnings are refused; numbers have up to 15 digits.
 """
 
 from __future__ import annotations
 
 import math
 import re
+import tempfile
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,6 +29,7 @@ from lcpcli.files.contents import unpacked
 from lcpcli.files.fields import LARGEST_DENSE
 from lcpcli.files.formats import Exact, Number
 from lcpcli.files.json_format import number_text
+from lcpcli.linalg.linear_program import solver
 from lcpcli.model.box import NO_BOUND
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import Doubles, decimal, fraction, rounded, shortest_decimal
@@ -53,8 +58,6 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     number a double of its own."""
     text = unpacked(content)
     if not MPS.search(text):
-        from lcpcli.files.lp_format import as_mps
-
         try:
             return fields(as_mps(text), number)
         except ProblemError as error:  # in a line of another text file
@@ -80,7 +83,6 @@ class _Reader:
         self._is_integer = False
 
     def program(self, text: str) -> dict[str, Any]:
-        """Return the fields of the program."""
         readers = {"OBJSENSE": self._read_sense, "ROWS": self._read_row, "COLUMNS": self._read_column}
         readers |= {"RHS": self._read_sides, "RANGES": self._read_sides, "BOUNDS": self._read_bound}
         readers |= dict.fromkeys(QUADRATIC, self._read_curvature)
@@ -279,7 +281,6 @@ class _Reader:
 
 
 def _squared(lines: Sequence[str]) -> set[str]:
-    """Return the names on the diagonal of the quadratic part."""
     found: set[str] = set()
     is_quadratic = False
     for line in lines:
@@ -414,3 +415,44 @@ def _columns(
             yield f" {name} {objective} {number(cost)}"
         for place in own:
             yield f" {name} {rows[A.indices[place]]} {number(A.data[place].item())}"
+
+
+PACKAGE = "highspy"
+INSTALL = "pip install 'linear-complementarity[mps]'"
+TOLD = ("inconsistent bounds", "Parser error")  # complaints about faults that are reported elsewhere
+HINT = "compare it with a file in the LP format that is read; quadratic constraints and integer variables are not"
+PLACE = re.compile(r":(\d+):\d+$", re.MULTILINE)  # line and column, after the name of a file
+
+
+def as_mps(text: bytes) -> bytes:
+    """Return a program in MPS; raise ProblemError for the first complaint of HiGHS."""
+    try:
+        import highspy
+    except ModuleNotFoundError:
+        raise ProblemError("", f"is read by {PACKAGE}, which is not installed", INSTALL) from None
+    options = {"log_to_console": False, "infinite_bound": math.inf}  # by default, sides of 1e20 or more would be lost
+    highs = solver(highspy, options)
+    events: list[str] = []
+    highs.cbLogging.subscribe(lambda event: events.append(event.message))
+    with tempfile.TemporaryDirectory() as folder:
+        given, made = (Path(folder) / name for name in ("program.lp", "program.mps"))
+        given.write_bytes(text)
+        try:
+            status = highs.readModel(str(given))
+        except UnicodeDecodeError:  # a complaint that quotes bytes that are no text
+            status = highspy.HighsStatus.kError
+        for line in events:
+            if line.startswith(("WARNING", "ERROR")) and not any(words in line for words in TOLD):
+                raise ProblemError("", f"cannot be read ({_complaint(line)})", HINT)
+        if status == highspy.HighsStatus.kError or not highs.getNumCol():
+            raise ProblemError("", "is not a program in MPS or in the LP format", "is it complete?")
+        highs.writeModel(str(made))
+        return made.read_bytes().partition(b"\n")[2]  # without the name, which is that of the temporary file
+
+
+def _complaint(event: str) -> str:
+    """Return the first line of a complaint, with the line of the file if the next ones show it, as since version 1.16
+    of HiGHS."""
+    first, _, rest = event.partition(":")[2].strip().partition("\n")
+    place = PLACE.search(rest)
+    return " ".join(first.split()) if place is None else f"line {place[1]}: {first}"

@@ -138,7 +138,6 @@ class Conditions:
 
     @cached_property
     def _rows_with(self) -> dict[int, list[int]]:
-        """For each unknown the rows that depend on it."""
         found = dict[int, list[int]]()
         for row in (*self.equations, *self.complements.values()):
             for x in self._unknowns_in([row]):

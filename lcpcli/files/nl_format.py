@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import cached_property
 from math import isfinite
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,16 +24,13 @@ from lcpcli.files.contents import content_of, decode, place, within
 from lcpcli.files.fields import LARGEST_DENSE, made
 from lcpcli.files.formats import Number
 from lcpcli.files.nl_model import Functions, NlModel, model_of
-from lcpcli.files.nl_segments import Header, segments_in
-from lcpcli.files.nl_tokens import in_names, named, names_beside, whole
-from lcpcli.files.reading import WHOLE, name_of
+from lcpcli.files.nl_segments import Header, in_names, named, names_beside, segments_in, whole
+from lcpcli.files.reading import WHOLE, exact_parts_in, name_of
 from lcpcli.model.nonlinear import Enclosure, NonlinearProblem
 from lcpcli.model.problem import Problem
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import Doubles, fraction
 from lcpcli.typing import Matrix, Vector
-
-if TYPE_CHECKING:
-    from lcpcli.rational.exact_problem import ExactProblem
 
 NONLINEAR = "is a nonlinear model", "see lcp help models for what takes it"
 NO_OBJECTIVE = (
@@ -156,9 +153,6 @@ class Model:
 
     def exactly(self) -> ExactProblem:
         """Return the problem of a linear model with its decimals as written."""
-        from lcpcli.files.reading import exact_parts_in
-        from lcpcli.rational.exact_problem import ExactProblem
-
         assert isinstance(self.problem, Problem)
         return ExactProblem(self.problem, *exact_parts_in("nl_format", self._content))
 

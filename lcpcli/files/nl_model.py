@@ -19,8 +19,7 @@ from lcpcli.expressions.graph import Graph
 from lcpcli.expressions.tape import SUM, Arithmetic, DoublePrecision, Jacobian, Tape
 from lcpcli.files.fields import LARGEST_DENSE
 from lcpcli.files.nl_bounds import BOTH, Conditions, kinds_of
-from lcpcli.files.nl_segments import Header, Linear, Segments, Side, Term
-from lcpcli.files.nl_tokens import MEANINGS
+from lcpcli.files.nl_segments import MEANINGS, Header, Linear, Segments, Side, Term
 from lcpcli.model.nonlinear import Enclosure
 from lcpcli.typing import Indices, Matrix, Vector
 
@@ -156,7 +155,6 @@ def _ends(where: str, low: Any, high: Any) -> Side:
 
 
 def _partners(segments: Segments) -> dict[int, int]:
-    """Return the complementing rows, by variable."""
     partners: dict[int, int] = {}
     for row, (variable, _) in segments.complements.items():
         if variable in partners:
@@ -304,11 +302,9 @@ class Functions:
         return order
 
     def F(self, z: Vector) -> Vector:
-        """Return F(z)."""
         return self._tape.values(z)[..., self.order]
 
     def J(self, z: Vector) -> Matrix:
-        """Return the Jacobian at z."""
         return self._matrix(self._entries_at(z))
 
     def _entries_at(self, z: Vector) -> Vector:

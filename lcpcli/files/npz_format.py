@@ -31,7 +31,6 @@ SPARSE_FIELDS = ("data", "indices", "indptr", "row", "col", "offsets", "shape", 
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
-    """Return the fields in an archive."""
     data = _arrays(content)
     for key in ("M", *MATRICES):  # such as A.data
         names = [f"{key}.{part}" for part in (*COMPRESSED, "shape") if f"{key}.{part}" in data]

@@ -16,7 +16,7 @@ from lcpcli.files.fields import BOUNDS, is_whole, kind_of, made
 from lcpcli.files.formats import Number, form_of, is_result, kind_in, load, uncompressed
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Vector
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -98,7 +98,7 @@ def fields_in(path: str, content: bytes, number: Number = float) -> dict[str, An
     form = within(place(path), form_of, path, content)
     fields = within(place(path), _called, form, "fields", content, number)
     if form == "nl_format":
-        from lcpcli.files.nl_tokens import in_names, names_beside
+        from lcpcli.files.nl_segments import in_names, names_beside
 
         fields |= {"names": names_beside(path, fields["names"]), "note": in_names(path, fields["note"])}
     if isinstance(fields, dict) and (kind_of(fields) or "M" in fields):
@@ -116,11 +116,6 @@ def _called(form: str, function: str, *given: Any) -> Any:
             raise
         fault = f"cannot be read by the package {form.partition('.')[0]}: {raised(error)}"
         raise ProblemError("", fault, "correct the file, or that package") from None
-
-
-def content_in(path: str, content: bytes) -> Problem | Matrix:
-    """Return the problem in a file, or M alone."""
-    return within(place(path), made, fields_in(path, content))
 
 
 def names_in(path: str, content: bytes, fields: Mapping[str, Any]) -> Sequence[str]:

@@ -169,10 +169,10 @@ class Problem:
         return self
 
     def __repr__(self) -> str:
-        return str(views.notebook.problem_text(self))
+        return str(views.outcome.problem_text(self))
 
     def _repr_html_(self) -> str:
-        return str(views.notebook.problem_html(self))
+        return str(views.outcome.problem_html(self))
 
     @property
     def is_mixed(self) -> bool:

@@ -1,26 +1,103 @@
 """Solvers in Python packages: QuantEcon.py, and five solvers of convex quadratic programs.
 
 Unlike in qpsolvers, DAQP's z and status and HiGHS's status are kept on failure, and conversion and setup are timed.
+
+The input of other solvers: the problem as a convex quadratic program, and matrices in their storage.
+
+The program is to minimize z'Mz / 2 + q'z over z >= 0, or over l <= z <= u; a problem made from a program gives that
+program, with its rows. If M is symmetric, the optimality conditions are the problem; if M is also positive
+semidefinite, they are sufficient: R. W. Cottle, J.-S. Pang and R. E. Stone, The linear complementarity problem (1992),
+section 1.2.
+
+Gambit, in its own process: one equilibrium of a game of two players, by Lemke's method in floating point.
+
+R. Savani, T. L. Turocy, Gambit: the package for computation in game theory, https://www.gambit-project.org. The method
+is from B. C. Eaves, The linear complementarity problem, Management Science 17 (1971) 612-634. It has no tolerance, and
+its time limit ends the process, as it may not end by itself.
 """
 
 from __future__ import annotations
 
+import sys
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from lcpcli import clock
 from lcpcli.clock import imports
+from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.linear_program import highs_with
 from lcpcli.linalg.matrices import is_sparse, is_symmetric
 from lcpcli.linalg.quadratic_program import minimized
-from lcpcli.model.problem import Problem
+from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import Program, ProgramData
-from lcpcli.peers.quadratic import columns, dense, not_convex, not_dense, not_lcp, not_monotone, not_sparse, program_of
+from lcpcli.peers import registry
 from lcpcli.peers.registry import Claim, installed, not_installed
+from lcpcli.typing import Matrix
+
+MOST_CONVERTED = 2000  # unknowns up to which a matrix is converted; beyond that, the benchmark would misuse the peer
+
+
+def not_lcp(problem: Problem) -> str:
+    """Return why a peer for z >= 0 does not take the problem, as a clause; "" if it does."""
+    return "takes no bounds but z >= 0" if problem.is_mixed else ""
+
+
+def not_convex(problem: Problem) -> str:
+    """Return why the problem is not a convex quadratic program, as a clause; "" if it is."""
+    if isinstance(problem.origin, Program):
+        return "" if is_monotone(problem) else "needs a convex program"
+    convex = is_symmetric(problem.M) and is_monotone(problem)
+    return "" if convex else "needs a symmetric positive semidefinite M"
+
+
+def not_monotone(problem: Problem) -> str:
+    """Return why the problem is not a monotone variational inequality, as a clause; "" if it is."""
+    return "" if is_monotone(problem) else "needs v'Mv >= 0 for all v"
+
+
+def is_monotone(problem: Problem) -> bool:
+    """Return whether v'Mv >= 0 for all v, up to rounding."""
+    return is_semidefinite(problem.M if not isinstance(problem.origin, Program) else program_of(problem).Q)
+
+
+def program_of(problem: Problem, infinite: float = np.inf) -> ProgramData:
+    """Return the program, to be minimized, with a solver's own infinity; without rows if the problem has no program."""
+    given = conditions_of(problem)
+    data = problem.origin.program(given) if isinstance(problem.origin, Program) else None
+    if data is None:
+        none = np.zeros(0)
+        data = ProgramData(problem.M, problem.q, problem.M[:0], none, none, given.lower, given.upper)
+    ends = {name: getattr(data, name) for name in ("row_lower", "row_upper", "lower", "upper")}
+    return data._replace(**{name: np.clip(end, -infinite, infinite) for name, end in ends.items()})
+
+
+def _not_stored(kind: str, problem: Problem) -> str:
+    """Return why a peer for dense or for sparse matrices does not take M, as a clause; "" if it does."""
+    fits = problem.n <= MOST_CONVERTED or is_sparse(problem.M) is (kind == "sparse")
+    return "" if fits else f"takes {kind} matrices only; others are converted up to n = {MOST_CONVERTED}"
+
+
+not_dense, not_sparse = partial(_not_stored, "dense"), partial(_not_stored, "sparse")
+
+
+def dense(M: Matrix) -> Any:
+    """Return a copy of M as a dense row-major array, which the peer may overwrite."""
+    return M.toarray() if is_sparse(M) else np.array(M, order="C")
+
+
+def columns(*blocks: Any) -> Any:
+    """Return blocks one below the other, in compressed sparse columns, as a csc_matrix, which all peers accept."""
+    with imports:
+        from scipy.sparse import csc_matrix, vstack
+    return csc_matrix(vstack([csc_matrix(block) for block in blocks]) if len(blocks) > 1 else blocks[0])
+
 
 Ending = tuple[Any, Any, bool, str]
 """x and y, whether the program is solved, and the statement of a `Claim`. x is the minimizer of the program, None if
@@ -234,3 +311,63 @@ def _piqp(_: Any, problem: Problem, program: ProgramData, tol: float, __: float)
 
 
 piqp = PackageSolver("piqp", _piqp, (not_convex,))
+
+
+SOLVE = """
+import os, sys, time
+import numpy as np
+import pygambit
+data = np.load(sys.argv[1])
+print("ready", flush=True)
+os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+began = time.perf_counter()
+game = pygambit.Game.from_arrays(-data["rows"], -data["columns"])
+found = pygambit.nash.lcp_solve(game, rational=False, stop_after=1).equilibria
+x, y = ([float(found[0][s]) for s in p.strategies] for p in game.players) if found else ([], [])
+np.savez(sys.argv[2], seconds=time.perf_counter() - began, x=x, y=y)
+"""
+
+
+class _Gambit:
+    """Gambit as a `registry.Peer`."""
+
+    module = "pygambit"
+
+    def version(self) -> str | None:
+        return installed(self.module)
+
+    def excludes(self, problem: Problem) -> str:
+        return "" if _strategies(problem) else "takes games of two players only"
+
+    def solve(self, problem: Problem, tol: float, time_limit: float) -> Claim:  # noqa: ARG002 (there is no tolerance)
+        if self.version() is None:
+            raise not_installed(self.module)
+        m, M = _strategies(problem), dense(problem.M)
+        R, C = M[:m, m:], M[m:, :m].T
+        with tempfile.TemporaryDirectory() as folder:
+            files = [str(Path(folder) / name) for name in ("game.npz", "result.npz")]
+            np.savez(files[0], rows=R, columns=C)
+            ending, seconds = registry.run([sys.executable, "-c", SOLVE, *files], time_limit)
+            if ending:
+                return Claim(None, False, seconds, ending)
+            with np.load(files[1]) as result:
+                x, y, seconds = result["x"], result["y"], float(result["seconds"])
+        if not x.size:
+            return Claim(None, False, seconds, "no equilibrium")
+        z = np.concatenate((x / (C.T @ x).min(), y / (R @ y).min()))
+        return Claim(z, True, seconds, "an equilibrium")
+
+
+gambit = _Gambit()
+
+
+def _strategies(problem: Problem) -> int:
+    """Return the number of the row player's strategies if M = [0 R; C' 0] with positive costs R and C, and q = -e, on
+    z >= 0; 0 for any other problem."""
+    if problem.is_mixed or (problem.q != -1).any():
+        return 0
+    M = dense(problem.M)
+    m = int(np.argmax(M[0] > 0))
+    game = np.zeros(M.shape, dtype=bool)
+    game[:m, m:] = game[m:, :m] = True
+    return m if np.array_equal(M > 0, game) and not M[~game].any() else 0

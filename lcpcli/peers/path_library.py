@@ -57,15 +57,11 @@ _Size = CFUNCTYPE(None, c_void_p, _Integers, _Integers)
 _Bounds = CFUNCTYPE(None, c_void_p, c_int, _Doubles, _Doubles, _Doubles)
 _Function = CFUNCTYPE(c_int, c_void_p, c_int, _Doubles, _Doubles)
 _Jacobian = CFUNCTYPE(
-    c_int,
-    *(c_void_p, c_int, _Doubles, c_int, _Doubles),
-    *(_Integers, _Integers, _Integers, _Integers, _Doubles),
+    c_int, *(c_void_p, c_int, _Doubles, c_int, _Doubles), *(_Integers, _Integers, _Integers, _Integers, _Doubles)
 )
 
 
 class _Output(Structure):
-    """Where PATH writes its log: nowhere."""
-
     _fields_ = (("data", c_void_p), ("print", _Print), ("flush", _Flush))
 
 

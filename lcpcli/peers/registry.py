@@ -26,11 +26,8 @@ REGISTRY = {
     "osqp": ("packages", "operator splitting for quadratic programs (OSQP)"),
     "daqp": ("packages", "dual active-set method for quadratic programs and affine variational inequalities (DAQP)"),
     "highs": ("packages", "active-set method for quadratic programs (HiGHS)"),
-    "path-start": (
-        "path_library",
-        "stabilized Newton method from a problem's start, also nonlinear ones (PATH 5.2)",
-    ),
-    "gambit": ("gambit", "Lemke's method for one equilibrium of a game (Gambit)"),
+    "path-start": ("path_library", "stabilized Newton method from a problem's start, also nonlinear ones (PATH 5.2)"),
+    "gambit": ("packages", "Lemke's method for one equilibrium of a game (Gambit)"),
 }
 PEERS = {name: meaning for name, (_, meaning) in REGISTRY.items()}
 NONLINEAR = ("path-start",)  # those that also take nonlinear problems

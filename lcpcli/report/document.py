@@ -39,7 +39,6 @@ class Table(NamedTuple):
 
     @property
     def rows(self) -> list[Sequence[str]]:
-        """Return the rows of all groups."""
         return [row for group in self.groups for row in group]
 
     def widths(self) -> list[int]:

@@ -14,7 +14,7 @@ from lcpcli.inspection.verdict import title
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import TOL
 from lcpcli.presolve.presolve import Presolved, Refuted
-from lcpcli.report import json_lines, wording
+from lcpcli.report import result_formats, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.result_formats import Report
 from lcpcli.report.wording import PIPE_WIDTH
@@ -55,7 +55,9 @@ def render(
         if isinstance(found, Inspection):
             facts, tables = [found.obvious, *found.hints], _linear_tables(found, classes, whole)
         else:
-            facts, tables, kind = [*found.hints], _nonlinear_tables(found, classes, whole), ", nonlinear"
+            shown = [row for row in classes if whole or row[0] in DECISIVE]
+            of_start = _table(("class of M = J at the start", "", "because"), shown)
+            facts, tables, kind = [*found.hints], [_table(("", ""), _nonlinear_facts(found)), of_start], ", nonlinear"
         heading = f"{name}{kind}: {wording.size(found.problem)}"
         return Document(heading, [Section(heading, facts=list(filter(None, facts)), tables=tables)])
 
@@ -80,11 +82,6 @@ def _linear_tables(found: Inspection, classes: Sequence[Row], whole: bool) -> li
         ("the rest", f"--all shows {len(classes)} classes, sizes, rates and why auto tries what"),
     ]
     return [_table(("", ""), shown if found.problem.n else []), guaranteed]
-
-
-def _nonlinear_tables(found: NonlinearInspection, classes: Sequence[Row], whole: bool) -> list[Table]:
-    shown = [row for row in classes if whole or row[0] in DECISIVE]
-    return [_table(("", ""), _nonlinear_facts(found)), _table(("class of M = J at the start", "", "because"), shown)]
 
 
 def verdict(found: Inspection | NonlinearInspection) -> str:
@@ -135,7 +132,6 @@ def _spread(spread: Spread) -> str:
 
 
 def _removed(found: Presolved | Refuted | None) -> dict[str, object] | None:
-    """Return what presolve removes, as JSON has it."""
     if found is None or isinstance(found, Refuted):
         return None if found is None else {"contradiction": True, "unknowns": None, "removed": {}}
     return {"contradiction": False, "unknowns": found.kept.size, "removed": found.removed}
@@ -223,7 +219,7 @@ def _record(found: Inspection | NonlinearInspection) -> dict[str, Any]:
         "singular": None if condition is None else math.isinf(condition),
         **(_of_linear(found) if isinstance(found, Inspection) else _of_nonlinear(found)),
     }
-    return json_lines.record(KEYS if is_linear else NONLINEAR_KEYS, found, own)
+    return result_formats.record(KEYS if is_linear else NONLINEAR_KEYS, found, own)
 
 
 def _decades(spread: Spread | None) -> dict[str, float] | None:

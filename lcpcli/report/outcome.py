@@ -1,5 +1,8 @@
 """The outcome of runs as lines of text: for one run the verdict, the main numbers, z and what is proved, by
 certificates and exact solutions; for each of several runs a row of costs.
+
+Results and problems as one line in the interpreter, and as parts of a page in notebooks. Methods of Result,
+Problem and Trace call these functions.
 """
 
 from __future__ import annotations
@@ -7,25 +10,28 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from fractions import Fraction
+from functools import partial
+from importlib.util import find_spec
+from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import count, visible
+from lcpcli.errors import ParameterError, count, visible
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.box import WORDS
 from lcpcli.model.names import in_own_sense
 from lcpcli.model.problem import Problem
-from lcpcli.report import selection, wording
+from lcpcli.rational.numbers import approximate, brief
+from lcpcli.report import wording
+from lcpcli.report.document import Section, Table
 from lcpcli.report.wording import ELLIPSIS, LEVELS, PIPE_WIDTH, duration, error, name, residual, short
 from lcpcli.solving.result import Exact, Result
+from lcpcli.solving.trace import Trace
+from lcpcli.verify.certificate import Certificate
 from lcpcli.verify.digits import fewest
-
-if TYPE_CHECKING:
-    from fractions import Fraction
-
-    from lcpcli.verify.certificate import Certificate
 
 
 def certificate_line(problem: Problem, certificate: Certificate) -> str:
@@ -35,8 +41,6 @@ def certificate_line(problem: Problem, certificate: Certificate) -> str:
     cell: Callable[[Any], str] = wording.multiplier
     vector: Sequence[Any] = certificate.vector.tolist()
     if certificate.exact is not None:
-        from lcpcli.rational.numbers import brief
-
         cell, vector = brief, certificate.exact
     if certificate.kind != "farkas":
         return f"certificate: {certificate.kind} {wording.vector(vector, cell)}"
@@ -48,9 +52,6 @@ def _as_proof(problem: Problem, y: Sequence[float | Fraction]) -> str:
     of M and q; no text for a long y, or for bounds."""
     if len(y) > wording.LINE_ENTRIES or problem.bounds:
         return ""
-    from fractions import Fraction
-
-    from lcpcli.rational.numbers import approximate
 
     columns = [*matrices.dense(problem.M).T.tolist(), problem.q.tolist()]
     *first, last = (
@@ -64,8 +65,6 @@ def _as_proof(problem: Problem, y: Sequence[float | Fraction]) -> str:
 def exact_lines(exact: Exact, result: Result) -> list[str]:
     """Return lines with the exact vectors, as far as they fit, and with the proof or its absence if no message states
     it."""
-    from lcpcli.rational.numbers import brief
-
     vectors = [(name, values) for name in "zwy" if (values := getattr(exact, name)) is not None]
     shown = {"y": wording.proof_vector}
     lines = [f"exact {name} = {shown.get(name, wording.vector)(values, brief)}" for name, values in vectors]
@@ -112,7 +111,7 @@ def facts(result: Result, width: int | None, whole: bool, names: Sequence[str] =
     """Return lines with the work and its parts, the residuals, the error and z, and with bounds also the basis.
 
     whole : whether to show all of a long z instead of what fits on one line. names : of the unknowns that are shown, as
-    for `selection.places`; empty for all.
+    for `wording.places`; empty for all.
     """
     parts = {"set-up": result.setup_seconds, "iterations": result.solve_seconds, "verification": result.verify_seconds}
     if hasattr(result.answer, "seconds"):
@@ -170,7 +169,7 @@ def _vector(result: Result, width: int, whole: bool, names: Sequence[str]) -> li
     start = "z =" if result.solved or result.status.word in PROBLEM_STATUSES else "best z ="
     if names:
         own, cells = result.names, _cells(result, slice(None), by_name=True)
-        kept = selection.places(selection.labels_of(result.problem)[: len(cells)], names)
+        kept = wording.places(wording.labels_of(result.problem)[: len(cells)], names)
         shown = [(own[i] or f"z{i + 1}", cells[i].split()[-1]) for i in kept]
         return [f"{start} ({', '.join(f'{visible(name)} {cell}' for name, cell in shown)})"]
     if not whole:
@@ -238,3 +237,92 @@ def bound(result: Result) -> str:
     if not result.bound.proved:
         return f"no bound: {result.bound.source}"
     return f"|z - z*| <= {wording.above(result.bound.value)} ({result.bound.source})"
+
+
+VECTOR_WIDTH = 60  # characters of z, which leaves room for its heading in a notebook's column
+LARGEST_SHOWN = 6  # unknowns of a problem whose M and q are shown, which then fit in a notebook's column
+
+
+def result_text(result: Result) -> str:
+    """Return a line with the status, the method, n, the residual, the error if known, the time and the first components
+    of z, in fractions if these are known."""
+    return f"<Result: {', '.join(f'{name} {value}'.strip() for name, value in _facts(result))}>"
+
+
+def result_html(result: Result) -> str:
+    """Return a result in HTML: the facts of `result_text`, the iterations, the message, the advice and the meaning.
+
+    Iterates that were requested follow below, as a figure if matplotlib is installed.
+    """
+    from lcpcli.report import html_page, programs_and_games
+
+    (_, status), *facts = _facts(result)
+    facts.insert(1, ("iterations", str(result.iterations)))
+    texts = ["" if result.solved else result.message, result.advice, *programs_and_games.lines(result, compared=False)]
+    texts += wording.objective(result)
+    rows = [*facts, *(("", text) for text in texts if text)]
+    table = Table(("", ""), [rows], words=(0, 1))
+    is_drawn = result.trace is not None and find_spec("matplotlib") is not None
+    return html_page.part(Section(status, tables=[table], figure=partial(figure, [result]) if is_drawn else None))
+
+
+def _facts(result: Result) -> list[tuple[str, str]]:
+    """Return headings and texts on a result, with z in fractions, or the proof that there is no solution, if known."""
+    error, exact = result.error, result.exact
+    vectors = [] if exact is None else [("exact z =", exact.z), ("exact y =", exact.y)]
+    proved = [(name, wording.vector(values, brief)) for name, values in vectors if values is not None]
+    return [
+        ("", f"{result.status.word.replace('_', ' ')} by {', '.join(result.route)}"),
+        ("n =", wording.size(result.problem).removeprefix("n = ")),
+        ("residual", wording.residual(result)),
+        *([] if error is None else [("error", wording.error(error, result.problem))]),
+        ("in", wording.duration(result.seconds)),
+        *(proved or [("z =", short_vector(result, VECTOR_WIDTH))]),
+    ]
+
+
+def problem_text(problem: Problem) -> str:
+    """Return a line with the name, n, the storage of M, and what is known about the solution."""
+    return f"<{f'Problem {wording.title(problem)}'.rstrip()}: {', '.join(_properties(problem))}>"
+
+
+def problem_html(problem: Problem) -> str:
+    """Return a problem in HTML: the facts of `problem_text`, and M and q of a small problem."""
+    from lcpcli.report import html_page
+
+    tables = []
+    if problem.n <= LARGEST_SHOWN and not is_sparse(problem.M):
+        vectors = {"q": problem.q} | {name[0]: bound for name, bound in problem.bounds.items()}
+        cells = [[f"{v:.7g}" for v in row] for row in zip(*problem.M.T, *vectors.values(), strict=True)]
+        tables = [Table([*(f"M{j + 1}" for j in range(problem.n)), *vectors], [cells], words=())]
+    return html_page.part(Section(wording.title(problem) or "Problem", facts=_properties(problem), tables=tables))
+
+
+def _properties(problem: Problem) -> list[str]:
+    stored = f"sparse, {count(problem.M.nnz, 'stored entry')}" if is_sparse(problem.M) else "dense"
+    known = [count(len(problem.solutions), f"{problem.reference} solution")] if problem.solutions else []
+    return [wording.size(problem), stored, *known, *([f"known verdict: {problem.verdict}"] if problem.verdict else [])]
+
+
+def frame(result: Result) -> Any:
+    """Return z, w and the states of a result as a data frame of pandas with a row for each unknown, by its name."""
+    try:
+        import pandas
+    except ModuleNotFoundError:
+        raise ParameterError("to_frame", "needs pandas", "pip install pandas") from None
+    labels = [name or f"z{i}" for i, name in enumerate(result.names, 1)]
+    return pandas.DataFrame({"z": result.z, "w": result.w, "state": result.basis}, index=labels)
+
+
+def trace_text(trace: Trace) -> str:
+    """Return a line with the number of stored iterates, and their range."""
+    rows = trace.rows
+    span = f", k = {rows[0].k} to {rows[-1].k}" if rows else ""
+    return f"<Trace: {count(len(rows), 'iterate')}{span}, every = {trace.every}>"
+
+
+def figure(results: Sequence[Result]) -> bytes:
+    """Return the figure of error against time and iteration for the results on a problem."""
+    from lcpcli.report import plotting
+
+    return plotting.convergence(plotting.panels([results]), "svg")

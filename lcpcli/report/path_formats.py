@@ -15,7 +15,7 @@ from lcpcli.errors import visible
 from lcpcli.files.contents import NO_SOURCE
 from lcpcli.interrupts import in_time
 from lcpcli.parametric.path import INFEASIBLE, REACHED, TURN, Path
-from lcpcli.report import json_lines, path_terms, programs_and_games, selection, wording
+from lcpcli.report import path_terms, programs_and_games, result_formats, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.path_terms import Points, Terms
 from lcpcli.report.result_formats import Report
@@ -43,7 +43,7 @@ def data(path: Path, points: Points = NO_POINTS, files: Sequence[str] = ()) -> d
     terms, doubles = Terms(path), Points(path.t.tolist(), list(path.z), list(path.w))
     moving = terms.moving and {**terms.moving._asdict(), "values": [terms.moved(t) for t in doubles.t]}
     own = {
-        **json_lines.place(NO_SOURCE, path.problem),
+        **result_formats.place(NO_SOURCE, path.problem),
         **dict(zip_longest(("file", "to_file"), files)),
         "to": path.to.name,
         "changes": [[change._asdict() for change in changes] for changes in path_terms.changes(path)],
@@ -52,11 +52,10 @@ def data(path: Path, points: Points = NO_POINTS, files: Sequence[str] = ()) -> d
         "exact": path.exact and {**path.exact._asdict(), "answer": _answer(terms, terms.points)},
         "at": {**points._asdict(), "answer": _answer(terms, points)},
     }
-    return json_lines.record(KEYS, path, own)
+    return result_formats.record(KEYS, path, own)
 
 
 def _answer(terms: Terms, points: Points) -> dict[str, Any] | None:
-    """Return x, y and the objective of the program at each of the points."""
     if terms.program is None:
         return None
     parts = [terms.program.parts(terms.values(z)) for z in points.z]
@@ -74,7 +73,7 @@ def rows(path: Path, at: At, names: Sequence[str]) -> tuple[Iterable[Sequence[An
     """Return a row for each breakpoint, and then for each further point: its number, t, the number that moves, what
     changes, z (x and y of a program), w, and the objective of a program; and comments. names : as for `report`."""
     terms = Terms(path)
-    kept = selection.places(terms.names(), names) if names else None
+    kept = wording.places(terms.names(), names) if names else None
 
     def chosen(vector: Sequence[Any]) -> Sequence[Any]:
         return vector if kept is None else [vector[i] for i in kept]
@@ -82,8 +81,12 @@ def rows(path: Path, at: At, names: Sequence[str]) -> tuple[Iterable[Sequence[An
     def row(number: Any, note: str, t: Any, z: Any, w: Any) -> list[Any]:
         moved = [terms.moved(t)] if terms.moving else []
         value = [terms.objective(t, z)] if terms.program else []
-        vectors = (json_lines.plain(chosen(vector)) for vector in (terms.values(z), w))
-        return [*map(json_lines.plain, (number, t, *moved, note)), *chain(*vectors), *map(json_lines.plain, value)]
+        vectors = (result_formats.plain(chosen(vector)) for vector in (terms.values(z), w))
+        return [
+            *map(result_formats.plain, (number, t, *moved, note)),
+            *chain(*vectors),
+            *map(result_formats.plain, value),
+        ]
 
     moving = [terms.moving.label] if terms.moving else []
     w_names = [f"w {name}" if name else f"w{i}" for i, name in enumerate(path.problem.names, 1)]
@@ -110,7 +113,7 @@ def report(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] =
 def build(path: Path, form: str, at: At, width: int | None, names: Sequence[str] = ()) -> Document:
     """Return the report on a path for a format: a row for each breakpoint, and the further points below them.
 
-    names : of the unknowns that are shown, as for `selection.places`; empty for as many as fit.
+    names : of the unknowns that are shown, as for `wording.places`; empty for as many as fit.
     """
     terms = Terms(path)
     notes = path_terms.notes(path, wording.all_visible(terms.names(longest(form))), MOST_CHANGES)
@@ -162,7 +165,7 @@ class _Columns:
         left, own = None, room(form, width)
         if own is not None:
             left = own - CELL * (self._has_t + len(moved) + bool(program)) - max(map(len, notes), default=0)
-        self._kept = selection.places(terms.names(), chosen) if chosen else None
+        self._kept = wording.places(terms.names(), chosen) if chosen else None
         self._shown, self._components, self._has_w = (n, None, False) if chosen else self._selection(names, left)
         self.elided = self._components is not None or (program is not None and self._shown < n - program.ranges)
         names = self._of_shown(names)
@@ -170,7 +173,6 @@ class _Columns:
         self.header = [*["t"] * self._has_t, *moved, "change", *names, *w, *["objective"] * bool(program)]
 
     def _of_shown(self, values: Sequence[Any], cell: Callable[[Any], str] = str) -> list[str]:
-        """Return the cells of the components that are shown."""
         if self._kept is not None:
             return [cell(values[i]) for i in self._kept]
         return with_ellipsis(values[: self._shown], self._components, cell)
@@ -204,7 +206,7 @@ class _Columns:
     def _row(self, note: str, t: Any, z: Sequence[Any], w: Sequence[Any]) -> Iterator[str]:
         terms = self.terms
         if self._has_t:
-            yield _cell(t)
+            yield _cell(t, float(max(map(abs, (terms.path.family.start, terms.path.family.stop)))))
         if terms.moving:
             yield _cell(terms.moved(t), max(map(abs, terms.moving[2:])))
         yield note

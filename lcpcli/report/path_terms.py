@@ -25,7 +25,6 @@ from lcpcli.verify import multipliers
 
 
 def verified(path: Path) -> str:
-    """Return whether the path is verified."""
     return f"{'' if path.verified else 'not '}verified{' in fractions' * (path.verified and path.exact is not None)}"
 
 
@@ -41,7 +40,6 @@ def verdict(path: Path, breakpoints: int) -> str:
 
 
 def line(path: Path) -> str:
-    """Return the path in a line."""
     span = f", t from {path.t[0]:.7g} to {path.t[-1]:.7g}" if path.t.size else ""
     proof = f", {verified(path)}" if path.t.size else ""
     return f"<Path: {count(path.t.size, 'breakpoint')}{span}: {path.message}{proof}>"
@@ -76,7 +74,6 @@ def _in_words(problem: Problem, changes: Sequence[StateChange], names: Sequence[
 
 
 def turns(path: Path) -> list[int]:
-    """Return the breakpoints at which t turns."""
     moves = np.sign(np.diff(path.t))
     found, last = [], 0.0
     for k, move in enumerate(moves.tolist()):
@@ -211,8 +208,6 @@ class Terms(Ends):
     @cached_property
     def _exact(self) -> tuple[ExactProblem, ExactProblem] | None:
         """Return the problems whose solutions the fractions are: their doubles as they are, or as decimals."""
-        from lcpcli.rational.exact_problem import ExactProblem
-
         points = self.points
         for read in (ExactProblem.of_decimals, ExactProblem.of_floats) if self.path.exact and points.t else ():
             first, last = map(read, self._ends)

@@ -18,7 +18,7 @@ from lcpcli.enumeration.search import SolutionSet
 from lcpcli.errors import ParameterError
 from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
-from lcpcli.report import plotting, selection, wording
+from lcpcli.report import plotting, wording
 from lcpcli.report.figures.data import Cones, Pair, Response, Trajectories, Trajectory
 
 if TYPE_CHECKING:
@@ -42,14 +42,14 @@ def plot(path: Path, file: str | os.PathLike[str] | None = None, show: Sequence[
 def response(path: Path, chosen: Sequence[str] = ()) -> Response:
     """Return the data of the picture: the components of z, of a program those of x, that are not always 0.
 
-    chosen : names of unknowns, or of a program's multipliers, as for `selection.places`, instead.
+    chosen : names of unknowns, or of a program's multipliers, as for `wording.places`, instead.
     """
     from lcpcli.report import path_terms
 
     terms = path_terms.Terms(path)
     moving, names, z = terms.moving, terms.names(), path.z
     if chosen:
-        shown, z = selection.places(names, chosen), np.array(list(map(terms.values, z)))
+        shown, z = wording.places(names, chosen), np.array(list(map(terms.values, z)))
     else:
         z = z if terms.program is None else z[:, : terms.program.variables]
         shown = np.flatnonzero(z.any(axis=0)).tolist()

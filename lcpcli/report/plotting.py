@@ -21,15 +21,7 @@ from typing import TYPE_CHECKING, Any
 from lcpcli.errors import ParameterError, count
 from lcpcli.files.atomic_write import write_whole
 from lcpcli.report import wording
-from lcpcli.report.figures.data import (
-    Cones,
-    Curve,
-    GrowthPanel,
-    Panel,
-    Profile,
-    Response,
-    Trajectories,
-)
+from lcpcli.report.figures.data import Cones, Curve, GrowthPanel, Panel, Profile, Response, Trajectories
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -63,12 +55,12 @@ def bench(
 
 def cones(picture: Cones, form: str) -> bytes:
     """Return a picture of q and the complementary cones of an LCP with two unknowns; a cone with q gives a solution."""
-    return _drawn("cones_figure.draw", form, "Complementary cones", picture.provenance, picture)
+    return _drawn("plane_figures.draw", form, "Complementary cones", picture.provenance, picture)
 
 
 def paths(pictures: Sequence[Trajectories], form: str) -> bytes:
     """Return a picture of the iterates of runs on LCPs with two unknowns, over the merit function."""
-    return _drawn("paths_figure.draw", form, "Trajectories of iterates", _told(pictures), pictures)
+    return _drawn("plane_figures.draw_paths", form, "Trajectories of iterates", _told(pictures), pictures)
 
 
 def response(picture: Response, form: str) -> bytes:

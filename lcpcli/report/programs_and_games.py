@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Sequence
 from itertools import islice
 from typing import Any
@@ -171,34 +170,6 @@ def named(
         return wording.vector(values, cell)
     pairs = [(name, value) for name, value in zip(names, values, strict=True) if value or not sparing]
     return wording.vector(pairs, lambda each: f"{each[0]} {cell(each[1])}")
-
-
-def strategy_names(game: Game, most: float) -> tuple[list[str], list[str]]:
-    """Return the names of the rows and of the columns, by `short_names` with the letters x and y; a name that both
-    players have says whose it is."""
-    m, k = game.A.shape
-    both = set(game.rows) & set(game.columns)
-    first, second = game.players or ("row", "column" if most == math.inf else "col")
-    rows, columns = (
-        [f"{player} {name}" if name in both else name for name in own]
-        for player, own in ((first, game.rows or [""] * m), (second, game.columns or [""] * k))
-    )
-    most += (len(first) + 1) * bool(both)
-    return wording.short_names(rows, most, "x"), wording.short_names(columns, most, "y")
-
-
-def payoff_headings(game: Game) -> list[str]:
-    """Return the headings of the payoffs of both players."""
-    return [f"{player} gets" for player in game.players or ("row", "column")]
-
-
-def headings(game: Game) -> list[str]:
-    """Return a different heading for each strategy and each payoff."""
-    rows, columns = strategy_names(game, np.inf)
-    gets = payoff_headings(game)
-    times = Counter([*rows, *columns, *gets])
-    parts = zip(game.players or ("row", "column"), (rows, columns), strict=True)
-    return [*(name if times[name] == 1 else f"{player} {name}" for player, own in parts for name in own), *gets]
 
 
 @np.errstate(all="ignore")  # an iterate may be anything

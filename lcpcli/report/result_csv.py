@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import csv
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from io import StringIO
+from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from lcpcli.errors import visible
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 from lcpcli.model.program import Program
-from lcpcli.report import programs_and_games, selection, wording
+from lcpcli.report import programs_and_games, wording
 from lcpcli.report.tables import reached
 from lcpcli.solving.answer import Minimum
 from lcpcli.solving.result import Result
@@ -37,7 +34,7 @@ def answers(results: Sequence[Result], compared: bool, shown: Sequence[str] = ()
     The columns are component, z, w (fractions if proved) and, if a problem has bounds, state; for compared results,
     problem and method come first. The names of components, if there are any, and for programs and games the meaning of
     each component are in the last columns. shown : the names of the unknowns that have a row, as for
-    `selection.places`; empty for all.
+    `wording.places`; empty for all.
     """
     origins = [result.problem.origin for result in results]
     programs, games = (any(isinstance(own, kinds) for own in origins) for kinds in (Program, (Game, ExtensiveGame)))
@@ -51,15 +48,15 @@ def answers(results: Sequence[Result], compared: bool, shown: Sequence[str] = ()
     rows: list[Cells] = [header]
     for result in results:
         own = _rows(result, [result.problem.name, wording.name(result)] * compared, parts)
-        rows += [own[i] for i in selection.places(selection.labels_of(result.problem)[: len(own)], shown)]
+        rows += [own[i] for i in wording.places(wording.labels_of(result.problem)[: len(own)], shown)]
     return rows, wording.provenance(results)
 
 
-def part(result: Result, source: str) -> str:
-    """Return the lines of one of many problems, with state and name, below comments on the result."""
+def part(result: Result, source: str) -> Rows:
+    """Return the rows of one of many problems, with state and name, and comments on the result."""
     names = [[name] for name in result.problem.names]
     comments = [*wording.provenance([result])[1:], *wording.objective(result)]
-    return written(_rows(result, [source], [_STATES, (("name",), lambda _: names)]), comments)
+    return _rows(result, [source], [_STATES, (("name",), lambda _: names)]), comments
 
 
 def iterates(results: Sequence[Result], chosen: Sequence[str] = (), names: Sequence[str] = ()) -> Rows:
@@ -68,16 +65,14 @@ def iterates(results: Sequence[Result], chosen: Sequence[str] = (), names: Seque
     The columns are problem, method, k, z1 ... zn, residual, error, seconds, step, status; missing values are empty.
     Times are as in the figures. For one game, or several with the same strategies, strategies and payoffs take the
     place of z. status : in the last row of a run, how the run ended; else empty. chosen : as for `tables.build`.
-    names : of the unknowns that have a column, by the first problem, as for `selection.places`; empty for all.
+    names : of the unknowns that have a column, by the first problem, as for `wording.places`; empty for all.
     """
-    from lcpcli.report import columns
-
     n = max(result.problem.n for result in results)
     games = [result.problem.origin for result in results]
-    headings = [programs_and_games.headings(game) if isinstance(game, Game) else [] for game in games]
+    headings = [wording.strategy_headings(game) if isinstance(game, Game) else [] for game in games]
     of_games = headings[0] if all(each == headings[0] for each in headings) else []
-    shown, of_z = chosen or columns.CHOICES, of_games or [f"z{i}" for i in range(1, n + 1)]
-    kept = selection.places(selection.labels_of(results[0].problem), names) if names else range(len(of_z))
+    shown, of_z = chosen or wording.CHOICES, of_games or [f"z{i}" for i in range(1, n + 1)]
+    kept = wording.places(wording.labels_of(results[0].problem), names) if names else range(len(of_z))
     heads = {"k": ["k"], "z": [of_z[i] for i in kept], "time": ["seconds"]}
     lines: list[Cells] = [
         ["problem", "method", *(cell for name in shown for cell in heads.get(name, [name])), "status"]
@@ -94,7 +89,7 @@ def iterates(results: Sequence[Result], chosen: Sequence[str] = (), names: Seque
             status = result.status.word if row is rows[-1] else ""
             whole = [*values, *blanks]
             own = {"k": [row.k], "z": [whole[i] for i in kept]}
-            own |= {columns.called(name): [value] for name, value in columns.values(row).items()}
+            own |= {wording.called(name): [value] for name, value in wording.values_of(row).items()}
             lines.append([*start, *(cell for name in shown for cell in own[name]), status])
     head, *others = wording.provenance(results)
     return lines, [f"{ITERATES}{head}", *others]
@@ -118,35 +113,6 @@ def runs(results: Sequence[Result]) -> Rows:
         cells = [given.get(option) for option in options]
         rows.append([result.problem.name, wording.name(result), *cells, result.status.word, *values, *costs])
     return rows, wording.provenance(results)
-
-
-def records_text(records: Iterable[Mapping[str, Any]]) -> str:
-    """Return objects for JSON as CSV, one below the other: a row for each key."""
-    return written([("key", "value"), *((key, cell(value)) for each in records for key, value in each.items())])
-
-
-def cell(value: Any) -> str | None:
-    """Return a value for JSON as a cell: a text as it is, anything else in JSON."""
-    from lcpcli.report.json_lines import text
-
-    return value if value is None or isinstance(value, str) else text(value)
-
-
-def written(rows: Iterable[Cells], comments: Iterable[str] = ()) -> str:
-    """Return rows of cells as CSV below lines of comments; None becomes an empty cell."""
-    out = _Lines()
-    csv.writer(out, lineterminator=_Lines.END).writerows(rows)
-    return "".join(f"# {visible(line)}\n" for line in comments) + out.getvalue()
-
-
-class _Lines(StringIO):
-    """Lines of CSV that end by a line feed. The writer quotes what its own end of a line has, so that no cell of its
-    own begins a comment, or loses a carriage return."""
-
-    END = "#\r\n"
-
-    def write(self, line: str) -> int:
-        return super().write(line.removesuffix(self.END) + "\n")
 
 
 def _rows(result: Result, start: Cells, parts: Sequence[Part]) -> list[Cells]:
@@ -173,7 +139,7 @@ def _fractions(values: Cells) -> Cells:
 def _names(result: Result) -> list[Cells]:
     names, origin = result.problem.names, result.problem.origin
     if isinstance(origin, Game):
-        rows, columns = programs_and_games.strategy_names(origin, math.inf)
+        rows, columns = wording.strategy_names(origin, math.inf)
         names = [*rows, *columns]
     return [[name] for name in names]
 

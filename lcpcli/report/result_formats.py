@@ -1,19 +1,31 @@
-"""What is reported, in each of the formats: any report, and results, one or many."""
+"""What is reported, in each of the formats: any report, and results, one or many.
+
+Results as JSON, one object per line. All keys are always present: null for missing and infinite values.
+"""
 
 from __future__ import annotations
 
+import csv
+import json
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from io import StringIO
 from itertools import chain
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
-from lcpcli.errors import visible
+from lcpcli.errors import visible, visible_json
+from lcpcli.files.contents import NO_SOURCE, Source
+from lcpcli.methods.registry import declared
+from lcpcli.model.problem import Problem
+from lcpcli.options import DEFAULTS
+from lcpcli.report import wording
 from lcpcli.report.document import Document, typeset
 from lcpcli.report.wording import ELLIPSIS
-
-if TYPE_CHECKING:
-    from lcpcli.files.contents import Source
-    from lcpcli.solving.result import Result
-
+from lcpcli.solving.result import Result
+from lcpcli.solving.trace import Trace
+from lcpcli.verify.certificate import Certificate
+from lcpcli.version import VERSION
 
 FORMS = ("table", "json", "csv")  # the formats in which each of many problems has a part of its own
 BAD_INPUT = "bad_input"  # the status of a problem that could not be read
@@ -71,13 +83,12 @@ class Report(NamedTuple):
     def render(self, form: str, width: int | None = None, color: bool = False) -> str:
         """Return the report as text in a format. width, color : as for `typeset`."""
         if form == "json":
-            from lcpcli.report import json_lines
-
-            return "".join(map(json_lines.line, self.records()))
+            return "".join(map(line, self.records()))
         if form == "csv":
-            from lcpcli.report import result_csv
-
-            return result_csv.records_text(self.records()) if self.rows is None else result_csv.written(*self.rows())
+            if self.rows is not None:
+                return written(*self.rows())
+            pairs = ((key, cell(value)) for each in self.records() for key, value in each.items())
+            return written([("key", "value"), *pairs])
         return typeset(self.document(form, width), form, width, color)
 
 
@@ -112,10 +123,8 @@ def report(
         return tables.document(runs, sections)
 
     def records() -> Iterable[Mapping[str, Any]]:
-        from lcpcli.report import json_lines
-
-        yield from (json_lines.data(each, place) for own, place in zip(runs, sources, strict=True) for each in own)
-        yield from (json_lines.without_result(place, BAD_INPUT, str(fault)) for place, fault in faults)
+        yield from (data(each, place) for own, place in zip(runs, sources, strict=True) for each in own)
+        yield from (record_without_result(place, BAD_INPUT, str(fault)) for place, fault in faults)
 
     def rows() -> tuple[Iterable[Sequence[Any]], Iterable[str]]:
         from lcpcli.report import result_csv
@@ -136,21 +145,17 @@ def heading(form: str, layout: Layout) -> str:
         return ""
     from lcpcli.report import result_csv
 
-    return result_csv.written([["problem", *result_csv.COLUMNS, result_csv.STATE, "name"]])
+    return written([["problem", *result_csv.COLUMNS, result_csv.STATE, "name"]])
 
 
 def of_result(result: Result, source: Source, form: str, layout: Layout) -> str:
     """Return the text of a problem, read from this source, that has a result."""
     if form == "json":
-        from lcpcli.report import json_lines
-
-        return json_lines.line(json_lines.data(result, source))
+        return line(data(result, source))
     if form == "csv":
         from lcpcli.report import result_csv
 
-        return result_csv.part(result, str(source))
-    from lcpcli.report import wording
-
+        return written(*result_csv.part(result, str(source)))
     n, k, seconds = str(result.problem.n), str(result.iterations), wording.duration(result.seconds)
     status, by = result.word.replace("_", " "), [*result.route, *wording.objective(result)]
     return layout.row(str(source), n, status, k, wording.residual(result), seconds, by)
@@ -159,11 +164,155 @@ def of_result(result: Result, source: Source, form: str, layout: Layout) -> str:
 def without_result(source: Source, status: str, message: str, form: str, layout: Layout) -> str:
     """Return the text of a problem that could not be read, or whose result was lost."""
     if form == "json":
-        from lcpcli.report import json_lines
-
-        return json_lines.line(json_lines.without_result(source, status, message))
+        return line(record_without_result(source, status, message))
     if form == "csv":
-        from lcpcli.report import result_csv
-
-        return result_csv.written([], [message])
+        return written([], [message])
     return layout.row(str(source), "", status.replace("_", " "), "", "", "", [])
+
+
+def cell(value: Any) -> str | None:
+    """Return a value for JSON as a cell: a text as it is, anything else in JSON."""
+    return value if value is None or isinstance(value, str) else text(value)
+
+
+def written(rows: Iterable[Sequence[Any]], comments: Iterable[str] = ()) -> str:
+    """Return rows of cells as CSV below lines of comments; None becomes an empty cell."""
+    out = _Lines()
+    csv.writer(out, lineterminator=_Lines.END).writerows(rows)
+    return "".join(f"# {visible(line)}\n" for line in comments) + out.getvalue()
+
+
+class _Lines(StringIO):
+    """Lines of CSV that end by a line feed. The writer quotes what its own end of a line has, so that no cell of its
+    own begins a comment, or loses a carriage return."""
+
+    END = "#\r\n"
+
+    def write(self, line: str) -> int:
+        return super().write(line.removesuffix(self.END) + "\n")
+
+
+# The keys of a result in their order; `lcp help json` has their meanings.
+KEYS = (
+    "version file item problem n names method package label route status message advice solved verified z w basis "
+    "iterations evaluations residual relative_residual negligible_q error digits error_bound error_bound_source "
+    "reference milestones setup_seconds solve_seconds verify_seconds seconds conclusion_seconds spread "
+    "certificate exact "
+    f"answer others exactly_solvable {' '.join(vars(DEFAULTS))} options trace"
+)
+# Of a program's answer
+MINIMUM = "x y bound_multipliers activities slacks objective statement proved exact ray certificate"
+
+
+def line(record: Mapping[str, Any]) -> str:
+    """Return an object of plain values in a line."""
+    return text(record) + "\n"
+
+
+def text(value: Any) -> str:
+    """Return a plain value in JSON."""
+    return visible_json(json.dumps(value, allow_nan=False, ensure_ascii=False))
+
+
+def record_without_result(source: Source, status: str, message: str) -> dict[str, Any]:
+    """Return the object for a problem that could not be read, or whose result was lost, with its mark in a log."""
+    own = {"status": status, "message": message, "solved": False}
+    return dict.fromkeys(KEYS.split()) | place(source) | own | dict(source.mark or {})
+
+
+def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
+    """Return a result as the object of its line, with the mark of its problem in a log."""
+    problem, bound, exact, curve, trace = result.problem, result.bound, result.exact, result.curve, result.trace
+    vectors = {name: getattr(exact, name, None) for name in ("z", "w", "y")}
+    how_read = problem.note if (source.file or "").casefold().endswith(".nl") else ""  # others' notes are of authors
+    own = {
+        **place(source, problem),
+        "package": declared(result.method).package,
+        "label": wording.name(result),
+        "status": result.status.word,
+        "message": "; ".join(filter(None, [result.message, how_read])),
+        "advice": wording.advice(result) or None,
+        "basis": result.basis if result.solved or problem.bounds else None,
+        "error_bound": bound.value if bound else None,
+        "error_bound_source": bound.source if bound and bound.proved else None,
+        "reference": problem.reference if problem.solutions else None,
+        "milestones": curve.milestones if curve and curve.levels else None,
+        "certificate": _certificate(result.certificate),
+        "exact": exact and {"status": exact.status and exact.status.word, **vectors, "proof": exact.proof},
+        "answer": _answer(result),
+        "conclusion_seconds": getattr(result.answer, "seconds", None),
+        **vars(result.limits),
+        "options": {name: value for name, value in result.options.items() if name not in wording.VECTORS},
+        "trace": _rows(trace) if trace else None,
+    }
+    return record(KEYS, result, own) | dict(source.mark or {})
+
+
+def record(keys: str, thing: object, own: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of the keys, in their order: those in `own`, and the attributes of the object for other
+    keys."""
+    values = {key: own[key] if key in own else getattr(thing, key) for key in keys.split()}
+    return {key: plain(value) for key, value in values.items()}
+
+
+def place(source: Source, problem: Problem | None = None) -> dict[str, Any]:
+    """Return the version, the place of a problem, and, if it could be read, its name, its size and its unknowns'
+    names."""
+    own = {"version": VERSION, "file": source.file, "item": source.item}
+    if problem is None:
+        return own
+    return own | {"problem": problem.name, "n": problem.n, "names": list(problem.names) if any(problem.names) else None}
+
+
+def plain(value: Any, exact: bool = True) -> Any:
+    """Return a value for JSON: an object for a dataclass, None for a number that is not finite, and for a fraction a
+    text, or unless `exact` a double."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if value is None or isinstance(value, (str, int)):
+        return value
+    if isinstance(value, (list, tuple)):
+        return list(value) if {*map(type, value)} <= {str, int} else [plain(entry, exact) for entry in value]
+    if isinstance(value, dict):
+        return {key: plain(entry, exact) for key, entry in value.items()}
+    if hasattr(value, "tolist"):
+        is_finite = value.dtype == float and bool(abs(value).max(initial=0.0) < math.inf)
+        return value.tolist() if is_finite or value.dtype.kind in "bi" else plain(value.tolist(), exact)
+    if is_dataclass(value):
+        return {field.name: plain(getattr(value, field.name), exact) for field in fields(value)}
+    from lcpcli.rational.numbers import rounded, text
+
+    return text(value) if exact else plain(rounded([value]).tolist()[0])
+
+
+def numbers(values: Any, exact: bool) -> Any:
+    """Return fractions for JSON and CSV, as texts or as doubles, None for a number beyond double precision."""
+    from lcpcli.rational.numbers import rounded
+
+    return None if values is None else plain(values if exact else rounded(values))
+
+
+def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:
+    """Return a certificate, with its vector in fractions if doubles are only near the proof."""
+    if certificate is None:
+        return None
+    found: dict[str, Any] = plain(certificate)
+    exact = found.pop("exact")
+    return found | {"vector": exact or found["vector"]}
+
+
+def _rows(trace: Trace) -> list[dict[str, Any]]:
+    return [{"k": row.k, "z": row.z, **wording.values_of(row), "method": row.method} for row in trace.rows]
+
+
+def _answer(result: Result) -> dict[str, Any] | None:
+    """Return the answer for the program or game of a result, with its kind and names; None without an origin."""
+    if result.answer is None or result.problem.origin is None:
+        return None
+    origin, answer = result.problem.origin.data(), result.answer
+    return {
+        "kind": origin["kind"],
+        **(record(MINIMUM, answer, {}) if hasattr(answer, "x") else plain(answer)),
+        "rows": origin.get("rows"),
+        "columns": origin.get("columns"),
+    }

@@ -21,10 +21,9 @@ from lcpcli.model.names import in_own_sense
 from lcpcli.model.program import Program
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, rounded
-from lcpcli.report import json_lines, pictures, programs_and_games, selection, wording
+from lcpcli.report import pictures, programs_and_games, result_formats, wording
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.json_lines import numbers
-from lcpcli.report.result_formats import Report
+from lcpcli.report.result_formats import Report, numbers
 from lcpcli.report.tables import longest
 
 HEADER = ("piece", "kind", "number", "component", "z", "w")
@@ -57,7 +56,7 @@ def build(found: SolutionSet | Optimum, exact: bool, form: str, names: Sequence[
     """Return the report on a solution set, on the equilibria of a game, or on the best solution, for a format.
 
     exact : whether numbers are shown as fractions instead of seven digits. names : of the unknowns that are shown, as
-    for `selection.places`; empty for all.
+    for `wording.places`; empty for all.
     """
     cell: Callable[..., str] = brief if exact else approximate
     problem, facts, remarks, figure = found.data.problem, list[str](), list[str](), None
@@ -87,7 +86,7 @@ def _best(found: Optimum, cell: Callable[..., str], most: float, names: Sequence
     tree = programs_and_games.behavior_of(problem.origin, found.z) if found.z else None
     facts += [programs_and_games.payoffs_of(tree)] if tree else []
     own = wording.headings(problem, most)
-    chosen = selection.places(selection.labels_of(problem)[: problem.n], names)
+    chosen = wording.places(wording.labels_of(problem)[: problem.n], names)
     kept = chosen[:MOST_UNKNOWNS]
     if len(kept) < len(chosen):
         facts.append(
@@ -119,7 +118,7 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float, sh
     program = origin if isinstance(origin, Program) else None
     tree = origin if isinstance(origin, ExtensiveGame) else None
     names = wording.headings(data.problem, most)
-    kept = selection.places(selection.labels_of(data.problem), shown_names)
+    kept = wording.places(wording.labels_of(data.problem), shown_names)
     if tree is not None:
         plans = sum(tree.sizes[:2])
         kept = [i for i in kept if i < plans and i not in (0, tree.sizes[0])]
@@ -181,12 +180,12 @@ def _equilibria(
     game, equilibria = found.game, found.equilibria
     assert game is not None
     assert equilibria is not None
-    of_rows, of_columns = programs_and_games.strategy_names(game, most)
+    of_rows, of_columns = wording.strategy_names(game, most)
     indexed = any(each.index is not None for each in equilibria.extreme)
-    names, labels = [*of_rows, *of_columns], selection.labels_of(found.data.problem)[: found.data.n]
-    kept = selection.places(labels, shown_names)
+    names, labels = [*of_rows, *of_columns], wording.labels_of(found.data.problem)[: found.data.n]
+    kept = wording.places(labels, shown_names)
     shown = [names[i] for i in kept]
-    header = ["", *shown, *programs_and_games.payoff_headings(game), *["index"] * indexed, "pure"]
+    header = ["", *shown, *wording.payoff_headings(game), *["index"] * indexed, "pure"]
     most_lines = _most_lines(header)
     lines = [
         [
@@ -218,7 +217,7 @@ def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
     data, points, equilibria = found.data, found.points, found.equilibria
     place = {point: k for k, point in enumerate(points)}
     return {
-        **json_lines.place(source, data.problem),
+        **result_formats.place(source, data.problem),
         "status": found.status,
         "message": found.message,
         "complete": found.complete,
@@ -249,7 +248,7 @@ def _solution(found: SolutionSet, k: int, z: Values, exact: bool) -> dict[str, A
 def _meaning(origin: Any, z: Values, each: ExactEquilibrium | None, exact: bool) -> dict[str, Any]:
     """Return x and y of a program, and the equilibrium of a game, for JSON."""
     parts = zip("xy", origin.own_parts(z), strict=False) if isinstance(origin, Program) else ()
-    own = equilibrium(each, exact) if each else of_tree(origin, z, exact)
+    own = equilibrium(each, exact) if each else result_formats.plain(programs_and_games.behavior_of(origin, z), exact)
     return {**{key: numbers(part, exact) for key, part in parts}, "equilibrium": own}
 
 
@@ -259,19 +258,13 @@ def equilibrium(each: ExactEquilibrium, exact: bool) -> dict[str, Any]:
     return {**vectors, "pure": each.is_pure, "index": each.index}
 
 
-def of_tree(origin: Any, z: Values, exact: bool) -> dict[str, Any] | None:
-    """Return the strategies and payoffs of a game tree for JSON, as in `answer`; None for another origin."""
-    made: dict[str, Any] | None = json_lines.plain(programs_and_games.behavior_of(origin, z), exact)
-    return made
-
-
 def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tuple[Iterable[Cells], list[str]]:
     """Return the solutions as rows of CSV, with a comment; the best one as `lcp check` reads it.
 
     There is a line for each component of each vertex, ray and line: z and w, or their changes for a direction; for a
     program, also whether it is x, y or s, and its value in the program's own sense. For a game there is a line for each
     strategy in each extreme equilibrium: its probability, and the expected payoff of its player. Names, if there are
-    any, are in the last column. shown : the names of the unknowns that have lines, as for `selection.places`; empty for
+    any, are in the last column. shown : the names of the unknowns that have lines, as for `wording.places`; empty for
     all.
     """
     problem, n = found.data.problem, found.data.n
@@ -285,7 +278,7 @@ def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tu
         if found.equilibria is not None:
             header, rows = EQUILIBRIUM_COLUMNS, _of_equilibria(found.equilibria, exact)
     header = (*header, *PROGRAM_COLUMNS * isinstance(problem.origin, Program), *["name"] * has_names)
-    kept = set(selection.places(selection.labels_of(problem)[:n], shown))
+    kept = set(wording.places(wording.labels_of(problem)[:n], shown))
     lines = zip(rows, cycle(enumerate(problem.names)), strict=False)  # each solution's in the order of the unknowns
     chosen = ((*row, *[name] * has_names) for row, (i, name) in lines if i in kept)
     return [header, *chosen], [": ".join(filter(None, [problem.name, message]))]
@@ -321,11 +314,11 @@ def _best_record(found: Optimum, source: Source, exact: bool) -> dict[str, Any]:
     values = {name: numbers(getattr(found, name), exact) for name in ("z", "w")}
     for name, toward in found.outward.items():
         number = getattr(found, name)
-        values[name] = json_lines.plain(number if number is None or exact else _outward(number, toward))
+        values[name] = result_formats.plain(number if number is None or exact else _outward(number, toward))
     own = {**values, "message": found.message(brief if exact else approximate), "equilibrium": None}
     own |= _meaning(problem.origin, found.z, found.equilibrium, exact) if found.z else {}
     record = {name: own[name] if name in own else getattr(found, name, None) for name in BEST_KEYS.split()}
-    return {**json_lines.place(source, problem), **record}
+    return {**result_formats.place(source, problem), **record}
 
 
 def _outward(value: Fraction, toward: int) -> float:

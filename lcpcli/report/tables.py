@@ -15,7 +15,7 @@ import numpy as np
 from lcpcli.model.names import in_own_sense
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.options import AUTO
-from lcpcli.report import columns, outcome, selection, wording
+from lcpcli.report import outcome, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.wording import ELLIPSIS, LEVELS
 from lcpcli.solving.result import Result
@@ -53,12 +53,11 @@ def kept_components(problem: Problem | NonlinearProblem, width: int | None, name
     game, whose probabilities depend on all."""
     if _game(problem) is not None:
         return None
-    labels = selection.labels_of(problem) if names else ()
-    return np.array(selection.places(labels, names), int) if names else shown_components(problem.n, width)
+    labels = wording.labels_of(problem) if names else ()
+    return np.array(wording.places(labels, names), int) if names else shown_components(problem.n, width)
 
 
 def _game(problem: Problem | NonlinearProblem) -> Game | None:
-    """Return the game that the problem comes from; None if it comes from none."""
     if problem.origin is None:
         return None
     from lcpcli.model.origins import Game
@@ -83,8 +82,8 @@ def build(
     """Return the section on several methods' results on one problem, whose traces have the same components of z.
 
     width : the width of the terminal; None if there is none. compared, whole : as for `result_formats.report`.
-    chosen : the columns of the iterates, names from `columns.CHOICES`; then there is no summary. Empty for all.
-    shown_names : of the unknowns that are shown, as for `selection.places`, and which traces have, but of a game all;
+    chosen : the columns of the iterates, names from `wording.CHOICES`; then there is no summary. Empty for all.
+    shown_names : of the unknowns that are shown, as for `wording.places`, and which traces have, but of a game all;
     empty for as many as fit.
     """
     first, problem = results[0], results[0].problem
@@ -96,11 +95,12 @@ def build(
     elif game is not None:
         own = room(form, width)
         components = shown_components(problem.n, None if own is None else own - 2 * CELL)
-    shown = [shown_rows(result) for result in results]
+    traces = [result.trace.rows if result.trace else [] for result in results]
+    shown = [rows[1:] if len(rows) > 1 else rows for rows in traces]  # the start only if there is nothing else
     rows = [row for own in shown for row in own]
-    others = columns.of_table(problem, rows)
+    others = wording.columns_of(problem, rows)
     names = _columns(problem, components, longest(form))
-    kept = selection.places(selection.labels_of(problem), shown_names) if shown_names else range(len(names))
+    kept = wording.places(wording.labels_of(problem), shown_names) if shown_names else range(len(names))
     names = [names[i] for i in kept]
     header = ["method", "k", *names, *others]
     places = _places(chosen, len(names), [name.partition("/")[0] for name in others])
@@ -135,7 +135,7 @@ def build(
         tables=[*_strategies([first][compared:], whole or form != "table"), iterates, *filter(None, [summary])],
         remarks=[*disproof, *_remarks(results, compared, elided, form, shows_times)],
         provenance=wording.made_by(results),
-        figure=partial(figure, results) if any(result.trace or result.curve for result in results) else None,
+        figure=partial(outcome.figure, results) if any(result.trace or result.curve for result in results) else None,
     )
 
 
@@ -159,35 +159,20 @@ def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> D
     return Document(": ".join(filter(None, (", ".join(names), " and ".join(methods)))), sections)
 
 
-def figure(results: Sequence[Result]) -> bytes:
-    """Return the figure of error against time and iteration for the results on a problem."""
-    from lcpcli.report import plotting
-
-    return plotting.convergence(plotting.panels([results]), "svg")
-
-
 def _digits(row: TraceRow, components: Indices | None) -> str:
     """Return an iterate with all of its digits. components : of z that it has; None for all."""
     places = range(row.z.size) if components is None else components.tolist()
-    measures = [f"{name} = {value!r}" for name, value in columns.values(row).items() if value is not None]
+    measures = [f"{name} = {value!r}" for name, value in wording.values_of(row).items() if value is not None]
     z = (f"z{i + 1} = {value!r}" for i, value in zip(places, row.z.tolist(), strict=True))
     return ", ".join([f"k = {row.k}", *z, *measures])
-
-
-def shown_rows(result: Result) -> Sequence[TraceRow]:
-    """Return the iterates of a run that a table shows: the starting point only if there is nothing else."""
-    rows = result.trace.rows if result.trace else []
-    return rows[1:] if len(rows) > 1 else rows
 
 
 def _columns(problem: Problem, components: Indices | None, most: float) -> list[str]:
     """Return the names of the components by `short_names`; for a game, its strategies and payoffs."""
     game = _game(problem)
     if game is not None:
-        from lcpcli.report import programs_and_games
-
-        rows, columns = programs_and_games.strategy_names(game, most)
-        return [*with_ellipsis([*rows, *columns], components), *programs_and_games.payoff_headings(game)]
+        rows, columns = wording.strategy_names(game, most)
+        return [*with_ellipsis([*rows, *columns], components), *wording.payoff_headings(game)]
     return with_ellipsis(wording.headings(problem, most), components)
 
 
@@ -318,7 +303,8 @@ def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool
         row = [result.method, *(own.get(option, "") for option in options)]
         row += [cell for cost in costs for cell in _cost(cost, length)]
         row += [str(result.evaluations), wording.residual(result)] * (not are_noted)
-        rows.append(row + [wording.error(result.error, result.problem)] * has_error + [_status(result)])
+        status = FALSE if result.verified is False else SHORT.get(result.word, result.word.replace("_", " "))
+        rows.append(row + [wording.error(result.error, result.problem)] * has_error + [status])
     first = 1 + len(options)
     times = [[at[level][1] if level in at else None for at in attained] for level in levels]
     times.append([result.seconds if result.solved else None for result in results])
@@ -328,7 +314,6 @@ def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool
 
 
 def _settings(result: Result) -> dict[str, str]:
-    """Return the options that set a run apart, by name."""
     settings = (setting.partition("=") for setting in result.label.partition(":")[2].split(",") if setting)
     return {name: value or "yes" for name, _, value in settings}
 
@@ -349,7 +334,3 @@ def _shortest(times: Sequence[float | None]) -> list[int]:
     """Return the index of the shortest time of several runs, or no index if there is nothing to compare."""
     known = [(seconds, i) for i, seconds in enumerate(times) if seconds is not None]
     return [min(known)[1]] if len(times) > 1 and known else []
-
-
-def _status(result: Result) -> str:
-    return FALSE if result.verified is False else SHORT.get(result.word, result.word.replace("_", " "))

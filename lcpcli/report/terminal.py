@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from io import StringIO
-from itertools import count
 from typing import Literal
 
 from rich.box import Box
 from rich.console import Console
 from rich.table import Table as Grid
 from rich.text import Text
+from rich.theme import Theme
 
 from lcpcli.report.document import Document, Table
 from lcpcli.report.wording import PIPE_WIDTH, folded
@@ -69,21 +68,9 @@ def _notes(table: Table, color: bool) -> list[str]:
     return [*table.notes[:-1], f"{table.notes[-1]}; {star}"] if table.notes else [star]
 
 
-@contextmanager
-def progress(total: int, shown: bool) -> Iterator[Callable[[str], None]]:
-    """Open a context with a bar on standard error, if it is shown, for so many steps; it gives a function to call with
-    the name of each step as it begins."""
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True, redirect_stdout=False, disable=not shown) as bar:
-        task, begun = bar.add_task("", total=total), count()
-        yield lambda name: bar.update(task, completed=next(begun), description=name, refresh=True)
-
-
 def page(text: str, width: int, color: bool) -> str:
     """Return a page of help, written in Markdown, as text of this width."""
     from rich.markdown import Markdown
-    from rich.theme import Theme
 
     out = StringIO()
     console = console_on(out, width, color)
@@ -160,7 +147,6 @@ def _print(console: Console, table: Table, width: int | None) -> None:
 
 
 def _grid(table: Table, columns: Sequence[int], gap: int) -> Grid:
-    """Return the table of these columns for rich."""
     grid = Grid(box=RULES, show_edge=False, pad_edge=False, padding=(0, gap, 0, 0), header_style="bold")
     grid.show_header = any(table.header)
     for j in columns:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from lcpcli.report import result_formats
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.result_formats import Report
 from lcpcli.report.wording import above, number, short, size, title
-
-if TYPE_CHECKING:
-    from lcpcli.verify.verification import Verification
-
+from lcpcli.verify.verification import Verification
 
 KEYS = (
     "problem n kind exact accepted message residual relative_residual backward_error error error_bound "
@@ -89,9 +87,6 @@ def _of_origin(verification: Verification) -> list[str]:
 
 
 def _record(verification: Verification) -> dict[str, Any]:
-    """Return a verification as an object for JSON."""
-    from lcpcli.report import json_lines
-
     own = {
         "problem": verification.problem.name,
         "n": verification.problem.n,
@@ -99,4 +94,4 @@ def _record(verification: Verification) -> dict[str, Any]:
         "error_bound_source": verification.bound.source if verification.bound else None,
         "statement": verification.statement or getattr(verification.answer, "statement", None),
     }
-    return json_lines.record(KEYS, verification, own)
+    return result_formats.record(KEYS, verification, own)

@@ -1,21 +1,30 @@
-"""The wording of numbers, sizes, names, advice and provenance that all formats share."""
+"""The wording of numbers, sizes, names, advice and provenance that all formats share.
+
+The unknowns that a report shows, chosen by their names.
+
+The columns of iterates after z: in tables, in CSV and in JSON. Nothing heavy is imported, as help names them.
+"""
 
 from __future__ import annotations
 
 import math
+import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-from lcpcli.errors import visible
+from lcpcli.errors import ParameterError, likely, quoted, visible
 from lcpcli.methods.registry import SWITCHES
 from lcpcli.version import VERSION
 
 if TYPE_CHECKING:
     from lcpcli.model.nonlinear import NonlinearProblem
+    from lcpcli.model.origins import Game
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
     from lcpcli.solving.suggestions import Options
+    from lcpcli.solving.trace import TraceRow
 
 
 PIPE_WIDTH = 80  # columns of text without a terminal, the width that terminals have by tradition
@@ -273,3 +282,145 @@ def _text(value: Any, whole: bool) -> str:
     if float(short) == value:
         return short
     return repr(float(value)) if whole else f"{value:.3g}"
+
+
+def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
+    """Return the indices of the unknowns that `--show` chooses, in the order of the patterns; all without patterns.
+
+    names : of the unknowns, "" for none. patterns : each is a name, in which * stands for any text and ? for a
+    character, or z1, z2, ... for a place. Raises ParameterError for a pattern that no unknown matches.
+    """
+    if not patterns:
+        return list(range(len(names)))
+    found: dict[int, None] = {}
+    for pattern in patterns:
+        own = [i for i, name in enumerate(names) if name and _has_name(name, pattern)]
+        own = own or [i for i in range(len(names)) if _fits(f"z{i + 1}", pattern)]
+        if not own:
+            last = f"z{len(names)}"
+            numbers = f"write z1 to {last}" if len(names) > 1 else f"write {last}"
+            named = "; a file has names in its header, or under the key names" if not any(names) else ""
+            hint = likely(pattern, list(filter(None, names)), f"{numbers}, or a name{named}")
+            raise ParameterError("show", f"{quoted(pattern)} is not the name of an unknown", hint)
+        found |= dict.fromkeys(own)
+    return list(found)
+
+
+def _has_name(name: str, pattern: str) -> bool:
+    """Return whether a pattern fits a name; a column strategy is also called as in the heading of a narrow table, and a
+    multiplier as its row."""
+    short = name.replace("column ", "col ", 1).removeprefix("y ")
+    return pattern == name or _fits(name, pattern) or _fits(short, pattern)
+
+
+def _fits(name: str, pattern: str) -> bool:
+    """Return whether a pattern fits a name; brackets stand for themselves, as in x[1]."""
+    return re.fullmatch(re.escape(pattern).replace(r"\*", ".*").replace(r"\?", "."), name, re.DOTALL) is not None
+
+
+def require(problem: Problem | NonlinearProblem, patterns: Sequence[str]) -> None:
+    """Raise ParameterError, before any work, for a pattern that no unknown of the problem matches."""
+    places(labels_of(problem), patterns)
+
+
+def labels_of(problem: Problem | NonlinearProblem) -> Sequence[str]:
+    """Return the names by which the unknowns of a problem are chosen: of a game, those of the strategies, which differ,
+    and the headings of the payoffs; the names of a program's multipliers begin with y."""
+    from lcpcli.model.origins import Game
+    from lcpcli.model.program import Program
+
+    if isinstance(origin := problem.origin, Game):
+        return strategy_headings(origin)
+    k = origin.variables if isinstance(origin, Program) else problem.n
+    return [*problem.names[:k], *(f"y {name}" if name else "" for name in problem.names[k:])]
+
+
+def strategy_names(game: Game, most: float) -> tuple[list[str], list[str]]:
+    """Return the names of the rows and of the columns, by `short_names` with the letters x and y; a name that both
+    players have says whose it is."""
+    m, k = game.A.shape
+    both = set(game.rows) & set(game.columns)
+    first, second = game.players or ("row", "column" if most == math.inf else "col")
+    rows, columns = (
+        [f"{player} {name}" if name in both else name for name in own]
+        for player, own in ((first, game.rows or [""] * m), (second, game.columns or [""] * k))
+    )
+    most += (len(first) + 1) * bool(both)
+    return short_names(rows, most, "x"), short_names(columns, most, "y")
+
+
+def payoff_headings(game: Game) -> list[str]:
+    return [f"{player} gets" for player in game.players or ("row", "column")]
+
+
+def strategy_headings(game: Game) -> list[str]:
+    """Return a different heading for each strategy and each payoff."""
+    rows, columns = strategy_names(game, math.inf)
+    gets = payoff_headings(game)
+    times = Counter([*rows, *columns, *gets])
+    parts = zip(game.players or ("row", "column"), (rows, columns), strict=True)
+    return [*(name if times[name] == 1 else f"{player} {name}" for player, own in parts for name in own), *gets]
+
+
+Shown: TypeAlias = "dict[str, Callable[[TraceRow], str]]"  # a heading, with the function that makes a cell of a row
+
+
+class Column(NamedTuple):
+    """A column.
+
+    value : a function from a row to the column's value in it, for CSV and JSON.
+    shown : what shows it in a table of rows, whose z may lack some components; empty if the column is left out.
+    """
+
+    value: Callable[[TraceRow], Any]
+    shown: Callable[[Problem, Sequence[TraceRow]], Shown]
+
+
+def _step(_: Problem, rows: Sequence[TraceRow]) -> Shown:
+    return {"step": lambda row: row.step} if any(row.step for row in rows) else {}
+
+
+def _residual(problem: Problem, _: Sequence[TraceRow]) -> Shown:
+    if problem.solutions:
+        return {}
+    return {"residual": lambda row: short(row.residual, math.inf if row.rounding else 0.0)}
+
+
+def _error(problem: Problem, _: Sequence[TraceRow]) -> Shown:
+    return {"error": lambda row: error(row.error, problem)} if problem.solutions else {}
+
+
+def _time(_: Problem, rows: Sequence[TraceRow]) -> Shown:
+    length, name = unit(max((row.seconds for row in rows), default=0.0))
+    return {f"time/{name}": lambda row: f"{row.seconds / length:.3f}"}
+
+
+COLUMNS = {  # by their names in CSV and JSON
+    "residual": Column(lambda row: row.residual, _residual),
+    "error": Column(lambda row: row.error, _error),
+    "seconds": Column(lambda row: row.seconds, _time),
+    "step": Column(lambda row: row.step or None, _step),
+}
+FIRST = "step"  # of a table
+
+
+def called(name: str) -> str:
+    """Return the name of a column on the command line."""
+    return {"seconds": "time"}.get(name, name)
+
+
+CHOICES = ("k", "z", *map(called, COLUMNS))  # the columns that a user may choose
+
+
+def columns_of(problem: Problem, rows: Sequence[TraceRow]) -> Shown:
+    names = sorted(COLUMNS, key=lambda name: name != FIRST)
+    found = {heading: cell for name in names for heading, cell in COLUMNS[name].shown(problem, rows).items()}
+    if any(row.z0 is not None for row in rows):
+        found = {"z0": lambda row: "" if row.z0 is None else f"{row.z0:.7g}", **found}
+    return found
+
+
+def values_of(row: TraceRow) -> dict[str, Any]:
+    """Return the values of a row that CSV and JSON show after z."""
+    own = {name: column.value(row) for name, column in COLUMNS.items()}
+    return own if row.z0 is None else {**own, "z0": row.z0}

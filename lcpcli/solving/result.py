@@ -146,22 +146,22 @@ class Result:
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}{hint}")
 
     def __repr__(self) -> str:
-        return str(views.notebook.result_text(self))
+        return str(views.outcome.result_text(self))
 
     def _repr_html_(self) -> str:
-        return str(views.notebook.result_html(self))
+        return str(views.outcome.result_html(self))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the object that `lcp solve --format json` writes; `advice` names options as in Python."""
-        return {**views.json_lines.data(self), "advice": self.advice or None}
+        return {**views.result_formats.data(self), "advice": self.advice or None}
 
     def to_frame(self) -> Any:
         """Return a pandas data frame, if pandas is installed: z, w and state, with a row for each unknown, by name."""
-        return views.notebook.frame(self)
+        return views.outcome.frame(self)
 
     def to_json(self) -> str:
         """Return the object of `to_dict` as JSON in one line."""
-        return str(views.json_lines.text(self.to_dict()))
+        return str(views.result_formats.text(self.to_dict()))
 
     def plot(self, file: str | os.PathLike[str] | None = None) -> Any:
         """Draw the iterates in a `Picture`, as `lcpcli.plot` does; the run must have kept them, with trace=True."""

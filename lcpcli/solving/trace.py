@@ -134,7 +134,7 @@ class Trace:
     _waiting: list[TraceRow] = field(default_factory=list)
 
     def __repr__(self) -> str:
-        return str(views.notebook.trace_text(self))
+        return str(views.outcome.trace_text(self))
 
     def add(self, row: TraceRow, criterion: Criterion) -> None:
         """Add an iterate with its whole z, not yet measured; the one that is no longer among the last three is dropped,

@@ -53,12 +53,14 @@ OPTIONS = [
     of_solving("trace-unseen", "--trace --format json -q", "--trace:", "no effect", "leave it out"),
     of_solving("unknown-method", "--method newton-raphson", "--method", "'newton-raphson'", "did you mean newton?"),
     of_solving("unknown-format", "--format xml", "--format", "'xml'", "choose one of table, json"),
-    of_solving("unknown-option-with-value", "--toll=1", "lcp: --toll: is no option of lcp solve; did you mean --tol?"),
+    of_solving("unknown-option-with-value", "--toll=1", "--toll: is not an option of lcp solve; did you mean --tol?"),
     of_solving("option-with-one-dash", "-max-iterations 1", "-max-iterations: is no", "did you mean --max-iterations?"),
-    of_solving("format-as-an-option", "--json", "--json: is no option of lcp solve; did you mean --format json?"),
-    of_solving("method-as-an-option", "--newton", "--newton: is no option of lcp solve; did you mean --method newton?"),
+    of_solving("format-as-an-option", "--json", "--json: is not an option of lcp solve; did you mean --format json?"),
+    of_solving(
+        "method-as-an-option", "--newton", "--newton: is not an option of lcp solve; did you mean --method newton?"
+    ),
     of_solving("underscore-in-option", "--k_star 3", "did you mean --k-star?"),
-    of_solving("unlike-any-option-in-one-letter", "-n 3", "lcp: -n: is no option of lcp solve; see lcp solve --help\n"),
+    of_solving("unlike-any-option-in-one-letter", "-n 3", "-n: is not an option of lcp solve; see lcp solve --help\n"),
     of_solving("option-without-value", "--tol", "lcp: --tol: requires an argument; see lcp solve --help\n"),
     of_solving("flag-with-value", "--quiet=3", "lcp: --quiet: does not take a value; see lcp solve --help\n"),
     of_solving("option-given-twice", "--tol 1 --tol 2", "lcp: --tol: is given 2 times; give it once\n"),

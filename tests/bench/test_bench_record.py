@@ -15,10 +15,9 @@ from hypothesis import strategies as st
 from lcpcli import Problem, from_qp
 from lcpcli.bench import record as records
 from lcpcli.bench import report
-from lcpcli.bench.record import BenchRecord, Measurement
+from lcpcli.bench.record import BenchRecord, Measurement, shifted_geometric_mean
 from lcpcli.bench.report import render
-from lcpcli.bench.statistics import shifted_geometric_mean
-from lcpcli.bench.suites import ALL, EXTREME, STIFF, SUITES, Case, case, cases_of, methods_of, prepare, problem_of
+from lcpcli.bench.suites import ALL, SUITES, Case, case, cases_of, methods_of, prepare, problem_of
 from lcpcli.bench.timing import (
     ABSOLUTE,
     NATURAL,
@@ -289,7 +288,7 @@ def test_the_table_counts_what_is_claimed_and_accurate() -> None:
     assert not any(report.optimality(replace(record, methods=["auto"], measurements=rows[4:5])).tables[0].groups)
 
 
-CASES = [each for each in (*STIFF, *EXTREME) if each.n <= 100]
+CASES = [each for each in (*SUITES["stiff"].cases, *SUITES["extreme"].cases) if each.n <= 100]
 
 
 @pytest.mark.slow("the whole table of stability")

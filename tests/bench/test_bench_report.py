@@ -12,15 +12,17 @@ import pytest
 
 from lcpcli.bench import record as records
 from lcpcli.bench import report as figure
-from lcpcli.bench.record import EXCLUDED, BenchRecord, Measurement
-from lcpcli.bench.report import render
-from lcpcli.bench.statistics import (
+from lcpcli.bench.record import (
+    EXCLUDED,
+    BenchRecord,
+    Measurement,
     growth,
     median_interval,
     performance_ratios,
     shifted_geometric_mean,
     summary,
 )
+from lcpcli.bench.report import render
 from lcpcli.bench.suites import case
 from lcpcli.bench.timing import CURVES, LEAST_REPEATS, MOST_REPEATS, SOLUTION, WARM_UP, TimedAnswer, is_stable, measure
 from lcpcli.report.document import FORMATS

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-from lcpcli.bench.statistics import growth
+from lcpcli.bench.record import growth
 
 Call = Callable[[], Any]
 

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array, kron
 
 from lcpcli.gallery import families as gallery
-from lcpcli.gallery.differences import three_diagonals
+from lcpcli.gallery.systems import three_diagonals
 from lcpcli.typing import Matrix, Vector
 
 Data = tuple[Matrix, Vector]

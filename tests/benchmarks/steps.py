@@ -23,8 +23,8 @@ import numpy as np
 
 import lcpcli
 from lcpcli import Solver
-from lcpcli.gallery.differences import obstacle
 from lcpcli.gallery.rigid_bodies import contact_in_time
+from lcpcli.gallery.systems import obstacle
 from lcpcli.model.problem import Problem
 from lcpcli.peers import registry
 from lcpcli.typing import Matrix, Vector

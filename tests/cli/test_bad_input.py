@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from lcpcli import Result
-from lcpcli.bench import recording as benching
+from lcpcli.bench import timing as benching
 from lcpcli.errors import ProblemError
 from lcpcli.files import beside, log, reading
 from lcpcli.solving import driver as driver

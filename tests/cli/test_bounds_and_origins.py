@@ -42,7 +42,7 @@ def test_check_inspect_convert_compare_and_bench_read_the_same_problem_as_solve(
     assert lcp("check", "far.json", "z.csv", *infinity).code == 0
     assert lcp("check", "far.json", "z.csv", *infinity, "--exact").code == 0
     assert lcp("inspect", "far.json", *infinity).out.startswith("far: n = 6 ")
-    assert lcp("convert", "far.json", *infinity, "-o", "near.json") == Outcome(0, "", "")
+    assert lcp("convert", "far.json", *infinity, "-o", "near.json") == Outcome(0, "", "lcp: wrote near.json\n")
     near = read("near.json")
     assert near.n == read("far.json", infinity=1e20).n == 6
     assert not (near.q != from_qp(**FAR, infinity=1e20).q).any()
@@ -150,7 +150,7 @@ GAME = {"A": [[3, 0], [0, 2]], "B": [[0, 2], [3, 0]], "rows": ["opera", "footbal
 
 def remade(lcp: Lcp, option: str, name: str, *arguments: str) -> list[str]:
     """The lines that lcp solve prints on the problem that lcp make makes of a file."""
-    assert lcp("make", option, name, "-o", "made.json") == Outcome(0, "", "")
+    assert lcp("make", option, name, "-o", "made.json", "-q") == Outcome(0, "", "")
     outcome = lcp("solve", "made.json", *arguments)
     assert (outcome.code, outcome.err) == (0, "")
     return outcome.out.splitlines()

@@ -277,7 +277,7 @@ def test_solution_is_computed_where_none_is_known(lcp: Lcp, unsolved: str) -> No
 
 
 def test_an_option_of_earlier_versions_is_refused_with_what_to_do_instead(lcp: Lcp) -> None:
-    told = "lcp: --warm: is no option of lcp compare; it has gone: give a start near the solution by --z0"
+    told = "lcp: --warm: is not an option of lcp compare; it has gone: give a start near the solution by --z0"
     assert_refused(lcp("compare", EXAMPLE, "--warm", "0.1"), f"{told}\n")
 
 

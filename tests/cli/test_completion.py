@@ -193,7 +193,7 @@ def test_capitals_and_beginnings_are_understood() -> None:
 
 def test_every_command_suggests_the_likely_option(lcp: Lcp) -> None:
     for name in group.lcp.commands:
-        assert_refused(lcp(name, "--hepl"), f"lcp: --hepl: is no option of lcp {name}; did you mean --help?")
+        assert_refused(lcp(name, "--hepl"), f"lcp: --hepl: is not an option of lcp {name}; did you mean --help?")
 
 
 def test_a_longer_word_for_an_option_is_understood() -> None:

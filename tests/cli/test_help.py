@@ -138,7 +138,7 @@ def run(line: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> Outcome:
 def test_examples_run(name: str, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In their order, in an empty folder; a suite is one small problem, to be quick."""
     for suite, its in suites.SUITES.items():
-        monkeypatch.setitem(suites.SUITES, suite, replace(its, cases=suites.sizes("tridiagonal", 10), budget=0.0))
+        monkeypatch.setitem(suites.SUITES, suite, replace(its, text="tridiagonal 10", budget=0.0))
     monkeypatch.chdir(tmp_path)
     for line in COMMANDS[name].examples:
         before = set(tmp_path.iterdir())

@@ -15,7 +15,7 @@ import pytest
 
 import lcpcli
 from lcpcli import options
-from lcpcli.cli import kernels
+from lcpcli.cli import help
 from lcpcli.options import KERNELS
 from lcpcli.version import VERSION
 
@@ -66,7 +66,7 @@ def test_another_value_of_the_variable_is_refused(
 def test_without_numba_there_is_nothing_to_compile(
     monkeypatch: pytest.MonkeyPatch, lcp: Lcp, kernels_by_default: Callable[[str], None]
 ) -> None:
-    for module in (kernels, options):
+    for module in (help, options):
         monkeypatch.setattr(module, "has_numba", lambda: False)
     assert_refused(lcp("kernels"), "lcp: kernels: needs numba; pip install 'linear-complementarity[fast]'")
     kernels_by_default("1")

@@ -222,9 +222,9 @@ def test_names_without_a_place_in_mps_are_changed_and_told(lcp: Lcp, tmp_path: P
     assert [line.split()[0] for line in lines if "New_York 1" in line][:3] == ["a_b", "a_b_", "RHS_"]
     told = "4 names had to be changed, as MPS needs unique names without spaces or control characters"
     told += ": 'a b' is 'a_b', and so on"
-    assert (outcome.code, outcome.err) == (0, f"lcp: {tmp_path}/p.mps: {told}\n")
+    assert (outcome.code, outcome.err) == (0, f"lcp: wrote {tmp_path}/p.mps\nlcp: {tmp_path}/p.mps: {told}\n")
     (tmp_path / "p.json").write_text(json.dumps(program | {"rows": ["a"], "columns": ["a", "b", "c"], "name": "m"}))
-    assert lcp("convert", str(tmp_path / "p.json"), "-o", str(tmp_path / "p.mps")).err == ""
+    assert lcp("convert", str(tmp_path / "p.json"), "-o", str(tmp_path / "p.mps"), "-q").err == ""
 
 
 def test_what_mps_cannot_hold_is_refused_in_one_line(lcp: Lcp, tmp_path: Path) -> None:
@@ -250,7 +250,8 @@ def files_of(path: Path) -> list[str]:
 def test_numbers_are_the_same_in_all_formats(tmp_path: Path, lcp: Lcp, first: str, second: str) -> None:
     write(Problem([[0.1, 1e-300], [-1 / 3, 5e20]], [0.7, -2]), tmp_path / f"a{first}")
     outcome = lcp("convert", *files_of(tmp_path / f"a{first}"), "-o", str(tmp_path / f"b{second}"))
-    assert (outcome.code, outcome.out, outcome.err) == (0, "", "")
+    written = " and ".join(files_of(tmp_path / f"b{second}"))
+    assert (outcome.code, outcome.out, outcome.err) == (0, "", f"lcp: wrote {written}\n")
     assert numbers(read(*files_of(tmp_path / f"b{second}"))) == ([[0.1, 1e-300], [-1 / 3, 5e20]], [0.7, -2])
 
 

@@ -98,7 +98,7 @@ STAGES: dict[str, tuple[str, str, Any, list[dict[str, Any]]]] = {  # the command
     "reading": (f"check {EXAMPLE} {EXAMPLE}", "files.reading.problem_of", 0, []),
     "reading a problem": (f"solve {EXAMPLE}", "files.reading.problem_of", 0, []),
     "the reference": (f"compare {EXAMPLE}", "solving.reference.with_reference", 0, []),
-    "the start of a bench": (BENCH, "bench.recording.start", 0, []),
+    "the start of a bench": (BENCH, "bench.timing.start", 0, []),
 }
 
 

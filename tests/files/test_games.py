@@ -141,7 +141,7 @@ def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(lcp
     assert lcp("convert", winkels, "-o", "w.json").code == 0
     assert read("w.json").origin.payoffs()[0][4][0] == Fraction(5, 2)
     for suffix in ("json", "npz", "mat"):
-        assert lcp("convert", "g.efg", "-o", f"g.{suffix}").err == ""
+        assert lcp("convert", "g.efg", "-o", f"g.{suffix}").err == f"lcp: wrote g.{suffix}\n"
         again = read(f"g.{suffix}")
         assert again.origin.tree.totals() == kept
         assert (again.M == read("g.efg").M).all()

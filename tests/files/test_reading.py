@@ -344,7 +344,7 @@ def test_every_command_that_reads_a_problem_takes_the_names(elsewhere: Path, lcp
         "compare two-unknowns --method newton",
         "check bimatrix result.json",
         "inspect hs21",
-        "convert portfolio -o portfolio.mat",
+        "convert portfolio -o portfolio.mat -q",
         "bench two-unknowns --method newton --budget 0 -q",
     ):
         outcome = lcp(*line.split())

@@ -22,7 +22,7 @@ from lcpcli.files import reading
 from lcpcli.gallery import families as gallery
 from lcpcli.gallery import nonlinear
 from lcpcli.model.nonlinear import NonlinearProblem
-from lcpcli.peers import packages, quadratic
+from lcpcli.peers import packages
 from lcpcli.peers import registry as peers
 from lcpcli.peers.registry import Claim
 from lcpcli.verify.point import Criterion, Point
@@ -102,7 +102,7 @@ def test_a_quadratic_program_needs_symmetry_and_convexity(name: str) -> None:
 
 
 def test_matrices_are_converted_up_to_a_size() -> None:
-    n = quadratic.MOST_CONVERTED + 1
+    n = packages.MOST_CONVERTED + 1
     large = Problem(sparse.eye_array(n, format="csr"), -np.ones(n))
     assert peers.load("quantecon").excludes(large) == "takes dense matrices only; others are converted up to n = 2000"
     assert peers.load("osqp").excludes(large) == ""
@@ -123,9 +123,9 @@ def test_gram_matrices_in_any_units_are_semidefinite_and_not_when_a_direction_is
         M = M - np.outer(v, v) * (1 + float(np.sum((A @ v) ** 2)) / float(v @ v) ** 2)
     M = units[:, None] * M * units
     problem = Problem(sparse.csr_array(M) if stored_sparse else M, np.ones(n))
-    assert (quadratic.not_convex(problem) == "") is not turned
+    assert (packages.not_convex(problem) == "") is not turned
     hollow = Problem([[0, 1e-12 * turned], [1e-12 * turned, 1]], [1, 1])  # semidefinite only if its row is empty
-    assert (quadratic.not_convex(hollow) == "") is not turned
+    assert (packages.not_convex(hollow) == "") is not turned
 
 
 MODULES = {"highs": "highspy", "path-start": "gamspy_base", "gambit": "pygambit"}  # where it is not the name

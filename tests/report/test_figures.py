@@ -25,7 +25,7 @@ from lcpcli.files import contents
 from lcpcli.parametric.path import Path as Solutions
 from lcpcli.report import plotting
 from lcpcli.report import plotting as figures
-from lcpcli.report.figures import cones_figure, data, paths_figure, run_figures, style
+from lcpcli.report.figures import data, plane_figures, run_figures, style
 from lcpcli.report.figures.data import Cones, Curve, Growth, GrowthPanel, Panel, Power, Profile, Trajectories
 from lcpcli.report.figures.data import Trajectory as Run
 from lcpcli.report.figures.style import grid_of
@@ -303,9 +303,9 @@ DRAWN: dict[str, Callable[[], Figure]] = {
     **{f"cones-{name.replace(' ', '-')}": lambda M=M: paths.drawn(M, (1, -2)) for name, M in paths.DEGENERATE.items()},
     "cones-of-a-P-matrix": lambda: paths.drawn([[2, 1], [1, 2]], (-5, -6)),
     "cones-that-hold-q": lambda: paths.drawn(paths.MURTY, (-1, -1)),
-    "iterates": lambda: drawn(paths_figure.draw, [paths.data(paths.TWO)]),
+    "iterates": lambda: drawn(plane_figures.draw_paths, [paths.data(paths.TWO)]),
     "no-iterates": lambda: drawn(
-        paths_figure.draw, [Trajectories("p", [[2, 1], [1, 2]], [-5, -6], [(0.5, 0.5)], NO_ITERATES)]
+        plane_figures.draw_paths, [Trajectories("p", [[2, 1], [1, 2]], [-5, -6], [(0.5, 0.5)], NO_ITERATES)]
     ),
     "path": lambda: drawn(run_figures.draw, response(small())),
     "path-with-zeros": lambda: drawn(run_figures.draw, response(lcpcli.path(*ZEROS))),
@@ -322,18 +322,18 @@ def test_a_figure_shows_the_same_as_before(name: str) -> None:
 
 
 def long_names(M: Any, q: Any) -> Figure:
-    return drawn(cones_figure.draw, paths.picture(M, q, names=("price of $x", "y " * 60)))
+    return drawn(plane_figures.draw, paths.picture(M, q, names=("price of $x", "y " * 60)))
 
 
 def iterates(problems: list[Problem], methods: tuple[str, ...]) -> Figure:
-    return drawn(paths_figure.draw, [paths.data(problem, methods) for problem in problems])
+    return drawn(plane_figures.draw_paths, [paths.data(problem, methods) for problem in problems])
 
 
 LONG_TITLE = Cones("$\\alpha_ " * 30, paths.MURTY, (-1, -1), [False] * 4, "at least $3 " * 20)
 TEXTS: dict[str, Callable[[], Figure]] = {
     **RUNS,
     **{f"cones {k}": lambda given=given: long_names(*given) for k, given in enumerate(CONES)},
-    "cones with a long title": lambda: drawn(cones_figure.draw, LONG_TITLE),
+    "cones with a long title": lambda: drawn(plane_figures.draw, LONG_TITLE),
     **{f"iterates {name}": lambda given=given: iterates(*given) for name, given in PATHS.items()},
     **{f"path {name}": lambda make=make: drawn(run_figures.draw, response(make())) for name, make in RESPONSES.items()},
 }

@@ -16,10 +16,10 @@ from scipy.optimize import nnls
 
 from lcpcli import Problem
 from lcpcli.report import pictures
-from lcpcli.report.figures import cones_figure, paths_figure, style
-from lcpcli.report.figures.cones_figure import SECTOR, SETS
+from lcpcli.report.figures import plane_figures, style
 from lcpcli.report.figures.data import Cones, Trajectories
 from lcpcli.report.figures.data import Trajectory as Run
+from lcpcli.report.figures.plane_figures import SECTOR, SETS
 from lcpcli.solving.driver import run
 from lcpcli.solving.trace import Trace
 
@@ -43,7 +43,7 @@ def test_paths_are_the_iterates_of_the_methods_where_z_is_zero_too() -> None:
     for before, after in zip(fixed_point.x[:20], fixed_point.x[1:21], strict=True):
         image = np.linalg.solve(np.eye(2) + M, (np.eye(2) - M) @ np.abs(before) - q)
         assert after == pytest.approx(image, rel=1e-12)
-    falling = [float(paths_figure.merit(M, q, np.array(x))) for x in shi.x]
+    falling = [float(plane_figures.merit(M, q, np.array(x))) for x in shi.x]
     assert all(after <= before * (1 + 1e-12) for before, after in pairwise(falling))
     assert min(x[1] for x in shi.x) < 0
 
@@ -60,7 +60,7 @@ def test_solutions_are_the_zeros_of_the_merit_function() -> None:
     assert len(made.solutions) == 2
     for solution in made.solutions:
         assert solution == pytest.approx((2 / 3, 7 / 6))
-        assert paths_figure.merit(made.M, made.q, np.array(solution)) < 1e-8
+        assert plane_figures.merit(made.M, made.q, np.array(solution)) < 1e-8
     murty = Problem([[1, 2], [2, 1]], [-1, -1], solutions=[[1, 0], [0, 1]])
     assert data(murty, ("shi",)).solutions[:2] == [(0.5, -0.5), (-0.5, 0.5)]
 
@@ -69,21 +69,21 @@ def test_the_merit_function_is_that_of_the_equation_of_the_methods() -> None:
     M, q, x = np.array([[1.0, 3], [-3, 1]]), np.array([-4.0, 3]), np.array([[-2.0, 0.5], [3, -1]])
     z, w = np.abs(x) + x, np.abs(x) - x
     F = M @ z - w + q[:, None]
-    assert paths_figure.merit(M, q, x) == pytest.approx(np.sqrt((F**2).sum(axis=0)))
+    assert plane_figures.merit(M, q, x) == pytest.approx(np.sqrt((F**2).sum(axis=0)))
 
 
 def test_the_range_holds_the_origin_the_start_and_the_solution_but_not_a_divergence() -> None:
     divergent = Run("shi", "shi", [0, 1, 2, 3], [(1.0, 1.0), (2.0, 2.0), (1e9, -1e9), (np.inf, np.nan)])
     made = Trajectories("p", [[1, 0], [0, 1]], [-1, -1], [(0.5, 4.0)], [divergent])
-    for (low, high), largest in zip(paths_figure.ranges(made), (0.5, 4.0), strict=True):
+    for (low, high), largest in zip(plane_figures.ranges(made), (0.5, 4.0), strict=True):
         assert low < 0 < largest < high < 20
     with style.context():
-        paths_figure.draw([made])
+        plane_figures.draw_paths([made])
 
 
 def test_quadrants_have_the_names_of_their_cones() -> None:
     with style.context():
-        figure = paths_figure.draw([data(TWO)])
+        figure = plane_figures.draw_paths([data(TWO)])
     corners = {text.get_text(): text.get_position() for text in figure.axes[-1].texts[:4]}
     (left, bottom), (right, top) = corners["$w_1$, $w_2$"], corners["$z_1$, $z_2$"]
     assert (left < right, bottom < top, corners["$z_1$, $w_2$"]) == (True, True, (right, bottom))
@@ -154,13 +154,13 @@ def generators(M: list[list[float]], chosen: tuple[int, ...]) -> np.ndarray:
 
 def drawn(M: list[list[float]], q: tuple[float, float]) -> Figure:
     with style.context():
-        return cones_figure.draw(picture(M, q))
+        return plane_figures.draw(picture(M, q))
 
 
 @given(M=st.tuples(*[st.tuples(*[st.integers(-3, 3)] * 2)] * 2), q=st.tuples(*[st.integers(-5, 5)] * 2))
 def test_q_is_in_the_sectors_whose_generators_have_it_as_a_sum(M: list[list[float]], q: tuple[float, float]) -> None:
-    direction = cones_figure.angle(q)
-    for cone, chosen in zip(cones_figure.cones(M), SETS, strict=True):
+    direction = plane_figures.angle(q)
+    for cone, chosen in zip(plane_figures.cones(M), SETS, strict=True):
         basis = generators(M, chosen)
         independent = bool(round(np.linalg.det(basis)))
         assert independent == (cone.kind == SECTOR)

@@ -13,8 +13,8 @@ import lcpcli
 from lcpcli import Problem, plot, run, solve
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
-from lcpcli.report import notebook, pictures
-from lcpcli.report.selection import places
+from lcpcli.report import outcome, pictures
+from lcpcli.report.wording import places
 
 from ..cli.conftest import Lcp, assert_refused
 
@@ -151,8 +151,8 @@ def test_sentence_on_an_infeasible_problem_speaks_of_its_bounds() -> None:
 def test_notebook_shows_bounds() -> None:
     problem = Problem(**MIXED)
     assert SIZE in repr(run(problem))
-    assert "<td>-inf</td><td>inf</td>" in notebook.problem_html(problem)
-    assert "<th>l</th>" not in notebook.problem_html(Problem([[1]], [1]))
+    assert "<td>-inf</td><td>inf</td>" in outcome.problem_html(problem)
+    assert "<th>l</th>" not in outcome.problem_html(Problem([[1]], [1]))
 
 
 def test_runs_on_different_bounds_do_not_share_a_panel() -> None:

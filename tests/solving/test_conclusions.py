@@ -12,7 +12,7 @@ import pytest
 
 from lcpcli import Problem, from_game, from_qp, run, solve
 from lcpcli.errors import ProblemError
-from lcpcli.report.json_lines import plain
+from lcpcli.report.result_formats import plain
 from lcpcli.solving import no_minimum
 
 SEMIDEFINITE = [[1, 1], [1, 1]], [-1, -1], [[-1, -1]], [-4]

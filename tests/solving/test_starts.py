@@ -14,7 +14,7 @@ from lcpcli import Problem, Trace, from_qp, read, run, solve_mcp
 from lcpcli.errors import LCPError, OptionError, ProblemError
 from lcpcli.files import contents, writing
 from lcpcli.gallery import families
-from lcpcli.gallery.differences import american_put
+from lcpcli.gallery.systems import american_put
 from lcpcli.model.box import in_words
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.start import basis_of_words, x_in

@@ -19,7 +19,7 @@ from lcpcli import Problem, Result, Solver, run, solve, solve_many
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import approximate, brief
 from lcpcli.rational.tree import first_solution
-from lcpcli.report import json_lines, wording
+from lcpcli.report import result_formats, wording
 from lcpcli.solving import proof as solving
 from lcpcli.verify.certificate import proof
 
@@ -130,7 +130,7 @@ def test_what_is_written_proves_exactly_what_it_claims(seed: int) -> None:
     pytest.importorskip("flint")
     problem = infeasible(seed)
     for result in (run(problem, time_limit=120), lcpcli.exact(problem, time_limit=120)):
-        held = json.loads(json_lines.line(json_lines.data(result)))
+        held = json.loads(result_formats.line(result_formats.data(result)))
         if held["status"] == "infeasible":
             y = [Fraction(value) for value in held["certificate"]["vector"]]
             of_decimals = result.exact is None and exact.refutes(problem, y, as_written=True)

@@ -32,11 +32,6 @@ class Curve:
     total: float | None = None
 
     @property
-    def is_measured(self) -> bool:
-        """Return whether there is a point to draw."""
-        return any(error is not None for error in self.errors)
-
-    @property
     def counts(self) -> list[int]:
         """Return the numbers of the iterates that are drawn against the iteration."""
         return [k for k, error in zip(self.k, self.errors, strict=True) if k is not None and error is not None]

@@ -24,16 +24,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter
 
 from lcpcli.report.figures import data
-from lcpcli.report.figures.data import (
-    Curve,
-    DrawnPoint,
-    Growth,
-    GrowthPanel,
-    Panel,
-    Profile,
-    Range,
-    Response,
-)
+from lcpcli.report.figures.data import Curve, DrawnPoint, Growth, GrowthPanel, Panel, Profile, Range, Response
 from lcpcli.report.figures.style import (
     BEYOND,
     FONT,
@@ -54,10 +45,7 @@ from lcpcli.report.figures.style import (
     looks,
 )
 
-MEASURES = {
-    "error": r"error $\|z - z^*\|_\infty$",
-    "residual": r"residual $\|\min(z, Mz + q)\|_\infty$",
-}
+MEASURES = {"error": r"error $\|z - z^*\|_\infty$", "residual": r"residual $\|\min(z, Mz + q)\|_\infty$"}
 MOST_MARKERS = 12  # on a curve: enough to follow it where curves cross, few enough to see the line
 MOST_TICKS = 6  # labelled ticks on an axis, whose labels would touch if there were more
 ROOM = 0.04  # of the length of an axis
@@ -154,7 +142,8 @@ def _marks(at: Any, turn: int) -> list[int]:
 
 def _drawn(chosen: Looks, panels: Sequence[Panel], others: Sequence[Profile | Growth] = ()) -> Looks:
     """Return the looks of the runs that have a curve in the figure."""
-    entries = [*others, *(curve for panel in panels for curve in panel.curves if curve.is_measured)]
+    curves = (curve for panel in panels for curve in panel.curves)
+    entries = [*others, *(curve for curve in curves if any(error is not None for error in curve.errors))]
     names = {(entry.name, entry.label) for entry in entries}
     return {key: look for key, look in chosen.items() if key in names}
 
@@ -164,11 +153,7 @@ EXPONENT_COLUMN = 0.48  # of the length of the data's range of n, for a column o
 DOUBLINGS = 12  # on a profile's abscissa at most, for ticks at powers of 2, not of 10: the labels of more would touch
 
 
-def draw_bench(
-    profiles: Sequence[Profile],
-    panels: Sequence[Panel],
-    growth_panels: Sequence[GrowthPanel],
-) -> Figure:
+def draw_bench(profiles: Sequence[Profile], panels: Sequence[Panel], growth_panels: Sequence[GrowthPanel]) -> Figure:
     """Draw the figure: axes in two columns; if their number is odd, the first ones are as wide as the figure."""
     growths = [growth for panel in growth_panels for growth in panel.growths]
     runs = [curve for panel in panels for curve in panel.curves]
@@ -289,7 +274,6 @@ def draw(picture: Response) -> Figure:
 
 
 def _solutions(axes: Axes, picture: Response) -> list[Entry]:
-    """Draw the components; return the entries of the legend."""
     across, is_named = np.array(picture.across), len(picture.lines) <= MOST_NAMED
     is_marked = is_named and len(across) <= MOST_RULES
     entries, turns = list[Entry](), list(picture.turns)
@@ -338,7 +322,6 @@ def _objective(axes: Axes, picture: Response) -> None:
 
 
 def _stride(picture: Response) -> int:
-    """Return the number of points of the objective on a piece."""
     assert picture.objective is not None
     return max((len(picture.objective) - 1) // max(len(picture.across) - 1, 1), 1)
 

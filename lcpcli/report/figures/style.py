@@ -89,11 +89,7 @@ WIDTH = 7.0  # inches, as all lengths of figures here: two columns of a journal
 PAGE_HEIGHT = 10.6  # the height of a page of A4, 11.69, less what a legend takes
 ROW = 2.45  # the height of a row of axes, if there is room for all of them
 # For each form: the metadata field of the provenance, and the field that would differ each time.
-METADATA = {
-    "png": ("Description", "Software"),
-    "svg": ("Description", "Date"),
-    "pdf": ("Subject", "CreationDate"),
-}
+METADATA = {"png": ("Description", "Software"), "svg": ("Description", "Date"), "pdf": ("Subject", "CreationDate")}
 
 SETTINGS: dict[str, Any] = {
     "font.family": FAMILY,
