@@ -53,6 +53,11 @@ class ProgramData(NamedTuple):
         """Return where rows lie between two different finite bounds."""
         return np.isfinite(self.row_lower) & np.isfinite(self.row_upper) & (self.row_lower < self.row_upper)
 
+    @np.errstate(over="ignore", invalid="ignore")
+    def objective(self, x: Vector) -> float:
+        """Return x'Qx / 2 + c'x."""
+        return float(x @ matrices.product(self.Q, x) / 2 + self.c @ x)
+
     def with_infinity(self, infinity: float) -> ProgramData:
         """Return the program without bounds and sides of rows of at least that size, or raise ProblemError."""
         row_ends, ends = (self.row_lower, self.row_upper), (self.lower, self.upper)

@@ -21,7 +21,6 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import shortest_decimal
 from lcpcli.report import wording
 from lcpcli.typing import Vector
-from lcpcli.verify import multipliers
 
 
 def verified(path: Path) -> str:
@@ -202,7 +201,7 @@ class Terms(Ends):
         else:
             share, x = float(share), np.array(self.program.parts(z)[0], dtype=float)
             for data, program in zip(self._data, self._programs, strict=True):
-                ends.append(SENSES[program.sense] * multipliers.objective(data, x) + program.constant)
+                ends.append(SENSES[program.sense] * data.objective(x) + program.constant)
         return (1 - share) * ends[0] + share * ends[1]
 
     @cached_property

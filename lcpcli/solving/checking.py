@@ -1,4 +1,10 @@
-"""Verification of a proposed solution; for a program, also of x with or without multipliers, and what x is."""
+"""Verification of a proposed solution; for a program, also of x with or without multipliers, and what x is.
+
+Multipliers for an x alone are those of the linear program that approximates a program near x. Within rows and bounds
+and a box around x, the derivative g = Qx + c of the objective is minimized over steps d. If x satisfies the first-order
+conditions, d = 0 is a minimizer and the multipliers of the rows are those of the program; if not, d is a step to a
+lower objective.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +13,14 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property, partial
 from numbers import Rational
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from lcpcli import options
 from lcpcli.errors import ParameterError, count
-from lcpcli.linalg.matrices import absolute_product, product
+from lcpcli.linalg.linear_program import minimized
+from lcpcli.linalg.matrices import absolute_product, product, row_maxima, scaled
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.labels import by_names
@@ -30,12 +37,13 @@ from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify import exact_solution, strategies
 from lcpcli.verify.certificate import Certificate, proves_infeasible
-from lcpcli.verify.multipliers import MultiplierStep, objective, step_from, terms_of_objective
 from lcpcli.verify.verification import Verification, verify, verify_exactly, verify_farkas, verify_nonlinear
 
 MOST_EFFORT = 60.0  # for exact multipliers: as for exact proofs
 LARGEST_TOL = 1e-4  # the largest one that is proposed for an answer whose digits were rounded
 LEAST_GAIN = 1e-8  # relative to the terms of the objective: a larger gain shows that x is no optimum
+BOX_SIZE = 0.1  # relative to x: small enough for the linear program to be a model of the objective
+LEAST_BOX_SIZE = 1e-3  # of the largest |x_i|: the least that the box is relative to, so that zeros may move
 OBJECTIVE_CLAUSES = {"min": "above the minimum", "max": "below the maximum"}
 
 
@@ -202,6 +210,50 @@ def verified_proof(
     return replace(found, message=f"proved: {answer.statement}", answer=answer)
 
 
+class MultiplierStep(NamedTuple):
+    """The multipliers y of the rows, shape (m,), and by how much the step that belongs to them lowers the objective."""
+
+    y: Vector
+    gain: float
+
+
+@np.errstate(all="ignore")
+def step_from(data: ProgramData, x: Vector) -> MultiplierStep | None:
+    """Return the multipliers at x of a program to be minimized, and what a step from x gains; None if there are none
+    in the range of doubles."""
+    g = product(data.Q, x) + data.c
+    largest = float(np.abs(x).max())
+    sizes = BOX_SIZE * np.maximum(np.abs(x), LEAST_BOX_SIZE * largest) if largest else np.ones(x.size)
+    A, heights = data.A, np.ones(data.row_lower.size)
+    if heights.size:
+        heights = row_maxima(scaled(A, heights, sizes))
+        heights[heights == 0] = 1.0
+        A = scaled(A, 1 / heights, sizes)
+    ends = _around(product(data.A, x), data.row_lower, data.row_upper)
+    low, high = _around(x, data.lower, data.upper)
+    bounds = np.maximum(low / sizes, -1.0), np.minimum(high / sizes, 1.0)
+    unit = float(np.abs(g * sizes).max()) or 1.0
+    found = minimized(g * sizes / unit, A, (ends[0] / heights, ends[1] / heights), bounds)
+    if found is None or not np.isfinite(found.y).all():
+        return None
+    d = found.x * sizes
+    slope, curvature = float(g @ d), float(d @ product(data.Q, d))
+    t = min(1.0, -slope / curvature) if curvature > 0 else 1.0
+    return MultiplierStep(found.y * unit / heights, -t * (slope + t * curvature / 2))
+
+
+@np.errstate(all="ignore")
+def terms_of_objective(data: ProgramData, x: Vector) -> float:
+    """Return the sum of the sizes of the terms of x'Qx / 2 + c'x."""
+    return float(np.abs(x) @ (absolute_product(data.Q, np.abs(x)) / 2 + np.abs(data.c)))
+
+
+def _around(value: Vector, lower: Vector, upper: Vector) -> tuple[Vector, Vector]:
+    """Return how far a value may move down and up; beyond a bound it may move no farther."""
+    equal = lower == upper
+    return np.where(equal, 0.0, np.minimum(lower - value, 0.0)), np.where(equal, 0.0, np.maximum(upper - value, 0.0))
+
+
 class _Proposal:
     """A proposed point of a program: its x, and whether multipliers y came with it."""
 
@@ -233,7 +285,7 @@ class _Proposal:
         if violated := _violated(self.origin, self.data, self.x, tol):
             return f"x is not feasible: {violated}"
         origin, feasible = self.origin, f"x is feasible to the tolerance {tol:g}"
-        word, value = WORDS[origin.sense], self.sign * objective(self.data, self.x) + origin.constant
+        word, value = WORDS[origin.sense], self.sign * self.data.objective(self.x) + origin.constant
         if self.step is None:
             return feasible
         if self.step.gain > max(tol, LEAST_GAIN) * terms_of_objective(self.data, self.x):

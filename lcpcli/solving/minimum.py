@@ -42,7 +42,6 @@ from lcpcli.solving.answer import (
 from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.solving.result import Status
 from lcpcli.typing import Mask, Matrix, Vector
-from lcpcli.verify.multipliers import objective
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.strategies import of_solution
 
@@ -106,7 +105,7 @@ def minimum(result: Result, program: Program) -> Minimum:
     w = program.parts(result.w)[0]
     active = np.where(w > 0, x - data.lower <= w, data.upper - x <= -w)  # else w is rounding of 0
     bounded = sign * np.where(active, w, 0.0) + 0.0
-    value = sign * objective(data, x) + program.constant
+    value = sign * data.objective(x) + program.constant
     exact = None
     if result.exact is not None and result.exact.z is not None:
         parts = program.parts(result.exact.z)
