@@ -209,3 +209,10 @@ def test_the_kernels_take_the_steps_of_the_program(seed: int) -> None:
     kernels, plain = (run(problem, compiled=by_kernels) for by_kernels in (True, False))
     assert (kernels.route, kernels.iterations) == (plain.route, plain.iterations)
     np.testing.assert_allclose(kernels.z, plain.z, rtol=1e-9, atol=1e-12)
+
+
+def test_a_violation_is_not_small_in_the_units_of_another_row() -> None:
+    R, z = np.array([2.0**-30, 2.0**30]), np.array([2.0**20, 2.0**20 + 1])
+    problem = Problem(csr_array(R[:, np.newaxis] * [[1.0, -1.0], [-1.0, 1.0]]), R * [-1.0, -1.0])
+    assert not solves(problem, z, 1e-4)
+    assert not surely_solves(*rows_of(problem), problem.q, *problem.box.vectors(2), 1e-4, z)
