@@ -14,6 +14,7 @@ from lcpcli import Problem, from_game, from_qp, run, solve
 from lcpcli.errors import ProblemError
 from lcpcli.report.result_formats import plain
 from lcpcli.solving import no_minimum
+from lcpcli.verify.certificate import Certificate
 
 SEMIDEFINITE = [[1, 1], [1, 1]], [-1, -1], [[-1, -1]], [-4]
 SEVERAL = "x is one of several minimizers, as Q is positive semidefinite"
@@ -92,8 +93,8 @@ def test_a_program_that_contradicts_itself_by_less_than_linear_programs_see_is_n
 
 def test_every_proof_for_the_constraints_is_one_for_the_program(monkeypatch: pytest.MonkeyPatch) -> None:
     """Also one with multipliers of columns without entries, which have costs in the program alone."""
-    proofs = iter([np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0])])
-    monkeypatch.setattr(no_minimum, "farkas", lambda *_: next(proofs))
+    found = Certificate("farkas", "", np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0]))
+    monkeypatch.setattr(no_minimum, "farkas_certificate", lambda *_, **__: found)
     monkeypatch.setattr(no_minimum, "MOST_FRACTIONS", 0)
     rows = [[1.0, 1.0, 0.0, 0.0], [-1.0, -1.0, 0.0, 0.0]]
     result = run(from_qp(None, [0.0, 0.0, -1.0, 5.0], rows, [1.0, -0.5]))
