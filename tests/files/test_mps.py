@@ -218,8 +218,16 @@ NEEDED = "has a bound of 1e20 or more, which means no bound, where one is needed
         ("ENDATA", "QMATRIX\n bread milk 3\nENDATA", "has a QMATRIX that is not symmetric"),
         ("ENDATA", "QUADOBJ\n bread milk 1\n milk bread 5\nENDATA", "line 16: gives 'milk' a second entry in 'bread'"),
         ("L fat", "L fat of all", "line 5: has a name with spaces; write it without"),
-        ("ENDATA", "QSECTION fat\nENDATA", "line 14: has a quadratic part of row 'fat'; only"),
-        ("bread 4", "bread -3", "line 13: gives 'bread' the upper bound -3, below its lower bound 0;"),
+        (
+            "ENDATA",
+            "QSECTION fat\nENDATA",
+            "line 14: has a quadratic part of row 'fat'; only an objective may have one",
+        ),
+        (
+            "bread 4",
+            "bread -3",
+            "line 13: gives 'bread' the upper bound -3, below its lower bound 0; give a lower bound",
+        ),
         ("fat 5", "fat -1e20", NEEDED),
         ("bread 4", "bread -1e21", NEEDED),
         (UP, " LO b bread 1e20", NEEDED),
