@@ -28,10 +28,8 @@ def lp(n: int, seed: int) -> Problem:
     G. B. Dantzig, R. W. Cottle, Positive (semi-)definite programming, in: Nonlinear Programming, North-Holland (1967)
     55-73. The random data are original to lcp.
     """
-    M, q, z = _program(n, seed, is_linear=True)
-    source = "Dantzig and Cottle 1967, random program"
     note = "The diagonal of M is zero; x solves the program and y its dual."
-    return Problem(M, q, name=f"lp-{q.size}", solutions=[z], source=source, note=note)
+    return _program("lp", n, seed, source="Dantzig and Cottle 1967, random program", note=note)
 
 
 def qp(n: int, seed: int) -> Problem:
@@ -42,17 +40,13 @@ def qp(n: int, seed: int) -> Problem:
     R. W. Cottle, G. B. Dantzig, Complementary pivot theory of mathematical programming, Linear Algebra Appl. 1 (1968)
     103-125. The random data are original to lcp.
     """
-    M, q, z = _program(n, seed, is_linear=False)
-    source = "Cottle and Dantzig 1968, random program"
     note = "x solves the program, and y holds the multipliers of its constraints."
-    return Problem(M, q, name=f"qp-{q.size}", solutions=[z], source=source, note=note)
+    return _program("qp", n, seed, source="Cottle and Dantzig 1968, random program", note=note)
 
 
-def _program(n: int, seed: int, is_linear: bool) -> tuple[Matrix, Vector, Vector]:
-    """Return M, q and a random z = (x, y) of integers; (m + 1) // 2 entries of x, and as many of y, are positive.
-
-    The leading square of A is diagonally dominant.
-    """
+def _program(kind: str, n: int, seed: int, source: str, note: str) -> Problem:
+    """Return the problem with a random z = (x, y) of integers; (m + 1) // 2 entries of x, and as many of y, are
+    positive, and the leading square of A is diagonally dominant."""
     from scipy.sparse import csr_array
 
     n = max(2, n)
@@ -65,14 +59,15 @@ def _program(n: int, seed: int, is_linear: bool) -> tuple[Matrix, Vector, Vector
     corner = np.arange(m)
     A = csr_array((np.concatenate((values, sums)), (np.concatenate((rows, corner)), np.concatenate((columns, corner)))))
     A.resize(m, k)
-    Q = None if is_linear else integer_matrix(random, k)
+    Q = None if kind == "lp" else integer_matrix(random, k)
     (x, r), (y, s) = (
         complementary(random.integers(1, 10, length).astype(np.float64), np.arange(length) < (m + 1) // 2)
         for length in (k, m)
     )
     c = A.T @ y + r if Q is None else A.T @ y + r - Q @ x
-    M = bordered(Q, A, sparse=is_linear and n > LARGEST_DENSE)
-    return M, np.concatenate((c, s - A @ x)), np.concatenate((x, y))
+    M = bordered(Q, A, sparse=kind == "lp" and n > LARGEST_DENSE)
+    q, z = np.concatenate((c, s - A @ x)), np.concatenate((x, y))
+    return Problem(M, q, name=f"{kind}-{n}", solutions=[z], source=source, note=note)
 
 
 def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
