@@ -62,9 +62,10 @@ def test_one_without_problems_is_refused_and_costs_the_others_nothing(command: s
     lines = outcome.err.splitlines()
     assert lines[0].startswith(f"lcp: {empty}: is a folder without problem files")
     assert lines[1].startswith("lcp: wrong.json: line 1")
-    outcome = lcp(command, "wrong.json", "wrong.json", "-o", "r.json")
+    Path("bad.json").write_text("{")
+    outcome = lcp(command, "wrong.json", "bad.json", "-o", "r.json")
     assert (outcome.code, outcome.out, Path("r.json").exists()) == (2, "", command != "bench")
-    assert [line.split(": line")[0] for line in outcome.err.splitlines()][:2] == ["lcp: wrong.json"] * 2
+    assert [line.split(": line")[0] for line in outcome.err.splitlines()][:2] == ["lcp: wrong.json", "lcp: bad.json"]
 
 
 def test_results_in_a_folder_are_left_out_with_a_remark(folder: Path, lcp: Lcp) -> None:
