@@ -182,8 +182,8 @@ def solved_as_program(session: Session) -> Result | None:
             stopwatch.count("solve")
             if last is not None and steps <= limits.max_iterations:
                 z = session.problem.box.z_of(last.x)
-                point = session.point(_without_rounding(session.problem, z))
-                point = point if point.solves() else session.point(z).solution()
+                points = map(session.point, (_without_rounding(session.problem, z), z))
+                point = next((found for each in points if (found := each.solution()) is not None), None)
     except TimeIsUp:
         return None
     except FAULTS:
