@@ -149,8 +149,9 @@ class Session:
         self.stopwatch.count("verify")
         if point is None or not solves or not self.is_in_time:
             return None
-        of_run = self.limits, self.options, self.stopwatch.parts, evaluations, end, point.counted_as_0
-        return Result.of_solution(route, steps, *of_run, problem=self.problem, point=point)
+        of_run = self.limits, self.options, self.stopwatch.parts, evaluations, end
+        reason = point.counted_as_0 if point.negligible else ""
+        return Result.of_solution(route, steps, *of_run, reason, problem=self.problem, point=point)
 
     def of_answer(self, answer: DirectAnswer | None) -> Result | None:
         """Return the result of an answer, if it is a solution."""
