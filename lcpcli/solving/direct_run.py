@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import cache
 from itertools import chain
 from typing import TYPE_CHECKING, Any
@@ -104,6 +105,7 @@ def applies(problem: Problem, is_compiled: bool = False) -> bool:
     return problem.n <= MOST_PIVOTED and not problem.may_have_far_bounds
 
 
+@dataclass(eq=False, repr=False)
 class Session:
     """A run of `auto` that has been set up: what its attempts share, each of which returns the result of `judged`.
 
@@ -113,23 +115,18 @@ class Session:
         ended an attempt. replay, callback : if a callback has, its iterates as a stage, and one that does so again.
     """
 
-    def __init__(
-        self,
-        problem: Problem,
-        limits: Limits,
-        options: dict[str, Any],
-        stopwatch: Stopwatch,
-        is_compiled: bool = False,
-        start: Start | None = None,
-        tried: Tried | None = None,
-        keep: Callable[[Iterate], None] | None = None,
-        reduced: Callable[[Problem], Reduction] | None = None,
-    ) -> None:
-        self.problem, self.limits, self.options, self.stopwatch = problem, limits, options, stopwatch
-        self.start, self.tried, self.keep, self.reduced = start, tried, keep, reduced
-        self.is_compiled, self.interrupted = is_compiled, False
-        self.replay: Callable[[], Stage] | None = None
-        self.callback: Callback | None = None
+    problem: Problem
+    limits: Limits
+    options: dict[str, Any]
+    stopwatch: Stopwatch
+    is_compiled: bool = False
+    start: Start | None = None
+    tried: Tried | None = None
+    keep: Callable[[Iterate], None] | None = None
+    reduced: Callable[[Problem], Reduction] | None = None
+    interrupted: bool = False
+    replay: Callable[[], Stage] | None = None
+    callback: Callback | None = None
 
     @property
     def is_in_time(self) -> bool:
@@ -152,8 +149,9 @@ class Session:
         self.stopwatch.count("verify")
         if point is None or not solves or not self.is_in_time:
             return None
-        of_run = self.limits, self.options, self.stopwatch.parts, evaluations, end, point.counted_as_0
-        return Result.of_solution(route, steps, *of_run, problem=self.problem, point=point)
+        of_run = self.limits, self.options, self.stopwatch.parts, evaluations, end
+        reason = point.counted_as_0 if point.negligible else ""
+        return Result.of_solution(route, steps, *of_run, reason, problem=self.problem, point=point)
 
     def of_answer(self, answer: DirectAnswer | None) -> Result | None:
         """Return the result of an answer, if it is a solution."""

@@ -116,10 +116,13 @@ def _without_loop(
     problem, start, keeps = session.problem, session.start, traces != (None, None)
     session.is_compiled = session.is_compiled and callback is None
     attempts = [solved_directly] * applies(problem, session.is_compiled)
-    if may_be_program(problem) and not (start or keeps or observe or callback):
-        attempts.insert(len(attempts) * (session.is_compiled and problem.n <= MOST_BY_KERNELS), solved_as_program)
+    if may_be_program(problem):
+        if callback is not None:  # PIQP comes first in the loop too
+            return None
+        if not (start or keeps or observe):
+            attempts.insert(len(attempts) * (session.is_compiled and problem.n <= MOST_BY_KERNELS), solved_as_program)
+    kept: list[tuple[Iterate, float]] = []
     if callback is not None:
-        kept: list[tuple[Iterate, float]] = []
         session.keep = lambda iterate: kept.append((iterate, session.stopwatch.elapsed()))
     try:
         result = next((found for attempt in attempts if (found := attempt(session)) is not None), None)

@@ -21,12 +21,19 @@ def with_traces(result: Result, start: Start | None, trace: Trace | None, curve:
 
     An iterate has the share of the run's `seconds` that it has in the second run. The last one is that of the result.
     """
-    traces = [own for own in (trace, curve) if own is not None]
-    criterion, interrupted = Criterion(result.problem, result.tol), False
+    problem, box, interrupted = result.problem, result.problem.box, False
+    traces, criterion = [own for own in (trace, curve) if own is not None], Criterion(problem, result.tol)
+    began, kept = seconds(), [(Iterate(problem.start if start is None else start.x, None, "", 0), 0.0)]
+    again = Session(problem, result.limits, {}, Stopwatch(clock.seconds, clock.seconds()), start=start)
+    again.keep = lambda iterate: kept.append((iterate, seconds() - began))
     try:
-        for row in _rows(result, start):
+        solved_directly(again)
+        factor = result.seconds / (seconds() - began)
+        kept[1:] = kept[max(1, len(kept) - result.iterations) :]  # without those of an attempt that was given up
+        for row in _rows(result, kept):
+            x = box.x_of(result.z, result.w) if row.k == result.iterations else row.x
             for own in traces:
-                own.add(row, criterion)
+                own.add(replace(row, seconds=factor * row.seconds, x=x), criterion)
         for own in traces:
             own.close(criterion)
     except KeyboardInterrupt:
@@ -37,20 +44,19 @@ def with_traces(result: Result, start: Start | None, trace: Trace | None, curve:
 def called(session: Session, result: Result, kept: Sequence[tuple[Iterate, float]], callback: Callback) -> bool:
     """Call the callback with the iterates of a direct run, each with its seconds; return False if it ends the run
     before its end: the session then has what the loop is to repeat up to there."""
-    criterion, iterates = Criterion(result.problem, result.tol), kept[len(kept) - result.iterations :]
-    box, ctrl_c = result.problem.box, None
-    for k, (step, at) in enumerate(iterates, 1):
-        z, ends = result.z if k == result.iterations else box.z_of(step.x), k < result.iterations
+    criterion, ctrl_c = Criterion(result.problem, result.tol), None
+    iterates = kept[max(0, len(kept) - result.iterations) :]
+    for row in _rows(result, iterates):
+        ends = row.k < result.iterations
         try:
-            row = TraceRow(k, z, None, None, at, step.step, step.method or result.method, z0=step.z0)
             ends &= bool(callback(LateRow.of(row, criterion)))
         except StopIteration:
             pass
         except KeyboardInterrupt as interrupt:
             ctrl_c, ends = interrupt, True
         if ends:
-            session.replay = partial(ended, Finished(), *(each for each, _ in iterates[:k]))
-            session.callback = partial(_repeated, k, ctrl_c)
+            session.replay = partial(ended, Finished(), *(each for each, _ in iterates[: row.k]))
+            session.callback = partial(_repeated, row.k, ctrl_c)
             return False
     return True
 
@@ -61,17 +67,8 @@ def _repeated(k: int, ctrl_c: KeyboardInterrupt | None, row: TraceRow) -> bool:
     return row.k == k
 
 
-def _rows(result: Result, start: Start | None) -> Iterator[TraceRow]:
-    problem, box, began = result.problem, result.problem.box, seconds()
-    kept = [(Iterate(problem.start if start is None else start.x, None, "", 0), 0.0)]
-    again = Session(problem, result.limits, {}, Stopwatch(clock.seconds, clock.seconds()), start=start)
-    again.keep = lambda iterate: kept.append((iterate, seconds() - began))
-    solved_directly(again)
-    factor = result.seconds / (seconds() - began)
-    kept[1:] = kept[max(1, len(kept) - result.iterations) :]  # without those of an attempt that was given up
-    last, at = kept.pop()
-    for k, (step, seconds_before) in enumerate(kept):
-        method = step.method or result.method
-        yield TraceRow(k, box.z_of(step.x), None, None, factor * seconds_before, step.step, method, x=step.x)
-    x, method = box.x_of(result.z, result.w), last.method or result.method
-    yield TraceRow(len(kept), result.z, None, None, factor * at, last.step, method, x=x)
+def _rows(result: Result, kept: Sequence[tuple[Iterate, float]]) -> Iterator[TraceRow]:
+    """Yield the rows of the last iterates of a run, with their seconds; the very last one has the z of the result."""
+    for k, (step, at) in enumerate(kept, result.iterations + 1 - len(kept)):
+        z = result.problem.box.z_of(step.x) if k < result.iterations else result.z
+        yield TraceRow(k, z, None, None, at, step.step, step.method or result.method, x=step.x)

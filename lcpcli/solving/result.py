@@ -128,7 +128,7 @@ class Result:
             own,
             method="auto",
             status=Status.SOLVED,
-            message=Status.SOLVED.sentence(reason),
+            message=Status.SOLVED.sentence(reason) if reason else SAID_OF_SOLVED,
             iterations=steps,
             evaluations=steps if evaluations is None else evaluations,
             parts=parts,
@@ -373,6 +373,9 @@ class Status(Enum):
     def has_no_solution(self) -> bool:
         """Return whether the problem is proved to have no solution."""
         return self in (Status.INFEASIBLE, Status.UNSOLVABLE)
+
+
+SAID_OF_SOLVED = Status.SOLVED.sentence("")
 
 
 class Exact(NamedTuple):

@@ -53,7 +53,7 @@ class TraceRow:
 
 
 class LateRow(TraceRow):
-    """A row whose residual and error are computed when they are first read, as most callbacks look at other things."""
+    """A row whose residual is computed when it is first read, as most callbacks look at other things."""
 
     _place: tuple[Criterion, Vector]
 
@@ -61,9 +61,9 @@ class LateRow(TraceRow):
     def of(cls, row: TraceRow, criterion: Criterion) -> LateRow:
         """Return a row with a copy of z, which the callback may change."""
         late = cls.__new__(cls)
-        late.__dict__.update(vars(row), z=row.z.copy(), x=None, _place=(criterion, row.z))
-        for name in ("residual", "error", "rounding"):
-            del late.__dict__[name]
+        known = {name: value for name, value in vars(row).items() if name not in ("residual", "rounding")}
+        error = criterion.problem.error(row.z)
+        late.__dict__.update(known, z=row.z.copy(), error=error, x=None, _place=(criterion, row.z))
         return late
 
     @cached_property
@@ -79,11 +79,6 @@ class LateRow(TraceRow):
     @cached_property
     def rounding(self) -> bool:
         return self._measures[1]
-
-    @cached_property
-    def error(self) -> float | None:
-        criterion, z = self._place
-        return criterion.problem.error(z)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return TraceRow, tuple(getattr(self, field.name) for field in fields(TraceRow))
