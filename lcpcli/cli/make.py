@@ -197,6 +197,7 @@ def read_written(inputs: Inputs) -> Written[Problem]:
         found = written(parse)
     rounded, remarks = without_wrong_solutions(found.rounded, inputs.files[0])
     inputs.tell(remarks)
+    inputs.hint_at_option(inputs.files)
     return Written(rounded, without_wrong_solutions(found.own, inputs.files[0])[0], found.exact)
 
 

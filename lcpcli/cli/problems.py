@@ -143,10 +143,10 @@ class Inputs(NamedTuple):
                 game_in(self.files) if self.game else Input(tuple(self.files), reading.contents_of(self.files))
             )
         self.tell(found.remarks)
-        self._hint_at_option(self.files)
+        self.hint_at_option(self.files)
         return found
 
-    def _hint_at_option(self, paths: Sequence[str]) -> None:
+    def hint_at_option(self, paths: Sequence[str]) -> None:
         """Say how a file of q is named, if it stands behind -q."""
         if [*paths[1:]] == [click.get_current_context().meta.get(BEHIND_QUIET)]:
             tell(f"-q is --quiet; to name the file of q, write --q {paths[1]}")
@@ -187,7 +187,7 @@ class Inputs(NamedTuple):
             means = f"its {columns} columns are {columns} q, as --q would say; if they are M and q, name it alone"
             self.tell([f"{own}: {means}"] * (columns == len(first[0].Q) + 1))  # it may have been meant as [M | q]
         if len(first) == 1:
-            self._hint_at_option(first[0].paths)
+            self.hint_at_option(first[0].paths)
         return chain(first, each), len(first) > 1 or isinstance(first[0], QColumns)
 
     def any_problems(self, work: Work) -> Iterator[InputProblem | InputModel]:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from io import StringIO
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli.errors import visible, visible_json
 from lcpcli.files.contents import NO_SOURCE, Source
@@ -22,10 +22,12 @@ from lcpcli.options import DEFAULTS
 from lcpcli.report import wording
 from lcpcli.report.document import Document, typeset
 from lcpcli.report.wording import ELLIPSIS
-from lcpcli.solving.result import Result
-from lcpcli.solving.trace import Trace
-from lcpcli.verify.certificate import Certificate
 from lcpcli.version import VERSION
+
+if TYPE_CHECKING:
+    from lcpcli.solving.result import Result
+    from lcpcli.solving.trace import Trace
+    from lcpcli.verify.certificate import Certificate
 
 FORMS = ("table", "json", "csv")  # the formats in which each of many problems has a part of its own
 BAD_INPUT = "bad_input"  # the status of a problem that could not be read
