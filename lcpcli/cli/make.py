@@ -153,6 +153,7 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
     from lcpcli.files.writing import exact_endings, is_rounded, kind_of
 
     written = read_written(inputs)
+    inputs.hint_at_option(inputs.files)
     if written.rounded.name == reading.name_of(file):  # the problem has no name of its own
         written = replace(written, rounded=written.rounded.named(""), own=written.own.named(""))
     written = writing.with_costs(written, output or "")
@@ -197,7 +198,6 @@ def read_written(inputs: Inputs) -> Written[Problem]:
         found = written(parse)
     rounded, remarks = without_wrong_solutions(found.rounded, inputs.files[0])
     inputs.tell(remarks)
-    inputs.hint_at_option(inputs.files)
     return Written(rounded, without_wrong_solutions(found.own, inputs.files[0])[0], found.exact)
 
 

@@ -215,4 +215,4 @@ def test_a_violation_is_not_small_in_the_units_of_another_row() -> None:
     R, z = np.array([2.0**-30, 2.0**30]), np.array([2.0**20, 2.0**20 + 1])
     problem = Problem(csr_array(R[:, np.newaxis] * [[1.0, -1.0], [-1.0, 1.0]]), R * [-1.0, -1.0])
     assert not solves(problem, z, 1e-4)
-    assert not surely_solves(*rows_of(problem), problem.q, *problem.box.vectors(2), 1e-4, z)
+    assert not surely_solves(*rows_of(problem), problem.q, *map(np.array, problem.box.vectors(2)), 1e-4, z)
