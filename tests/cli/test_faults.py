@@ -210,3 +210,12 @@ def test_a_refused_run_for_ampl_leaves_no_answer_of_an_earlier_one(lcp: Lcp, fol
     assert (folder / "stub.sol").is_file()
     assert lcp("stub", "-AMPL", "speed=1").code == 2
     assert not (folder / "stub.sol").exists()
+
+
+@pytest.mark.slow("each in a process of its own")
+@pytest.mark.parametrize("command", [f"solve {EXAMPLE}", "compare --format json", "--help"])
+def test_full_device_is_reported_in_one_line(command: str) -> None:
+    script = f"{sys.executable} -m lcpcli {command} > /dev/full"
+    done = subprocess.run(script, shell=True, capture_output=True, text=True, check=False)
+    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
+    assert "standard output cannot be written (No space left on device)" in done.stderr
