@@ -144,10 +144,8 @@ def is_clear(problem: Problem, y: Vector) -> bool:
     """Return whether y, if it is a proof, excludes points with small violations too, so that what it proves is not an
     effect of rounding in the data."""
     with np.errstate(all="ignore"):
-        total, caps = (
-            Multiplied(problem.M, problem.q, y, problem.box).total,
-            Measure(problem).caps(problem.reference_point),
-        )
+        total = Multiplied(problem.M, problem.q, y, problem.box).total
+        caps = Measure(problem).caps(problem.reference_point)
         return -total > CLEAR_VIOLATION * float(np.where(np.isfinite(caps), caps, 0.0) @ np.abs(y))
 
 
