@@ -119,7 +119,7 @@ ADDITIONS = {
     "family": ("gallery/toy.py", FAMILY, "gallery/families.py", "REGISTRY", '"toy": Entry("toy", "the identity", "P")'),
     "file": ("files/toy.py", FORMAT, "files/formats.py", "FORMATS", '".toy": Kind("toy", M_AND_Q, in_decimals=True)'),
     "report": ("report/toy.py", REPORT, "report/document.py", "FORMATS", '"toy": Form("titles", ".toys", "toy")'),
-    "column": ("", "", "report/columns.py", "COLUMNS", f'"positive": {COLUMN}'),
+    "column": ("", "", "report/wording.py", "COLUMNS", f'"positive": {COLUMN}'),
     "peer": ("peers/toy.py", PEER, "peers/registry.py", "REGISTRY", '"toy": ("toy", "our own")'),
     "class": ("inspection/toy.py", CLASS, "inspection/verdict.py", "CLASSES", '"toy": "toy"'),
     "page": ("topics/toys.md", PAGE, "topics/tasks.md", "", "| what a toy is | `lcp help` | `toys` |"),

@@ -153,6 +153,13 @@ def test_start_is_the_problems_own_unless_given_and_displaces_both_of_its_points
     assert rows(problem, -np.ones(4))[1] != [4.0] * 4
 
 
+@pytest.mark.parametrize("name", list(methods.METHODS))
+def test_options_in_force_are_reported_defaults_too(name: str) -> None:
+    options = run(EXAMPLE, name).options
+    assert set(options) == set(methods.parameters_of(name))
+    assert all(value is not None for key, value in options.items() if key != "x1")
+
+
 def test_tolerance_is_what_the_relative_residual_comes_down_to_and_numpy_numbers_are_numbers() -> None:
     for tol in (1e-2, 1e-6, 1e-12):
         limits = Limits(tol=tol, max_iterations=np.int64(500))
