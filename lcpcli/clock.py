@@ -66,6 +66,12 @@ class Stopwatch:
         """Leave out the time since the last call."""
         self._last = self._clock()
 
+    def pause(self) -> None:
+        """Leave out the time since the last call, also of what has elapsed."""
+        last = self._last
+        self.skip()
+        self._began += self._last - last
+
     def elapsed(self) -> float:
         """Return all seconds since the run began."""
         return self._clock() - self._began

@@ -19,7 +19,7 @@ from lcpcli.errors import LCPError, OptionError, ProblemError
 from lcpcli.files.contents import Source
 from lcpcli.files.formats import LINES
 from lcpcli.files.inputs import Work
-from lcpcli.options import LIMITS
+from lcpcli.options import AUTO, LIMITS
 from lcpcli.report import result_formats, wording
 from lcpcli.solving import driver
 from lcpcli.solving.result import Result
@@ -98,7 +98,8 @@ def _outcome(request: Request, works: Iterator[Work], output: Output) -> Outcome
 
         solved = f"{sum(result.solved for result in made)} of {len(made)} runs solved"
         verdict = f"{sources[0].file}: {outcome.verdict(made[0])}" if len(made) == 1 else solved
-    codes = [*map(of_result, made)] + [BAD_INPUT] * bool(faults)
+    added = {AUTO} if request.adds_auto else set()
+    codes = [of_result(result) for result in made if result.label not in added] + [BAD_INPUT] * bool(faults)
     is_cut = interrupted or any(result.interrupted for result in made)
     return Outcome(text, INTERRUPTED if is_cut else of_several(codes), verdict, partial(output.draw, results))
 

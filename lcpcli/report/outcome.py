@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import partial
 from importlib.util import find_spec
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,8 +30,10 @@ from lcpcli.report.document import Section, Table
 from lcpcli.report.wording import ELLIPSIS, LEVELS, PIPE_WIDTH, duration, error, name, residual, short
 from lcpcli.solving.result import Exact, Result
 from lcpcli.solving.trace import Trace
-from lcpcli.verify.certificate import Certificate
 from lcpcli.verify.digits import fewest
+
+if TYPE_CHECKING:
+    from lcpcli.verify.certificate import Certificate
 
 
 def certificate_line(problem: Problem, certificate: Certificate) -> str:

@@ -115,7 +115,7 @@ def report(
     whole : whether a result that comes first shows all components of z.
     iterates : whether CSV is made of the iterates instead of the answers.
     columns : the columns of the iterates in a table, as for `tables.build`. names : of the unknowns that are shown, as
-    for `selection.places`.
+    for `wording.places`.
     """
 
     def document(form: str, width: int | None) -> Document:

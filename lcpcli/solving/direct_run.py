@@ -112,7 +112,8 @@ class Session:
     options : those in force. start : whose basis is tried first, if it is given. reduced : returns the `Reduction` of a
         problem, if it is kept for many. keep : called with each iterate, but not by kernels. tried : receives the first
         stages, as they went. is_compiled : whether kernels are used, if there are any. interrupted : whether Ctrl-C has
-        ended an attempt. replay, callback : if a callback has, its iterates as a stage, and one that does so again.
+        ended an attempt. replay : where a callback has ended the run, a stage of its iterates up to there. callback :
+        one that ends the replay at the same iterate, in the same way.
     """
 
     problem: Problem

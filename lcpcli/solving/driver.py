@@ -131,11 +131,14 @@ def _without_loop(
         return None
     if result is None or not (keeps or callback):
         return result
-    with imports:
-        from lcpcli.solving.iterates import called, with_traces
-    if callback is not None and not called(session, result, kept, callback):
-        return None
-    return with_traces(result, start, *traces) if keeps else result
+    try:
+        with imports:
+            from lcpcli.solving.iterates import called, with_traces
+        if callback is not None and not called(session, result, kept, callback):
+            return None
+        return with_traces(result, start, *traces) if keeps else result
+    except KeyboardInterrupt:
+        return replace(result, interrupted=True)
 
 
 def _take_second_start(chosen: dict[str, Any], problem: Problem, method: str, has_start: bool) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -24,7 +25,9 @@ def with_traces(result: Result, start: Start | None, trace: Trace | None, curve:
     problem, box, interrupted = result.problem, result.problem.box, False
     traces, criterion = [own for own in (trace, curve) if own is not None], Criterion(problem, result.tol)
     began, kept = seconds(), [(Iterate(problem.start if start is None else start.x, None, "", 0), 0.0)]
-    again = Session(problem, result.limits, {}, Stopwatch(clock.seconds, clock.seconds()), start=start)
+    again = Session(
+        problem, replace(result.limits, time_limit=math.inf), {}, Stopwatch(clock.seconds, clock.seconds()), start=start
+    )
     again.keep = lambda iterate: kept.append((iterate, seconds() - began))
     try:
         solved_directly(again)
@@ -55,7 +58,11 @@ def called(session: Session, result: Result, kept: Sequence[tuple[Iterate, float
         except KeyboardInterrupt as interrupt:
             ctrl_c, ends = interrupt, True
         if ends:
-            session.replay = partial(ended, Finished(), *(each for each, _ in iterates[: row.k]))
+            steps = [each for each, _ in iterates[: row.k]]
+            if row.k == result.iterations:  # whose x is that of the result
+                steps[-1] = steps[-1]._replace(x=result.problem.box.x_of(result.z, result.w))
+            session.stopwatch.pause()
+            session.replay = partial(ended, Finished(), *steps)
             session.callback = partial(_repeated, row.k, ctrl_c)
             return False
     return True

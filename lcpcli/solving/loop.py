@@ -237,7 +237,7 @@ class Loop:
             from lcpcli.solving.trace import LateRow
         row = LateRow.of(self._row(iterate), self.criterion)
         if not self.criterion.is_linear:
-            row.residual  # noqa: B018 (F is called during the run, not after it)
+            _ = row.residual  # F is called during the run, not after it
         try:
             with np.errstate(over="warn", invalid="warn", divide="warn"):
                 return bool(callback(row))

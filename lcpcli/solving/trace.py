@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -82,6 +83,9 @@ class LateRow(TraceRow):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return TraceRow, tuple(getattr(self, field.name) for field in fields(TraceRow))
+
+    def __repr__(self) -> str:
+        return repr(copy(self))
 
 
 Callback: TypeAlias = Callable[[TraceRow], object]

@@ -358,3 +358,19 @@ def test_digits_have_half_of_the_time_limit(monkeypatch: pytest.MonkeyPatch) -> 
     solved = run(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), "newton", limits=Limits(time_limit=100.0))
     assert solved.digits is None
     assert 40 < seen[0] <= 50
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_ctrl_c_in_the_callback_of_the_last_iterate_keeps_the_solution(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    A, q = rng.normal(size=(9, 9)), rng.normal(size=9)
+    M = A @ A.T + A - A.T
+    usual = lcpcli.solve(M, q)
+
+    def late(row: TraceRow) -> None:
+        if row.k == usual.iterations:
+            raise KeyboardInterrupt
+
+    result = lcpcli.solve(M, q, callback=late, interrupts="return")
+    assert (result.solved, result.interrupted, result.iterations) == (True, True, usual.iterations)
+    np.testing.assert_array_equal(result.z, usual.z)
