@@ -71,7 +71,8 @@ ARRAYS = {
 def parts(matrix: Any) -> list[Any]:
     """The memory of a matrix, copied, and what kind of matrix it is."""
     if not is_sparse(matrix):
-        return [type(matrix), np.array(matrix).tolist()]
+        rows = matrix if isinstance(matrix, (list, tuple)) else np.array(matrix)
+        return [type(matrix), [np.array(row).tolist() for row in rows]]
     arrays = [getattr(matrix, name, None) for name in ("data", "row", "col", "indices", "indptr", "rows", "offsets")]
     held = deepcopy([array.tolist() for array in arrays if isinstance(array, np.ndarray)])
     return [type(matrix), matrix.nnz, matrix.toarray().tolist(), *held]
