@@ -56,10 +56,10 @@ def hides_term_of_row(problem: Problem, z: Vector) -> bool:
     return bool(hidden.any())
 
 
-def without_rounding(z: Vector) -> Vector:
-    """Return z with 0 in place of components that may be rounding of 0."""
-    size = np.abs(z)
-    return np.where(size <= ROUNDED_ZERO * size.max(), 0.0, z)
+def without_rounding(z: Vector, units: Vector | float = 1.0, most: float = ROUNDED_ZERO) -> Vector:
+    """Return z with 0 in place of components that may be rounding of 0: up to `most` of the largest, in these units."""
+    size = np.abs(z) * units
+    return np.where(size <= most * size.max(), 0.0, z)
 
 
 class Confirmed(NamedTuple):

@@ -6,7 +6,7 @@ The summary of compared runs: for each, the options that distinguish it, its cos
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -104,18 +104,12 @@ def build(
     names = [names[i] for i in kept]
     header = ["method", "k", *names, *others]
     places = _places(chosen, len(names), [name.partition("/")[0] for name in others])
-    groups = []
-    for result, own_rows in zip(results, shown, strict=True):
-        largest, earlier, group = float(np.abs(result.z).max(initial=0.0)), "", list[list[str]]()
-        for row in own_rows:
-            label = wording.name(result) if row.method == result.method else row.method
-            z_cells = _cells(row, signs, largest, components, game)
-            if game is not None:
-                z_cells = [z_cells[i] for i in kept]
-            cells = [label if label != earlier else "", str(row.k), *z_cells, *(cell(row) for cell in others.values())]
-            group.append([cells[j] for j in places])
-            earlier = label
-        groups.append(group)
+
+    def cells_of_z(row: TraceRow, largest: float) -> list[str]:
+        cells = _cells(row, signs, largest, components, game)
+        return cells if game is None else [cells[i] for i in kept]
+
+    groups = [_group(result, own, cells_of_z, others, places) for result, own in zip(results, shown, strict=True)]
     facts = [] if compared else outcome.facts(first, width, whole, shown_names)
     elided = False if shown_names else components is not None if compared else ELLIPSIS in "".join(facts)
     disproof = _disproof(results)
@@ -191,6 +185,25 @@ def with_ellipsis(values: Sequence[Any], components: Indices | None, cell: Calla
         return list(map(cell, values))
     chosen = [cell(values[i]) for i in components]
     return [*chosen[:-1], ELLIPSIS, chosen[-1]]
+
+
+def _group(
+    result: Result,
+    rows: Sequence[TraceRow],
+    cells_of_z: Callable[[TraceRow, float], list[str]],
+    others: Mapping[str, Callable[[TraceRow], str]],
+    places: Sequence[int],
+) -> list[list[str]]:
+    """Return the rows of a result in the columns at these places: the method where it begins, k, the components of z,
+    which are written beside the largest, and the others."""
+    largest, earlier, group = float(np.abs(result.z).max(initial=0.0)), "", list[list[str]]()
+    for row in rows:
+        label = wording.name(result) if row.method == result.method else row.method
+        cells = [label if label != earlier else "", str(row.k), *cells_of_z(row, largest)]
+        cells += (cell(row) for cell in others.values())
+        group.append([cells[j] for j in places])
+        earlier = label
+    return group
 
 
 def _cells(row: TraceRow, signs: Vector, largest: float, components: Indices | None, game: Game | None) -> list[str]:

@@ -17,7 +17,7 @@ from lcpcli.errors import ParameterError
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.methods import direct
 from lcpcli.methods.direct import MOST_COMPILED, MOST_PIVOTED, DirectAnswer, Made
-from lcpcli.methods.final_states import MOST_DECIDED, accepted
+from lcpcli.methods.final_states import MOST_DECIDED, accepted, without_rounding
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.options import KERNELS, MISSING, Limits, has_numba, wants_kernels
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from lcpcli.solving.trace import Callback
 
 MANY = 1000  # problems from which on loading it is worthwhile
-ROUNDED_ZERO = 2.0**-53  # of the largest component in the units of M: what elimination leaves of zeros is smaller
+ELIMINATED_ZERO = 2.0**-53  # of the largest component in the units of M: what elimination leaves of zeros is smaller
 NEARLY_SOLVED = 1e-6  # of the largest |q_i|: the natural residual of a z that may solve the problem
 
 
@@ -181,7 +181,8 @@ def solved_as_program(session: Session) -> Result | None:
             stopwatch.count("solve")
             if last is not None and steps <= limits.max_iterations:
                 z = session.problem.box.z_of(last.x)
-                points = map(session.point, (_without_rounding(session.problem, z), z))
+                rounded = without_rounding(z, np.exp2(-session.problem.units.columns), ELIMINATED_ZERO)
+                points = map(session.point, (session.problem.box.project(rounded), z))
                 point = next((found for each in points if (found := each.solution()) is not None), None)
     except TimeIsUp:
         return None
@@ -190,12 +191,6 @@ def solved_as_program(session: Session) -> Result | None:
     if point is None and session.tried is not None:
         session.tried["piqp"] = [ended(Breakdown("PIQP does not lead to a solution"))]  # it is not tried again
     return session.judged(point, steps, ("piqp",))
-
-
-def _without_rounding(problem: Problem, z: Vector) -> Vector:
-    """Return z, within its bounds, without components that are surely rounding of 0."""
-    sizes = np.abs(z) * np.exp2(-problem.units.columns)
-    return problem.box.project(np.where(sizes <= ROUNDED_ZERO * sizes.max(), 0.0, z))
 
 
 def solved_directly(session: Session) -> Result | None:
