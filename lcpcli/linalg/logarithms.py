@@ -25,7 +25,7 @@ Arrays: TypeAlias = tuple[Indices, Indices, Vector]  # where each row begins, th
 SETTLED_ERROR = 1e-10  # of the first step of conjugate gradients, or of 1: the last step
 FEW_CG_STEPS = 100  # after which elimination is tried
 MOST_CG_STEPS = 300  # for so many rows that elimination may take too long, and for few rows that are also the columns
-THIN, THIN_CG_STEPS = 4, 24  # entries in a row of few symmetric ones, and their steps: elimination takes less then
+THIN, THIN_CG_STEPS = 4, 32  # entries in a row of few symmetric ones, and their steps: elimination takes less then
 FEW_SYMMETRIC, LARGEST_ELIMINATED = 10_000, 100_000  # rows
 BAND = 5  # how far entries are from the diagonal in a band whose factors take less time than conjugate gradients
 MOST_DENSE = 64  # rows up to which the normal equations are dense
@@ -125,8 +125,8 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Fitted:
     index = np.int32 if max(2 * n + 1, M.nnz) < 2**31 else np.int64  # of which scipy would look at each
     indptr, indices = (each.astype(index, copy=False) for each in (M.indptr, M.indices))
     rows = indptr, indices, _logarithms(M.data)
-    columns = transposed(M.shape, *rows)
-    is_symmetric = all(map(np.array_equal, rows, columns))
+    columns = rows if S is not None else transposed(M.shape, *rows)
+    is_symmetric = S is not None or all(map(np.array_equal, rows, columns))
     if M.diagonal().all():  # it couples row i and column i: half of the graph will do
         parts, half = connected_components(of_arrays(M.shape, indptr, indices, ones), directed=False)
         part = np.concatenate((half, half))
