@@ -25,6 +25,7 @@ Arrays: TypeAlias = tuple[Indices, Indices, Vector]  # where each row begins, th
 SETTLED_ERROR = 1e-10  # of the first step of conjugate gradients, or of 1: the last step
 FEW_CG_STEPS = 100  # after which elimination is tried
 MOST_CG_STEPS = 300  # for so many rows that elimination may take too long, and for few rows that are also the columns
+THIN, THIN_CG_STEPS = 4, 32  # entries in a row of few symmetric ones, and their steps: elimination takes less then
 FEW_SYMMETRIC, LARGEST_ELIMINATED = 10_000, 100_000  # rows
 BAND = 5  # how far entries are from the diagonal in a band whose factors take less time than conjugate gradients
 MOST_DENSE = 64  # rows up to which the normal equations are dense
@@ -96,7 +97,8 @@ def _dense(M: Vector) -> Fitted | None:
     n, used = M.shape[0], M != 0
     entries, logarithms = used.astype(np.float64), np.log2(np.abs(M), where=used, out=np.zeros(M.shape))
     sums, counts = (np.array([each.sum(axis=1), each.sum(axis=0)]) for each in (logarithms, entries))
-    times = [entries.__matmul__, entries.T.__matmul__]
+    scaled = entries / np.multiply.outer(*map(_roots, counts))
+    times = [scaled.__matmul__, scaled.T.__matmul__]
     *found, is_settled = conjugate_gradients([*sums], [*counts], times, DENSE_CG_STEPS)
     if not is_settled and n > MOST_DENSE:
         return None
@@ -123,8 +125,8 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Fitted:
     index = np.int32 if max(2 * n + 1, M.nnz) < 2**31 else np.int64  # of which scipy would look at each
     indptr, indices = (each.astype(index, copy=False) for each in (M.indptr, M.indices))
     rows = indptr, indices, _logarithms(M.data)
-    columns = transposed(M.shape, *rows)
-    is_symmetric = all(map(np.array_equal, rows, columns))
+    columns = rows if S is not None else transposed(M.shape, *rows)
+    is_symmetric = S is not None or all(map(np.array_equal, rows, columns))
     if M.diagonal().all():  # it couples row i and column i: half of the graph will do
         parts, half = connected_components(of_arrays(M.shape, indptr, indices, ones), directed=False)
         part = np.concatenate((half, half))
@@ -138,20 +140,23 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Fitted:
     if M.nnz == 2 * n - parts:
         x = _forest(*rows, part, parts)
     elif (farthest := width(M)) <= BAND:
-        times = _products(M.shape, rows, columns)
+        times = [_product((*each[:2], np.ones(M.nnz)), n) for each in (rows, columns)]
         x = _banded(M, farthest, np.array(sums), counts, times, _first_of_parts(part, parts))
     else:
         is_brief = n > LARGEST_ELIMINATED or (is_symmetric and n <= FEW_SYMMETRIC)
         most = MOST_CG_STEPS if is_brief else FEW_CG_STEPS
         if is_symmetric:
+            most = THIN_CG_STEPS if n <= FEW_SYMMETRIC and M.nnz <= THIN * n else most
             chosen = np.zeros(n, dtype=bool) if S is None else S < 0
             found, is_settled = _symmetric(M.shape, rows, sums[0], counts[0], chosen, most)
             x = np.concatenate((found, found))
         else:
-            *both, is_settled = conjugate_gradients(sums, [*counts], _products(M.shape, rows, columns), most)
+            times = [_product(_scaled(*each), n) for each in ((rows, *counts), (columns, *counts[::-1]))]
+            *both, is_settled = conjugate_gradients(sums, [*counts], times, most)
             x = np.concatenate(both)
         if not is_settled and n <= LARGEST_ELIMINATED:
-            x = _eliminated(indptr, indices, np.concatenate(sums), counts.ravel(), part, parts)
+            E = of_arrays(M.shape, indptr, indices, np.ones(M.nnz))
+            x = _eliminated(E, sums, counts, part, parts, is_symmetric)
     rho, gamma = _centred(x, counts, part, parts)
     if is_symmetric:
         rho = gamma = (rho + gamma) / 2
@@ -169,19 +174,25 @@ def _symmetric(
     places = block(M, first, other)
     if places[1].size < counts[first].sum():
         return _symmetric(shape, rows, sums, counts, np.zeros_like(chosen), most)
-    inner, shape = block(M, other, other) if first.size else rows, (first.size, other.size)
-    times = _products(shape, places, transposed(shape, *places))
+    of_logarithms, of_entries = ([v[first], v[other]] for v in (sums, counts))
+    scaled = _scaled(places, *of_entries)
+    times = [_product(scaled, other.size), _product(transposed((first.size, other.size), *scaled), first.size)]
+    inner = block(M, other, other) if first.size else rows
     if inner[1].size:
-        times += _products((other.size, other.size), inner)
-    x, parts = np.empty(counts.size), [[v[first], v[other]] for v in (sums, counts)]
-    x[first], x[other], is_settled = conjugate_gradients(parts[0], parts[1], times, most)
+        times.append(_product(_scaled(inner, of_entries[1], of_entries[1]), other.size))
+    x = np.empty(counts.size)
+    x[first], x[other], is_settled = conjugate_gradients(of_logarithms, of_entries, times, most)
     return x, is_settled
 
 
-def _products(shape: Shape, *sides: Arrays) -> list[Callable[[Vector], Vector]]:
-    """Return the products with ones in the places of entries and, if it is given, with the transpose."""
-    ones, shapes = np.ones(sides[0][1].size), (shape, shape[::-1])
-    return [compressed_multiplier(own, *places[:2], ones) for own, places in zip(shapes, sides, strict=False)]
+def _scaled(places: Arrays, of_rows: Vector, of_columns: Vector) -> Arrays:
+    """Return the entries of a matrix as 1 / root(r c), where r and c are the counts of their rows and columns."""
+    indptr, indices, _ = places
+    return indptr, indices, np.repeat(1 / _roots(of_rows), np.diff(indptr)) / _roots(of_columns)[indices]
+
+
+def _product(matrix: Arrays, columns: int) -> Callable[[Vector], Vector]:
+    return compressed_multiplier((matrix[0].size - 1, columns), *matrix)
 
 
 def _centred(x: Vector, counts: Vector, part: Indices, parts: int) -> tuple[Vector, Vector]:
@@ -196,36 +207,36 @@ def _centred(x: Vector, counts: Vector, part: Indices, parts: int) -> tuple[Vect
 def conjugate_gradients(
     sums: Sequence[Vector], counts: Sequence[Vector], times: Sequence[Callable[[Vector], Vector]], most: int
 ) -> tuple[Vector, Vector, bool]:
-    """Return rho and gamma by conjugate gradients on the normal equations, preconditioned by their diagonal, after rho
-    is eliminated, which halves the steps; and whether at most so many of these settled them.
+    """Return rho and gamma by conjugate gradients on the normal equations, with 1 on their diagonal, after rho is
+    eliminated, which halves the steps; and whether at most so many of these settled them.
 
     sums, counts : of the logarithms, and the numbers of entries, in rows and in columns. times : the product with the
-    matrix that has ones for the entries, with its transpose and, if there are any, with one of entries between columns.
+    matrix that has 1 / root(r c) for each entry, where r and c are the counts of its row and column, with its transpose
+    and, if there are any, with the same of entries between columns.
     """
-    (forth, back, *among), (of_rows, of_columns) = times, (np.maximum(each, 1.0) for each in counts)
+    (forth, back, *among), (of_rows, of_columns) = times, map(_roots, counts)
     gamma, means = np.zeros(of_columns.size), sums[0] / of_rows
-    residual = back(means) - sums[1]
-    step = residual / of_columns
-    settled = SETTLED_ERROR * max(float(np.abs(step).max(initial=0.0)), 1.0)
-    direction, size, is_settled = step.copy(), float(residual @ step), False
+    residual = back(means) - sums[1] / of_columns
+    settled = SETTLED_ERROR * max(float(np.abs(residual / of_columns).max(initial=0.0)), 1.0)
+    direction, size, is_settled = residual.copy(), float(residual @ residual), False
     for _ in range(most):
-        if is_settled := not np.abs(step).max(initial=0.0) > settled:
+        is_near = size <= residual.size * settled**2
+        if is_settled := is_near and not np.abs(residual / of_columns).max(initial=0.0) > settled:
             break
-        image = of_columns * direction
-        if of_rows.size:
-            through = forth(direction)
-            through /= of_rows
-            image -= back(through)
+        image = direction - back(forth(direction)) if of_rows.size else direction.copy()
         for product in among:
             image += product(direction)
         length = size / float(direction @ image)
-        gamma += np.multiply(length, direction, out=step)
+        gamma += length * direction
         residual -= np.multiply(length, image, out=image)
-        np.divide(residual, of_columns, out=step)
-        before, size = size, float(residual @ step)
+        before, size = size, float(residual @ residual)
         direction *= size / before
-        direction += step
-    return -means - forth(gamma) / of_rows, gamma, is_settled
+        direction += residual
+    return -(means + forth(gamma)) / of_rows, gamma / of_columns, is_settled
+
+
+def _roots(counts: Vector) -> Vector:
+    return np.sqrt(np.maximum(counts, 1.0))
 
 
 def _forest(indptr: Indices, indices: Indices, logarithms: Vector, part: Indices, parts: int) -> Vector:
@@ -260,24 +271,29 @@ def _first_of_parts(part: Indices, parts: int) -> Indices:
     return first
 
 
-def _eliminated(indptr: Indices, indices: Indices, sums: Vector, counts: Vector, part: Indices, parts: int) -> Vector:
-    """Return rho and gamma, one after another, by elimination, with one of them 0 in each component, and one step of
-    refinement."""
+def _eliminated(
+    E: Matrix, sums: Sequence[Vector], counts: Vector, part: Indices, parts: int, is_symmetric: bool
+) -> Vector:
+    """Return rho and gamma, one after another, by elimination and one step of refinement, with one of them 0 in each
+    component; the two are equal for a symmetric matrix, whose equations are singular only where a row and its column
+    are in different components. E : the matrix with ones for the entries."""
     with imports:
-        from scipy.sparse import block_array, csr_array, diags_array
+        from scipy.sparse import block_array
 
-        from lcpcli.linalg.factors import sparse_lu
-    n = indptr.size - 1
-    E = csr_array((np.ones(indices.size), indices, indptr), shape=(n, n))
-    N = block_array([[diags_array(counts[:n]), E], [E.T, diags_array(counts[n:])]], format="csr")
-    kept = np.ones(2 * n, dtype=bool)
-    kept[_first_of_parts(part, parts)] = False
-    free = kept.nonzero()[0]
-    N, x = N[free][:, free], np.zeros(2 * n)
-    solve = sparse_lu(symmetric=True)(N).solve
-    x[free] = solve(-sums[free])
-    x[free] -= solve(N @ x[free] + sums[free])
-    return x
+        from lcpcli.linalg.shifted_systems import systems
+    n = E.shape[0]
+    if is_symmetric:
+        roots = np.unique(np.minimum(part[:n], part[n:]), return_index=True)[1]
+        roots = roots[part[roots] != part[n + roots]]
+        b, d, factors = -sums[0], counts[0].copy(), systems(E, np.ones(n))
+    else:
+        E, roots = block_array([[None, E], [E.T, None]], format="csr"), _first_of_parts(part, parts)
+        b, d, factors = -np.concatenate(sums), counts.flatten(), systems(E, None)
+    d[roots] += 1.0
+    factors.factorize(d)
+    x = factors.solve(b)
+    x += factors.solve(b - d * x - E @ x)
+    return np.tile(x, 2) if is_symmetric else x
 
 
 def _banded(

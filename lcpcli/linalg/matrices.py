@@ -147,6 +147,15 @@ def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
     return with_data(M, data)
 
 
+def principal(M: Matrix, indices: Indices) -> Matrix:
+    """Return M_PP for the indices of P, ascending; dense, or in compressed sparse rows as M is."""
+    if not is_sparse(M):
+        return M[np.ix_(indices, indices)]
+    with imports:
+        from lcpcli.linalg import compressed_rows
+    return compressed_rows.principal(M, indices)
+
+
 def plus_diagonal(M: Matrix, d: Vector | float, order: Literal["C", "F"] = "C") -> Matrix:
     """Return M + diag(d), or M + d I for a number d, as a new matrix; a dense one is stored in `order`, C or F."""
     if not is_sparse(M):

@@ -18,10 +18,9 @@ from itertools import islice
 import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolution, exchanging
-from lcpcli.clock import imports
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.factors import SingularMatrix, Solve
-from lcpcli.linalg.matrices import compressed_multiplier, is_sparse, multiplier, plus_diagonal
+from lcpcli.linalg.matrices import compressed_multiplier, is_sparse, multiplier, plus_diagonal, principal
 from lcpcli.linalg.shifted_systems import SuperLU, Systems, systems
 from lcpcli.methods.direct import MOST_AS_DENSE
 from lcpcli.methods.interior_scaling import SlackForm, proof_of, slack_form
@@ -29,7 +28,7 @@ from lcpcli.methods.interior_systems import AccurateSystems, PrimalDualPoint, Re
 from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, NoSolution, Stage, Stalled, Tried
 from lcpcli.model.box import BASIC, of_masks
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Matrix, States, Vector
+from lcpcli.typing import Indices, States, Vector
 
 FINISH, BEST = "finish", "best"
 MOST_INTERIOR_STEPS = 150  # of an attempt: a few times the tens that it usually takes
@@ -41,7 +40,7 @@ CLOSE_MERIT = 1e-5  # relative: the accuracy at which the active set is first tr
 MERIT_DROP = 1e-2  # the factor by which the merit has to fall before the active set is tried again
 SMALL_MU, VANISHED_MU = 1e-24, 1e-30  # where z_i and w_i are both 0, they are as large as the root of mu
 PROOF_EVERY = 5  # steps between searches for a proof that there is no solution: one costs less than a step
-PROXIMAL_SHIFT = 1e-8  # eps of the proximal iteration: rounding in pivots of that size is far below 1
+PROXIMAL_SHIFT = 3e-8  # eps of the proximal iteration: of 1e-8, rounding leaves no pivot in one of four programs
 LARGER_SHIFT = 1e-6  # where factors fail
 NONBASIC = 1e20  # pivots of nonbasic variables, beside which no entry of M counts
 PROXIMAL_STEPS, SLOW_PROXIMAL = 15, 0.7  # at most; it ends if w_B falls by less than that factor
@@ -278,7 +277,7 @@ class _BasicSolutions:
 
     def _by_diagonal_pivots(self, basic: Indices, factors: Systems | None) -> Solve:
         if factors is None:
-            own = systems(_block(self._problem.M, basic), None if self._S is None else self._S[basic])
+            own = systems(principal(self._problem.M, basic), None if self._S is None else self._S[basic])
             try:
                 own.factorize(np.full(basic.size, PROXIMAL_SHIFT))
             except SingularMatrix:  # rounding has made a pivot 0
@@ -297,15 +296,6 @@ class _BasicSolutions:
 
     def residual(self, z: Vector, w: Vector) -> float:
         return float(np.abs(z - self.box.project(z - w)).max())
-
-
-def _block(M: Matrix, indices: Indices) -> Matrix:
-    """Return M_PP for the indices of P."""
-    if not is_sparse(M):
-        return M[np.ix_(indices, indices)]
-    with imports:
-        from lcpcli.linalg.compressed_rows import principal
-    return principal(M, indices)
 
 
 def _active(within: SlackForm, at: PrimalDualPoint) -> States:

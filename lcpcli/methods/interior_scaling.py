@@ -72,7 +72,7 @@ def slack_form(problem: Problem, by_units: bool = False) -> SlackForm:
     M, q, lower, upper = given.M, given.q, given.lower, given.upper
     if kept.size < problem.n:
         fixed = np.where(lower == upper, lower, 0.0)
-        q, M = (problem.q + M @ fixed)[kept], M[kept][:, kept]
+        q, M = (problem.q + M @ fixed)[kept], matrices.principal(M, kept)
         lower, upper = lower[kept], upper[kept]
     if by_units and problem.signs is not None:
         d = problem.units.diagonals()[0][kept]

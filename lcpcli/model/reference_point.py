@@ -59,8 +59,10 @@ def reference(M: Matrix, q: Vector, box: Box) -> Reference:
     each = zip(*map(np.atleast_2d, (z, w, q, terms, errors)), strict=True)
     for z_i, w_i, q_i, terms_i, errors_i in each:  # views
         rows = np.flatnonzero(terms_i > CANCELLATION * np.abs(w_i))
+        if not rows.size:
+            continue
         part = M[rows]
-        if rows.size and all(map(are_moderate, (part.data if is_sparse(M) else part, q_i[rows], z_i))):
+        if all(map(are_moderate, (part.data if is_sparse(M) else part, q_i[rows], z_i))):
             with imports:
                 from lcpcli.linalg.accurate import accurate_residual
             w_i[rows] = 0.0 - accurate_residual(part, z_i, -q_i[rows])
