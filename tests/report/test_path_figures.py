@@ -84,7 +84,7 @@ def test_the_range_holds_the_origin_the_start_and_the_solution_but_not_a_diverge
 def test_quadrants_have_the_names_of_their_cones() -> None:
     with style.context():
         figure = plane_figures.draw_paths([data(TWO)])
-    corners = {text.get_text(): text.get_position() for text in figure.axes[-1].texts[:4]}
+    corners = {text.get_text(): text.xy for text in figure.axes[0].texts[:4]}  # type: ignore[attr-defined]
     (left, bottom), (right, top) = corners["$w_1$, $w_2$"], corners["$z_1$, $z_2$"]
     assert (left < right, bottom < top, corners["$z_1$, $w_2$"]) == (True, True, (right, bottom))
 

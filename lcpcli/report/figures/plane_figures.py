@@ -14,16 +14,13 @@ The contours are those of |F(x)|, on a logarithmic scale; F is 0 only at solutio
 
 from __future__ import annotations
 
-import cmath
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LinearSegmentedColormap, LogNorm, to_rgba
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -50,7 +47,7 @@ TURN = 2 * math.pi
 SAME = 1e-9  # radians: closer directions count as equal; far below what a picture shows, far above rounding
 SETS: tuple[tuple[int, ...], ...] = ((), (1,), (2,), (1, 2))  # the j for which z_j > 0 is allowed, not w_j > 0
 SECTOR, RAY, LINE, POINT = "sector", "ray", "line", "point"
-ARC, APART = 84.0, 13.5  # in points: the radius of the outermost arc, and how much smaller the next is
+ARC, APART = 78.0, 13.0  # in points: the radius of the outermost arc, and how much smaller the next is
 
 
 @dataclass(frozen=True)
@@ -130,53 +127,12 @@ EDGE = 0.08  # inches around everything, so that nothing touches the border
 HEADER, LEGEND = 0.41, 0.74  # inches above and below the axes
 # Lengths in the axes, in points.
 REACH = 124.0  # from the origin to the frame: a little less than half the width of a column, 126
-AXIS, VECTOR, Q = 105.0, 91.0, 99.0  # from the origin to the end of an axis, to the tip of a vector, and to q
-STEP = 2.0  # between the points that stand for a line or an area: less than the height of any label
-CLEAR = 2.0  # the free space around a label, about that between words
+AXIS, VECTOR, Q, LABEL = 91.0, 84.0, 91.0, 97.0  # from the origin to the end of an axis or arrow, to q, to a label
+ALIKE = math.radians(15)  # vectors of nearer directions have one label, as two would touch
 FILLS = (0.15, 0.35)  # the opacity of a sector without q, and of a sector that holds q
 CHECK = "\u2713"
 ARROW = {"arrowstyle": "-|>,head_width=0.22,head_length=0.5", "shrinkA": 0, "shrinkB": 0, "color": "black"}
-MARK = np.array([complex(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)])  # points that stand for a mark of their extent
-
-
-class Drawing:
-    """Axes whose unit is the point, with the points that labels have to avoid; points are complex numbers."""
-
-    def __init__(self, axes: Axes) -> None:
-        self.axes = axes
-        self._taken = np.empty(0, dtype=complex)
-
-    def take(self, points: np.ndarray[Any, Any]) -> None:
-        """Keep labels off these points."""
-        self._taken = np.concatenate((self._taken, points))
-
-    def take_line(self, start: complex, end: complex) -> None:
-        """Keep labels off a line."""
-        self.take(np.linspace(start, end, max(2, math.ceil(abs(end - start) / STEP))))
-
-    def mark(self, at: complex, **style: Any) -> None:
-        """Draw a mark, which labels may cover."""
-        self.axes.plot(at.real, at.imag, "o", **style)
-
-    def ray(self, end: complex, **style: Any) -> None:
-        """Draw a line from the origin, which labels may cover."""
-        self.axes.plot([0, end.real], [0, end.imag], **style)
-
-    def label(self, text: str, at: complex, direction: float, free: float = CLEAR) -> None:
-        """Write a label beside a point, in this direction if there is room; else where there is most room."""
-        width, height = extent(text, FONT)
-        turns = [direction + (i + 1) // 2 * (-1) ** i * math.pi / 12 for i in range(25)]
-        sides = [(gap, cmath.rect(1, turn)) for gap in (5, 8, 11, 16) for turn in turns]
-        places = [at + complex(side.real * (width / 2 + gap), side.imag * (height / 2 + gap)) for gap, side in sides]
-
-        def space(place: complex) -> float:
-            apart = self._taken - place
-            return min(float(np.maximum(np.abs(apart.real) - width / 2, np.abs(apart.imag) - height / 2).min()), free)
-
-        best = max(places, key=space)
-        self.axes.text(best.real, best.imag, text, fontsize=FONT, ha="center", va="center", zorder=8)
-        across, up = (np.linspace(-side / 2, side / 2, math.ceil(side / STEP) + 1) for side in (width, height))
-        self.take(np.add.outer(1j * up, across).ravel() + best)
+OUTLINE = withStroke(linewidth=2.0, foreground="white")
 
 
 def draw(picture: Cones) -> Figure:
@@ -188,82 +144,70 @@ def draw(picture: Cones) -> Figure:
     axes = figure.add_axes(((COLUMN - square) / 2 / COLUMN, LEGEND / height, square / COLUMN, square / height))
     axes.set(xlim=(-REACH, REACH), ylim=(-REACH, REACH))
     axes.set_axis_off()
+    axes.plot([-AXIS, AXIS], [0, 0], [0, 0], [-AXIS, AXIS], color="0.6", linewidth=0.6, zorder=1)
     shapes, directions = cones(picture.M), generators(picture.M)
-    drawing = Drawing(axes)
-    _axes(drawing)
     for cone, color, holds in zip(shapes, COLORS, picture.holding, strict=True):
-        _cone(drawing, cone, color, FILLS[holds])
-    vectors = _vectors(drawing, directions)
-    _q(drawing, picture, shapes)
-    for direction, labels in vectors.items():
-        drawing.label(", ".join(labels), cmath.rect(VECTOR, direction), direction, free=3)
-    zero = [label.strip("$-") for label, direction in directions.items() if direction is None]
-    if zero:
-        drawing.label(f"${' = '.join(zero)} = 0$", 0j, 1.25 * math.pi)
+        _cone(axes, cone, color, FILLS[holds])
+    for direction in {each for each in directions.values() if each is not None}:
+        axes.annotate("", _at(VECTOR, direction), (0, 0), arrowprops=ARROW | {"linewidth": 1.1}, zorder=5)
+    _q(axes, picture, shapes)
+    _labels(axes, directions | {"$q$": angle(picture.q)})
     header(figure, picture.title, picture.count, _data(picture))
     _legend(figure, picture, shapes)
     return figure
 
 
-def _axes(drawing: Drawing) -> None:
-    """Draw the axes of q, with their names at the ends, and an invisible frame, which keeps labels inside."""
-    corner = complex(-REACH, -REACH)
-    for turn in (1, 1j, -1, -1j):
-        drawing.take_line(corner * turn, corner * turn * 1j)
-    for name, direction in (("$q_1$", 0.0), ("$q_2$", math.pi / 2)):
-        end = cmath.rect(AXIS, direction)
-        drawing.axes.plot([-end.real, end.real], [-end.imag, end.imag], color="0.6", linewidth=0.6, zorder=1)
-        drawing.take_line(-end, end)
-        drawing.label(name, end, direction)
+def _at(radius: float, direction: float) -> Pair:
+    return radius * math.cos(direction), radius * math.sin(direction)
 
 
-def _cone(drawing: Drawing, cone: Cone, color: str, fill: float) -> None:
+def _cone(axes: Axes, cone: Cone, color: str, fill: float) -> None:
     """Draw a sector with its arc, thick rays for a ray or a line, or a ring for the origin."""
-    radius, add = cone.radius, drawing.axes.add_patch
+    radius, add = cone.radius, axes.add_patch
     if cone.kind == POINT:
-        drawing.mark(0j, markersize=9, color="none", markeredgecolor=color, mew=2.2, zorder=6)
-        drawing.take(5 * MARK)
+        axes.plot(0, 0, "o", markersize=9, color="none", markeredgecolor=color, mew=2.2, zorder=6)
     elif cone.kind == SECTOR:
         ((start, width),) = cone.parts
         ends = math.degrees(start), math.degrees(start + width)
         add(Wedge((0, 0), radius, *ends, facecolor=color, alpha=fill, linewidth=0, zorder=2))
         add(Arc((0, 0), 2 * radius, 2 * radius, theta1=ends[0], theta2=ends[1], color="white", linewidth=3.6, zorder=3))
         add(Wedge((0, 0), radius, *ends, fill=False, edgecolor=color, linewidth=1.6, zorder=3))
-        drawing.take(radius * np.exp(1j * np.linspace(start, start + width, max(3, round(radius * width / 2) + 1))))
     else:
         for ray, _ in cone.parts:
-            drawing.ray(cmath.rect(radius, ray), color=color, linewidth=5, solid_capstyle="butt", zorder=4)
+            axes.plot(*zip((0, 0), _at(radius, ray), strict=True), c=color, lw=5, solid_capstyle="butt", zorder=4)
 
 
-def _vectors(drawing: Drawing, directions: dict[str, float | None]) -> dict[float, list[str]]:
-    """Draw the generators as arrows; return their directions, each with its labels."""
-    vectors: dict[float, list[str]] = {}
-    for label, direction in directions.items():
-        if direction is not None:
-            same = next((other for other in vectors if abs(turn_to(direction, other)) < SAME), direction)
-            vectors.setdefault(same, []).append(label)
-    for direction in vectors:
-        tip = cmath.rect(VECTOR, direction)
-        drawing.axes.annotate("", (tip.real, tip.imag), (0, 0), arrowprops=ARROW | {"linewidth": 1.1}, zorder=5)
-        drawing.take_line(0j, tip)
-    return vectors
-
-
-def _q(drawing: Drawing, picture: Cones, shapes: list[Cone]) -> None:
+def _q(axes: Axes, picture: Cones, shapes: list[Cone]) -> None:
     """Mark q, the ray through q, and the points where this ray crosses the arcs of the cones that contain q."""
     direction = angle(picture.q)
-    at = 0j if direction is None else cmath.rect(Q, direction)
+    at = (0.0, 0.0) if direction is None else _at(Q, direction)
     if direction is not None:
-        drawing.ray(at, color="black", linewidth=1.0, dashes=(3, 2), zorder=5)
-        drawing.take_line(0j, at)
+        axes.plot(*zip((0, 0), at, strict=True), color="black", linewidth=1.0, dashes=(3, 2), zorder=5)
         for cone, holds in zip(shapes, picture.holding, strict=True):
             if holds and cone.kind != POINT:
-                crossing = cmath.rect(cone.radius, direction)
-                drawing.mark(crossing, markersize=4.2, mfc="white", mec="black", mew=0.9, zorder=7)
-                drawing.take(crossing + 2 * MARK)
-    drawing.mark(at, markersize=5.5, color="black", zorder=7)
-    drawing.take(at + 3 * MARK)
-    drawing.label("$q = 0$" if direction is None else "$q$", at, direction or 0.0)
+                axes.plot(
+                    *_at(cone.radius, direction), "o", markersize=4.2, mfc="white", mec="black", mew=0.9, zorder=7
+                )
+    axes.plot(*at, "o", markersize=5.5, color="black", zorder=7)
+
+
+def _labels(axes: Axes, directions: dict[str, float | None]) -> None:
+    """Write the names of vectors beyond their ends, those of near directions together, and of zero ones at the
+    origin."""
+    names: dict[float, list[str]] = {}
+    for name, direction in directions.items():
+        if direction is not None:
+            near = (other for other in names if abs(turn_to(direction, other)) < ALIKE)
+            names.setdefault(next(near, direction), []).append(name)
+    for direction, own in names.items():
+        x, y = math.cos(direction), math.sin(direction)
+        across = "left" if x > 0.2 else "right" if x < -0.2 else "center"
+        up = "bottom" if y > 0.2 else "top" if y < -0.2 else "center"
+        text = ("\n" if abs(x) > 0.5 else ", ").join(own)
+        axes.text(LABEL * x, LABEL * y, text, ha=across, va=up, path_effects=[OUTLINE], zorder=8)
+    zero = [name.strip("$-") for name, direction in directions.items() if direction is None]
+    if zero:
+        axes.text(-6, -6, f"${' = '.join(zero)} = 0$", ha="right", va="top", path_effects=[OUTLINE], zorder=8)
 
 
 def variables(chosen: tuple[int, ...]) -> str:
@@ -320,12 +264,10 @@ MARGIN, LEAST = 0.14, 0.22  # of the length of an axis, beyond the data and of e
 FARTHEST = 3.0  # times the size of the start and the solutions: farther iterates lie outside
 NUMBERS = [step * 10**decade for decade in range(7) for step in (1, 2, 5)]  # of iterates with a label
 TICKS = 5  # intervals between labels on an axis at most
-NEARER = 0.75  # of the distance of a label from its iterate: no other iterate may be as near
-LABELS_APART = 22.0  # points between two iterates with labels
-INSET, ACROSS, UP = 4.0, np.arange(0, 31, 2), np.arange(0, 11, 2)  # points: of the labels in the corners
+LABELS_APART = 0.12  # of the length of an axis, between two iterates with labels
+INSET = 4  # points: of the labels in the corners
 START: dict[str, Any] = {"marker": "s", "markersize": 6.5, "markerfacecolor": "white", "markeredgecolor": "black"}
 SOLUTION: dict[str, Any] = {"marker": "*", "markersize": 11, "markerfacecolor": "white", "markeredgecolor": "black"}
-OUTLINE = withStroke(linewidth=2.0, foreground="white")
 
 
 def merit(M: Any, q: Any, x: Any) -> Any:
@@ -366,6 +308,7 @@ def draw_paths(pictures: Sequence[Trajectories]) -> Figure:
         for path in picture.paths:
             _path(axes, path, chosen[path.name, path.label])
         _points(axes, picture)
+        _numbers(axes, picture, chosen)
     signs = [(Line2D([], [], linestyle="", **START), "start")]
     if any(picture.solutions for picture in pictures):
         signs.append((Line2D([], [], linestyle="", **SOLUTION), "solution"))
@@ -373,10 +316,6 @@ def draw_paths(pictures: Sequence[Trajectories]) -> Figure:
     undrawn = [label for name, label in chosen if (name, label) not in drawn]
     signs += [(Line2D([], [], linestyle=""), f"{label}: no iterates") for label in undrawn]
     add_legend(figure, {key: look for key, look in chosen.items() if key in drawn}, signs)
-    FigureCanvasAgg(figure).draw()  # so that the places of the axes are final
-    figure.set_layout_engine("none")
-    for axes, picture in panels:
-        _labels(figure, axes, picture, chosen)
     return figure
 
 
@@ -425,45 +364,24 @@ def _points(axes: Axes, picture: Trajectories) -> None:
         axes.plot(*solution, linestyle="", zorder=7, **SOLUTION)
 
 
-def _labels(figure: Figure, axes: Axes, picture: Trajectories, chosen: Looks) -> None:
-    """Label the quadrants in the corners, and a few iterates with their numbers, in axes whose unit is the point."""
-    width, height = axes.bbox.width * 72 / figure.dpi, axes.bbox.height * 72 / figure.dpi
-    above = figure.add_axes(axes.get_position().bounds, frameon=False, xlim=(0, width), ylim=(0, height), zorder=10)
-    above.set_axis_off()
-    drawing = Drawing(above)
-    for corner, next_corner in pairwise((0j, complex(width), complex(width, height), 1j * height, 0j)):
-        drawing.take_line(corner, next_corner)
+def _numbers(axes: Axes, picture: Trajectories, chosen: Looks) -> None:
+    """Label the quadrants in the corners, and a few iterates with their numbers, apart from each other and from the
+    corners."""
     for members in SETS:
         right, top = 1 in members, 2 in members
-        sides: dict[str, Any] = {"ha": "right" if right else "left", "va": "top" if top else "bottom"}
-        place = complex(width - INSET if right else INSET, height - INSET if top else INSET)
-        above.text(place.real, place.imag, variables(members), fontsize=FONT, path_effects=[OUTLINE], **sides)
-        drawing.take(place + np.add.outer((-1 if right else 1) * ACROSS, (-1j if top else 1j) * UP).ravel())
-
-    def at(points: Sequence[Pair]) -> Any:
-        """Return the places of points of the plane, in points from the lower left corner; none outside the axes."""
-        places = axes.transAxes.inverted().transform(axes.transData.transform(points)) * (width, height)
-        places[~((places >= 0) & (places <= (width, height))).all(axis=1)] = np.nan
-        return places[:, 0] + 1j * places[:, 1]
-
-    runs = [(path, at(path.x)) for path in picture.paths if path.x]
-    for mark in at([*picture.solutions, *(path.x[0] for path, _ in runs)]):
-        drawing.take(mark + 5 * MARK)
-    numbered: list[tuple[complex, str, str]] = []
-    for path, places in runs:
-        for start, end in pairwise(places):
-            if not np.isnan(end - start):
-                drawing.take_line(start, end)
-        for k, place in zip(path.k, places, strict=True):
-            is_wanted = not np.isnan(place) and (k in NUMBERS or k == path.k[-1] > 0)
-            if is_wanted and all(abs(place - other) >= LABELS_APART for other, _, _ in numbered):
-                numbered.append((place, str(k), chosen[path.name, path.label].color))
-                drawing.take(place + 3 * MARK)
-    everywhere = np.concatenate([places for _, places in runs]) if runs else np.empty(0)
-    for place, number, color in numbered:
-        drawing.label(number, place, math.pi / 4)
-        text = above.texts[-1]
-        text.set(color=color, path_effects=[OUTLINE], fontsize=SMALL_FONT)
-        written = complex(*text.get_position())
-        if np.nanmin(np.abs(everywhere - written)) < NEARER * abs(place - written):
-            text.remove()  # it would seem to be the number of another iterate
+        inwards = (-INSET if right else INSET, -INSET if top else INSET)
+        style: dict[str, Any] = {"ha": "right" if right else "left", "va": "top" if top else "bottom"}
+        style |= {"xycoords": "axes fraction", "textcoords": "offset points", "path_effects": [OUTLINE], "zorder": 9}
+        axes.annotate(variables(members), (right, top), inwards, **style)
+    low, high = np.transpose(ranges(picture))
+    numbered: list[Any] = []
+    for path in picture.paths:
+        for k, x in zip(path.k, path.x, strict=True):
+            place = (np.array(x) - low) / (high - low)
+            is_wanted = (k in NUMBERS or k == path.k[-1] > 0) and bool(((place > 0) & (place < 0.95)).all())
+            is_free = all(np.abs(place - other).max() >= LABELS_APART for other in numbered)
+            if is_wanted and is_free and (np.abs(place - 0.5) < (0.3, 0.35)).any():
+                numbered.append(place)
+                look: dict[str, Any] = {"color": chosen[path.name, path.label].color, "fontsize": SMALL_FONT}
+                look |= {"textcoords": "offset points", "path_effects": [OUTLINE], "zorder": 9}
+                axes.annotate(str(k), x, (4, 4), **look)

@@ -3,9 +3,6 @@ the output as bytes.
 
 The colours are Okabe and Ito's (Color Universal Design, 2008) and Tol's (Colour schemes, SRON 2021), some darkened, so
 that the methods' lightness rises in steps of about ten, which distinguishes them in grey. Peers have hollow markers.
-
-The legend names every run once, and each value of a grid of runs once: the runs of one method that differ by two
-options, as their labels say, such as shi:p=100,k-star=5.
 """
 
 from __future__ import annotations
@@ -29,56 +26,6 @@ from matplotlib.lines import Line2D
 from matplotlib.textpath import text_to_path
 
 from lcpcli.errors import visible
-
-FEWEST_RUNS = 3  # of a grid: two runs that differ by two options are easier to tell apart by their labels
-
-
-@dataclass(frozen=True)
-class Grid:
-    """The runs of one method, in rows by one option and in columns by another.
-
-    options : the names of the two options. values : the values of each, in the order in which they appear.
-    places : the row and the column of each run, by its label; a grid need not be full.
-    """
-
-    options: tuple[str, str]
-    values: tuple[list[str], list[str]]
-    places: dict[str, tuple[int, int]]
-
-
-def grids(entries: Iterable[tuple[str, str]]) -> dict[str, Grid]:
-    """Return the grid of each name whose runs make one. entries : names and labels."""
-    return {name: grid for name, own in _labels(entries).items() if (grid := grid_of(own)) is not None}
-
-
-def _labels(entries: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
-    labels: dict[str, list[str]] = {}
-    for name, label in dict.fromkeys(entries):
-        labels.setdefault(name, []).append(label)
-    return labels
-
-
-def grid_of(labels: Sequence[str]) -> Grid | None:
-    """Return the grid of runs of one method with these labels; None if these do not all set the same two options, or
-    if one of the options has the same value in all."""
-    settings = [_settings(label) for label in labels]
-    names = {tuple(own) for own in settings}
-    if len(labels) < FEWEST_RUNS or len(names) > 1 or len(settings[0]) != 2:
-        return None
-    first, second = settings[0]
-    values = [list(dict.fromkeys(own[name] for own in settings)) for name in (first, second)]
-    if min(map(len, values)) < 2:
-        return None
-    places = [(values[0].index(own[first]), values[1].index(own[second])) for own in settings]
-    return Grid((first, second), (values[0], values[1]), dict(zip(labels, places, strict=True)))
-
-
-def _settings(label: str) -> dict[str, str]:
-    """Return the values of the options that a label sets, by name; an addition such as scale may stand alone."""
-    parts = label.partition(":")[2].split(",")
-    pairs = [part.partition("=")[::2] for part in parts if part]
-    return {name: value or "true" for name, value in pairs}
-
 
 FONT = 8  # points, as in the captions of a journal
 SMALL_FONT = 7  # points, of ticks, legends and notes: a point less than the titles
@@ -192,7 +139,9 @@ def looks(entries: Iterable[tuple[str, str]]) -> Looks:
     the other option.
     Names that are not of methods or peers take the spare looks in the order in which they appear.
     """
-    labels = _labels(entries)
+    labels: dict[str, list[str]] = {}
+    for name, label in dict.fromkeys(entries):
+        labels.setdefault(name, []).append(label)
     others = [name for name in labels if name not in METHODS and name not in PEERS]
     known = METHODS | PEERS | dict(zip(others, cycle(SPARE), strict=False))
     chosen: Looks = {}
@@ -200,8 +149,7 @@ def looks(entries: Iterable[tuple[str, str]]) -> Looks:
         look = known[name]
         runs = [look, replace(look, fill="left", width=0.8)][: len(own)]
         if len(own) > len(runs):
-            grid, elsewhere = grid_of(own), {known[other].marker for other in labels if other != name}
-            places = grid.places.values() if grid else [(i, i) for i in range(len(own))]
+            places, elsewhere = places_of(own), {known[other].marker for other in labels if other != name}
             colors = shades(look.color, 1 + max(row for row, _ in places))
             markers = [marker for marker in RAMP if marker not in elsewhere] or RAMP
             runs = [
@@ -210,6 +158,18 @@ def looks(entries: Iterable[tuple[str, str]]) -> Looks:
             ]
         chosen |= {(name, label): run for label, run in zip(own, runs, strict=True)}
     return chosen
+
+
+def places_of(labels: Sequence[str]) -> list[tuple[int, int]]:
+    """Return a row and a column for each run of one method: by the values of the two options that all labels set, if
+    both vary, as in shi:p=100,k-star=5; else each run has a row and a column of its own."""
+    parts = ((part.partition("=")[::2] for part in label.partition(":")[2].split(",") if part) for label in labels)
+    settings = list(map(dict, parts))
+    if len({tuple(own) for own in settings}) == 1 and len(settings[0]) == 2:
+        values = [list(dict.fromkeys(column)) for column in zip(*(own.values() for own in settings), strict=True)]
+        if min(map(len, values)) > 1:
+            return [(values[0].index(one), values[1].index(other)) for one, other in (o.values() for o in settings)]
+    return [(i, i) for i in range(len(labels))]
 
 
 def shades(color: str, count: int, pale: float = PALE, deep: float = DEEP) -> list[str]:
@@ -261,7 +221,6 @@ SIGNS: dict[str, dict[str, Any]] = {  # by their labels, which no other artist i
     UNSOLVED: {"linestyle": "", "marker": "x", "markersize": 8, "markeredgewidth": 1.3},
 }
 Entry: TypeAlias = tuple[Line2D, str]
-EMPTY: Entry = (Line2D([], [], linestyle=""), "")
 
 
 def add_legend(figure: Figure, chosen: Looks, others: Sequence[Entry] = ()) -> Figure:
@@ -271,50 +230,17 @@ def add_legend(figure: Figure, chosen: Looks, others: Sequence[Entry] = ()) -> F
     """
     figure.align_labels()
     signs = {label for axes in figure.axes for label in axes.get_legend_handles_labels()[1]}
-    found = grids(chosen)
-    blocks = [block for name, grid in found.items() for block in _blocks(name, grid, chosen)]
-    entries = [(Line2D([], [], **(look.points | look.line)), run) for (name, run), look in chosen.items()]
-    entries = [entry for (name, _), entry in zip(chosen, entries, strict=True) if name not in found]
+    entries = [(Line2D([], [], **(look.points | look.line)), run) for (_, run), look in chosen.items()]
     entries += [*others, *((Line2D([], [], color=GREY, **sign), text) for text, sign in SIGNS.items() if text in signs)]
-    arrangements = _arrangements(blocks, entries)
-    for arranged, columns in arrangements:
-        legend = figure.legend(
-            [handle for handle, _ in arranged], ["-"] * len(arranged), loc="outside lower center", ncols=columns
-        )
-        for drawn, (_, text) in zip(legend.get_texts(), arranged, strict=True):
+    handles, count = [handle for handle, _ in entries], len(entries)
+    for columns in sorted({math.ceil(count / rows) for rows in range(1, count + 1)}, reverse=True):
+        legend = figure.legend(handles, ["-"] * count, loc="outside lower center", ncols=columns)
+        for drawn, (_, text) in zip(legend.get_texts(), entries, strict=True):
             # matplotlib 3.7 leaves out a label given above that begins with _
             drawn.set_text(fitted(text, SMALL_FONT, figure.get_figwidth() - SAMPLE))
         size = legend.get_window_extent()
-        if size.width <= figure.bbox.width or (arranged, columns) == arrangements[-1]:
+        if size.width <= figure.bbox.width or columns == 1:
             figure.set_figheight(figure.get_figheight() + size.height / figure.dpi)
             break
         legend.remove()
     return figure
-
-
-def _blocks(name: str, grid: Grid, chosen: Looks) -> list[list[Entry]]:
-    """Return two columns of the legend: the colours of the values of one option, the markers of those of the other."""
-    looks = {place: chosen[name, label] for label, place in grid.places.items()}
-    colors = {row: look for (row, _), look in looks.items()}
-    markers = {column: look for (_, column), look in looks.items()}
-    samples = [
-        [Line2D([], [], **colors[row].line) for row in range(len(colors))],
-        [Line2D([], [], linestyle="", **markers[column].points | {"color": GREY}) for column in range(len(markers))],
-    ]
-    titles = [(EMPTY[0], f"{name}: {option}") for option in grid.options]
-    named = [list(zip(own, values, strict=True)) for own, values in zip(samples, grid.values, strict=True)]
-    return [[title, *own] for title, own in zip(titles, named, strict=True)]
-
-
-def _arrangements(blocks: Sequence[Sequence[Entry]], entries: Sequence[Entry]) -> list[tuple[list[Entry], int]]:
-    """Return ways to arrange the legend, from many short columns to few long ones: the entries, column by column, and
-    the number of columns. Each block is a column of its own."""
-    if not blocks:
-        numbers = {math.ceil(len(entries) / rows) for rows in range(1, len(entries) + 1)}
-        return [(list(entries), number) for number in sorted(numbers, reverse=True)]
-    least, ways = max(map(len, blocks)), []
-    for rows in range(least, max(least, len(entries)) + 1):
-        columns = [*blocks, *(entries[i : i + rows] for i in range(0, len(entries), rows))]
-        padded = [[*column, *[EMPTY] * (rows - len(column))] for column in columns]
-        ways.append(([entry for column in padded for entry in column], len(columns)))
-    return ways
