@@ -141,9 +141,9 @@ def build(path: Path, form: str, at: At, width: int | None, names: Sequence[str]
 
 
 def _figure(path: Path, names: Sequence[str]) -> bytes:
-    from lcpcli.report import pictures, plotting
+    from lcpcli.report import plotting
 
-    return plotting.response(pictures.response(path, names), "svg")
+    return plotting.response(path, "svg", names)
 
 
 class _Columns:

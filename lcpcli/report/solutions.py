@@ -21,7 +21,7 @@ from lcpcli.model.names import in_own_sense
 from lcpcli.model.program import Program
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, rounded
-from lcpcli.report import pictures, programs_and_games, result_formats, wording
+from lcpcli.report import plotting, programs_and_games, result_formats, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.result_formats import Report, numbers
 from lcpcli.report.tables import longest
@@ -66,7 +66,7 @@ def build(found: SolutionSet | Optimum, exact: bool, form: str, names: Sequence[
     else:
         message, settled = found.message, found.complete
         listing, remarks = (_pieces if found.equilibria is None else _equilibria)(found, cell, longest(form), names)
-        tables, figure = [listing], partial(pictures.draw, found, "svg") if pictures.exists(problem) else None
+        tables, figure = [listing], partial(plotting.cones, found, "svg") if plotting.is_plane(problem) else None
     title = f"{wording.title(problem) or 'problem'}: {wording.size(problem)}"
     made_by = f"{wording.PROGRAM}, in exact arithmetic{wording.took(found.seconds, form)}"
     return Document(title, [Section(title, message, settled, facts, tables, remarks, made_by, figure)])

@@ -174,6 +174,10 @@ def title(problem: Problem | NonlinearProblem) -> str:
     return visible(problem.name).strip()
 
 
+def title_and_size(problem: Problem | NonlinearProblem) -> str:
+    return ", ".join(filter(None, (title(problem), size(problem))))
+
+
 def all_visible(texts: Any) -> Any:
     """Return a text, or lists of texts within lists, as people see them: the cells and lines of a report."""
     return visible(texts) if isinstance(texts, str) else list(map(all_visible, texts))

@@ -26,10 +26,9 @@ from lcpcli.parametric.path import Path as Solutions
 from lcpcli.report import plotting
 from lcpcli.report import plotting as figures
 from lcpcli.report.figures import data, plane_figures, run_figures, style
-from lcpcli.report.figures.data import Cones, Curve, Growth, GrowthPanel, Panel, Power, Profile, Trajectories
+from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile, Trajectories
 from lcpcli.report.figures.data import Trajectory as Run
 from lcpcli.report.figures.style import places_of
-from lcpcli.report.pictures import response
 
 from ..documents import assert_as_before
 from . import test_path_figures as paths
@@ -298,15 +297,13 @@ DRAWN: dict[str, Callable[[], Figure]] = {
     "cones-of-a-P-matrix": lambda: paths.drawn([[2, 1], [1, 2]], (-5, -6)),
     "cones-that-hold-q": lambda: paths.drawn(paths.MURTY, (-1, -1)),
     "iterates": lambda: drawn(plane_figures.draw_paths, [paths.data(paths.TWO)]),
-    "no-iterates": lambda: drawn(
-        plane_figures.draw_paths, [Trajectories("p", [[2, 1], [1, 2]], [-5, -6], [(0.5, 0.5)], NO_ITERATES)]
-    ),
-    "path": lambda: drawn(run_figures.draw, response(small())),
-    "path-with-zeros": lambda: drawn(run_figures.draw, response(lcpcli.path(*ZEROS))),
-    "path-with-jump-and-turn": lambda: drawn(run_figures.draw, response(cornered())),
-    "frontier": lambda: drawn(run_figures.draw, response(frontier())),
-    "objective": lambda: drawn(run_figures.draw, response(lcpcli.path(*RETURNS))),
-    "many-lines": lambda: drawn(run_figures.draw, response(entering(40))),
+    "no-iterates": lambda: drawn(plane_figures.draw_paths, [Trajectories(paths.TWO, [(0.5, 0.5)], NO_ITERATES)]),
+    "path": lambda: drawn(run_figures.draw, small()),
+    "path-with-zeros": lambda: drawn(run_figures.draw, lcpcli.path(*ZEROS)),
+    "path-with-jump-and-turn": lambda: drawn(run_figures.draw, cornered()),
+    "frontier": lambda: drawn(run_figures.draw, frontier()),
+    "objective": lambda: drawn(run_figures.draw, lcpcli.path(*RETURNS)),
+    "many-lines": lambda: drawn(run_figures.draw, entering(40)),
 }
 
 
@@ -323,13 +320,13 @@ def iterates(problems: list[Problem], methods: tuple[str, ...]) -> Figure:
     return drawn(plane_figures.draw_paths, [paths.data(problem, methods) for problem in problems])
 
 
-LONG_TITLE = Cones("$\\alpha_ " * 30, paths.MURTY, (-1, -1), [False] * 4, "at least $3 " * 20)
+LONG_TITLE = paths.picture(paths.MURTY, (-1, -1), name="$\\alpha_ " * 30)
 TEXTS: dict[str, Callable[[], Figure]] = {
     **RUNS,
     **{f"cones {k}": lambda given=given: long_names(*given) for k, given in enumerate(CONES)},
     "cones with a long title": lambda: drawn(plane_figures.draw, LONG_TITLE),
     **{f"iterates {name}": lambda given=given: iterates(*given) for name, given in PATHS.items()},
-    **{f"path {name}": lambda make=make: drawn(run_figures.draw, response(make())) for name, make in RESPONSES.items()},
+    **{f"path {name}": lambda make=make: drawn(run_figures.draw, make()) for name, make in RESPONSES.items()},
 }
 SLOW = [pytest.param(name, marks=pytest.mark.slow("many large figures")) for name in TEXTS if name[:4] != "path"]
 
@@ -343,9 +340,9 @@ MADE_BY = "lcp solve murty.json (exact)"
 FILES: dict[str, Callable[[str], bytes]] = {
     "convergence": lambda form: plotting.convergence([Panel("p", "error", [decaying("shi")], MADE_BY)], form),
     "bench": lambda form: plotting.bench(profiles(3), [crowd(2)], [growth(3)], form),
-    "cones": lambda form: plotting.cones(paths.picture(paths.MURTY, (-1, -1), provenance=[MADE_BY]), form),
+    "cones": lambda form: plotting.cones(paths.picture(paths.MURTY, (-1, -1)), form),
     "paths": lambda form: plotting.paths([paths.data(paths.TWO)], form),
-    "response": lambda form: plotting.response(response(frontier()), form),
+    "response": lambda form: plotting.response(frontier(), form),
 }
 BEGINNING = {"png": b"\x89PNG\r\n\x1a\n", "svg": b"<?xml", "pdf": b"%PDF-1."}
 END = {"png": b"IEND\xaeB`\x82", "svg": b"</svg>", "pdf": b"%%EOF"}
@@ -360,7 +357,7 @@ def test_a_file_is_whole_tells_what_made_it_and_is_always_the_same(kind: str, fo
     assert first.startswith(BEGINNING[form])
     assert first.rstrip().endswith(END[form])
     assert not [word for word in (b"CreationDate", b"dc:date", b"<text") if word in first], "texts are curves"
-    assert kind not in ("convergence", "cones") or MADE_BY.encode() in first.replace(b"\\", b"")
+    assert kind != "convergence" or MADE_BY.encode() in first.replace(b"\\", b"")
 
 
 def test_a_picture_of_a_path_is_saved_as_often_as_one_likes(tmp_path: Any) -> None:

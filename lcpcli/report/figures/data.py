@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple
 
-Pair: TypeAlias = tuple[float, float]
+if TYPE_CHECKING:
+    from lcpcli.model.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -100,69 +101,23 @@ class Profile:
 
 
 @dataclass(frozen=True)
-class Cones:
-    """The complementary cones of an LCP with two unknowns, and which of them contain q.
-
-    M : two rows of two numbers. q : two numbers.
-    holding : whether q lies in the cone of each set of unknowns that may be positive: none, first, second, both.
-    count : the number of solutions, in words.
-    names : the names of the unknowns; "" for an unknown without a name.
-    provenance : lines on the problem and the program, for the file's metadata.
-    """
-
-    title: str
-    M: Sequence[Sequence[float]]
-    q: Sequence[float]
-    holding: Sequence[bool]
-    count: str
-    names: Sequence[str] = ("", "")
-    provenance: Sequence[str] = ()
-
-
-@dataclass(frozen=True)
 class Trajectory:
     """The iterates x of a run on a problem in two unknowns. name, label, k : as of a Curve."""
 
     name: str
     label: str
     k: Sequence[int]
-    x: Sequence[Pair]
+    x: Sequence[Sequence[float]]
 
 
 @dataclass(frozen=True)
 class Trajectories:
     """The paths of runs on an LCP with two unknowns. solutions : the x = (z - w) / 2 of the known solutions."""
 
-    title: str
-    M: Sequence[Sequence[float]]
-    q: Sequence[float]
-    solutions: Sequence[Pair]
+    problem: Problem
+    solutions: Sequence[Sequence[float]]
     paths: Sequence[Trajectory]
     provenance: str = ""
-
-
-@dataclass(frozen=True)
-class Response:
-    """The solutions along a path.
-
-    abscissa : the name of what moves, t or a number of the problem. across : its values at the breakpoints.
-    names, lines : the names of the components that are shown, and the values of each at the breakpoints.
-    jumps : the pieces on which t stands still, by number. turns : the breakpoints at which it turns.
-    objective : of a program, its values and those of what moves, at many points of the path; else None.
-    is_frontier : whether what moves is drawn against the objective, in place of the opposite.
-    provenance : lines on the path and the program, for the file's metadata.
-    """
-
-    title: str
-    abscissa: str
-    across: Sequence[float]
-    names: Sequence[str]
-    lines: Sequence[Sequence[float]]
-    jumps: Sequence[int] = ()
-    turns: Sequence[int] = ()
-    objective: Sequence[Pair] | None = None
-    is_frontier: bool = False
-    provenance: Sequence[str] = ()
 
 
 SMALLEST_ERROR = 1e-17  # relative to the start: a smaller error, below rounding, is drawn at the lower end, like 0

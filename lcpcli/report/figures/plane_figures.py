@@ -28,7 +28,10 @@ from matplotlib.patches import Arc, Patch, Rectangle, Wedge
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, MaxNLocator
 
-from lcpcli.report.figures.data import Cones, Pair, Trajectories, Trajectory
+from lcpcli.enumeration.search import SolutionSet
+from lcpcli.linalg import matrices
+from lcpcli.report import wording
+from lcpcli.report.figures.data import Trajectories, Trajectory
 from lcpcli.report.figures.style import (
     FONT,
     GREY,
@@ -135,8 +138,18 @@ ARROW = {"arrowstyle": "-|>,head_width=0.22,head_length=0.5", "shrinkA": 0, "shr
 OUTLINE = withStroke(linewidth=2.0, foreground="white")
 
 
-def draw(picture: Cones) -> Figure:
+def holding(found: SolutionSet) -> list[bool]:
+    """Return whether the cone of each of SETS contains q: whether there is a solution with w = 0 in the set and z = 0
+    outside."""
+    solutions = [list(zip(z, found.data.w(z), strict=True)) for z in found.points]
+    sets = [(1 in chosen, 2 in chosen) for chosen in SETS]
+    return [any(not (one[first] or other[second]) for one, other in solutions) for first, second in sets]
+
+
+def draw(found: SolutionSet) -> Figure:
     """Draw the figure, as wide as one column of a journal."""
+    problem, holds_q = found.data.problem, holding(found)
+    M, q = matrices.dense(problem.M).tolist(), problem.q.tolist()
     square = 2 * REACH / 72
     height = HEADER + square + LEGEND
     figure = Figure(figsize=(COLUMN, height))
@@ -145,19 +158,22 @@ def draw(picture: Cones) -> Figure:
     axes.set(xlim=(-REACH, REACH), ylim=(-REACH, REACH))
     axes.set_axis_off()
     axes.plot([-AXIS, AXIS], [0, 0], [0, 0], [-AXIS, AXIS], color="0.6", linewidth=0.6, zorder=1)
-    shapes, directions = cones(picture.M), generators(picture.M)
-    for cone, color, holds in zip(shapes, COLORS, picture.holding, strict=True):
+    shapes, directions = cones(M), generators(M)
+    for cone, color, holds in zip(shapes, COLORS, holds_q, strict=True):
         _cone(axes, cone, color, FILLS[holds])
     for direction in {each for each in directions.values() if each is not None}:
         axes.annotate("", _at(VECTOR, direction), (0, 0), arrowprops=ARROW | {"linewidth": 1.1}, zorder=5)
-    _q(axes, picture, shapes)
-    _labels(axes, directions | {"$q$": angle(picture.q)})
-    header(figure, picture.title, picture.count, _data(picture))
-    _legend(figure, picture, shapes)
+    _q(axes, angle(q), [cone for cone, holds in zip(shapes, holds_q, strict=True) if holds])
+    _labels(axes, directions | {"$q$": angle(q)})
+    rows = "; ".join(" ".join(map(_number, row)) for row in M)
+    data = [f"M = [{rows}],  q = ({', '.join(map(_number, q))})"]
+    data += [f"z{j} = {name}" for j, name in enumerate(problem.names, 1) if name]
+    header(figure, wording.title(problem), found.count, ",  ".join(data))
+    _legend(figure, shapes, holds_q)
     return figure
 
 
-def _at(radius: float, direction: float) -> Pair:
+def _at(radius: float, direction: float) -> tuple[float, float]:
     return radius * math.cos(direction), radius * math.sin(direction)
 
 
@@ -177,17 +193,13 @@ def _cone(axes: Axes, cone: Cone, color: str, fill: float) -> None:
             axes.plot(*zip((0, 0), _at(radius, ray), strict=True), c=color, lw=5, solid_capstyle="butt", zorder=4)
 
 
-def _q(axes: Axes, picture: Cones, shapes: list[Cone]) -> None:
-    """Mark q, the ray through q, and the points where this ray crosses the arcs of the cones that contain q."""
-    direction = angle(picture.q)
+def _q(axes: Axes, direction: float | None, around: Sequence[Cone]) -> None:
+    """Mark q, the ray through q, and the points where this ray crosses the arcs of the cones around it."""
     at = (0.0, 0.0) if direction is None else _at(Q, direction)
     if direction is not None:
         axes.plot(*zip((0, 0), at, strict=True), color="black", linewidth=1.0, dashes=(3, 2), zorder=5)
-        for cone, holds in zip(shapes, picture.holding, strict=True):
-            if holds and cone.kind != POINT:
-                axes.plot(
-                    *_at(cone.radius, direction), "o", markersize=4.2, mfc="white", mec="black", mew=0.9, zorder=7
-                )
+        for radius in (cone.radius for cone in around if cone.kind != POINT):
+            axes.plot(*_at(radius, direction), "o", markersize=4.2, mfc="white", mec="black", mew=0.9, zorder=7)
     axes.plot(*at, "o", markersize=5.5, color="black", zorder=7)
 
 
@@ -228,19 +240,13 @@ def header(figure: Figure, title: str, number: str, data: str) -> None:
     figure.text(left, top - 0.16 / height, text, ha="left", va="top", fontsize=SMALL_FONT)
 
 
-def _data(picture: Cones) -> str:
-    (a, b), (c, d) = ([_number(entry) for entry in row] for row in picture.M)
-    numbers = f"M = [{a} {b}; {c} {d}],  q = ({', '.join(map(_number, picture.q))})"
-    return ",  ".join([numbers, *(f"z{j} = {name}" for j, name in enumerate(picture.names, 1) if name)])
-
-
 def _number(value: float) -> str:
     return f"{value + 0.0:.4g}".replace("-", "\u2212")
 
 
-def _legend(figure: Figure, picture: Cones, shapes: list[Cone]) -> None:
+def _legend(figure: Figure, shapes: Sequence[Cone], holds_q: Sequence[bool]) -> None:
     handles, labels = [], []
-    for cone, color, chosen, holds in zip(shapes, COLORS, SETS, picture.holding, strict=True):
+    for cone, color, chosen, holds in zip(shapes, COLORS, SETS, holds_q, strict=True):
         patch = Patch(facecolor=to_rgba(color, FILLS[holds]), edgecolor=color, linewidth=1.6)
         line = Line2D([], [], color=color, linewidth=5, solid_capstyle="butt")
         ring = Line2D([], [], color="none", marker="o", markersize=8, markeredgecolor=color, markeredgewidth=2.2)
@@ -273,11 +279,11 @@ SOLUTION: dict[str, Any] = {"marker": "*", "markersize": 11, "markerfacecolor": 
 def merit(M: Any, q: Any, x: Any) -> Any:
     """Return |F(x)| for x of shape (2, ...)."""
     z, w = np.abs(x) + x, np.abs(x) - x
-    F = np.tensordot(np.asarray(M), z, axes=1) - w + np.reshape(q, (2, *[1] * (np.ndim(x) - 1)))
+    F = np.tensordot(M, z, axes=1) - w + np.reshape(q, (2, *[1] * (np.ndim(x) - 1)))
     return np.hypot(*F)
 
 
-def ranges(picture: Trajectories) -> list[Pair]:
+def ranges(picture: Trajectories) -> list[tuple[float, float]]:
     """Return the range of each axis: around the origin, the starts, the solutions, and the iterates not far from
     these."""
     near = np.array([(0.0, 0.0), *picture.solutions, *(path.x[0] for path in picture.paths if path.x)])
@@ -323,7 +329,7 @@ def _merit(axes: Axes, picture: Trajectories) -> None:
     (left, right), (bottom, top) = ranges(picture)
     x, y = np.linspace(left, right, POINTS), np.linspace(bottom, top, POINTS)
     with np.errstate(over="ignore", invalid="ignore"):
-        values = merit(picture.M, picture.q, np.array(np.meshgrid(x, y)))
+        values = merit(matrices.dense(picture.problem.M), picture.problem.q, np.array(np.meshgrid(x, y)))
     values = np.nan_to_num(values, nan=np.inf, posinf=np.finfo(float).max)
     most = float(values.max()) or 1.0
     least = max(float(values.min()), DEPTH * most)
@@ -341,7 +347,7 @@ def _merit(axes: Axes, picture: Trajectories) -> None:
     axes.set(xlim=(left, right), ylim=(bottom, top), xlabel="$x_1$", ylabel="$x_2$")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(TICKS))
-    axes.set_title(fitted(picture.title, FONT, COLUMN - 1.2))
+    axes.set_title(fitted(wording.title(picture.problem), FONT, COLUMN - 1.2))
     bar = axes.figure.colorbar(filled, ax=axes, pad=0.02, aspect=30)
     bar.set_ticks(LogLocator(10, subs=(1, 2, 5), numticks=8))
     bar.ax.yaxis.set_major_formatter("{x:g}")
@@ -358,9 +364,9 @@ def _path(axes: Axes, path: Trajectory, look: Look) -> None:
 
 
 def _points(axes: Axes, picture: Trajectories) -> None:
-    for start in dict.fromkeys(path.x[0] for path in picture.paths if path.x):
+    for start in dict.fromkeys(tuple(path.x[0]) for path in picture.paths if path.x):
         axes.plot(*start, linestyle="", zorder=6, **START)
-    for solution in dict.fromkeys(picture.solutions):
+    for solution in dict.fromkeys(map(tuple, picture.solutions)):
         axes.plot(*solution, linestyle="", zorder=7, **SOLUTION)
 
 
@@ -384,4 +390,4 @@ def _numbers(axes: Axes, picture: Trajectories, chosen: Looks) -> None:
                 numbered.append(place)
                 look: dict[str, Any] = {"color": chosen[path.name, path.label].color, "fontsize": SMALL_FONT}
                 look |= {"textcoords": "offset points", "path_effects": [OUTLINE], "zorder": 9}
-                axes.annotate(str(k), x, (4, 4), **look)
+                axes.annotate(str(k), (x[0], x[1]), (4, 4), **look)

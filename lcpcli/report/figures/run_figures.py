@@ -23,8 +23,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter
 
+from lcpcli.parametric.path import Path
+from lcpcli.report import path_terms, wording
 from lcpcli.report.figures import data
-from lcpcli.report.figures.data import Curve, DrawnPoint, Growth, GrowthPanel, Panel, Profile, Range, Response
+from lcpcli.report.figures.data import Curve, DrawnPoint, Growth, GrowthPanel, Panel, Profile, Range
 from lcpcli.report.figures.style import (
     BEYOND,
     FONT,
@@ -44,6 +46,8 @@ from lcpcli.report.figures.style import (
     fitted,
     looks,
 )
+from lcpcli.report.path_terms import Terms
+from lcpcli.report.wording import title_and_size
 
 MEASURES = {"error": r"error $\|z - z^*\|_\infty$", "residual": r"residual $\|\min(z, Mz + q)\|_\infty$"}
 MOST_MARKERS = 12  # on a curve: enough to follow it where curves cross, few enough to see the line
@@ -255,47 +259,67 @@ COLORS = [look.color for name, look in (*METHODS.items(), *PEERS.items()) if nam
 MOST_NAMED = len(COLORS)  # lines in the legend
 MOST_RULES = 60  # breakpoints with a vertical rule and markers; more would be a grey area
 TICKS = 6  # intervals on an axis at most
+SAMPLES = 24  # of the objective on a piece, on which it is a parabola
+MOST_SAMPLES = 4000  # on a path, more than a figure shows
 RULE: dict[str, Any] = {"color": "0.85", "linewidth": 0.5, "zorder": 0}
 JUMP: dict[str, Any] = {"linestyle": (0, (3, 2))}
 TURN: dict[str, Any] = {"marker": "o", "markersize": 7, "markerfacecolor": "none", "markeredgewidth": 0.8}
 THIN: dict[str, Any] = {"linewidth": 0.5, "alpha": 0.8}
 
 
-def draw(picture: Response) -> Figure:
-    """Draw the figure: one panel, or two for a program."""
-    has_objective = picture.objective is not None
+def draw(path: Path, chosen: Sequence[str] = ()) -> Figure:
+    """Draw the components of z along a path that are not always 0, or of a program those of x, and its objective.
+
+    chosen : names of unknowns, or of a program's multipliers, as for `wording.places`, instead.
+    """
+    terms = Terms(path)
+    moving, program = terms.moving, terms.program
+    across = _across(terms, path.t)
     figure = Figure(figsize=(WIDTH, ROW + 0.15))
-    panels = figure.subplots(1, 1 + has_objective, squeeze=False)[0]
-    entries = _solutions(panels[0], picture)
-    panels[0].set_title(fitted(picture.title, FONT, WIDTH - 1.0))
-    if has_objective:
-        _objective(panels[1], picture)
-    return add_legend(figure, {}, entries) if entries else figure
+    panels = figure.subplots(1, 1 + (program is not None), squeeze=False)[0]
+    word = f" ({moving.word})" if moving and moving.word else ""
+    label = fitted(moving.name + word, FONT, WIDTH / 3) if moving else "$t$"
+    entries = _solutions(panels[0], terms, across, chosen)
+    panels[0].set_title(fitted(title_and_size(path.problem), FONT, WIDTH - 1.0))
+    panels[0].set_xlabel(label)
+    if program is not None:
+        is_frontier = terms.is_quadratic and moving is not None and moving.what.startswith("row")
+        _objective(panels[1], terms, across, label, is_frontier)
+    for axis in (axis for axes in panels for axis in (axes.xaxis, axes.yaxis)):
+        axis.set_major_locator(MaxNLocator(TICKS, steps=[1, 2, 5, 10]))
+    return add_legend(figure, {}, entries)
 
 
-def _solutions(axes: Axes, picture: Response) -> list[Entry]:
-    across, is_named = np.array(picture.across), len(picture.lines) <= MOST_NAMED
+def _across(terms: Terms, t: Any) -> Any:
+    return np.array(list(map(terms.moved, t.tolist())), dtype=float) if terms.moving else t
+
+
+def _solutions(axes: Axes, terms: Terms, across: Any, chosen: Sequence[str]) -> list[Entry]:
+    path, program, names, z = terms.path, terms.program, terms.names(), terms.path.z
+    if chosen:
+        shown, z = wording.places(names, chosen), np.array(list(map(terms.values, z)))
+    else:
+        shown = np.flatnonzero(z[:, : program.variables if program else None].any(axis=0)).tolist()
+    is_named = len(shown) <= MOST_NAMED
     is_marked = is_named and len(across) <= MOST_RULES
-    entries, turns = list[Entry](), list(picture.turns)
-    for i, (name, values) in enumerate(zip(picture.names, picture.lines, strict=True)):
-        look = Look(COLORS[i % len(COLORS)], RAMP[i % len(RAMP)])
-        style = look.line if is_named else look.line | THIN
-        _line(axes, across, np.array(values), picture.jumps, style)
+    entries, turns = list[Entry](), path_terms.turns(path)
+    for i, place in enumerate(shown):
+        look, values = Look(COLORS[i % len(COLORS)], RAMP[i % len(RAMP)]), z[:, place]
+        _line(axes, across, values, path.jumps, look.line if is_named else look.line | THIN)
         points = {**look.points, "markersize": 3, "linestyle": ""} if is_marked else {}
         if is_marked:
             axes.plot(across, values, zorder=3, **points)
         if is_named:
-            entries.append((Line2D([], [], **{**points, **look.line, "linestyle": "-"}), name))
+            entries.append((Line2D([], [], **{**points, **look.line, "linestyle": "-"}), names[place]))
         if turns:
-            axes.plot(across[turns], np.array(values)[turns], linestyle="", color=GREY, **TURN)
+            axes.plot(across[turns], values[turns], linestyle="", color=GREY, **TURN)
     if len(across) <= MOST_RULES:
         for place in np.unique(across):
             axes.axvline(place, **RULE)
-    symbol = "x" if picture.objective is not None else "z"
-    axes.set(xlabel=_label(picture), ylabel=symbol if is_named else f"{symbol}, {len(picture.lines)} components")
-    _ticks(axes)
+    symbol = "z" if program is None else "x"
+    axes.set_ylabel(symbol if is_named else f"{symbol}, {len(shown)} components")
     jump, turn = Line2D([], [], color=GREY, **JUMP), Line2D([], [], linestyle="", color=GREY, **TURN)
-    signs = ((jump, "jump", picture.jumps), (turn, "turn", picture.turns))
+    signs = ((jump, "jump", path.jumps), (turn, "turn", turns))
     return entries + [(sign, text) for sign, text, places in signs if len(places)]
 
 
@@ -307,29 +331,18 @@ def _line(axes: Axes, across: Any, values: Any, jumps: Any, style: dict[str, Any
         axes.plot(across[k : k + 2], values[k : k + 2], zorder=2, **{**style, **JUMP})
 
 
-def _objective(axes: Axes, picture: Response) -> None:
-    places, values = np.array(picture.objective).reshape(-1, 2).T
-    pairs = [(places, values), (np.array(picture.across), values[:: _stride(picture)])]
-    names = {"xlabel": _label(picture), "ylabel": "objective"}
-    if picture.is_frontier:
-        pairs = [(y, x) for x, y in pairs]
-        names = {"xlabel": names["ylabel"], "ylabel": names["xlabel"]}
+def _objective(axes: Axes, terms: Terms, across: Any, label: str, is_frontier: bool) -> None:
+    """Draw the objective of a program, a parabola on each piece, against what moves, or the frontier in its place."""
+    path, parts = terms.path, max(min(SAMPLES, MOST_SAMPLES // max(len(across) - 1, 1)) - 1, 1)
+    steps = np.arange(parts * (len(across) - 1) + 1) / parts
+    before, corners = steps.astype(int), np.column_stack((path.t, path.z))
+    share, after = (steps - before)[:, np.newaxis], np.minimum(before + 1, len(across) - 1)
+    points = (1 - share) * corners[before] + share * corners[after]
+    values = np.array([terms.objective(point[0], point[1:]) for point in points])
+    pairs, names = [(_across(terms, points[:, 0]), values), (across, values[::parts])], [label, "objective"]
+    if is_frontier:
+        pairs, names = [(y, x) for x, y in pairs], names[::-1]
     axes.plot(*pairs[0], zorder=2, color="black", linewidth=1.3)
-    if len(picture.across) <= MOST_RULES:
+    if len(across) <= MOST_RULES:
         axes.plot(*pairs[1], zorder=3, color="black", linestyle="", marker="o", markersize=3)
-    axes.set(**names)
-    _ticks(axes)
-
-
-def _stride(picture: Response) -> int:
-    assert picture.objective is not None
-    return max((len(picture.objective) - 1) // max(len(picture.across) - 1, 1), 1)
-
-
-def _label(picture: Response) -> str:
-    return f"${picture.abscissa}$" if picture.abscissa == "t" else fitted(picture.abscissa, FONT, WIDTH / 3)
-
-
-def _ticks(axes: Axes) -> None:
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MaxNLocator(TICKS, steps=[1, 2, 5, 10]))
+    axes.set(xlabel=names[0], ylabel=names[1])
