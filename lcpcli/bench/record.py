@@ -57,7 +57,7 @@ class Measurement:
     problem : the name of the case. family, seed : None for a problem in a file. n : the number of unknowns.
     solver, kind : the solver's name, and "method" or "peer".
     status, statement : how the run ended, in a word and a sentence; EXCLUDED if the peer does not accept the case.
-    claimed : whether a z, or that there is none, is claimed. success, false_success : as in `Checker.check`.
+    claimed : whether a z, or that there is none, is claimed. success, false_success : as in `timing.checked`.
     residual, scaled_residual, error : recomputed; None if there is no z, or if they are not finite.
     seconds : the time of each repeat, set-up included; empty if excluded. setup_seconds : for the run with the curve.
     curve : (k, seconds, error) of the iterates; curve_of is "error" or "residual", whichever the curve shows.

@@ -35,18 +35,25 @@ NONLINEAR = ("path-start",)  # those that also take nonlinear problems
 
 @dataclass(frozen=True, eq=False)
 class Claim:
-    """The unverified claim of a peer about a problem.
+    """What a solver claims of a problem, not yet verified.
 
-    z : shape (n,), or None if the peer returned none.
-    solved : whether the peer claims that z is a solution to within its tolerance.
-    seconds : the time from the arrays of the problem to the answer, without importing and compiling.
-    statement : how the run ended, in the peer's own words.
+    z : shape (n,), or None if there is none.
+    solved : whether z is claimed to be a solution to within the solver's tolerance.
+    seconds : from the arrays of the problem to the answer, without importing and compiling; of a method, verified.
+    statement, status : how the run ended, in the solver's own words, and in a word.
+    setup_seconds, iterations, evaluations, curve : of a method, as of a `Result`, and (k, seconds, error) of some
+        iterates, with the residual for the error if no solution is known; None if unknown.
     """
 
     z: Vector | None
     solved: bool
     seconds: float
     statement: str
+    status: str = ""
+    setup_seconds: float | None = None
+    iterations: int | None = None
+    evaluations: int | None = None
+    curve: list[tuple[int, float, float | None]] | None = None
 
 
 class Peer(Protocol):
