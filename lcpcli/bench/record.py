@@ -20,7 +20,7 @@ from typing import Any, cast, get_args, get_origin, get_type_hints
 
 from lcpcli.bench.suites import Case, series
 from lcpcli.errors import OptionError
-from lcpcli.report.figures.data import Growth, GrowthPanel, Power
+from lcpcli.report.figures.data import Growth, Power
 
 EXCLUDED = "excluded"
 GONE = {"rate", "milestones", "condition", "forward_error"}  # fields of records of earlier versions
@@ -269,13 +269,13 @@ def times(record: BenchRecord) -> dict[str, dict[str, float]]:
     return medians
 
 
-def growths(record: BenchRecord) -> list[GrowthPanel]:
+def growths(record: BenchRecord) -> dict[str, list[Growth]]:
     """Return the growth of the time of each solver on each series in which it solved two sizes or more."""
     solved: dict[str, dict[str, list[Measurement]]] = {}
     for row in record.measurements:
         if row.family and row.success:
             solved.setdefault(series(row.family, row.parameters), {}).setdefault(row.solver, []).append(row)
-    panels = []
+    panels: dict[str, list[Growth]] = {}
     for name, by_solver in solved.items():
         found = []
         for solver in record.solvers:
@@ -285,7 +285,7 @@ def growths(record: BenchRecord) -> list[GrowthPanel]:
                 medians, lower, upper = ([getattr(each, key) for each in own] for key in ("median", "lower", "upper"))
                 fit = growth(list(zip(n, medians, strict=True)))
                 found.append(Growth(method_of(solver), solver, n, medians, lower, upper, fit))
-        panels += [GrowthPanel(name, found)] * bool(found)
+        panels |= {name: found} if found else {}
     return panels
 
 

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 from functools import partial
-from itertools import groupby
+from itertools import groupby, islice
 from typing import Any
 
 from lcpcli.bench.record import (
@@ -241,13 +241,13 @@ def _exclusions(record: BenchRecord) -> Section:
 def _growth(record: BenchRecord) -> Section:
     header = ["family", "solver", "sizes", "exponent", "95% interval", "R^2"]
     groups = []
-    for panel in growths(record):
+    for family, found in growths(record).items():
         rows: list[list[str]] = []
-        for growth in panel.growths:
+        for growth in found:
             if fit := growth.fit:
                 interval = f"{fit.exponent - fit.margin:.2f} to {fit.exponent + fit.margin:.2f}"
                 cells = [f"{growth.n[0]}-{growth.n[-1]}", f"{fit.exponent:.2f}", interval, f"{fit.r_squared:.3f}"]
-                rows.append(["" if rows else panel.title, growth.label, *cells])
+                rows.append(["" if rows else family, growth.label, *cells])
         groups += [rows] * bool(rows)
     return sheet("Growth of the time with n: n^exponent", header, groups)
 
@@ -259,7 +259,7 @@ LEAST_PROBLEMS = 5  # for a performance profile, whose steps are shares of the p
 def draw_figure(record: BenchRecord, form: str) -> bytes:
     """Return the figure of a bench with at least one measurement; form is one of `figures.FORMS`."""
     panels = _panels(record)
-    growth_panels = growths(record)[:PANELS_OF_A_KIND]
+    growth_panels = dict(islice(growths(record).items(), PANELS_OF_A_KIND))
     medians, in_seconds = times(record), is_over_time(record)
     ratios = {name: list(own.values()) for name, own in medians.items()} if in_seconds else performance_ratios(medians)
     profiles = [Profile(method_of(name), name, own, in_seconds) for name, own in ratios.items() if own]

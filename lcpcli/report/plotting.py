@@ -11,7 +11,7 @@ complementarity problem and spanning properties of complementary cones, Linear A
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.util import find_spec
@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 from lcpcli.errors import ParameterError, count
 from lcpcli.files.atomic_write import write_whole
 from lcpcli.report import wording
-from lcpcli.report.figures.data import Curve, GrowthPanel, Panel, Profile, Trajectories, Trajectory
+from lcpcli.report.figures.data import Curve, Growth, Panel, Profile, Trajectories, Trajectory
 
 if TYPE_CHECKING:
     from lcpcli.enumeration.search import SolutionSet
@@ -45,7 +45,7 @@ def convergence(panels: Sequence[Panel], form: str) -> bytes:
 def bench(
     profiles: Sequence[Profile],
     panels: Sequence[Panel],
-    growth_panels: Sequence[GrowthPanel],
+    growths: Mapping[str, Sequence[Growth]],
     form: str,
     provenance: Sequence[str] = (),
 ) -> bytes:
@@ -54,7 +54,7 @@ def bench(
     An empty part is left out; at least one must have data. provenance : lines on the measurements, for the file's
     metadata.
     """
-    return _drawn("run_figures.draw_bench", form, "Benchmark", provenance, profiles, panels, growth_panels)
+    return _drawn("run_figures.draw_bench", form, "Benchmark", provenance, profiles, panels, growths)
 
 
 def cones(found: SolutionSet, form: str) -> bytes:
@@ -243,8 +243,7 @@ def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
             kept = result.curve or result.trace
             rows = kept.rows if kept else []
             k, seconds, errors = ([getattr(row, name) for row in rows] for name in ("k", "seconds", measure))
-            label, total = wording.name(result), result.seconds
-            curves.append(Curve(result.method, label, k, seconds, errors, result.solved, total))
+            curves.append(Curve(result.method, wording.name(result), k, seconds, errors, result.solved))
         drawn.append(Panel(wording.title_and_size(problem), measure, curves, _provenance(results)))
     return drawn
 

@@ -26,7 +26,7 @@ from lcpcli.parametric.path import Path as Solutions
 from lcpcli.report import plotting
 from lcpcli.report import plotting as figures
 from lcpcli.report.figures import data, plane_figures, run_figures, style
-from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile, Trajectories
+from lcpcli.report.figures.data import Curve, Growth, Panel, Power, Profile, Trajectories
 from lcpcli.report.figures.data import Trajectory as Run
 from lcpcli.report.figures.style import places_of
 
@@ -77,7 +77,7 @@ def test_the_figure_of_the_most_problems_fits_on_a_page(lcp: Callable[..., Any],
 @pytest.mark.slow("draws large figures")
 @pytest.mark.parametrize("count", [1, 6, 11])
 def test_exponents_stand_in_the_order_of_the_lines_and_clear_of_them(count: int) -> None:
-    figure = bench([], [crowd(1)], [growth(count)])
+    figure = bench([], [crowd(1)], growth(count))
     with style.context():
         FigureCanvasAgg(figure).draw()
         axes = figure.axes[1]
@@ -86,7 +86,7 @@ def test_exponents_stand_in_the_order_of_the_lines_and_clear_of_them(count: int)
         box = legend.get_window_extent()
         assert box.x0 > right
         assert axes.bbox.y0 < box.y0 < box.y1 < axes.bbox.y1
-    exponents = sorted((one.fit.exponent for one in growth(count).growths if one.fit), reverse=True)
+    exponents = sorted((one.fit.exponent for one in growth(count)["random"] if one.fit), reverse=True)
     assert [text.get_text() for text in legend.get_texts()] == [rf"$n^{{{e:.2f} \pm 0.10}}$" for e in exponents]
 
 
@@ -109,7 +109,7 @@ def test_the_suffix_determines_the_form_and_another_is_refused() -> None:
 
 def test_a_missing_package_is_reported_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(figures, "find_spec", lambda _: None)
-    for call in (lambda: figures.convergence([], "png"), lambda: figures.bench([], [], [], "png"), figures.require):
+    for call in (lambda: figures.convergence([], "png"), lambda: figures.bench([], [], {}, "png"), figures.require):
         with pytest.raises(OptionError) as caught:
             call()
         assert str(caught.value) == "plot: needs matplotlib; pip install 'linear-complementarity[plot]'"
@@ -127,9 +127,9 @@ def test_neither_reports_nor_the_data_of_figures_load_a_drawing_package() -> Non
 def test_the_users_settings_neither_change_a_figure_nor_are_changed() -> None:
     import matplotlib
 
-    usual = figures.bench(profiles(1), [], [], "png")
+    usual = figures.bench(profiles(1), [], {}, "png")
     with matplotlib.rc_context({"font.size": 20, "axes.grid": True, "text.usetex": True}):
-        assert figures.bench(profiles(1), [], [], "png") == usual
+        assert figures.bench(profiles(1), [], {}, "png") == usual
         assert matplotlib.rcParams["font.size"] == 20
 
 
@@ -228,11 +228,11 @@ EIGHT = grid_panel(ks=[str(k) for k in range(1, 9)])
 NOTHING_MEASURED = Panel("p", "residual", [odd("shi", [None, None])])
 RUNS: dict[str, Callable[[], Figure]] = {
     **{f"crowd {n}": lambda n=n: convergence(crowd(n)) for n in (1, 2, 6, 11)},
-    **{f"bench {n}": lambda n=n: bench(profiles(n), [crowd(n), crowd(1)], [growth(n)]) for n in (1, 2, 6, 11)},
+    **{f"bench {n}": lambda n=n: bench(profiles(n), [crowd(n), crowd(1)], growth(n)) for n in (1, 2, 6, 11)},
     "paper": lambda: convergence(paper_panel()),
     "7 panels": lambda: convergence(*(crowd(1 + i) for i in range(6)), paper_panel()),
     "profile alone": lambda: bench(profiles(4)),
-    "growth alone": lambda: bench([], [], [growth(11), growth(2)]),
+    "growth alone": lambda: bench([], [], growth(11), growth(2, "other")),
     "nothing measured": lambda: convergence(NOTHING_MEASURED),
     "grid and others": lambda: convergence(Panel("p", "error", [*crowd(11).curves, *EIGHT.curves[1:]])),
     "no curves": lambda: convergence(Panel("p", "error", [])),
@@ -289,10 +289,10 @@ DRAWN: dict[str, Callable[[], Figure]] = {
     "no-errors": lambda: convergence(NOTHING_MEASURED),
     "beyond-the-axes": lambda: convergence(Panel("p", "error", [BEYOND])),
     "grid": lambda: convergence(grid_panel()),
-    "bench": lambda: bench(profiles(3), [BARE], [growth(3)]),
+    "bench": lambda: bench(profiles(3), [BARE], growth(3)),
     "profile": lambda: bench([Profile("shi", "shi", RATIOS)]),
     "profile-over-time": lambda: bench([Profile("shi", "shi", [ratio / 4 for ratio in RATIOS], in_seconds=True)]),
-    "growths": lambda: bench([], [], [GrowthPanel("p", [grown]) for grown in GROWN]),
+    "growths": lambda: bench([], [], {"p": GROWN[:1], "other": GROWN[1:]}),
     **{f"cones-{name.replace(' ', '-')}": lambda M=M: paths.drawn(M, (1, -2)) for name, M in paths.DEGENERATE.items()},
     "cones-of-a-P-matrix": lambda: paths.drawn([[2, 1], [1, 2]], (-5, -6)),
     "cones-that-hold-q": lambda: paths.drawn(paths.MURTY, (-1, -1)),
@@ -339,7 +339,7 @@ def test_texts_are_apart(name: str) -> None:
 MADE_BY = "lcp solve murty.json (exact)"
 FILES: dict[str, Callable[[str], bytes]] = {
     "convergence": lambda form: plotting.convergence([Panel("p", "error", [decaying("shi")], MADE_BY)], form),
-    "bench": lambda form: plotting.bench(profiles(3), [crowd(2)], [growth(3)], form),
+    "bench": lambda form: plotting.bench(profiles(3), [crowd(2)], growth(3), form),
     "cones": lambda form: plotting.cones(paths.picture(paths.MURTY, (-1, -1)), form),
     "paths": lambda form: plotting.paths([paths.data(paths.TWO)], form),
     "response": lambda form: plotting.response(frontier(), form),

@@ -21,7 +21,6 @@ class Curve:
     seconds : the run time until each iterate.
     errors : the error or residual of each iterate; None where it was not measured.
     solved : whether the run solved the problem; a cross marks the end of any other one.
-    total : the seconds to the verified end; None if only the iterates are timed.
     """
 
     name: str
@@ -30,7 +29,6 @@ class Curve:
     seconds: Sequence[float]
     errors: Sequence[float | None]
     solved: bool
-    total: float | None = None
 
     @property
     def counts(self) -> list[int]:
@@ -80,14 +78,6 @@ class Growth:
     lower: Sequence[float]
     upper: Sequence[float]
     fit: Power | None
-
-
-@dataclass(frozen=True)
-class GrowthPanel:
-    """The growth of time with n for several solvers on one family of problems."""
-
-    title: str
-    growths: Sequence[Growth]
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,8 @@ against the objective.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,7 @@ from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatt
 from lcpcli.parametric.path import Path
 from lcpcli.report import path_terms, wording
 from lcpcli.report.figures import data
-from lcpcli.report.figures.data import Curve, DrawnPoint, Growth, GrowthPanel, Panel, Profile, Range
+from lcpcli.report.figures.data import Curve, DrawnPoint, Growth, Panel, Profile, Range
 from lcpcli.report.figures.style import (
     BEYOND,
     FONT,
@@ -61,7 +62,7 @@ def draw_convergence(panels: Sequence[Panel]) -> Figure:
     chosen = looks((curve.name, curve.label) for panel in panels for curve in panel.curves)
     figure = Figure(figsize=(WIDTH, min(ROW * len(panels), PAGE_HEIGHT)))
     counts = [[max(curve.counts) for curve in panel.curves if curve.counts] for panel in panels]
-    is_logarithmic = any(map(_is_uneven, counts))
+    is_logarithmic = any(own and max(own) >= max(100, UNEVEN * min(own) + 1) for own in counts)
     rows = figure.subplots(len(panels), 2, sharey="row", squeeze=False)
     for (left, right), panel, longest in zip(rows, panels, counts, strict=True):
         _against_time(left, panel, chosen, WIDTH)
@@ -94,11 +95,6 @@ def _log_axis(axes: Axes, which: str, span: Range, room: float = ROOM) -> None:
     axes.set(**{f"{which}scale": "log", f"{which}lim": (span.low / beyond, span.high * beyond)})
     axis = axes.xaxis if which == "x" else axes.yaxis
     axis.set_minor_formatter(NullFormatter())
-
-
-def _is_uneven(longest: Sequence[int]) -> bool:
-    """Return whether the longest run would hide the shortest on an even axis. longest : the last k of each run."""
-    return max(longest, default=0) >= 100 and max(longest) > UNEVEN * max(min(longest), 1)
 
 
 def _iteration_axis(axes: Axes, most: int, is_logarithmic: bool) -> Range:
@@ -157,13 +153,12 @@ EXPONENT_COLUMN = 0.48  # of the length of the data's range of n, for a column o
 DOUBLINGS = 12  # on a profile's abscissa at most, for ticks at powers of 2, not of 10: the labels of more would touch
 
 
-def draw_bench(profiles: Sequence[Profile], panels: Sequence[Panel], growth_panels: Sequence[GrowthPanel]) -> Figure:
+def draw_bench(profiles: Sequence[Profile], panels: Sequence[Panel], growths: Mapping[str, Sequence[Growth]]) -> Figure:
     """Draw the figure: axes in two columns; if their number is odd, the first ones are as wide as the figure."""
-    growths = [growth for panel in growth_panels for growth in panel.growths]
-    runs = [curve for panel in panels for curve in panel.curves]
-    entries: list[Profile | Curve | Growth] = [*profiles, *runs, *growths]
+    grown, runs = list(chain.from_iterable(growths.values())), [curve for panel in panels for curve in panel.curves]
+    entries: list[Profile | Curve | Growth] = [*profiles, *runs, *grown]
     chosen = looks((one.name, one.label) for one in entries)
-    count = bool(profiles) + len(panels) + len(growth_panels)
+    count = bool(profiles) + len(panels) + len(growths)
     places = [0] * (count % 2) + list(range(count))
     rows = len(places) // 2
     figure = Figure(figsize=(WIDTH if count > 1 else WIDTH / 2, min(ROW * rows, PAGE_HEIGHT)))
@@ -173,9 +168,9 @@ def draw_bench(profiles: Sequence[Profile], panels: Sequence[Panel], growth_pane
         _profile(next(free), profiles, chosen)
     for panel in panels:
         _against_time(next(free), panel, chosen, WIDTH / 2)
-    for growth_panel in growth_panels:
-        _growth(next(free), growth_panel, chosen)
-    return add_legend(figure, _drawn(chosen, panels, [*profiles, *growths]))
+    for family, own in growths.items():
+        _growth(next(free), family, own, chosen)
+    return add_legend(figure, _drawn(chosen, panels, [*profiles, *grown]))
 
 
 def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
@@ -185,12 +180,16 @@ def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
     axes.set_title(f"{title}, {max(len(profile.ratios) for profile in profiles)} problems")
     xlabel = "run time (s)" if in_seconds else "time / time of the fastest solver"
     axes.set(xlabel=xlabel, ylabel="share of problems solved")
-    least, most = _time_axis(axes, profiles) if in_seconds else (1.0, _ratio_axis(axes, profiles))
+    across = data.times(seconds for profile in profiles for seconds in profile.ratios)
+    if in_seconds:
+        _log_axis(axes, "x", across, 0.0)
+    else:
+        across = _ratio_axis(axes, profiles)
     axes.set_ylim(-0.03, 1.03)
     axes.yaxis.set_major_locator(FixedLocator([0, 0.2, 0.4, 0.6, 0.8, 1]))
     for profile in profiles:
         look = chosen[profile.name, profile.label]
-        xs = sorted({least, *(ratio for ratio in profile.ratios if ratio < math.inf), most})
+        xs = sorted({*across, *(ratio for ratio in profile.ratios if ratio < math.inf)})
         ys = [sum(ratio <= x for ratio in profile.ratios) / max(len(profile.ratios), 1) for x in xs]
         axes.plot(xs, ys, drawstyle="steps-post", zorder=2, **look.line)
         every = math.ceil((len(xs) - 1) / (MOST_MARKERS - 1))
@@ -205,36 +204,34 @@ def _time_axis(axes: Axes, profiles: Sequence[Profile]) -> Range:
     return across
 
 
-def _ratio_axis(axes: Axes, profiles: Sequence[Profile]) -> float:
-    """Make the abscissa logarithmic, from 1 to a little more than the largest ratio; return the end of the axis."""
+def _ratio_axis(axes: Axes, profiles: Sequence[Profile]) -> Range:
+    """Make the abscissa logarithmic, from 1 to a little more than the largest ratio; return its range."""
     largest = max((r for profile in profiles for r in profile.ratios if r < math.inf), default=1.0)
-    most: float = max(largest, 2.0) ** 1.05
-    if math.log2(most) > DOUBLINGS:
-        _log_axis(axes, "x", Range(1.0, most), 0.0)
-        return most
-    axes.set_xscale("log", base=2, subs=[])
-    axes.set_xlim(1.0, most)
-    axes.xaxis.set_major_locator(LogLocator(2, numticks=8))
-    axes.xaxis.set_major_formatter("{x:.0f}")
-    return most
+    across = Range(1.0, max(largest, 2.0) ** 1.05)
+    _log_axis(axes, "x", across, 0.0)
+    if math.log2(across.high) <= DOUBLINGS:
+        axes.set_xscale("log", base=2, subs=[])
+        axes.xaxis.set_major_locator(LogLocator(2, numticks=8))
+        axes.xaxis.set_major_formatter("{x:.0f}")
+    return across
 
 
-def _growth(axes: Axes, panel: GrowthPanel, chosen: Looks) -> None:
+def _growth(axes: Axes, family: str, growths: Sequence[Growth], chosen: Looks) -> None:
     """Draw median run times with their quartiles, and on the right the fitted exponents of n, in the order of the
     lines.
 
     Lines are the fitted powers of n; times without a fit are connected.
     """
-    axes.set_title(fitted(panel.title, FONT, WIDTH / 2 - 1.0))
+    axes.set_title(fitted(family, FONT, WIDTH / 2 - 1.0))
     axes.set(xlabel="$n$", ylabel="run time (s)")
     lines = []
-    for one in panel.growths:
+    for one in growths:
         line = list(zip(one.n, one.seconds, strict=True))
         if one.fit is not None:
             line = [(n, one.fit.coefficient * n**one.fit.exponent) for n in (min(one.n), max(one.n))]
         lines.append((one, chosen[one.name, one.label], line))
-    columns = math.ceil(sum(one.fit is not None for one in panel.growths) / EXPONENTS)
-    across = data.times(n for one in panel.growths for n in one.n)
+    columns = math.ceil(sum(one.fit is not None for one in growths) / EXPONENTS)
+    across = data.times(n for one in growths for n in one.n)
     right = across.high * (across.high / across.low) ** (EXPONENT_COLUMN * columns)
     across = across._replace(high=right)
     up = data.times(t for one, _, line in lines for t in (*one.lower, *one.upper, *(y for _, y in line)))
