@@ -87,16 +87,11 @@ Family = Callable[..., "Problem"]
 
 def load(name: str) -> Family:
     """Return the family with this name."""
-    family: Family = getattr(import_module(f"lcpcli.gallery.{_entry(name).file}"), name.replace("-", "_"))
+    family: Family = getattr(import_module(f"lcpcli.gallery.{entry(name).file}"), name.replace("-", "_"))
     return family
 
 
-def class_of(name: str) -> str:
-    """Return the class of the matrices of a family, in words."""
-    return _entry(name).matrices
-
-
-def _entry(name: str) -> Entry:
+def entry(name: str) -> Entry:
     if name not in REGISTRY:
         raise OptionError(
             "family", f"{quoted(name)} is unknown", likely(name, FAMILIES, "lcp make --list shows the families")
@@ -122,7 +117,7 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
     """
     for parameter in parameters:
         refuse_unknown(name, parameter)
-    size = _entry(name).size
+    size = entry(name).size
     n = size or DEFAULT_SIZE if n is None else n
     if not 1 <= n <= LARGEST_SIZE:
         raise ParameterError("n", "is out of range", f"give a whole number from 1 to {LARGEST_SIZE}")
