@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from lcpcli.bench import record
 from lcpcli.errors import OptionError, count
-from lcpcli.files.contents import content_of, decode, place
+from lcpcli.files.contents import content_of, decode, place, within
 from lcpcli.report import wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.result_formats import Report
@@ -47,15 +47,12 @@ class Ending(NamedTuple):
 
 
 class Change(NamedTuple):
-    """A run in both files, or in one of them."""
-
     key: Key
     old: Ending | None
     new: Ending | None
 
     @property
     def ratio(self) -> float | None:
-        """Return the new time over the old one, of runs that both ended well."""
         if self.old is None or self.new is None or not (self.old.is_good and self.new.is_good):
             return None
         return self.new.seconds / self.old.seconds if self.old.seconds and self.new.seconds else None
@@ -137,7 +134,7 @@ def runs_in(path: str) -> dict[Key, Ending]:
 
     The method of a problem that could not be read is "". A last line that was cut off counts as not written.
     """
-    text = decode(content_of(path, EXPECTED))
+    text = within(place(path), decode, content_of(path, EXPECTED))
     with suppress(ValueError, RecursionError, OverflowError):
         rows = [row for row in record.parse(text).measurements if not row.excluded]
         intervals = [record.median_interval(row.seconds) if len(row.seconds) > 1 else None for row in rows]
@@ -188,7 +185,6 @@ def _cells(values: Mapping[str, Any]) -> list[Any]:
 
 
 def _row(change: Change) -> list[str]:
-    """Return a row of text; what has changed has an arrow."""
     values = change.data()
     statuses, iterations, seconds = ([each for each in values[name] if each is not None] for name in NAMES[3:6])
     return [

@@ -14,22 +14,21 @@ import math
 import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, is_dataclass
-from pathlib import Path
 from types import UnionType
 from typing import Any, cast, get_args, get_origin, get_type_hints
 
 from lcpcli.bench.suites import Case, series
 from lcpcli.errors import OptionError
+from lcpcli.files.contents import content_of, decode, place, within
 from lcpcli.report.figures.data import Growth, Power
 
 EXCLUDED = "excluded"
+EXPECTED = "name a .json file written by lcp bench -o"
 GONE = {"rate", "milestones", "condition", "forward_error"}  # fields of records of earlier versions
 
 
 @dataclass(frozen=True)
 class Settings:
-    """The options of a bench, as on the command line."""
-
     tol: float
     time_limit: float
     accept: float
@@ -121,25 +120,19 @@ class BenchRecord:
         return [*self.methods, *self.peers]
 
     def pending(self) -> list[tuple[Case, list[str]]]:
-        """Return the unfinished cases, each with the solvers still to run."""
         done = {measurement.key for measurement in self.measurements}
         left = [(case, [s for s in self.solvers if (case.name, s) not in done]) for case in self.cases]
         return [(case, solvers) for case, solvers in left if solvers]
 
 
 def read(path: str) -> BenchRecord:
-    """Read the record in a file; raise OptionError if the file holds none."""
+    """Read the record in a file; raise an LCPError if the file holds none."""
+    text = within(place(path), decode, content_of(path, EXPECTED))
     try:
-        return parse(Path(path).read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise OptionError(path, "no such file", "name a file written by lcp bench -o") from None
-    except OSError as error:
-        raise OptionError(path, f"cannot be read ({error.strerror})", "make it readable") from None
+        return parse(text)
     except (ValueError, RecursionError, OverflowError) as fault:
-        place = f" ({fault})" if type(fault) is ValueError else ""
-        raise OptionError(
-            path, f"is not a record of a bench{place}", "name a .json file written by lcp bench -o"
-        ) from None
+        where = f" ({fault})" if type(fault) is ValueError else ""
+        raise OptionError(path, f"is not a record of a bench{where}", EXPECTED) from None
 
 
 def parse(text: str) -> BenchRecord:
@@ -187,8 +180,6 @@ LEAST_SIZES = 4  # sizes n for a fit of two parameters, so that two degrees of f
 
 @dataclass(frozen=True)
 class Summary:
-    """Median and quartiles of repeated times, in seconds, and their number."""
-
     median: float
     lower: float
     upper: float

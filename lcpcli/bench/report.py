@@ -46,7 +46,6 @@ SENTENCES = ("how it ended", "why")  # among them
 def sheet(
     title: str, header: Sequence[str], groups: Sequence[Sequence[Sequence[str]]], notes: Sequence[str] = ()
 ) -> Section:
-    """Return the section of one table, with notes below it."""
     words, texts = ([j for j, name in enumerate(header) if name in names] for names in (WORDS, SENTENCES))
     return Section(title, tables=[Table(header, groups, words, texts, notes=notes)])
 
@@ -116,7 +115,6 @@ def sheets(record: BenchRecord) -> list[Section]:
 
 
 def title(record: BenchRecord) -> str:
-    """Return the title: the names of the suites, and the number of measurements made."""
     measured, all_of_them = len(record.measurements), len(record.cases) * len(record.solvers)
     progress = "" if measured == all_of_them else f", {measured} of {all_of_them} measured"
     files = {file for case in record.cases for file in (case.file, case.q_file)}
@@ -125,7 +123,6 @@ def title(record: BenchRecord) -> str:
 
 
 def conditions(record: BenchRecord) -> list[str]:
-    """Return lines on the conditions of a bench: the limits, the machine, the versions, and missing peers."""
     options, machine = record.options, record.machine
     memory = f", {machine.memory / 2**30:.3g} GiB" if machine.memory else ""
     threads = f", {count(machine.threads, 'thread')}" if machine.threads else ""
@@ -173,7 +170,6 @@ def _beside(record: BenchRecord) -> Section:
 
 
 def is_over_time(record: BenchRecord) -> bool:
-    """Return whether the report shows what is solved within which time."""
     return any(name in SUITES and SUITES[name].over_time for name in record.suite)
 
 

@@ -82,7 +82,6 @@ class Suite:
 
 
 def case(family: str, n: int, seed: int = 0, **parameters: Any) -> Case:
-    """Return a case of the gallery, named after its arguments."""
     name = series(f"{family} {n}", {**parameters, **({"seed": seed} if seed else {})})
     return Case(name, family, n, seed, parameters)
 
@@ -172,7 +171,6 @@ GONE = {  # suites of earlier versions
 
 
 def budget_of(asked: Sequence[str]) -> float:
-    """Return the default number of seconds for a measurement."""
     return max(SUITES[name].budget if name in SUITES else Suite.budget for name in asked)
 
 

@@ -102,12 +102,10 @@ def run_peer(
 
 
 def is_claim(answer: Claim) -> bool:
-    """Return whether a solution is claimed, or that there is none."""
     return answer.solved or answer.status in WITHOUT_SOLUTION
 
 
 def is_stable(times: Sequence[float]) -> bool:
-    """Return whether the median of the times is known to within NARROW."""
     low, high = median_interval(times)
     return (high - low) / 2 <= NARROW * summary(times).median
 

@@ -86,7 +86,6 @@ Family = Callable[..., "Problem"]
 
 
 def load(name: str) -> Family:
-    """Return the family with this name."""
     family: Family = getattr(import_module(f"lcpcli.gallery.{entry(name).file}"), name.replace("-", "_"))
     return family
 
@@ -100,12 +99,10 @@ def entry(name: str) -> Entry:
 
 
 def is_random(name: str) -> bool:
-    """Return whether a family depends on the seed."""
     return "seed" in inspect.signature(load(name)).parameters
 
 
 def parameters_of(name: str) -> dict[str, Any]:
-    """Return a family's own parameters with their defaults."""
     declared = inspect.signature(load(name)).parameters.values()
     return {p.name: p.default for p in declared if p.kind is p.KEYWORD_ONLY}
 
@@ -129,7 +126,6 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
 
 
 def refuse_unknown(name: str, parameter: str) -> None:
-    """Raise OptionError unless the family has a parameter with this name."""
     known = parameters_of(name)
     if parameter not in known:
         hint = likely(parameter, known) if known else "leave it out"

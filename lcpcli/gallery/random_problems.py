@@ -397,7 +397,6 @@ def indefinite(n: int, seed: int, *, symmetric: bool = False, strict: bool = Fal
 
 
 def _sparse(random: Generator, n: int, entries: int) -> Any:
-    """Return a sparse M with normal entries in random places; those in the same place are added."""
     from scipy.sparse import csr_array
 
     places = np.repeat(np.arange(n), entries), random.integers(0, n, entries * n)

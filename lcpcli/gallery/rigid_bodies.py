@@ -99,7 +99,6 @@ class Scene:
         self._look()
 
     def _free(self) -> Vector:
-        """Return the velocities at the end of the step without contacts."""
         return self.velocities - STEP * GRAVITY * np.array([0.0, 1.0, 0.0]) * (self._inverse_masses > 0)
 
     def _look(self) -> None:

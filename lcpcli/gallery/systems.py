@@ -326,7 +326,6 @@ def torsion(n: int, _seed: int, *, angle: float = 4.0) -> Problem:
 
 
 def _membrane(n: int) -> tuple[Matrix, Vector]:
-    """Return M and q of -Laplace z = f, times h^2."""
     m, h, X, Y = _grid(n)
     load = 50 * np.sin(2 * np.pi * X) * np.cos(1.5 * np.pi * Y) + 10 * (X - 0.5)
     return _laplacian(m), (-h * h * load).ravel()
@@ -341,7 +340,6 @@ def _grid(n: int) -> tuple[int, float, Vector, Vector]:
 
 
 def _laplacian(m: int) -> Matrix:
-    """Return the matrix of five-point differences for -h^2 times the Laplacian on m x m points."""
     from scipy.sparse import csr_array, eye_array, kron
 
     T, unit = three_diagonals(np.full(m, 2.0)), eye_array(m)

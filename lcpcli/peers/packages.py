@@ -63,7 +63,6 @@ def not_monotone(problem: Problem) -> str:
 
 
 def is_monotone(problem: Problem) -> bool:
-    """Return whether v'Mv >= 0 for all v, up to rounding."""
     return is_semidefinite(problem.M if not isinstance(problem.origin, Program) else program_of(problem).Q)
 
 
@@ -329,8 +328,6 @@ np.savez(sys.argv[2], seconds=time.perf_counter() - began, x=x, y=y)
 
 
 class _Gambit:
-    """Gambit as a `registry.Peer`."""
-
     module = "pygambit"
 
     def version(self) -> str | None:

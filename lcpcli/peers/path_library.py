@@ -66,8 +66,6 @@ class _Output(Structure):
 
 
 class _Interface(Structure):
-    """The functions that PATH calls; those at the end are optional."""
-
     _fields_ = (
         ("data", c_void_p),
         ("size", _Size),
@@ -94,8 +92,6 @@ _SILENT = _Output(None, _Print(lambda _data, _mode, _text: None), _Flush(lambda 
 
 
 class _Library:
-    """The library of PATH as a `registry.Peer`."""
-
     def version(self) -> str | None:
         found = installed(PACKAGE)
         return None if found is None or self._path is None else f"GAMS {found}"

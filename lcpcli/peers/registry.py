@@ -74,14 +74,12 @@ class Peer(Protocol):
 
 
 def load(name: str) -> Peer:
-    """Return the peer with this name."""
     if name not in REGISTRY:
         raise _unknown(name)
     return cast(Peer, getattr(import_module(f"lcpcli.peers.{REGISTRY[name][0]}"), name.replace("-", "_")))
 
 
 def installed(distribution: str) -> str | None:
-    """Return the version of an installed distribution; None if there is none."""
     try:
         return metadata.version(distribution)
     except metadata.PackageNotFoundError:

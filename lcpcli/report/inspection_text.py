@@ -92,12 +92,10 @@ def verdict(found: Inspection | NonlinearInspection) -> str:
 
 
 def _table(header: Row, rows: Sequence[Row], texts: Sequence[int] = ()) -> Table:
-    """Return a table of words, the last column of sentences."""
     return Table(header, [rows], words=range(len(header)), texts=texts or (len(header) - 1,))
 
 
 def _plan(attempts: Iterable[Attempt]) -> list[Row]:
-    """Return a row for each attempt: the method; what of it, and how long at first; why."""
     rows: list[Row] = []
     for method, part, iterations, reason in attempts:
         share = "" if iterations is None else f"{count(iterations, 'iteration')}, then twice as many"
@@ -203,7 +201,6 @@ def _nonlinear_facts(found: NonlinearInspection) -> list[tuple[str, str]]:
 
 
 def _record(found: Inspection | NonlinearInspection) -> dict[str, Any]:
-    """Return an object for JSON. All keys are always present: None for missing and infinite values."""
     problem, is_linear = found.problem, isinstance(found, Inspection)
     condition = found.equilibrated_condition if isinstance(found, Inspection) else found.condition
     own = {

@@ -100,7 +100,6 @@ def verdict(result: Result) -> str:
 
 
 def remark(result: Result) -> str:
-    """Return a line on how a run that did not solve the problem ended, with the name of the run."""
     return f"{name(result)}{':' * (result.status.word in PROBLEM_STATUSES)} {result.message}"
 
 
@@ -141,8 +140,6 @@ def _few_digits(result: Result) -> list[str]:
 
 
 def _basis(result: Result, width: int) -> list[str]:
-    """Return a line with the state of each variable, or with the numbers of variables in each state if it is too long;
-    no line without bounds."""
     if not result.problem.bounds:
         return []
     if len(line := f"basis = ({', '.join(result.basis)})") <= width:
@@ -246,8 +243,6 @@ LARGEST_SHOWN = 6  # unknowns of a problem whose M and q are shown, which then f
 
 
 def result_text(result: Result) -> str:
-    """Return a line with the status, the method, n, the residual, the error if known, the time and the first components
-    of z, in fractions if these are known."""
     return f"<Result: {', '.join(f'{name} {value}'.strip() for name, value in _facts(result))}>"
 
 
@@ -269,7 +264,6 @@ def result_html(result: Result) -> str:
 
 
 def _facts(result: Result) -> list[tuple[str, str]]:
-    """Return headings and texts on a result, with z in fractions, or the proof that there is no solution, if known."""
     error, exact = result.error, result.exact
     vectors = [] if exact is None else [("exact z =", exact.z), ("exact y =", exact.y)]
     proved = [(name, wording.vector(values, brief)) for name, values in vectors if values is not None]
@@ -284,12 +278,10 @@ def _facts(result: Result) -> list[tuple[str, str]]:
 
 
 def problem_text(problem: Problem) -> str:
-    """Return a line with the name, n, the storage of M, and what is known about the solution."""
     return f"<{f'Problem {wording.title(problem)}'.rstrip()}: {', '.join(_properties(problem))}>"
 
 
 def problem_html(problem: Problem) -> str:
-    """Return a problem in HTML: the facts of `problem_text`, and M and q of a small problem."""
     from lcpcli.report import html_page
 
     tables = []
@@ -307,7 +299,6 @@ def _properties(problem: Problem) -> list[str]:
 
 
 def frame(result: Result) -> Any:
-    """Return z, w and the states of a result as a data frame of pandas with a row for each unknown, by its name."""
     try:
         import pandas
     except ModuleNotFoundError:
@@ -317,14 +308,12 @@ def frame(result: Result) -> Any:
 
 
 def trace_text(trace: Trace) -> str:
-    """Return a line with the number of stored iterates, and their range."""
     rows = trace.rows
     span = f", k = {rows[0].k} to {rows[-1].k}" if rows else ""
     return f"<Trace: {count(len(rows), 'iterate')}{span}, every = {trace.every}>"
 
 
 def figure(results: Sequence[Result]) -> bytes:
-    """Return the figure of error against time and iteration for the results on a problem."""
     from lcpcli.report import plotting
 
     return plotting.convergence(plotting.panels([results]), "svg")

@@ -221,6 +221,5 @@ def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:
 
 
 def _named(terms: Terms, values: Vector, cell: Callable[[Any], str]) -> str:
-    """Return a vector; if its entries have names, those that are not 0, with their names."""
     has_names = any(terms.path.problem.names)
     return programs_and_games.named(values.tolist(), terms.names() if has_names else (), cell, sparing=has_names)

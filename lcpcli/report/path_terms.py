@@ -28,7 +28,6 @@ def verified(path: Path) -> str:
 
 
 def title(path: Path) -> str:
-    """Return the names of both problems, and their size."""
     ends = [wording.title(problem) or "problem" for problem in (path.problem, path.to)]
     return f"{' to '.join(dict.fromkeys(ends))}: {wording.size(path.problem)}"
 
@@ -115,12 +114,10 @@ class Moving(NamedTuple):
 
     @property
     def word(self) -> str:
-        """Return what the number is for the row or variable, in words."""
         return RELATIONS[self.what]
 
     @property
     def label(self) -> str:
-        """Return the name of a column with its values."""
         return f"{self.what} {self.name}" if self.what in ("c", "lower", "upper") else self.name
 
 
@@ -159,8 +156,6 @@ class Ends:
 
 
 class Terms(Ends):
-    """The names and numbers by which a path is reported."""
-
     def __init__(self, path: Path) -> None:
         super().__init__(path.problem, path.to)
         self.path = path
@@ -181,7 +176,6 @@ class Terms(Ends):
         return Points([t] * len(found), [z for z, _ in found], [w for _, w in found])
 
     def at_all(self, values: Sequence[float | Fraction]) -> Points:
-        """Return the points of the path at several values of t."""
         found = list(map(self.at, values))
         return Points(*([entry for points in found for entry in points[part]] for part in range(3)))
 
@@ -216,7 +210,6 @@ class Terms(Ends):
 
     @property
     def is_quadratic(self) -> bool:
-        """Return whether the objective of the program has a quadratic part."""
         return self.program is not None and bool((self._data[0].Q != 0).sum())
 
     @cached_property
@@ -226,7 +219,6 @@ class Terms(Ends):
         return found[0] if len(found) == 1 else None
 
     def moved(self, t: Any) -> Any:
-        """Return the number that differs at t."""
         assert self.moving is not None
         share, ends = self._share(t), self.moving[2:]
         first, last = map(shortest_decimal, ends) if isinstance(share, Fraction) else ends

@@ -77,7 +77,6 @@ def response(path: Path, form: str, names: Sequence[str] = ()) -> bytes:
 
 
 def _drawn(place: str, form: str, title: str, provenance: Sequence[str], *data: Any) -> bytes:
-    """Return the figure that a function of `figures` draws of some data. place : its module and its name."""
     require()
     from lcpcli.report.figures import style
 
@@ -96,14 +95,12 @@ def form_of(path: str, option: str = PLOT) -> str:
 
 
 def require_room(problems: int, option: str = PLOT, most: int = MOST_PANELS) -> None:
-    """Refuse more problems than fit on a page of A4."""
     if problems > most:
         fault = f"would draw {problems} problems, and a page has room for {most}"
         raise ParameterError(option, fault, "draw fewer at a time")
 
 
 def is_plane(problem: Problem) -> bool:
-    """Return whether a problem is an LCP with two unknowns, of which there are pictures in the plane."""
     return not problem.is_mixed and problem.n == 2
 
 
@@ -137,13 +134,11 @@ class Picture:
         write_whole(file, self.content(form_of(file)))
 
     def saved(self, file: str | os.PathLike[str] | None) -> Picture:
-        """Return the picture, which is also written to the file if there is one."""
         if file is not None:
             self.save(file)
         return self
 
     def content(self, form: str) -> bytes:
-        """Return the picture as a file."""
         return convergence(self.panels, form) if self.path is None else response(self.path, form, self.names)
 
     def __repr__(self) -> str:
@@ -157,7 +152,6 @@ class Picture:
 
 
 def plot_path(path: Path, file: str | os.PathLike[str] | None = None, show: Sequence[str] = ()) -> Picture:
-    """Draw a path, and write the picture to a file if there is one: .png, .svg or .pdf."""
     require()
     return Picture((), path, [show] if isinstance(show, str) else show).saved(file)
 

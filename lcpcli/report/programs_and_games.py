@@ -71,7 +71,6 @@ def strategies(
 
 
 def payoffs_of(own: Any) -> str:
-    """Return the payoffs of the players of a game tree, of a `Behavior` or an answer, in a line."""
     pairs = zip(own.players, own.payoffs, strict=True)
     return f"payoffs {', '.join(f'{name} {wording.number(value)}' for name, value in pairs)}"
 
@@ -120,8 +119,6 @@ def tables(answer: Any, origin: Any, whole: bool = True) -> list[Table]:
 
 
 def rows_of(answer: Any, origin: Any, most: int) -> list[Table]:
-    """Return a table of the rows of a program, with activities, slacks and multipliers, and of its variables, with the
-    multipliers of their bounds, which are their reduced costs; at most so many of each."""
     if answer.x is None or not answer.activities.size:
         return []
     cell, x, y = wording.plain_number, answer.x.tolist(), answer.y.tolist()

@@ -116,14 +116,12 @@ def runs(results: Sequence[Result]) -> Rows:
 
 
 def _rows(result: Result, start: Cells, parts: Sequence[Part]) -> list[Cells]:
-    """Return a line for each component, which starts with these cells and ends with the cells of the parts."""
     ends = [cells(result) for _, cells in parts]
     lines = enumerate(zip(*_vectors(result), *ends, strict=True), 1)
     return [[*start, i, z, w, *(cell for own in more for cell in own)] for i, (z, w, *more) in lines]
 
 
 def _vectors(result: Result) -> tuple[Cells, Cells]:
-    """Return z and w as cells, fractions if these are proved."""
     exact = result.exact
     if exact is not None and exact.z and exact.w:
         return _fractions(exact.z), _fractions(exact.w)
@@ -160,7 +158,6 @@ def _of_program(result: Result) -> list[Cells]:
 
 
 def _of_game(result: Result) -> list[Cells]:
-    """Return for each component its player, the probability of its strategy, and the player's expected payoff."""
     exact, game = result.exact, result.problem.origin
     if isinstance(game, ExtensiveGame):
         return _of_tree(result)
@@ -174,7 +171,6 @@ def _of_game(result: Result) -> list[Cells]:
 
 
 def _of_tree(result: Result) -> list[Cells]:
-    """Return for each component the player, and of a sequence the probability of its last move, and the payoff."""
     answer, none = result.answer, ("", "", "")
     own: Any = getattr(answer, "exact", None) or answer
     if own.payoffs is None:

@@ -140,7 +140,6 @@ def report(
 
 
 def heading(form: str, layout: Layout) -> str:
-    """Return the heading before the first of many problems."""
     if form == "table":
         return layout.row("problem", "n", "status", "k", "residual", "time", ["by"])
     if form == "json":
@@ -151,7 +150,6 @@ def heading(form: str, layout: Layout) -> str:
 
 
 def of_result(result: Result, source: Source, form: str, layout: Layout) -> str:
-    """Return the text of a problem, read from this source, that has a result."""
     if form == "json":
         return line(data(result, source))
     if form == "csv":
@@ -207,12 +205,10 @@ MINIMUM = "x y bound_multipliers activities slacks objective statement proved ex
 
 
 def line(record: Mapping[str, Any]) -> str:
-    """Return an object of plain values in a line."""
     return text(record) + "\n"
 
 
 def text(value: Any) -> str:
-    """Return a plain value in JSON."""
     return visible_json(json.dumps(value, allow_nan=False, ensure_ascii=False))
 
 
@@ -258,8 +254,6 @@ def record(keys: str, thing: object, own: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def place(source: Source, problem: Problem | None = None) -> dict[str, Any]:
-    """Return the version, the place of a problem, and, if it could be read, its name, its size and its unknowns'
-    names."""
     own = {"version": VERSION, "file": source.file, "item": source.item}
     if problem is None:
         return own
@@ -308,7 +302,6 @@ def _rows(trace: Trace) -> list[dict[str, Any]]:
 
 
 def _answer(result: Result) -> dict[str, Any] | None:
-    """Return the answer for the program or game of a result, with its kind and names; None without an origin."""
     if result.answer is None or result.problem.origin is None:
         return None
     origin, answer = result.problem.origin.data(), result.answer

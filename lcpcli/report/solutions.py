@@ -42,8 +42,6 @@ Listing: TypeAlias = tuple[Table, list[str]]  # and remarks
 
 
 def report(found: SolutionSet | Optimum, source: Source, exact: bool, names: Sequence[str] = ()) -> Report:
-    """Return the report on a solution set or on the best solution, of a problem at a place. exact, names : as for
-    `build`."""
     record: Callable[..., dict[str, Any]] = _best_record if isinstance(found, Optimum) else _record
     return Report(
         lambda form, _: build(found, exact, form, names),
@@ -100,7 +98,6 @@ def _best(found: Optimum, cell: Callable[..., str], most: float, names: Sequence
 
 
 def _parts(data: ExactProblem, piece: Piece) -> Iterator[tuple[str, Values, Values]]:
-    """Yield the vertices, rays and lines of a piece: the kind, z, and w; for a direction, the changes of z and w."""
     for vertex in piece.vertices:
         yield "vertex", vertex, data.w(vertex)
     for kind, directions in (("ray", piece.rays), ("line", piece.lines)):
@@ -161,7 +158,6 @@ def _of_tree(
 
 
 def _table(header: list[str], groups: list[list[list[str]]]) -> Table:
-    """Return the table of solutions; the first columns, up to one with a name, are words."""
     return Table(header, list(filter(None, groups)), words=(0, *[1] * (header[0] == "piece")), name="Solutions")
 
 
@@ -246,14 +242,12 @@ def _solution(found: SolutionSet, k: int, z: Values, exact: bool) -> dict[str, A
 
 
 def _meaning(origin: Any, z: Values, each: ExactEquilibrium | None, exact: bool) -> dict[str, Any]:
-    """Return x and y of a program, and the equilibrium of a game, for JSON."""
     parts = zip("xy", origin.own_parts(z), strict=False) if isinstance(origin, Program) else ()
     own = equilibrium(each, exact) if each else result_formats.plain(programs_and_games.behavior_of(origin, z), exact)
     return {**{key: numbers(part, exact) for key, part in parts}, "equilibrium": own}
 
 
 def equilibrium(each: ExactEquilibrium, exact: bool) -> dict[str, Any]:
-    """Return an equilibrium for JSON. exact : whether numbers are texts of fractions."""
     vectors = {key: numbers(getattr(each, key), exact) for key in ("row", "column", "payoffs")}
     return {**vectors, "pure": each.is_pure, "index": each.index}
 

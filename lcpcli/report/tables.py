@@ -147,7 +147,6 @@ def _strategies(results: Sequence[Result], whole: bool) -> list[Table]:
 
 
 def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> Document:
-    """Return the report on results, grouped by problem, with a section for each problem."""
     names = dict.fromkeys(section.title.split(":")[0] for section in sections)
     methods = dict.fromkeys(result.method for own in runs for result in own)
     return Document(": ".join(filter(None, (", ".join(names), " and ".join(methods)))), sections)
@@ -162,7 +161,6 @@ def _digits(row: TraceRow, components: Indices | None) -> str:
 
 
 def _columns(problem: Problem, components: Indices | None, most: float) -> list[str]:
-    """Return the names of the components by `short_names`; for a game, its strategies and payoffs."""
     game = _game(problem)
     if game is not None:
         rows, columns = wording.strategy_names(game, most)
@@ -261,7 +259,6 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
 
 
 def _title(problem: Problem, verdict: str) -> str:
-    """Return the title: the name and the size of the problem, and known solutions or a known verdict."""
     parts = [wording.size(problem)]
     if len(problem.solutions) == 1:
         z, computed = problem.solutions[0], "" if problem.reference == "known" else f"{problem.reference} "
@@ -294,7 +291,6 @@ def summary_of_costs(results: Sequence[Result], width: int | None) -> Table:
 
 
 def _width(each: Table) -> int:
-    """Return the number of columns of text, with a blank after each column and room for a mark."""
     return sum(width + 1 for width in each.widths()) + len(each.best)
 
 
@@ -332,7 +328,6 @@ def _settings(result: Result) -> dict[str, str]:
 
 
 def reached(result: Result) -> dict[float, tuple[int, float]]:
-    """Return the iterations and the seconds until each level of error."""
     return {each.level: (each.k, each.seconds) for each in (result.curve.milestones if result.curve else ())}
 
 

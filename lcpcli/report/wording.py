@@ -67,7 +67,6 @@ def number(value: Any) -> str:
 
 
 def objective(result: Result) -> list[str]:
-    """Return the objective of a solved program in words; nothing for other problems."""
     value = getattr(result.answer, "objective", None) if result.solved else None
     return [] if value is None else [f"objective {plain_number(value)}"]
 
@@ -184,7 +183,6 @@ def all_visible(texts: Any) -> Any:
 
 
 def level(value: float) -> str:
-    """Return a level of error, a power of ten, as text: 1e-6."""
     return f"{value:.0e}".replace("e-0", "e-")
 
 
@@ -205,7 +203,6 @@ def took(seconds: float, form: str) -> str:
 
 
 def name(result: Result) -> str:
-    """Return the name of a run: its method, and its distinguishing options."""
     return f"{result.label or result.method}"
 
 
@@ -358,7 +355,6 @@ def payoff_headings(game: Game) -> list[str]:
 
 
 def strategy_headings(game: Game) -> list[str]:
-    """Return a different heading for each strategy and each payoff."""
     rows, columns = strategy_names(game, math.inf)
     gets = payoff_headings(game)
     times = Counter([*rows, *columns, *gets])
@@ -409,7 +405,6 @@ FIRST = "step"  # of a table
 
 
 def called(name: str) -> str:
-    """Return the name of a column on the command line."""
     return {"seconds": "time"}.get(name, name)
 
 
@@ -425,6 +420,5 @@ def columns_of(problem: Problem, rows: Sequence[TraceRow]) -> Shown:
 
 
 def values_of(row: TraceRow) -> dict[str, Any]:
-    """Return the values of a row that CSV and JSON show after z."""
     own = {name: column.value(row) for name, column in COLUMNS.items()}
     return own if row.z0 is None else {**own, "z0": row.z0}

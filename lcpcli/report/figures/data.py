@@ -32,7 +32,6 @@ class Curve:
 
     @property
     def counts(self) -> list[int]:
-        """Return the numbers of the iterates that are drawn against the iteration."""
         return [k for k, error in zip(self.k, self.errors, strict=True) if k is not None and error is not None]
 
 
@@ -124,7 +123,6 @@ class Range(NamedTuple):
     high: float
 
     def place(self, value: float) -> float:
-        """Return the value itself, or the end of the range that it lies beyond."""
         return max(self.low, value) if value <= self.high else self.high
 
 

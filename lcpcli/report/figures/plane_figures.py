@@ -88,7 +88,6 @@ def angle(vector: Sequence[float]) -> float | None:
 
 
 def generators(M: Sequence[Sequence[float]]) -> dict[str, float | None]:
-    """Return the directions of the columns of I and -M by their labels."""
     units = {"$I_1$": 0.0, "$I_2$": math.pi / 2}
     return units | {f"$-M_{j + 1}$": angle((-M[0][j], -M[1][j])) for j in (0, 1)}
 
@@ -277,7 +276,6 @@ SOLUTION: dict[str, Any] = {"marker": "*", "markersize": 11, "markerfacecolor": 
 
 
 def merit(M: Any, q: Any, x: Any) -> Any:
-    """Return |F(x)| for x of shape (2, ...)."""
     z, w = np.abs(x) + x, np.abs(x) - x
     F = np.tensordot(M, z, axes=1) - w + np.reshape(q, (2, *[1] * (np.ndim(x) - 1)))
     return np.hypot(*F)
@@ -300,7 +298,6 @@ def ranges(picture: Trajectories) -> list[tuple[float, float]]:
 
 
 def draw_paths(pictures: Sequence[Trajectories]) -> Figure:
-    """Draw the figure of at least one problem, two in a row."""
     columns = min(2, len(pictures))
     rows = math.ceil(len(pictures) / columns)
     figure = Figure(figsize=(COLUMN * columns, AXES_HEIGHT * rows))

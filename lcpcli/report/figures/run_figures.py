@@ -58,7 +58,6 @@ UNEVEN = 20  # the ratio of the longest to the shortest run from which on the ax
 
 
 def draw_convergence(panels: Sequence[Panel]) -> Figure:
-    """Draw the figure of at least one panel."""
     chosen = looks((curve.name, curve.label) for panel in panels for curve in panel.curves)
     figure = Figure(figsize=(WIDTH, min(ROW * len(panels), PAGE_HEIGHT)))
     counts = [[max(curve.counts) for curve in panel.curves if curve.counts] for panel in panels]
@@ -141,7 +140,6 @@ def _marks(at: Any, turn: int) -> list[int]:
 
 
 def _drawn(chosen: Looks, panels: Sequence[Panel], others: Sequence[Profile | Growth] = ()) -> Looks:
-    """Return the looks of the runs that have a curve in the figure."""
     curves = (curve for panel in panels for curve in panel.curves)
     entries = [*others, *(curve for curve in curves if any(error is not None for error in curve.errors))]
     names = {(entry.name, entry.label) for entry in entries}
@@ -195,13 +193,6 @@ def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
         every = math.ceil((len(xs) - 1) / (MOST_MARKERS - 1))
         marks = sorted({*range(0, len(xs), every), len(xs) - 1})
         axes.plot(xs, ys, markevery=marks, linestyle="", clip_on=False, zorder=3, **look.points)
-
-
-def _time_axis(axes: Axes, profiles: Sequence[Profile]) -> Range:
-    """Make the abscissa logarithmic, around all times; return its range."""
-    across = data.times(seconds for profile in profiles for seconds in profile.ratios)
-    _log_axis(axes, "x", across, 0.0)
-    return across
 
 
 def _ratio_axis(axes: Axes, profiles: Sequence[Profile]) -> Range:

@@ -173,7 +173,6 @@ def places_of(labels: Sequence[str]) -> list[tuple[int, int]]:
 
 
 def shades(color: str, count: int, pale: float = PALE, deep: float = DEEP) -> list[str]:
-    """Return `count` shades of a colour, from light to dark in even steps of lightness (CIE L*)."""
     ramp = LinearSegmentedColormap.from_list("", ["white", color, "black"], SHADES)(np.arange(SHADES))[:, :3]
     linear = np.where(ramp <= 0.04045, ramp / 12.92, ((ramp + 0.055) / 1.055) ** 2.4)
     lightness = 116 * np.cbrt(linear @ (0.2126, 0.7152, 0.0722)) - 16
@@ -181,7 +180,6 @@ def shades(color: str, count: int, pale: float = PALE, deep: float = DEEP) -> li
 
 
 def context() -> AbstractContextManager[None]:
-    """Return a context with the settings of these figures; the user's own settings are restored at its end."""
     return matplotlib.style.context(SETTINGS, after_reset=True)
 
 
