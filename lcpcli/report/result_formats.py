@@ -25,8 +25,8 @@ from lcpcli.report.wording import ELLIPSIS
 from lcpcli.version import VERSION
 
 if TYPE_CHECKING:
+    from lcpcli.model.nonlinear import NonlinearProblem
     from lcpcli.solving.result import Result
-    from lcpcli.solving.trace import Trace
     from lcpcli.verify.certificate import Certificate
 
 FORMS = ("table", "json", "csv")  # the formats in which each of many problems has a part of its own
@@ -241,7 +241,7 @@ def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
         "conclusion_seconds": getattr(result.answer, "seconds", None),
         **vars(result.limits),
         "options": {name: value for name, value in result.options.items() if name not in wording.VECTORS},
-        "trace": _rows(trace) if trace else None,
+        "trace": trace and [{"k": r.k, "z": r.z, **wording.values_of(r), "method": r.method} for r in trace.rows],
     }
     return record(KEYS, result, own) | dict(source.mark or {})
 
@@ -253,7 +253,7 @@ def record(keys: str, thing: object, own: Mapping[str, Any]) -> dict[str, Any]:
     return {key: plain(value) for key, value in values.items()}
 
 
-def place(source: Source, problem: Problem | None = None) -> dict[str, Any]:
+def place(source: Source, problem: Problem | NonlinearProblem | None = None) -> dict[str, Any]:
     own = {"version": VERSION, "file": source.file, "item": source.item}
     if problem is None:
         return own
@@ -295,10 +295,6 @@ def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:
     found: dict[str, Any] = plain(certificate)
     exact = found.pop("exact")
     return found | {"vector": exact or found["vector"]}
-
-
-def _rows(trace: Trace) -> list[dict[str, Any]]:
-    return [{"k": row.k, "z": row.z, **wording.values_of(row), "method": row.method} for row in trace.rows]
 
 
 def _answer(result: Result) -> dict[str, Any] | None:

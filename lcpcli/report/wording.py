@@ -376,18 +376,8 @@ class Column(NamedTuple):
     shown: Callable[[Problem, Sequence[TraceRow]], Shown]
 
 
-def _step(_: Problem, rows: Sequence[TraceRow]) -> Shown:
-    return {"step": lambda row: row.step} if any(row.step for row in rows) else {}
-
-
-def _residual(problem: Problem, _: Sequence[TraceRow]) -> Shown:
-    if problem.solutions:
-        return {}
-    return {"residual": lambda row: short(row.residual, math.inf if row.rounding else 0.0)}
-
-
-def _error(problem: Problem, _: Sequence[TraceRow]) -> Shown:
-    return {"error": lambda row: error(row.error, problem)} if problem.solutions else {}
+def _residual(row: TraceRow) -> str:
+    return short(row.residual, math.inf if row.rounding else 0.0)
 
 
 def _time(_: Problem, rows: Sequence[TraceRow]) -> Shown:
@@ -396,10 +386,19 @@ def _time(_: Problem, rows: Sequence[TraceRow]) -> Shown:
 
 
 COLUMNS = {  # by their names in CSV and JSON
-    "residual": Column(lambda row: row.residual, _residual),
-    "error": Column(lambda row: row.error, _error),
+    "residual": Column(
+        lambda row: row.residual,
+        lambda problem, _: {} if problem.solutions else {"residual": _residual},
+    ),
+    "error": Column(
+        lambda row: row.error,
+        lambda problem, _: {"error": lambda row: error(row.error, problem)} if problem.solutions else {},
+    ),
     "seconds": Column(lambda row: row.seconds, _time),
-    "step": Column(lambda row: row.step or None, _step),
+    "step": Column(
+        lambda row: row.step or None,
+        lambda _, rows: {"step": lambda row: row.step} if any(row.step for row in rows) else {},
+    ),
 }
 FIRST = "step"  # of a table
 
