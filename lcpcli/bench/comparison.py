@@ -35,8 +35,7 @@ Key = tuple[str, str]  # a problem and a method
 
 class Ending(NamedTuple):
     """How one run ended. is_good : whether it solved the problem or proved that it has no solution, and made no false
-    claim. interval : of the median of its times, if the run was repeated; else None. digest : of the
-    problem, in a log."""
+    claim. interval : of the median of repeated times. digest : of the problem, in a log."""
 
     status: str
     is_good: bool
@@ -130,10 +129,8 @@ class Comparison:
 
 
 def runs_in(path: str) -> dict[Key, Ending]:
-    """Return the endings of the runs in a file, by problem and method; raise an LCPError if it has none.
-
-    The method of a problem that could not be read is "". A last line that was cut off counts as not written.
-    """
+    """Return the endings of the runs in a file, by problem and method, "" for a problem that could not be read; raise
+    an LCPError if it has none. A last line that was cut off counts as not written."""
     text = within(place(path), decode, content_of(path, EXPECTED))
     with suppress(ValueError, RecursionError, OverflowError):
         rows = [row for row in record.parse(text).measurements if not row.excluded]

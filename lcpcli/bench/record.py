@@ -1,6 +1,5 @@
-"""The record of a bench, and its JSON: the request, the environment, and every finished measurement.
-
-Statistics of run times, as pure functions, and the statistics of a bench for its tables and its figure.
+"""The record of a bench, and its JSON: the request, the environment, and every finished measurement; and its
+statistics.
 
 The performance profile: E. D. Dolan and J. J. Moré, Benchmarking optimization software with performance profiles, Math.
 Program. 91 (2002) 201-213. The interval for a median: H. A. David and H. N. Nagaraja, Order Statistics, 3rd ed., Wiley
@@ -37,10 +36,8 @@ class Settings:
 
 @dataclass(frozen=True)
 class Machine:
-    """Processor, number of cores, memory in bytes and system; None for a fact that the system does not report.
-
-    threads : the number of threads for dense linear algebra; None if the BLAS decides.
-    """
+    """Processor, cores, memory in bytes, system, and the threads for dense linear algebra; None for what the system
+    does not report, or the BLAS decides."""
 
     processor: str
     cores: int | None
@@ -100,8 +97,7 @@ class BenchRecord:
     """The record of a bench; `measurements` grows in the order of cases and solvers.
 
     suite : the suites and files requested. missing : peers requested but not installed. unread : what is wrong with
-    files that were left out.
-    versions : of Python, of this program, of its numerical libraries, and of the peers.
+    files that were left out. versions : of Python, of this program, of its numerical libraries, and of the peers.
     """
 
     suite: list[str]
@@ -200,11 +196,8 @@ def summary(times: Sequence[float]) -> Summary:
 
 
 def median_interval(times: Sequence[float]) -> tuple[float, float]:
-    """Return the narrowest pair of symmetric order statistics that contains the median with CONFIDENCE.
-
-    The confidence holds for any distribution. Fewer than six times never attain it; then the pair is the smallest and
-    the largest time.
-    """
+    """Return the narrowest pair of symmetric order statistics that contains the median with CONFIDENCE, for any
+    distribution; the smallest and the largest of fewer than six times, which never attain it."""
     ordered, n = sorted(times), len(times)
     rank, tail = 0, 2.0**-n
     while rank + 1 < n - 1 - rank:

@@ -267,9 +267,7 @@ def draw_figure(record: BenchRecord, form: str) -> bytes:
 
 def _panels(record: BenchRecord) -> list[Panel]:
     """Return the panels of the largest problem of each series, those with the most successes and longest curves first.
-
-    Methods have curves; a peer, of which only the end is known, is a single point.
-    """
+    A peer, of which only the end is known, is a single point."""
     problems = [list(group) for _, group in groupby(record.measurements, key=lambda row: row.problem)]
     problems.sort(
         key=lambda rows: (sum(row.success for row in rows), max(len(row.curve or ()) for row in rows)), reverse=True
@@ -300,10 +298,7 @@ COMPUTED = ("median_seconds", "lower_quartile", "upper_quartile", "repeats")
 
 
 def render(record: BenchRecord, form: str, width: int | None, color: bool) -> str:
-    """Return the record as text in a format.
-
-    width, color : the width of the terminal, None if there is none, and whether it shows colours.
-    """
+    """Return the record as text in a format. width, color : as for `document.typeset`."""
 
     def document(*_: object) -> Document:
         name = title(record)

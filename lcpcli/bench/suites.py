@@ -1,8 +1,5 @@
-"""Suites of cases by name; the cases of suites, files and folders, and the problem of each. A case is a problem of the
-gallery, or one in a file.
-
-Nothing heavy is imported, so that help can list the suites and the formats of a report.
-"""
+"""Suites of cases by name; the cases of suites, files and folders, and the problem of each. Nothing heavy is imported,
+so that help can list the suites."""
 
 from __future__ import annotations
 
@@ -29,13 +26,11 @@ DEFAULT_METHODS = ("auto", "newton", "lemke", "fixed-point", "shi")
 
 @dataclass(frozen=True)
 class Case:
-    """One problem, described so that it can be made again.
+    """A problem of the gallery, or one in a file, described so that it can be made again.
 
-    name : unique within a bench.
-    family, n, seed, parameters : the arguments of `gallery.make`; "", 0, 0 and none for a file. Nonlinear
-        problems have no seed and no parameters.
-    file, q_file : the paths of its file, and of the file of q if separate; "" for a problem of the gallery.
-    infinity : bounds in its file of at least this size count as infinite; None if only infinite ones do.
+    name : unique within a bench. family, n, seed, parameters : the arguments of `gallery.make`; "", 0, 0 and none for a
+    file. Nonlinear problems have no seed and no parameters. file, q_file : the paths of its file, and of the file of q
+    if separate. infinity : bounds in its file of at least this size count as infinite; None if only infinite ones do.
     """
 
     name: str
@@ -53,11 +48,9 @@ class Suite:
     """Cases under one name.
 
     text : the cases: families with their sizes, then values of parameters and of the seed, all of which are combined,
-        as in "planted 40 100 entries=10 seed=0,1; murty 5"; a parameter without a value is true. Also files of shipped
-        programs.
-    budget : default number of seconds for a measurement.
-    over_time : whether the report shows what is solved within which time.
-    methods : those that are measured by default.
+    as in "planted 40 100 entries=10 seed=0,1; murty 5"; a parameter without a value is true. Also files of shipped
+    programs. budget : default number of seconds for a measurement. over_time : whether the report shows what is solved
+    within which time. methods : those that are measured by default.
     """
 
     meaning: str
@@ -188,10 +181,8 @@ def cases_of(
     """Return the cases of suites, files and folders, each once; a file with M alone is followed by the file of q.
 
     tell : called with remarks on the problem in a file. infinity : as in `Case`, for the files. faults : receives what
-    is wrong with files that cannot be read, which are left out.
-
-    Raises OptionError for a name that is neither a suite nor a file, ProblemError for a file that cannot be read, if
-    there are no `faults` to receive it.
+    is wrong with files that cannot be read, which are left out; else a ProblemError is raised. Raises OptionError for a
+    name that is neither a suite nor a file.
     """
     left = asked = [path for each in asked for path in ([each] if each in SUITES else files_in([each], tell))]
     cases = list[Case]()
@@ -266,10 +257,7 @@ def problem_of(case: Case) -> Problem | NonlinearProblem:
 
 def prepare(case: Case) -> Problem | NonlinearProblem:
     """Return the problem of a case with a reference for errors: a solution is computed if none is known and the problem
-    is linear.
-
-    The verdict in a file is not believed if there is a solution.
-    """
+    is linear. The verdict in a file is not believed if there is a solution."""
     from lcpcli.model.problem import Problem
     from lcpcli.solving.reference import with_reference
 

@@ -1,9 +1,5 @@
-"""Runs of a method or of a peer on a problem, repeated until their time is known accurately enough.
-
-Verification of answers from the original M and q, never from what the solver reports.
-
-A bench from the request to its record: the loop over cases and solvers, on this machine.
-"""
+"""A bench from the request to its record: runs of a method or of a peer on a problem, repeated until their time is
+known accurately enough, and verification from the original M and q, never from what the solver reports."""
 
 from __future__ import annotations
 
@@ -58,11 +54,8 @@ REST = 0.05  # seconds after which idle BLAS threads have stopped spinning
 def run_method(
     name: str, problem: Problem | NonlinearProblem, tol: float, time_limit: float, with_curve: bool
 ) -> Claim:
-    """Run one of METHODS, with the options in its name, as in shi:p=10, and otherwise with its defaults. A nonlinear
-    problem is solved by the method for these.
-
-    Raises KeyboardInterrupt if the run was interrupted.
-    """
+    """Run one of METHODS, with the options in its name, as in shi:p=10, and otherwise with its defaults; on a nonlinear
+    problem the method for these. Raises KeyboardInterrupt if the run was interrupted."""
     nothing = np.array([], dtype=np.intp)
     known = bool(problem.solutions)
     trace = Trace(1, MOST_POINTS, nothing, residuals=not known) if with_curve else None
@@ -121,14 +114,12 @@ def measure(
 
     The first run provides the curve and is an untimed warm-up, unless its answer claims nothing: as times of failures
     are not used, it is then the only run. Brief runs are warmed up for WARM_UP seconds. There are at least
-    LEAST_REPEATS repeats; they end when their median is known, after MOST_REPEATS of them, or when the budget of
-    wall-clock time is spent; a repeat longer than the whole budget is always the last. If no repeat was so long, the
-    curve is recorded again, with the least time of each step in CURVES warm runs (see `clock.least_steps`). In either
-    case its times are multiplied by one factor, so that these runs take the median of the repeats.
+    LEAST_REPEATS repeats; they end when their median is known, after MOST_REPEATS of them, or when the budget in
+    seconds is spent; a repeat longer than the whole budget is always the last. If no repeat was so long, the curve is
+    recorded again, with the least time of each step in CURVES warm runs (see `clock.least_steps`). In either case its
+    times are multiplied by one factor, so that these runs take the median of the repeats.
 
-    solve : makes one run; its argument is whether to record the error curve.
-    budget : seconds for the repeats.
-    rest : seconds to sleep before each run.
+    solve : makes one run; its argument is whether to record the error curve. rest : seconds to sleep before each run.
     """
 
     def pause() -> None:
@@ -342,10 +333,8 @@ def refuse_elsewhere(record: BenchRecord) -> None:
 
 
 def run(record: BenchRecord, starting: Callable[[Case, str], None]) -> Iterator[Measurement]:
-    """Make the pending measurements; each is added to the record and yielded.
-
-    starting : a function that is called with the case and the solver before each measurement.
-    """
+    """Make the pending measurements; each is added to the record and yielded. starting : a function that is called with
+    the case and the solver before each."""
     for case, names in record.pending():
         starting(case, names[0])
         problem = prepare(case)

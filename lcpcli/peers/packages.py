@@ -1,19 +1,15 @@
-"""Solvers in Python packages: QuantEcon.py, and five solvers of convex quadratic programs.
+"""Solvers in Python packages: QuantEcon.py, five solvers of convex quadratic programs, and Gambit in its own process.
 
 Unlike in qpsolvers, DAQP's z and status and HiGHS's status are kept on failure, and conversion and setup are timed.
-
-The input of other solvers: the problem as a convex quadratic program, and matrices in their storage.
 
 The program is to minimize z'Mz / 2 + q'z over z >= 0, or over l <= z <= u; a problem made from a program gives that
 program, with its rows. If M is symmetric, the optimality conditions are the problem; if M is also positive
 semidefinite, they are sufficient: R. W. Cottle, J.-S. Pang and R. E. Stone, The linear complementarity problem (1992),
 section 1.2.
 
-Gambit, in its own process: one equilibrium of a game of two players, by Lemke's method in floating point.
-
-R. Savani, T. L. Turocy, Gambit: the package for computation in game theory, https://www.gambit-project.org. The method
-is from B. C. Eaves, The linear complementarity problem, Management Science 17 (1971) 612-634. It has no tolerance, and
-its time limit ends the process, as it may not end by itself.
+Gambit finds one equilibrium of a game of two players, by Lemke's method in floating point: R. Savani, T. L. Turocy,
+Gambit: the package for computation in game theory, https://www.gambit-project.org; B. C. Eaves, The linear
+complementarity problem, Management Science 17 (1971) 612-634. It has no tolerance, and its time limit ends the process.
 """
 
 from __future__ import annotations
@@ -108,9 +104,8 @@ None, x is z."""
 class PackageSolver:
     """A `registry.Peer` in a Python package.
 
-    module : the module to import, from the distribution with its first name.
-    call : a function of the module, the problem, its program, the tolerance and the time limit.
-    refusals : functions that say why a problem is excluded.
+    module : the module to import, from the distribution with its first name. call : a function of the module, the
+    problem, its program, the tolerance and the time limit. refusals : functions that say why a problem is excluded.
     infinite : the solver's infinity. compile : a function that is called with the module before the clock starts.
     """
 
@@ -148,10 +143,8 @@ QUANTECON_STATUS = {0: "solved", 1: "iteration limit", 2: "ray"}
 
 
 def _quantecon(optimize: Any, problem: Problem, *_: Any) -> Ending:
-    """Run QuantEcon.py's Lemke method with the lexicographic minimum ratio test, compiled by numba.
-
-    The method has neither a tolerance nor a time limit.
-    """
+    """Run QuantEcon.py's Lemke method with the lexicographic minimum ratio test, compiled by numba, which has neither a
+    tolerance nor a time limit."""
     result = optimize.lcp_lemke(dense(problem.M), problem.q.copy(), max_iter=10**6)
     return result.z, None, bool(result.success), QUANTECON_STATUS.get(result.status, f"status {result.status}")
 

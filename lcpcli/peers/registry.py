@@ -1,7 +1,5 @@
-"""Other solvers by name, imported on demand. The peer `p` is the object p (with _ for -) in its file.
-
-Processes of their own for solvers that cannot be interrupted: a crash or the time limit ends only the process.
-"""
+"""Other solvers by name, imported on demand. The peer `p` is the object p (with _ for -) in its file. Solvers that
+cannot be interrupted run in processes of their own, which a crash or the time limit ends."""
 
 from __future__ import annotations
 
@@ -67,10 +65,7 @@ class Peer(Protocol):
 
     def solve(self, problem: Any, tol: float, time_limit: float) -> Claim:
         """Solve a problem, with tol as the peer's own tolerance and in at most time_limit seconds, if the peer has
-        these settings.
-
-        Raises OptionError if the peer is not installed.
-        """
+        these settings. Raises OptionError if the peer is not installed."""
 
 
 def load(name: str) -> Peer:
@@ -92,10 +87,8 @@ def not_installed(package: str) -> OptionError:
 
 
 def select(names: Iterable[str]) -> list[str]:
-    """Return the named peers, each once. The part of a name before a dash selects all of that package.
-
-    Raises OptionError for an unknown name, with a suggestion.
-    """
+    """Return the named peers, each once; the part of a name before a dash selects all of that package. Raises
+    OptionError for an unknown name, with a suggestion."""
     selected: dict[str, None] = {}
     for name in names:
         meant = [peer for peer in REGISTRY if peer == name or peer.startswith(f"{name}-")]

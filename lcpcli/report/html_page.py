@@ -1,8 +1,5 @@
-"""A report as one HTML page: it needs no network, can be read without JavaScript, and prints.
-
-With JavaScript, a click on a heading sorts the table, and an iterate under the pointer shows all of its digits.
-Figures are drawn if matplotlib is installed; else a note says how to install it.
-"""
+"""A report as one HTML page: it needs no network, can be read without JavaScript, which sorts tables, and prints.
+Figures are drawn if matplotlib is installed; else a note says how to install it."""
 
 from __future__ import annotations
 

@@ -79,7 +79,9 @@ def _longtable(caption: str, label: str, table: Table) -> str:
 
 
 def _tabular(table: Table) -> list[str]:
-    kinds = "".join(_kind(table, j) for j in range(len(table.header)))
+    kinds = "".join(
+        r"p{0.5\textwidth}" if j in table.texts else "l" if j in table.words else "r" for j in range(len(table.header))
+    )
     lines = [rf"\begin{{tabular}}{{{kinds}}}", r"\toprule"]
     lines += [_row([_heading(name) for name in table.header])] * any(table.header)
     for group in table.groups:
@@ -90,10 +92,6 @@ def _tabular(table: Table) -> list[str]:
         ]
         lines += [*[r"\midrule"] * (len(lines) > 2), *map(_row, rows)]
     return [*lines, r"\bottomrule", r"\end{tabular}"]
-
-
-def _kind(table: Table, j: int) -> str:
-    return r"p{0.5\textwidth}" if j in table.texts else "l" if j in table.words else "r"
 
 
 def _row(cells: list[str]) -> str:

@@ -35,10 +35,7 @@ At: TypeAlias = Sequence["float | Fraction"]  # further values of t, for whose p
 
 
 def data(path: Path, points: Points = NO_POINTS, files: Sequence[str] = ()) -> dict[str, Any]:
-    """Return a path as the object of its line in JSON.
-
-    points : further points of the path, which the object has too. files : of the problems that were read.
-    """
+    """Return a path as the object of its line in JSON, with further points. files : of the problems that were read."""
     terms, doubles = Terms(path), Points(path.t.tolist(), list(path.z), list(path.w))
     moving = terms.moving and {**terms.moving._asdict(), "values": [terms.moved(t) for t in doubles.t]}
     own = {
@@ -98,10 +95,8 @@ def rows(path: Path, at: At, names: Sequence[str]) -> tuple[Iterable[Sequence[An
 
 
 def report(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] = ()) -> Report:
-    """Return the report on a path, of which JSON has one object, as `Path.to_dict`, with the points at further t.
-
-    files : of the problems that were read. names : as for `build`; JSON has all.
-    """
+    """Return the report on a path, with the points at further t. files : of the problems that were read. names : as for
+    `build`; JSON has all."""
     return Report(
         lambda form, width: build(path, form, at, width, names),
         lambda: [data(path, Terms(path).at_all(at), files)],
@@ -110,10 +105,8 @@ def report(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] =
 
 
 def build(path: Path, form: str, at: At, width: int | None, names: Sequence[str] = ()) -> Document:
-    """Return the report on a path for a format: a row for each breakpoint, and the further points below them.
-
-    names : of the unknowns that are shown, as for `wording.places`; empty for as many as fit.
-    """
+    """Return the report on a path for a format: a row for each breakpoint, and the further points below them. names :
+    of the unknowns that are shown, as for `wording.places`; empty for as many as fit."""
     terms = Terms(path)
     notes = path_terms.notes(path, wording.all_visible(terms.names(longest(form))), MOST_CHANGES)
     columns = _Columns(terms, form, width, notes, names)

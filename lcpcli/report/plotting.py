@@ -1,7 +1,5 @@
-"""Figures of results and of data: the bytes of a picture, by matplotlib.
-
-Nothing heavy is imported until a figure is requested. Each function raises OptionError if matplotlib is missing. The
-form of a picture is one of FORMS.
+"""Figures of results and of data: the bytes of a picture, by matplotlib, in one of FORMS. Nothing heavy is imported
+until a figure is requested. Each function raises OptionError if matplotlib is missing.
 
 For performance profiles, see E. D. Dolan and J. J. Moré, Benchmarking optimization software with performance profiles,
 Math. Program. 91 (2002) 201-213; for complementary cones, K. G. Murty, On the number of solutions to the
@@ -49,11 +47,8 @@ def bench(
     form: str,
     provenance: Sequence[str] = (),
 ) -> bytes:
-    """Return a picture of a benchmark: the performance profile, error against run time, and the growth of time with n.
-
-    An empty part is left out; at least one must have data. provenance : lines on the measurements, for the file's
-    metadata.
-    """
+    """Return a picture of a benchmark: the performance profile, error against run time, and the growth of time with n,
+    as far as there are data. provenance : lines on the measurements, for the file's metadata."""
     return _drawn("run_figures.draw_bench", form, "Benchmark", provenance, profiles, panels, growths)
 
 
@@ -225,10 +220,8 @@ def _is_same(one: Problem, other: Problem) -> bool:
 
 
 def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
-    """Return the curves of the runs, grouped by problem; each run must have recorded a `curve` or a trace.
-
-    Errors are drawn if a solution is known or computed, else residuals. Times are taken from the rows.
-    """
+    """Return the curves of the runs, grouped by problem, of errors if a solution is known or computed, else of
+    residuals; each run must have recorded a `curve` or a trace."""
     drawn = []
     for results in runs:
         problem, curves = results[0].problem, []

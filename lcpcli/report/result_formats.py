@@ -1,7 +1,5 @@
-"""What is reported, in each of the formats: any report, and results, one or many.
-
-Results as JSON, one object per line. All keys are always present: null for missing and infinite values.
-"""
+"""What is reported, in each of the formats: any report, and results, one or many. In JSON all keys are always present:
+null for missing and infinite values."""
 
 from __future__ import annotations
 
@@ -37,11 +35,8 @@ WIDEST_NAME, FEWEST_OF_NAME, ITEM, WITH_SIZES, WITHOUT_SIZES = 40, 16, len(":100
 
 
 class Layout(NamedTuple):
-    """The columns of a table of many problems.
-
-    name : the width of the names. has_sizes : whether n and k are shown. room : what is left for the methods, None for
-    no limit; then no name is cut off.
-    """
+    """The columns of a table of many problems. name : the width of the names. has_sizes : whether n and k are shown.
+    room : what is left for the methods, None for no limit; then no name is cut off."""
 
     name: int = 0
     has_sizes: bool = True
@@ -108,14 +103,12 @@ def report(
 ) -> Report:
     """Return the report on results.
 
-    runs : the results, grouped by problem. sources : the place of each problem.
-    faults : the places of problems that could not be read, with their errors, which JSON has too.
-    compared : whether the iterates come first and then one line per result; else the result comes first.
-    swept : whether the runs differ by values of options, so that CSV has a row for each.
-    whole : whether a result that comes first shows all components of z.
-    iterates : whether CSV is made of the iterates instead of the answers.
-    columns : the columns of the iterates in a table, as for `tables.build`. names : of the unknowns that are shown, as
-    for `wording.places`.
+    runs, sources : the results, grouped by problem, and the place of each problem. faults : the places of problems that
+    could not be read, with their errors, which JSON has too. compared : whether the iterates come first and then one
+    line per result; else the result comes first. swept : whether the runs differ by values of options, so that CSV has
+    a row for each. whole : whether a result that comes first shows all components of z. iterates : whether CSV is made
+    of the iterates. columns : of the iterates in a table, as for `tables.build`. names : of the unknowns that are
+    shown, as for `wording.places`.
     """
 
     def document(form: str, width: int | None) -> Document:

@@ -51,11 +51,8 @@ def report(found: SolutionSet | Optimum, source: Source, exact: bool, names: Seq
 
 
 def build(found: SolutionSet | Optimum, exact: bool, form: str, names: Sequence[str] = ()) -> Document:
-    """Return the report on a solution set, on the equilibria of a game, or on the best solution, for a format.
-
-    exact : whether numbers are shown as fractions instead of seven digits. names : of the unknowns that are shown, as
-    for `wording.places`; empty for all.
-    """
+    """Return the report on a solution set, on the equilibria of a game, or on the best solution, for a format. exact :
+    whether numbers are fractions instead of seven digits. names : of the unknowns shown, as for `wording.places`."""
     cell: Callable[..., str] = brief if exact else approximate
     problem, facts, remarks, figure = found.data.problem, list[str](), list[str](), None
     if isinstance(found, Optimum):
@@ -253,14 +250,10 @@ def equilibrium(each: ExactEquilibrium, exact: bool) -> dict[str, Any]:
 
 
 def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tuple[Iterable[Cells], list[str]]:
-    """Return the solutions as rows of CSV, with a comment; the best one as `lcp check` reads it.
-
-    There is a line for each component of each vertex, ray and line: z and w, or their changes for a direction; for a
-    program, also whether it is x, y or s, and its value in the program's own sense. For a game there is a line for each
-    strategy in each extreme equilibrium: its probability, and the expected payoff of its player. Names, if there are
-    any, are in the last column. shown : the names of the unknowns that have lines, as for `wording.places`; empty for
-    all.
-    """
+    """Return the solutions as rows of CSV, with a comment; the best one as `lcp check` reads it. There is a line for
+    each component of each vertex, ray and line: z and w, or their changes for a direction; for a program, also whether
+    it is x, y or s, and its value in the program's own sense. For a game there is a line for each strategy in each
+    extreme equilibrium: its probability, and the expected payoff of its player. shown : as names for `build`."""
     problem, n = found.data.problem, found.data.n
     header: Cells = HEADER[3:]
     if isinstance(found, Optimum):

@@ -1,9 +1,5 @@
-"""The wording of numbers, sizes, names, advice and provenance that all formats share.
-
-The unknowns that a report shows, chosen by their names.
-
-The columns of iterates after z: in tables, in CSV and in JSON. Nothing heavy is imported, as help names them.
-"""
+"""The wording of numbers, sizes, names, advice and provenance that all formats share, the unknowns that a report shows,
+and the columns of iterates after z. Nothing heavy is imported, as help names them."""
 
 from __future__ import annotations
 
@@ -42,10 +38,8 @@ UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
 
 def components(values: Iterable[float], largest: float) -> list[str]:
     """Return components of z with 7 decimals, as in the paper's tables, or with 7 significant digits if they are very
-    large or very small.
-
-    largest : the size of the largest component of the solution, which decides for a whole table.
-    """
+    large or very small. largest : the size of the largest component of the solution, which decides for a whole
+    table."""
     scientific = 0 < largest < SMALLEST_FIXED or largest >= LARGEST_FIXED
     return [f"{v:.6e}" if scientific or abs(v) >= LARGEST_FIXED else f"{round(v, 7) + 0.0:.7f}" for v in values]
 
@@ -228,10 +222,8 @@ def _on_command_line(options: Options) -> str:
 
 
 def made_by(results: Sequence[Result]) -> str:
-    """Return, in one line, the version, the limits, and the options of each method, for results with the same limits.
-
-    Options in which runs of one method differ are left out if the names of the runs have them.
-    """
+    """Return, in one line, the version, the limits, and the options of each method, but for those by which the names of
+    runs of one method differ, for results with the same limits."""
     parts = [f"{PROGRAM}, {_limits(results[0])}"]
     for method in dict.fromkeys(result.method for result in results):
         own = [result for result in results if result.method == method]
@@ -267,10 +259,7 @@ def _limits(result: Result) -> str:
 
 def options_of(result: Result, whole: bool) -> dict[str, str]:
     """Return the options in force as texts, by their names on the command line, without those that are off, or for
-    switches on, as they are by default.
-
-    whole : whether long numbers, such as a computed p, have all digits instead of three.
-    """
+    switches on, as they are by default. whole : whether long numbers, as a computed p, have more than three digits."""
     options = {name: value for name, value in result.options.items() if name not in VECTORS}
     changed = {name: value for name, value in options.items() if value is not (name in SWITCHES)}
     return {name.replace("_", "-"): _text(value, whole) for name, value in changed.items()}
@@ -366,11 +355,8 @@ Shown: TypeAlias = "dict[str, Callable[[TraceRow], str]]"  # a heading, with the
 
 
 class Column(NamedTuple):
-    """A column.
-
-    value : a function from a row to the column's value in it, for CSV and JSON.
-    shown : what shows it in a table of rows, whose z may lack some components; empty if the column is left out.
-    """
+    """A column. value : its value in a row, for CSV and JSON. shown : what shows it in a table of rows, whose z may
+    lack some components; empty if the column is left out."""
 
     value: Callable[[TraceRow], Any]
     shown: Callable[[Problem, Sequence[TraceRow]], Shown]

@@ -37,11 +37,8 @@ class Curve:
 
 @dataclass(frozen=True)
 class Panel:
-    """The runs on one problem.
-
-    measure : "error" or "residual", whichever the curves have.
-    provenance : a line on the program and its options, for the file's metadata.
-    """
+    """The runs on one problem. measure : "error" or "residual", whichever the curves have. provenance : a line on the
+    program and its options, for the file's metadata."""
 
     title: str
     measure: str
@@ -51,11 +48,9 @@ class Panel:
 
 @dataclass(frozen=True)
 class Power:
-    """The fit seconds = coefficient n^exponent, by least squares on the logarithms.
-
-    margin : the half-width of the exponent's confidence interval, for independent normal errors in the logarithms.
-    r_squared : the fraction of the variance explained by the fit.
-    """
+    """The fit seconds = coefficient n^exponent, by least squares on the logarithms, for whose independent normal errors
+    the exponent has a confidence interval of half-width `margin`. r_squared : the fraction of the variance
+    explained."""
 
     exponent: float
     margin: float
@@ -65,10 +60,8 @@ class Power:
 
 @dataclass(frozen=True)
 class Growth:
-    """One solver's median run times in seconds on problems of n unknowns, with their quartiles.
-
-    fit : the fitted power of n; None for too few sizes.
-    """
+    """One solver's median run times in seconds on problems of n unknowns, with their quartiles, and the fitted power of
+    n; None for too few sizes."""
 
     name: str
     label: str

@@ -1,15 +1,11 @@
-"""The complementary cones of an LCP with two unknowns, and q: each cone that contains q gives a solution.
+"""The complementary cones of an LCP with two unknowns, and the paths of runs on such LCPs over the merit function.
 
 w - M z = q with w, z >= 0 and z'w = 0 says that q lies in a cone that is spanned, for each j, by column j of I or by
 column j of -M (K. G. Murty 1972; R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity Problem, section
-1.3). Only directions matter, so all vectors are drawn with the same length, and cones end at an arc. Overlapping cones
-have arcs of different radii, and a ray through q crosses the arcs of the cones that contain q.
+1.3). Overlapping cones have arcs of different radii, and a ray through q crosses the arcs of the cones that contain q.
 
-The paths of runs on LCPs with two unknowns, over the merit function that the methods reduce.
-
-The plane is that of x with z = |x| + x and w = |x| - x, in which F(x) = M z - w + q is linear in each quadrant: the
-complementary cones of the problem are the images of the quadrants, each named by the variables that are positive in it.
-The contours are those of |F(x)|, on a logarithmic scale; F is 0 only at solutions.
+The plane of the paths is that of x with z = |x| + x and w = |x| - x, in which F(x) = M z - w + q is linear in each
+quadrant: the cones are the images of the quadrants. The contours are those of |F(x)|; F is 0 only at solutions.
 """
 
 from __future__ import annotations
@@ -55,11 +51,8 @@ ARC, APART = 78.0, 13.0  # in points: the radius of the outermost arc, and how m
 
 @dataclass(frozen=True)
 class Cone:
-    """The angles of a cone, in radians.
-
-    parts : the start and the extent of a sector; for any other cone, the direction of each ray and the extent 0.
-    level : the smallest number that no overlapping cone before this one, in the order of SETS, has.
-    """
+    """The angles of a cone, in radians: the start and the extent of a sector; for any other cone, the direction of each
+    ray and 0. level : the smallest number that no overlapping cone before this one, in the order of SETS, has."""
 
     parts: tuple[tuple[float, float], ...]
     level: int = 0

@@ -1,14 +1,10 @@
-"""Runs as figures, with one legend below all axes, which names every method once.
+"""Runs and paths of solutions as figures, with one legend below all axes.
 
 The figure of convergence has one row per problem, with the error against run time on the left and against the iteration
-on the right. Curves have few markers, a ring around each point beyond the axes, and a cross where a run failed. The
-figure of a benchmark has the performance profile, error against run time, and the growth of time with n.
-
-The solutions along a path: z(t), or x of a program, as lines that break at the breakpoints, and the objective.
-
-If there are few lines, the legend names them; if there are many, all are thin. A jump, where t is constant, is dashed;
-a ring marks a turn. If the side of a row of a quadratic program varies, the second panel shows the frontier: the side
-against the objective.
+on the right. Curves have few markers, a ring around each point beyond the axes, and a cross where a run failed. That of
+a benchmark has the performance profile, error against run time, and the growth of time with n. That of a path has z(t),
+or x of a program, with a dashed line for a jump and a ring for a turn, and the objective, or the frontier if the side
+of a row varies.
 """
 
 from __future__ import annotations
@@ -208,11 +204,8 @@ def _ratio_axis(axes: Axes, profiles: Sequence[Profile]) -> Range:
 
 
 def _growth(axes: Axes, family: str, growths: Sequence[Growth], chosen: Looks) -> None:
-    """Draw median run times with their quartiles, and on the right the fitted exponents of n, in the order of the
-    lines.
-
-    Lines are the fitted powers of n; times without a fit are connected.
-    """
+    """Draw median run times with their quartiles, the fitted powers of n as lines, or times without a fit connected,
+    and on the right the fitted exponents in the order of the lines."""
     axes.set_title(fitted(family, FONT, WIDTH / 2 - 1.0))
     axes.set(xlabel="$n$", ylabel="run time (s)")
     lines = []
@@ -256,10 +249,8 @@ THIN: dict[str, Any] = {"linewidth": 0.5, "alpha": 0.8}
 
 
 def draw(path: Path, chosen: Sequence[str] = ()) -> Figure:
-    """Draw the components of z along a path that are not always 0, or of a program those of x, and its objective.
-
-    chosen : names of unknowns, or of a program's multipliers, as for `wording.places`, instead.
-    """
+    """Draw the components of z along a path that are not always 0, or of a program those of x, or the chosen unknowns
+    and multipliers instead, as for `wording.places`; and the objective of a program."""
     terms = Terms(path)
     moving, program = terms.moving, terms.program
     across = _across(terms, path.t)

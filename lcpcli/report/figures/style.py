@@ -132,13 +132,10 @@ SHADES = 1024  # from white over a colour to black: neighbours differ by less th
 
 
 def looks(entries: Iterable[tuple[str, str]]) -> Looks:
-    """Return the look of each (name, label), which depends on the name; several labels of one name share its hue.
-
-    Two labels have the same marker, full and half full; more labels have different markers, and colours from light to
-    dark. The runs of a grid have a colour for each value of one option, from light to dark, and a marker for each of
-    the other option.
-    Names that are not of methods or peers take the spare looks in the order in which they appear.
-    """
+    """Return the look of each (name, label), which depends on the name; several labels of one name share its hue. Two
+    have the same marker, full and half full; more have different markers, and colours from light to dark; the runs of a
+    grid a colour for each value of one option, and a marker for each of the other one. Names that are not of methods or
+    peers take the spare looks in the order in which they appear."""
     labels: dict[str, list[str]] = {}
     for name, label in dict.fromkeys(entries):
         labels.setdefault(name, []).append(label)
@@ -222,10 +219,8 @@ Entry: TypeAlias = tuple[Line2D, str]
 
 
 def add_legend(figure: Figure, chosen: Looks, others: Sequence[Entry] = ()) -> Figure:
-    """Add a legend in as many columns as there is room for, by whose height the figure grows.
-
-    chosen : the looks of the runs that are drawn. others : further samples with their names.
-    """
+    """Add a legend in as many columns as there is room for, by whose height the figure grows. others : further
+    samples."""
     figure.align_labels()
     signs = {label for axes in figure.axes for label in axes.get_legend_handles_labels()[1]}
     entries = [(Line2D([], [], **(look.points | look.line)), run) for (_, run), look in chosen.items()]
