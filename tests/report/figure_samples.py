@@ -115,13 +115,13 @@ def texts(figure: Figure) -> list[Text]:
     found = list(figure.texts)
     for axes in figure.axes:
         found += axes.texts
+        found += [axes._left_title, axes.title]  # type: ignore[attr-defined]
         if axes.axison:
-            found += [axes._left_title, axes.title]  # type: ignore[attr-defined]
             for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
                 ticks = zip(axis.get_majorticklocs(), axis.get_majorticklabels(), strict=False)  # no labels if hidden
                 found += [axis.label, axis.offsetText, *(label for at, label in ticks if low <= at <= high)]
     for legend in [*figure.legends, *filter(None, (axes.get_legend() for axes in figure.axes))]:
-        found += legend.get_texts()
+        found += [legend.get_title(), *legend.get_texts()]
     return [text for text in found if text.get_text() and text.get_visible()]
 
 

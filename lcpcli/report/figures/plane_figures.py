@@ -30,14 +30,12 @@ from lcpcli.report import wording
 from lcpcli.report.figures.data import Trajectories, Trajectory
 from lcpcli.report.figures.style import (
     FONT,
-    GREY,
     METHODS,
     SMALL_FONT,
     WIDTH,
     Look,
     Looks,
     add_legend,
-    extent,
     fitted,
     looks,
 )
@@ -117,9 +115,7 @@ def turn_to(first: float, last: float) -> float:
 KINDS = {SECTOR: "", RAY: ": a ray", LINE: ": a line", POINT: ": the origin"}
 COLORS = tuple(METHODS[name].color for name in ("fixed-point", "milp", "newton", "lemke"))
 COLUMN = WIDTH / 2  # inches
-BOLD = 1.15  # the width of bold text relative to the width of the same text in regular type
-EDGE = 0.08  # inches around everything, so that nothing touches the border
-HEADER, LEGEND = 0.41, 0.74  # inches above and below the axes
+TITLES = 0.2  # inches by which the figure without its legend is higher than wide
 # Lengths in the axes, in points.
 REACH = 124.0  # from the origin to the frame: a little less than half the width of a column, 126
 AXIS, VECTOR, Q, LABEL = 91.0, 84.0, 91.0, 97.0  # from the origin to the end of an axis or arrow, to q, to a label
@@ -142,13 +138,9 @@ def draw(found: SolutionSet) -> Figure:
     """Draw the figure, as wide as one column of a journal."""
     problem, holds_q = found.data.problem, holding(found)
     M, q = matrices.dense(problem.M).tolist(), problem.q.tolist()
-    square = 2 * REACH / 72
-    height = HEADER + square + LEGEND
-    figure = Figure(figsize=(COLUMN, height))
-    figure.set_layout_engine("none")
-    axes = figure.add_axes(((COLUMN - square) / 2 / COLUMN, LEGEND / height, square / COLUMN, square / height))
-    axes.set(xlim=(-REACH, REACH), ylim=(-REACH, REACH))
-    axes.set_axis_off()
+    figure = Figure(figsize=(COLUMN, COLUMN + TITLES))
+    span = (-REACH, REACH)
+    axes = figure.add_subplot(xlim=span, ylim=span, aspect="equal", xticks=[], yticks=[], frame_on=False)
     axes.plot([-AXIS, AXIS], [0, 0], [0, 0], [-AXIS, AXIS], color="0.6", linewidth=0.6, zorder=1)
     shapes, directions = cones(M), generators(M)
     for cone, color, holds in zip(shapes, COLORS, holds_q, strict=True):
@@ -160,7 +152,9 @@ def draw(found: SolutionSet) -> Figure:
     rows = "; ".join(" ".join(map(_number, row)) for row in M)
     data = [f"M = [{rows}],  q = ({', '.join(map(_number, q))})"]
     data += [f"z{j} = {name}" for j, name in enumerate(problem.names, 1) if name]
-    header(figure, wording.title(problem), found.count, ",  ".join(data))
+    room = COLUMN - 0.2
+    titles = fitted(f"{found.count}: {wording.title(problem)}", FONT, room), fitted(",  ".join(data), FONT, room)
+    axes.set_title("\n".join(titles))
     _legend(figure, shapes, holds_q)
     return figure
 
@@ -219,19 +213,6 @@ def variables(chosen: tuple[int, ...]) -> str:
     return ", ".join(f"${'z' if j in chosen else 'w'}_{j}$" for j in (1, 2))
 
 
-def header(figure: Figure, title: str, number: str, data: str) -> None:
-    """Write the title, the number of solutions beside it in bold, and the data below, each on one line."""
-    width, height = figure.get_size_inches()
-    left, right = EDGE / width, 1 - EDGE / width
-    count = fitted(number, FONT, 0.6 * width)
-    room = width - 2 * EDGE - BOLD * extent(count, FONT)[0] / 72 - 0.1
-    top = 1 - EDGE / height
-    figure.text(left, top, fitted(title, FONT, room), ha="left", va="top")
-    figure.text(right, top, count, ha="right", va="top", weight="bold")
-    text = fitted(data, SMALL_FONT, width - 2 * EDGE)
-    figure.text(left, top - 0.16 / height, text, ha="left", va="top", fontsize=SMALL_FONT)
-
-
 def _number(value: float) -> str:
     return f"{value + 0.0:.4g}".replace("-", "\u2212")
 
@@ -244,13 +225,10 @@ def _legend(figure: Figure, shapes: Sequence[Cone], holds_q: Sequence[bool]) -> 
         ring = Line2D([], [], color="none", marker="o", markersize=8, markeredgecolor=color, markeredgewidth=2.2)
         handles.append({SECTOR: patch, POINT: ring}.get(cone.kind, line))
         labels.append(variables(chosen) + KINDS[cone.kind] + f"  {CHECK}" * holds)
-    title = f"Variables that may be positive in each cone ({CHECK}: q lies in it)"
-    width, height = figure.get_size_inches()
-    look: dict[str, Any] = {"title_fontsize": SMALL_FONT, "alignment": "left", "borderpad": 0, "borderaxespad": 0}
-    place: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (EDGE / width, (EDGE + 0.17) / height)}
-    figure.legend(handles, labels, title=title, ncols=2, handlelength=1.6, **place, **look)
-    note = "Only directions count: all vectors are drawn with one length."
-    figure.text(EDGE / width, EDGE / height, note, fontsize=SMALL_FONT, color=GREY, va="bottom")
+    title = f"Variables that may be positive in each cone ({CHECK}: q lies in it).\nOnly directions count."
+    look: dict[str, Any] = {"title_fontsize": SMALL_FONT, "alignment": "left", "handlelength": 1.6}
+    legend = figure.legend(handles, labels, title=title, ncols=2, loc="outside lower left", **look)
+    figure.set_figheight(figure.get_figheight() + legend.get_window_extent().height / figure.dpi)
 
 
 AXES_HEIGHT = 3.0  # inches: the height of axes with their surroundings

@@ -12,7 +12,6 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from io import BytesIO
 from itertools import cycle
 from typing import Any, TypeAlias
@@ -190,22 +189,18 @@ def file(draw: Callable[[], Figure], form: str, title: str, provenance: Sequence
     return buffer.getvalue()
 
 
-@lru_cache
-def extent(text: str, size: float, formulas: bool = True) -> tuple[float, float]:
-    """Return the width and height of a text in points. formulas : whether $ begins a formula."""
-    font = FontProperties(family=FAMILY, size=size)
-    width, height, _ = text_to_path.get_text_width_height_descent(text, font, ismath=formulas and "$" in text)
-    return float(width), float(height)
-
-
 def fitted(text: str, size: float, inches: float) -> str:
     """Return a text on one line, cut to `inches`; ? replaces characters that the font lacks, and $ is literal."""
-    glyphs = get_font(findfont(FontProperties(family=FAMILY))).get_charmap()
+    font = FontProperties(family=FAMILY, size=size)
+    glyphs = get_font(findfont(font)).get_charmap()
     text = "".join(c if ord(c) in glyphs else "?" for c in visible(text))
-    points = 72 * inches
-    if extent(text, size, False)[0] > points:
-        most = bisect_right(range(len(text)), points, key=lambda n: extent(text[:n] + "...", size, False)[0])
-        text = text[: most - 1].rstrip() + "..."
+
+    def width(n: int) -> float:
+        shown = text if n == len(text) else text[:n] + "..."
+        return float(text_to_path.get_text_width_height_descent(shown, font, ismath=False)[0])
+
+    if width(len(text)) > 72 * inches:
+        text = text[: bisect_right(range(len(text)), 72 * inches, key=width) - 1].rstrip() + "..."
     return text.replace("$", r"\$")
 
 
