@@ -192,16 +192,12 @@ def _over_time(record: BenchRecord) -> Section:
 
 
 def _times(record: BenchRecord) -> Section:
-    length, unit = _unit(record)
+    length, unit = wording.common_unit(summary(row.seconds).median for row in record.measurements if row.success)
     rows = []
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
         own = {row.solver: row for row in group}
         rows.append([name, *(_time(own[solver], length) if solver in own else "" for solver in record.solvers)])
     return sheet(f"Times in {unit}", ["problem", *record.solvers], [rows], [TIMES])
-
-
-def _unit(record: BenchRecord) -> tuple[float, str]:
-    return wording.common_unit(summary(row.seconds).median for row in record.measurements if row.success)
 
 
 def _time(row: Measurement, length: float) -> str:

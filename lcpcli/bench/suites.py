@@ -193,7 +193,9 @@ def cases_of(
         else:
             try:
                 files = _files(left, tell, infinity)
-                title = " ".join(_name_of(path, asked) for path in files)
+                alike = {path: [each for each in asked if Path(each).name == Path(path).name] for path in files}
+                short = [path if len({*map(os.path.abspath, alike[path])}) > 1 else Path(path).name for path in files]
+                title = " ".join(short)
                 cases.append(Case(title, file=files[0], q_file="".join(files[1:]), infinity=infinity))
             except ProblemError as fault:
                 if faults is None:
@@ -229,11 +231,6 @@ def _files(asked: Sequence[str], tell: Callable[[str], None], infinity: float | 
     for remark in filter(None, [*without_wrong_solutions(problem)[1], far]):
         tell(f"{path}: {remark}")
     return files
-
-
-def _name_of(path: str, asked: Sequence[str]) -> str:
-    alike = {os.path.abspath(other) for other in asked if Path(other).name == Path(path).name}
-    return Path(path).name if len(alike) == 1 else path
 
 
 def problem_of(case: Case) -> Problem | NonlinearProblem:

@@ -119,7 +119,7 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float, sh
     header = ["piece", "", *(names[i] for i in kept)]
     header += [f"{name} gets" for name in tree.tree.names()] if tree else [f"w{i + 1}" for i in kept]
     header += ["objective"] * bool(program)
-    shown, points, most_lines = 0, list[list[str]](), _most_lines(header)
+    shown, points, most_lines = 0, list[list[str]](), min(MOST_LINES, max(MOST_CELLS // len(header), FEWEST_LINES))
     groups = [points]
     for number, piece in enumerate(found.pieces, 1):
         rows: list[list[str]] = []
@@ -158,10 +158,6 @@ def _table(header: list[str], groups: list[list[list[str]]]) -> Table:
     return Table(header, list(filter(None, groups)), words=(0, *[1] * (header[0] == "piece")), name="Solutions")
 
 
-def _most_lines(header: Sequence[str]) -> int:
-    return min(MOST_LINES, max(MOST_CELLS // len(header), FEWEST_LINES))
-
-
 def _left_out(rows: int, most: int) -> list[str]:
     return [f"the first {most} of {rows} rows; --format json and csv have all of them"] * (rows > most)
 
@@ -179,7 +175,7 @@ def _equilibria(
     kept = wording.places(labels, shown_names)
     shown = [names[i] for i in kept]
     header = ["", *shown, *wording.payoff_headings(game), *["index"] * indexed, "pure"]
-    most_lines = _most_lines(header)
+    most_lines = min(MOST_LINES, max(MOST_CELLS // len(header), FEWEST_LINES))
     lines = [
         [
             str(number),

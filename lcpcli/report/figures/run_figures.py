@@ -142,8 +142,6 @@ def _drawn(chosen: Looks, panels: Sequence[Panel], others: Sequence[Profile | Gr
     return {key: look for key, look in chosen.items() if key in names}
 
 
-EXPONENTS = 10  # in a column, as many as the height of the axes has room for
-EXPONENT_COLUMN = 0.48  # of the length of the data's range of n, for a column of exponents with their margins
 DOUBLINGS = 12  # on a profile's abscissa at most, for ticks at powers of 2, not of 10: the labels of more would touch
 
 
@@ -208,32 +206,23 @@ def _growth(axes: Axes, family: str, growths: Sequence[Growth], chosen: Looks) -
     and on the right the fitted exponents in the order of the lines."""
     axes.set_title(fitted(family, FONT, WIDTH / 2 - 1.0))
     axes.set(xlabel="$n$", ylabel="run time (s)")
-    lines = []
+    entries, times = [], [t for one in growths for t in (*one.lower, *one.upper)]
     for one in growths:
-        line = list(zip(one.n, one.seconds, strict=True))
+        look, line = chosen[one.name, one.label], list(zip(one.n, one.seconds, strict=True))
         if one.fit is not None:
             line = [(n, one.fit.coefficient * n**one.fit.exponent) for n in (min(one.n), max(one.n))]
-        lines.append((one, chosen[one.name, one.label], line))
-    columns = math.ceil(sum(one.fit is not None for one in growths) / EXPONENTS)
-    across = data.times(n for one in growths for n in one.n)
-    right = across.high * (across.high / across.low) ** (EXPONENT_COLUMN * columns)
-    across = across._replace(high=right)
-    up = data.times(t for one, _, line in lines for t in (*one.lower, *one.upper, *(y for _, y in line)))
-    _log_axis(axes, "x", across)
-    _log_axis(axes, "y", up)
-    entries = []
-    for one, look, line in lines:
+            exponent = rf"$n^{{{one.fit.exponent:.2f} \pm {one.fit.margin:.2f}}}$"
+            entries.append((-line[-1][1], exponent, Line2D([], [], linestyle="", **look.points)))
+        times += [t for _, t in line]
         axes.plot(*zip(*line, strict=True), zorder=2, **look.line)
         axes.vlines(one.n, one.lower, one.upper, color=look.color, linewidth=look.width, zorder=2)
-        points = data.inside(one.n, one.seconds, across, up)
-        axes.plot([p.x for p in points], [p.y for p in points], linestyle="", clip_on=False, zorder=3, **look.points)
-        if one.fit is not None:
-            sample = Line2D([], [], linestyle="", **look.points)
-            entries.append((line[-1][1], sample, rf"$n^{{{one.fit.exponent:.2f} \pm {one.fit.margin:.2f}}}$"))
+        axes.plot(one.n, one.seconds, linestyle="", clip_on=False, zorder=3, **look.points)
+    _log_axis(axes, "x", data.times(n for one in growths for n in one.n))
+    _log_axis(axes, "y", data.times(times))
     if entries:
-        _, samples, exponents = zip(*sorted(entries, key=lambda entry: -entry[0]), strict=True)
-        spaces: dict[str, Any] = {"handlelength": 1, "columnspacing": 1, "handletextpad": 0.4}
-        axes.legend(samples, exponents, loc="center right", ncols=columns, **spaces)
+        _, exponents, samples = zip(*sorted(entries, key=lambda entry: entry[0]), strict=True)
+        place: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1, 0.5)}
+        axes.legend(samples, exponents, handlelength=1, handletextpad=0.4, labelspacing=0.2, **place)
 
 
 COLORS = [look.color for name, look in (*METHODS.items(), *PEERS.items()) if name != "auto"][:12]
