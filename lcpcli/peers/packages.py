@@ -191,17 +191,10 @@ clarabel = PackageSolver("clarabel", _clarabel, (not_sparse, not_convex))
 
 INFINITE_TO_DAQP = 1e30  # bounds of at least this size count as infinite in DAQP
 EQUATION = 5  # DAQP's sense of a row that is always active
-DAQP_STATUS = {
-    2: "soft optimal",
-    1: "optimal",
-    -1: "infeasible",
-    -2: "cycling",
-    -3: "unbounded",
-    -4: "iteration limit",
-    -5: "not convex",
-    -6: "initial working set overdetermined",
-    -7: "time limit",
-}
+DAQP_STATUS = (  # of the exit flags 2, 1, ..., -7
+    "soft optimal, optimal, , infeasible, cycling, unbounded, iteration limit, not convex, "
+    "initial working set overdetermined, time limit"
+)
 
 
 def _daqp(daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
@@ -218,7 +211,8 @@ def _daqp(daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: f
     upper = np.concatenate((program.upper, program.row_upper))
     sense = np.where((lower == upper) & (np.arange(lower.size) >= k), EQUATION, 0).astype(np.int32)
     x, _, flag, more = daqp.solve(Q, c, A, upper, lower, sense, **settings)
-    return x, -np.array(more["lam"])[k:], flag == 1, DAQP_STATUS.get(flag, f"exit flag {flag}")
+    status = dict(zip(range(2, -8, -1), DAQP_STATUS.split(", "), strict=True)).get(flag) or f"exit flag {flag}"
+    return x, -np.array(more["lam"])[k:], flag == 1, status
 
 
 daqp = PackageSolver("daqp", _daqp, (not_dense, not_monotone), INFINITE_TO_DAQP)

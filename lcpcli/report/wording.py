@@ -373,8 +373,7 @@ def _time(_: Problem, rows: Sequence[TraceRow]) -> Shown:
 
 COLUMNS = {  # by their names in CSV and JSON
     "residual": Column(
-        lambda row: row.residual,
-        lambda problem, _: {} if problem.solutions else {"residual": _residual},
+        lambda row: row.residual, lambda problem, _: {} if problem.solutions else {"residual": _residual}
     ),
     "error": Column(
         lambda row: row.error,

@@ -22,27 +22,9 @@ from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatt
 
 from lcpcli.parametric.path import Path
 from lcpcli.report import path_terms, wording
-from lcpcli.report.figures import data
+from lcpcli.report.figures import data, style
 from lcpcli.report.figures.data import Curve, DrawnPoint, Growth, Panel, Profile, Range
-from lcpcli.report.figures.style import (
-    BEYOND,
-    FONT,
-    GREY,
-    METHODS,
-    PAGE_HEIGHT,
-    PEERS,
-    RAMP,
-    ROW,
-    SIGNS,
-    UNSOLVED,
-    WIDTH,
-    Entry,
-    Look,
-    Looks,
-    add_legend,
-    fitted,
-    looks,
-)
+from lcpcli.report.figures.style import FONT, GREY, ROW, WIDTH, Entry, Look, Looks, add_legend, fitted, looks
 from lcpcli.report.path_terms import Terms
 from lcpcli.report.wording import title_and_size
 
@@ -55,7 +37,7 @@ UNEVEN = 20  # the ratio of the longest to the shortest run from which on the ax
 
 def draw_convergence(panels: Sequence[Panel]) -> Figure:
     chosen = looks((curve.name, curve.label) for panel in panels for curve in panel.curves)
-    figure = Figure(figsize=(WIDTH, min(ROW * len(panels), PAGE_HEIGHT)))
+    figure = Figure(figsize=(WIDTH, min(ROW * len(panels), style.PAGE_HEIGHT)))
     counts = [[max(curve.counts) for curve in panel.curves if curve.counts] for panel in panels]
     is_logarithmic = any(own and max(own) >= max(100, UNEVEN * min(own) + 1) for own in counts)
     rows = figure.subplots(len(panels), 2, sharey="row", squeeze=False)
@@ -119,9 +101,9 @@ def _draw_run(axes: Axes, points: Sequence[DrawnPoint], look: Look, solved: bool
     above: dict[str, Any] = {"color": look.color, "clip_on": False}
     axes.plot(xs[sorted(marked)], ys[sorted(marked)], linestyle="", clip_on=False, zorder=3, **look.points)
     if ringed:
-        axes.plot(xs[ringed], ys[ringed], label=BEYOND, zorder=4, **above, **SIGNS[BEYOND])
+        axes.plot(xs[ringed], ys[ringed], label=style.BEYOND, zorder=4, **above, **style.SIGNS[style.BEYOND])
     if not solved:
-        axes.plot(xs[-1], ys[-1], label=UNSOLVED, zorder=5, **above, **SIGNS[UNSOLVED])
+        axes.plot(xs[-1], ys[-1], label=style.UNSOLVED, zorder=5, **above, **style.SIGNS[style.UNSOLVED])
 
 
 def _marks(at: Any, turn: int) -> list[int]:
@@ -153,7 +135,7 @@ def draw_bench(profiles: Sequence[Profile], panels: Sequence[Panel], growths: Ma
     count = bool(profiles) + len(panels) + len(growths)
     places = [0] * (count % 2) + list(range(count))
     rows = len(places) // 2
-    figure = Figure(figsize=(WIDTH if count > 1 else WIDTH / 2, min(ROW * rows, PAGE_HEIGHT)))
+    figure = Figure(figsize=(WIDTH if count > 1 else WIDTH / 2, min(ROW * rows, style.PAGE_HEIGHT)))
     mosaic: dict[int, Axes] = figure.subplot_mosaic([places[i : i + 2] for i in range(0, len(places), 2)])
     free = (mosaic[i] for i in range(count))
     if profiles:
@@ -225,7 +207,7 @@ def _growth(axes: Axes, family: str, growths: Sequence[Growth], chosen: Looks) -
         axes.legend(samples, exponents, handlelength=1, handletextpad=0.4, labelspacing=0.2, **place)
 
 
-COLORS = [look.color for name, look in (*METHODS.items(), *PEERS.items()) if name != "auto"][:12]
+COLORS = [look.color for name, look in (*style.METHODS.items(), *style.PEERS.items()) if name != "auto"][:12]
 MOST_NAMED = len(COLORS)  # lines in the legend
 MOST_RULES = 60  # breakpoints with a vertical rule and markers; more would be a grey area
 TICKS = 6  # intervals on an axis at most
@@ -272,7 +254,7 @@ def _solutions(axes: Axes, terms: Terms, across: Any, chosen: Sequence[str]) -> 
     is_marked = is_named and len(across) <= MOST_RULES
     entries, turns = list[Entry](), path_terms.turns(path)
     for i, place in enumerate(shown):
-        look, values = Look(COLORS[i % len(COLORS)], RAMP[i % len(RAMP)]), z[:, place]
+        look, values = Look(COLORS[i % len(COLORS)], style.RAMP[i % len(style.RAMP)]), z[:, place]
         _line(axes, across, values, path.jumps, look.line if is_named else look.line | THIN)
         points = {**look.points, "markersize": 3, "linestyle": ""} if is_marked else {}
         if is_marked:
@@ -291,12 +273,12 @@ def _solutions(axes: Axes, terms: Terms, across: Any, chosen: Sequence[str]) -> 
     return entries + [(sign, text) for sign, text, places in signs if len(places)]
 
 
-def _line(axes: Axes, across: Any, values: Any, jumps: Any, style: dict[str, Any]) -> None:
+def _line(axes: Axes, across: Any, values: Any, jumps: Any, line: dict[str, Any]) -> None:
     """Draw a component; the pieces on which t stands still are dashed."""
     whole = np.insert(np.stack((across, values)), np.array(jumps, dtype=int) + 1, math.nan, axis=1)
-    axes.plot(*whole, zorder=2, **style)
+    axes.plot(*whole, zorder=2, **line)
     for k in jumps:
-        axes.plot(across[k : k + 2], values[k : k + 2], zorder=2, **{**style, **JUMP})
+        axes.plot(across[k : k + 2], values[k : k + 2], zorder=2, **{**line, **JUMP})
 
 
 def _objective(axes: Axes, terms: Terms, across: Any, label: str, is_frontier: bool) -> None:
