@@ -16,9 +16,10 @@ from dataclasses import dataclass, field, is_dataclass
 from types import UnionType
 from typing import Any, cast, get_args, get_origin, get_type_hints
 
-from lcpcli.bench.suites import Case, series
+from lcpcli.bench.suites import Case, method_of, series
 from lcpcli.errors import OptionError
 from lcpcli.files.contents import content_of, decode, place, within
+from lcpcli.report import wording
 from lcpcli.report.figures.data import Growth, Power
 
 EXCLUDED = "excluded"
@@ -213,6 +214,15 @@ def shifted_geometric_mean(times: Sequence[float], shift: float = SHIFT) -> floa
     return math.exp(math.fsum(math.log(t + shift) for t in times) / len(times)) - shift
 
 
+def mean_cells(times: Mapping[Any, Sequence[float]], limit: float, shift: float = SHIFT) -> tuple[dict[Any, str], str]:
+    """Return the shifted geometric means of times as cells, "" for no times, and their unit. limit : the time that
+    counts for a failure."""
+    charged = {key: [min(seconds, limit) for seconds in own] for key, own in times.items()}
+    means = {key: shifted_geometric_mean(own, shift) for key, own in charged.items() if own}
+    length, unit = wording.common_unit(means.values())
+    return {key: wording.digits(means[key] / length) if key in means else "" for key in times}, unit
+
+
 def performance_ratios(times: Mapping[str, Mapping[str, float]]) -> dict[str, list[float]]:
     """Return, in order, each solver's times on the problems that it accepts, each divided by the fastest solver's time.
 
@@ -271,8 +281,3 @@ def growths(record: BenchRecord) -> dict[str, list[Growth]]:
                 found.append(Growth(method_of(solver), solver, n, medians, lower, upper, fit))
         panels |= {name: found} if found else {}
     return panels
-
-
-def method_of(solver: str) -> str:
-    """Return the method of a solver, which decides how the solver is drawn: shi for shi:p=10."""
-    return solver.partition(":")[0]

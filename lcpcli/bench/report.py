@@ -5,24 +5,13 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from functools import partial
 from itertools import groupby, islice
-from typing import Any
 
-from lcpcli.bench.record import (
-    SHIFT,
-    BenchRecord,
-    Measurement,
-    growths,
-    method_of,
-    performance_ratios,
-    shifted_geometric_mean,
-    summary,
-    times,
-)
-from lcpcli.bench.suites import SUITES, series
+from lcpcli.bench.record import SHIFT, BenchRecord, Measurement, growths, mean_cells, performance_ratios, summary, times
+from lcpcli.bench.suites import SUITES, method_of, series
 from lcpcli.bench.timing import ABSOLUTE, NATURAL, RELATIVE
 from lcpcli.errors import count
 from lcpcli.model.problem import WITHOUT_SOLUTION
@@ -63,7 +52,7 @@ def optimality(record: BenchRecord) -> Section:
         solver: [summary(row.seconds).median if _within(row, RELATIVE, SOLVED_TO) else math.inf for row in own]
         for solver, own in taken.items()
     }
-    means, unit = _means(times, record.options.time_limit, PROGRAM_SHIFT)
+    means, unit = mean_cells(times, record.options.time_limit, PROGRAM_SHIFT)
     counts = {
         solver: [len(own), *(sum(_within(row, measure, level) for row in own) for measure, level in COLUMNS)]
         for solver, own in taken.items()
@@ -81,15 +70,6 @@ def optimality(record: BenchRecord) -> Section:
     return sheet("Optimality", header, [rows], notes)
 
 
-def _means(times: Mapping[Any, Sequence[float]], limit: float, shift: float = SHIFT) -> tuple[dict[Any, str], str]:
-    """Return the shifted geometric means of times as cells, "" for no times, and their unit. limit : the time that
-    counts for a failure."""
-    charged = {key: [min(seconds, limit) for seconds in own] for key, own in times.items()}
-    means = {key: shifted_geometric_mean(own, shift) for key, own in charged.items() if own}
-    length, unit = wording.common_unit(means.values())
-    return {key: wording.digits(means[key] / length) if key in means else "" for key in times}, unit
-
-
 def _within(row: Measurement, measure: str, level: float) -> bool:
     return row.claimed and (row.optimality or {}).get(measure, math.inf) <= level
 
@@ -101,17 +81,8 @@ FAILED, INEXACT, WRONG, EXCLUDED = "failed", "inexact", "wrong", "-"
 
 
 def sheets(record: BenchRecord) -> list[Section]:
-    candidates = [
-        _solvers(record),
-        _beside(record),
-        _over_time(record),
-        _times(record),
-        optimality(record),
-        _failures(record),
-        _exclusions(record),
-        _growth(record),
-    ]
-    return [section for section in candidates if section.tables[0].rows]
+    makers = (_solvers, _beside, _over_time, _times, optimality, _failures, _exclusions, _growth)
+    return [section for section in (make(record) for make in makers) if section.tables[0].rows]
 
 
 def title(record: BenchRecord) -> str:
@@ -138,7 +109,7 @@ def _solvers(record: BenchRecord) -> Section:
     medians, limit = times(record), record.options.time_limit
     ratios, false = performance_ratios(medians), Counter(row.solver for row in record.measurements if row.false_success)
     solved = {name: sum(seconds < math.inf for seconds in own.values()) for name, own in medians.items()}
-    means, unit = _means({name: [*own.values()] for name, own in medians.items() if record.measurements}, limit)
+    means, unit = mean_cells({name: [*own.values()] for name, own in medians.items() if record.measurements}, limit)
     rows = [
         [name, *map(str, (solved[name], len(medians[name]), false[name])), mean, str(ratios[name].count(1.0))]
         for name, mean in means.items()
@@ -157,7 +128,7 @@ def _beside(record: BenchRecord) -> Section:
     for peer in record.peers if method else ():
         if common := [problem for problem in medians[peer] if problem in medians[method]]:
             pairs |= {(peer, solver): [medians[solver][problem] for problem in common] for solver in (peer, method)}
-    means, unit = _means(pairs, limit)
+    means, unit = mean_cells(pairs, limit)
     rows = []
     for peer in dict.fromkeys(peer for peer, _ in pairs):
         pair = pairs[peer, peer], pairs[peer, method]

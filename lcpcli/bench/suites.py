@@ -85,6 +85,11 @@ def series(family: str, parameters: dict[str, Any]) -> str:
     return " ".join([family, *words])
 
 
+def method_of(solver: str) -> str:
+    """Return the method of a solver, which decides how the solver is drawn: shi for shi:p=10."""
+    return solver.partition(":")[0]
+
+
 SUITES = {
     "quick": Suite(
         "a little of everything, in under a minute",
