@@ -5,15 +5,16 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
+from itertools import count as count_from
 from pathlib import PurePath
 from typing import Any, NamedTuple
 
 from lcpcli.bench import record
 from lcpcli.errors import OptionError, count
-from lcpcli.files.contents import content_of, decode, place
+from lcpcli.files.contents import content_of, decode, place, within
 from lcpcli.report import wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.result_formats import Report
@@ -34,8 +35,7 @@ Key = tuple[str, str]  # a problem and a method
 
 class Ending(NamedTuple):
     """How one run ended. is_good : whether it solved the problem or proved that it has no solution, and made no false
-    claim. interval : of the median of its times, if the run was repeated; else None. digest : of the
-    problem, in a log."""
+    claim. interval : of the median of repeated times. digest : of the problem, in a log."""
 
     status: str
     is_good: bool
@@ -46,15 +46,12 @@ class Ending(NamedTuple):
 
 
 class Change(NamedTuple):
-    """A run in both files, or in one of them."""
-
     key: Key
     old: Ending | None
     new: Ending | None
 
     @property
     def ratio(self) -> float | None:
-        """Return the new time over the old one, of runs that both ended well."""
         if self.old is None or self.new is None or not (self.old.is_good and self.new.is_good):
             return None
         return self.new.seconds / self.old.seconds if self.old.seconds and self.new.seconds else None
@@ -119,8 +116,8 @@ class Comparison:
     def _document(self, *_: Any) -> Document:
         rows = [_row(change) for change in self.changes if change.verdict != SAME]
         title = f"{place(self.paths[1])} against {place(self.paths[0])}"
-        table = Table(NAMES, [rows], words=(0, 1, 2, 3))
-        return Document(title, [Section(title, self._verdict(), not self.failures, tables=[table])])
+        tables = [Table(NAMES, [rows], words=(0, 1, 2, 3))]
+        return Document(title, [Section(title, self._verdict(), not self.failures, tables=tables)])
 
     def _verdict(self) -> str:
         counts = Counter(change.verdict for change in self.changes)
@@ -132,14 +129,16 @@ class Comparison:
 
 
 def runs_in(path: str) -> dict[Key, Ending]:
-    """Return the endings of the runs in a file, by problem and method; raise an LCPError if it has none.
-
-    The method of a problem that could not be read is "". A last line that was cut off counts as not written.
-    """
-    text = decode(content_of(path, EXPECTED))
+    """Return the endings of the runs in a file, by problem and method, "" for a problem that could not be read; raise
+    an LCPError if it has none. A last line that was cut off counts as not written."""
+    text = within(place(path), decode, content_of(path, EXPECTED))
     with suppress(ValueError, RecursionError, OverflowError):
-        measured = record.parse(text).measurements
-        return {row.key: _of_bench(row) for row in measured if not row.excluded}
+        rows = [row for row in record.parse(text).measurements if not row.excluded]
+        intervals = [record.median_interval(row.seconds) if len(row.seconds) > 1 else None for row in rows]
+        return {
+            row.key: Ending(row.status, row.success, row.iterations, record.summary(row.seconds).median, interval)
+            for row, interval in zip(rows, intervals, strict=True)
+        }
     found: dict[Key, Ending] = {}
     lines = text.split("\n")
     for number, line in enumerate(lines, 1):
@@ -147,21 +146,14 @@ def runs_in(path: str) -> dict[Key, Ending]:
             continue
         try:
             result = json.loads(line)
-            key, ending = _key(result), _of_result(result)
+            (name, method), ending = _of_result(result)
         except (ValueError, KeyError, TypeError, RecursionError):
             if number == len(lines) and found:
                 continue
             raise OptionError(place(path), "has neither a bench nor results", EXPECTED) from None
-        found[next(each for each in _numbered(key) if each not in found)] = ending
+        keys = (((f"{name} ({number})" if number > 1 else name), method) for number in count_from(1))
+        found[next(key for key in keys if key not in found)] = ending
     return found
-
-
-def _key(result: Mapping[str, Any]) -> Key:
-    """Return the name of the file of a result, with the number of its item, or the name of its problem, and the
-    method."""
-    name = PurePath(result["file"]).name if result["file"] else result["problem"]
-    item = f":{result['item']}" if result["item"] else ""
-    return f"{name}{item}", str(result["label"] or result["method"] or "")
 
 
 def with_unread(runs: Mapping[Key, Ending], others: Mapping[Key, Ending]) -> dict[Key, Ending]:
@@ -172,29 +164,17 @@ def with_unread(runs: Mapping[Key, Ending], others: Mapping[Key, Ending]) -> dic
     return {key: ending for key, ending in runs.items() if key[1] or key[0] not in taken} | missed
 
 
-def _numbered(key: Key) -> Iterator[Key]:
-    """Yield a key, and then the keys of further problems of the same name."""
-    yield key
-    number = 2
-    while True:
-        yield f"{key[0]} ({number})", key[1]
-        number += 1
-
-
-def _of_bench(row: record.Measurement) -> Ending:
-    median, is_repeated = record.summary(row.seconds).median, len(row.seconds) > 1
-    interval = record.median_interval(row.seconds) if is_repeated else None
-    return Ending(row.status, row.success, row.iterations, median, interval)
-
-
-def _of_result(result: Mapping[str, Any]) -> Ending:
+def _of_result(result: Mapping[str, Any]) -> tuple[Key, Ending]:
+    """Return the name of the file of a result, with the number of its item, or of its problem, the method, and the
+    ending."""
+    name = PurePath(result["file"]).name if result["file"] else result["problem"]
+    item = f":{result['item']}" if result["item"] else ""
     status, seconds = str(result["status"]), result["seconds"]
     is_proved = status.upper() in Status.__members__ and Status[status.upper()].has_no_solution
     interval = (seconds, seconds * result["spread"]) if seconds is not None and result["spread"] else None
-    is_good = bool(result["solved"]) or is_proved
-    return Ending(
-        status, is_good, result["iterations"], seconds, interval, None if status == UNREAD else result.get("digest")
-    )
+    digest = None if status == UNREAD else result.get("digest")
+    ending = Ending(status, bool(result["solved"]) or is_proved, result["iterations"], seconds, interval, digest)
+    return (f"{name}{item}", str(result["label"] or result["method"] or "")), ending
 
 
 def _cells(values: Mapping[str, Any]) -> list[Any]:
@@ -202,7 +182,6 @@ def _cells(values: Mapping[str, Any]) -> list[Any]:
 
 
 def _row(change: Change) -> list[str]:
-    """Return a row of text; what has changed has an arrow."""
     values = change.data()
     statuses, iterations, seconds = ([each for each in values[name] if each is not None] for name in NAMES[3:6])
     return [

@@ -1,6 +1,5 @@
-"""The record of a bench, and its JSON: the request, the environment, and every finished measurement.
-
-Statistics of run times, as pure functions, and the statistics of a bench for its tables and its figure.
+"""The record of a bench, and its JSON: the request, the environment, and every finished measurement; and its
+statistics.
 
 The performance profile: E. D. Dolan and J. J. Moré, Benchmarking optimization software with performance profiles, Math.
 Program. 91 (2002) 201-213. The interval for a median: H. A. David and H. N. Nagaraja, Order Statistics, 3rd ed., Wiley
@@ -14,22 +13,22 @@ import math
 import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, is_dataclass
-from pathlib import Path
 from types import UnionType
 from typing import Any, cast, get_args, get_origin, get_type_hints
 
-from lcpcli.bench.suites import Case, series
+from lcpcli.bench.suites import Case, method_of, series
 from lcpcli.errors import OptionError
-from lcpcli.report.figures.data import Growth, GrowthPanel, Power
+from lcpcli.files.contents import content_of, decode, place, within
+from lcpcli.report import wording
+from lcpcli.report.figures.data import Growth, Power
 
 EXCLUDED = "excluded"
+EXPECTED = "name a .json file written by lcp bench -o"
 GONE = {"rate", "milestones", "condition", "forward_error"}  # fields of records of earlier versions
 
 
 @dataclass(frozen=True)
 class Settings:
-    """The options of a bench, as on the command line."""
-
     tol: float
     time_limit: float
     accept: float
@@ -38,10 +37,8 @@ class Settings:
 
 @dataclass(frozen=True)
 class Machine:
-    """Processor, number of cores, memory in bytes and system; None for a fact that the system does not report.
-
-    threads : the number of threads for dense linear algebra; None if the BLAS decides.
-    """
+    """Processor, cores, memory in bytes, system, and the threads for dense linear algebra; None for what the system
+    does not report, or the BLAS decides."""
 
     processor: str
     cores: int | None
@@ -57,7 +54,7 @@ class Measurement:
     problem : the name of the case. family, seed : None for a problem in a file. n : the number of unknowns.
     solver, kind : the solver's name, and "method" or "peer".
     status, statement : how the run ended, in a word and a sentence; EXCLUDED if the peer does not accept the case.
-    claimed : whether a z, or that there is none, is claimed. success, false_success : as in `Checker.check`.
+    claimed : whether a z, or that there is none, is claimed. success, false_success : as in `timing.checked`.
     residual, scaled_residual, error : recomputed; None if there is no z, or if they are not finite.
     seconds : the time of each repeat, set-up included; empty if excluded. setup_seconds : for the run with the curve.
     curve : (k, seconds, error) of the iterates; curve_of is "error" or "residual", whichever the curve shows.
@@ -101,8 +98,7 @@ class BenchRecord:
     """The record of a bench; `measurements` grows in the order of cases and solvers.
 
     suite : the suites and files requested. missing : peers requested but not installed. unread : what is wrong with
-    files that were left out.
-    versions : of Python, of this program, of its numerical libraries, and of the peers.
+    files that were left out. versions : of Python, of this program, of its numerical libraries, and of the peers.
     """
 
     suite: list[str]
@@ -121,25 +117,19 @@ class BenchRecord:
         return [*self.methods, *self.peers]
 
     def pending(self) -> list[tuple[Case, list[str]]]:
-        """Return the unfinished cases, each with the solvers still to run."""
         done = {measurement.key for measurement in self.measurements}
         left = [(case, [s for s in self.solvers if (case.name, s) not in done]) for case in self.cases]
         return [(case, solvers) for case, solvers in left if solvers]
 
 
 def read(path: str) -> BenchRecord:
-    """Read the record in a file; raise OptionError if the file holds none."""
+    """Read the record in a file; raise an LCPError if the file holds none."""
+    text = within(place(path), decode, content_of(path, EXPECTED))
     try:
-        return parse(Path(path).read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise OptionError(path, "no such file", "name a file written by lcp bench -o") from None
-    except OSError as error:
-        raise OptionError(path, f"cannot be read ({error.strerror})", "make it readable") from None
+        return parse(text)
     except (ValueError, RecursionError, OverflowError) as fault:
-        place = f" ({fault})" if type(fault) is ValueError else ""
-        raise OptionError(
-            path, f"is not a record of a bench{place}", "name a .json file written by lcp bench -o"
-        ) from None
+        where = f" ({fault})" if type(fault) is ValueError else ""
+        raise OptionError(path, f"is not a record of a bench{where}", EXPECTED) from None
 
 
 def parse(text: str) -> BenchRecord:
@@ -187,8 +177,6 @@ LEAST_SIZES = 4  # sizes n for a fit of two parameters, so that two degrees of f
 
 @dataclass(frozen=True)
 class Summary:
-    """Median and quartiles of repeated times, in seconds, and their number."""
-
     median: float
     lower: float
     upper: float
@@ -209,11 +197,8 @@ def summary(times: Sequence[float]) -> Summary:
 
 
 def median_interval(times: Sequence[float]) -> tuple[float, float]:
-    """Return the narrowest pair of symmetric order statistics that contains the median with CONFIDENCE.
-
-    The confidence holds for any distribution. Fewer than six times never attain it; then the pair is the smallest and
-    the largest time.
-    """
+    """Return the narrowest pair of symmetric order statistics that contains the median with CONFIDENCE, for any
+    distribution; the smallest and the largest of fewer than six times, which never attain it."""
     ordered, n = sorted(times), len(times)
     rank, tail = 0, 2.0**-n
     while rank + 1 < n - 1 - rank:
@@ -227,6 +212,15 @@ def median_interval(times: Sequence[float]) -> tuple[float, float]:
 def shifted_geometric_mean(times: Sequence[float], shift: float = SHIFT) -> float:
     """Return exp(mean(log(t + shift))) - shift for at least one time; no very long or short time dominates it."""
     return math.exp(math.fsum(math.log(t + shift) for t in times) / len(times)) - shift
+
+
+def mean_cells(times: Mapping[Any, Sequence[float]], limit: float, shift: float = SHIFT) -> tuple[dict[Any, str], str]:
+    """Return the shifted geometric means of times as cells, "" for no times, and their unit. limit : the time that
+    counts for a failure."""
+    charged = {key: [min(seconds, limit) for seconds in own] for key, own in times.items()}
+    means = {key: shifted_geometric_mean(own, shift) for key, own in charged.items() if own}
+    length, unit = wording.common_unit(means.values())
+    return {key: wording.digits(means[key] / length) if key in means else "" for key in times}, unit
 
 
 def performance_ratios(times: Mapping[str, Mapping[str, float]]) -> dict[str, list[float]]:
@@ -269,13 +263,13 @@ def times(record: BenchRecord) -> dict[str, dict[str, float]]:
     return medians
 
 
-def growths(record: BenchRecord) -> list[GrowthPanel]:
+def growths(record: BenchRecord) -> dict[str, list[Growth]]:
     """Return the growth of the time of each solver on each series in which it solved two sizes or more."""
     solved: dict[str, dict[str, list[Measurement]]] = {}
     for row in record.measurements:
         if row.family and row.success:
             solved.setdefault(series(row.family, row.parameters), {}).setdefault(row.solver, []).append(row)
-    panels = []
+    panels: dict[str, list[Growth]] = {}
     for name, by_solver in solved.items():
         found = []
         for solver in record.solvers:
@@ -285,10 +279,5 @@ def growths(record: BenchRecord) -> list[GrowthPanel]:
                 medians, lower, upper = ([getattr(each, key) for each in own] for key in ("median", "lower", "upper"))
                 fit = growth(list(zip(n, medians, strict=True)))
                 found.append(Growth(method_of(solver), solver, n, medians, lower, upper, fit))
-        panels += [GrowthPanel(name, found)] * bool(found)
+        panels |= {name: found} if found else {}
     return panels
-
-
-def method_of(solver: str) -> str:
-    """Return the method of a solver, which decides how the solver is drawn: shi for shi:p=10."""
-    return solver.partition(":")[0]

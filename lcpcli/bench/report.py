@@ -5,24 +5,13 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from functools import partial
-from itertools import groupby
-from typing import Any
+from itertools import groupby, islice
 
-from lcpcli.bench.record import (
-    SHIFT,
-    BenchRecord,
-    Measurement,
-    growths,
-    method_of,
-    performance_ratios,
-    shifted_geometric_mean,
-    summary,
-    times,
-)
-from lcpcli.bench.suites import SUITES, series
+from lcpcli.bench.record import SHIFT, BenchRecord, Measurement, growths, mean_cells, performance_ratios, summary, times
+from lcpcli.bench.suites import SUITES, method_of, series
 from lcpcli.bench.timing import ABSOLUTE, NATURAL, RELATIVE
 from lcpcli.errors import count
 from lcpcli.model.problem import WITHOUT_SOLUTION
@@ -46,7 +35,6 @@ SENTENCES = ("how it ended", "why")  # among them
 def sheet(
     title: str, header: Sequence[str], groups: Sequence[Sequence[Sequence[str]]], notes: Sequence[str] = ()
 ) -> Section:
-    """Return the section of one table, with notes below it."""
     words, texts = ([j for j, name in enumerate(header) if name in names] for names in (WORDS, SENTENCES))
     return Section(title, tables=[Table(header, groups, words, texts, notes=notes)])
 
@@ -64,7 +52,7 @@ def optimality(record: BenchRecord) -> Section:
         solver: [summary(row.seconds).median if _within(row, RELATIVE, SOLVED_TO) else math.inf for row in own]
         for solver, own in taken.items()
     }
-    means, unit = _means(times, record.options.time_limit, PROGRAM_SHIFT)
+    means, unit = mean_cells(times, record.options.time_limit, PROGRAM_SHIFT)
     counts = {
         solver: [len(own), *(sum(_within(row, measure, level) for row in own) for measure, level in COLUMNS)]
         for solver, own in taken.items()
@@ -82,15 +70,6 @@ def optimality(record: BenchRecord) -> Section:
     return sheet("Optimality", header, [rows], notes)
 
 
-def _means(times: Mapping[Any, Sequence[float]], limit: float, shift: float = SHIFT) -> tuple[dict[Any, str], str]:
-    """Return the shifted geometric means of times as cells, "" for no times, and their unit. limit : the time that
-    counts for a failure."""
-    charged = {key: [min(seconds, limit) for seconds in own] for key, own in times.items()}
-    means = {key: shifted_geometric_mean(own, shift) for key, own in charged.items() if own}
-    length, unit = wording.common_unit(means.values())
-    return {key: wording.digits(means[key] / length) if key in means else "" for key in times}, unit
-
-
 def _within(row: Measurement, measure: str, level: float) -> bool:
     return row.claimed and (row.optimality or {}).get(measure, math.inf) <= level
 
@@ -102,21 +81,11 @@ FAILED, INEXACT, WRONG, EXCLUDED = "failed", "inexact", "wrong", "-"
 
 
 def sheets(record: BenchRecord) -> list[Section]:
-    candidates = [
-        _solvers(record),
-        _beside(record),
-        _over_time(record),
-        _times(record),
-        optimality(record),
-        _failures(record),
-        _exclusions(record),
-        _growth(record),
-    ]
-    return [section for section in candidates if section.tables[0].rows]
+    makers = (_solvers, _beside, _over_time, _times, optimality, _failures, _exclusions, _growth)
+    return [section for section in (make(record) for make in makers) if section.tables[0].rows]
 
 
 def title(record: BenchRecord) -> str:
-    """Return the title: the names of the suites, and the number of measurements made."""
     measured, all_of_them = len(record.measurements), len(record.cases) * len(record.solvers)
     progress = "" if measured == all_of_them else f", {measured} of {all_of_them} measured"
     files = {file for case in record.cases for file in (case.file, case.q_file)}
@@ -125,7 +94,6 @@ def title(record: BenchRecord) -> str:
 
 
 def conditions(record: BenchRecord) -> list[str]:
-    """Return lines on the conditions of a bench: the limits, the machine, the versions, and missing peers."""
     options, machine = record.options, record.machine
     memory = f", {machine.memory / 2**30:.3g} GiB" if machine.memory else ""
     threads = f", {count(machine.threads, 'thread')}" if machine.threads else ""
@@ -141,7 +109,7 @@ def _solvers(record: BenchRecord) -> Section:
     medians, limit = times(record), record.options.time_limit
     ratios, false = performance_ratios(medians), Counter(row.solver for row in record.measurements if row.false_success)
     solved = {name: sum(seconds < math.inf for seconds in own.values()) for name, own in medians.items()}
-    means, unit = _means({name: [*own.values()] for name, own in medians.items() if record.measurements}, limit)
+    means, unit = mean_cells({name: [*own.values()] for name, own in medians.items() if record.measurements}, limit)
     rows = [
         [name, *map(str, (solved[name], len(medians[name]), false[name])), mean, str(ratios[name].count(1.0))]
         for name, mean in means.items()
@@ -160,7 +128,7 @@ def _beside(record: BenchRecord) -> Section:
     for peer in record.peers if method else ():
         if common := [problem for problem in medians[peer] if problem in medians[method]]:
             pairs |= {(peer, solver): [medians[solver][problem] for problem in common] for solver in (peer, method)}
-    means, unit = _means(pairs, limit)
+    means, unit = mean_cells(pairs, limit)
     rows = []
     for peer in dict.fromkeys(peer for peer, _ in pairs):
         pair = pairs[peer, peer], pairs[peer, method]
@@ -173,7 +141,6 @@ def _beside(record: BenchRecord) -> Section:
 
 
 def is_over_time(record: BenchRecord) -> bool:
-    """Return whether the report shows what is solved within which time."""
     return any(name in SUITES and SUITES[name].over_time for name in record.suite)
 
 
@@ -196,16 +163,12 @@ def _over_time(record: BenchRecord) -> Section:
 
 
 def _times(record: BenchRecord) -> Section:
-    length, unit = _unit(record)
+    length, unit = wording.common_unit(summary(row.seconds).median for row in record.measurements if row.success)
     rows = []
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
         own = {row.solver: row for row in group}
         rows.append([name, *(_time(own[solver], length) if solver in own else "" for solver in record.solvers)])
     return sheet(f"Times in {unit}", ["problem", *record.solvers], [rows], [TIMES])
-
-
-def _unit(record: BenchRecord) -> tuple[float, str]:
-    return wording.common_unit(summary(row.seconds).median for row in record.measurements if row.success)
 
 
 def _time(row: Measurement, length: float) -> str:
@@ -241,13 +204,13 @@ def _exclusions(record: BenchRecord) -> Section:
 def _growth(record: BenchRecord) -> Section:
     header = ["family", "solver", "sizes", "exponent", "95% interval", "R^2"]
     groups = []
-    for panel in growths(record):
+    for family, found in growths(record).items():
         rows: list[list[str]] = []
-        for growth in panel.growths:
+        for growth in found:
             if fit := growth.fit:
                 interval = f"{fit.exponent - fit.margin:.2f} to {fit.exponent + fit.margin:.2f}"
                 cells = [f"{growth.n[0]}-{growth.n[-1]}", f"{fit.exponent:.2f}", interval, f"{fit.r_squared:.3f}"]
-                rows.append(["" if rows else panel.title, growth.label, *cells])
+                rows.append(["" if rows else family, growth.label, *cells])
         groups += [rows] * bool(rows)
     return sheet("Growth of the time with n: n^exponent", header, groups)
 
@@ -259,7 +222,7 @@ LEAST_PROBLEMS = 5  # for a performance profile, whose steps are shares of the p
 def draw_figure(record: BenchRecord, form: str) -> bytes:
     """Return the figure of a bench with at least one measurement; form is one of `figures.FORMS`."""
     panels = _panels(record)
-    growth_panels = growths(record)[:PANELS_OF_A_KIND]
+    growth_panels = dict(islice(growths(record).items(), PANELS_OF_A_KIND))
     medians, in_seconds = times(record), is_over_time(record)
     ratios = {name: list(own.values()) for name, own in medians.items()} if in_seconds else performance_ratios(medians)
     profiles = [Profile(method_of(name), name, own, in_seconds) for name, own in ratios.items() if own]
@@ -271,9 +234,7 @@ def draw_figure(record: BenchRecord, form: str) -> bytes:
 
 def _panels(record: BenchRecord) -> list[Panel]:
     """Return the panels of the largest problem of each series, those with the most successes and longest curves first.
-
-    Methods have curves; a peer, of which only the end is known, is a single point.
-    """
+    A peer, of which only the end is known, is a single point."""
     problems = [list(group) for _, group in groupby(record.measurements, key=lambda row: row.problem)]
     problems.sort(
         key=lambda rows: (sum(row.success for row in rows), max(len(row.curve or ()) for row in rows)), reverse=True
@@ -304,10 +265,7 @@ COMPUTED = ("median_seconds", "lower_quartile", "upper_quartile", "repeats")
 
 
 def render(record: BenchRecord, form: str, width: int | None, color: bool) -> str:
-    """Return the record as text in a format.
-
-    width, color : the width of the terminal, None if there is none, and whether it shows colours.
-    """
+    """Return the record as text in a format. width, color : as for `document.typeset`."""
 
     def document(*_: object) -> Document:
         name = title(record)

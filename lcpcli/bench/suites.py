@@ -1,8 +1,5 @@
-"""Suites of cases by name; the cases of suites, files and folders, and the problem of each. A case is a problem of the
-gallery, or one in a file.
-
-Nothing heavy is imported, so that help can list the suites and the formats of a report.
-"""
+"""Suites of cases by name; the cases of suites, files and folders, and the problem of each. Nothing heavy is imported,
+so that help can list the suites."""
 
 from __future__ import annotations
 
@@ -29,13 +26,11 @@ DEFAULT_METHODS = ("auto", "newton", "lemke", "fixed-point", "shi")
 
 @dataclass(frozen=True)
 class Case:
-    """One problem, described so that it can be made again.
+    """A problem of the gallery, or one in a file, described so that it can be made again.
 
-    name : unique within a bench.
-    family, n, seed, parameters : the arguments of `gallery.make`; "", 0, 0 and none for a file. Nonlinear
-        problems have no seed and no parameters.
-    file, q_file : the paths of its file, and of the file of q if separate; "" for a problem of the gallery.
-    infinity : bounds in its file of at least this size count as infinite; None if only infinite ones do.
+    name : unique within a bench. family, n, seed, parameters : the arguments of `gallery.make`; "", 0, 0 and none for a
+    file. Nonlinear problems have no seed and no parameters. file, q_file : the paths of its file, and of the file of q
+    if separate. infinity : bounds in its file of at least this size count as infinite; None if only infinite ones do.
     """
 
     name: str
@@ -53,11 +48,9 @@ class Suite:
     """Cases under one name.
 
     text : the cases: families with their sizes, then values of parameters and of the seed, all of which are combined,
-        as in "planted 40 100 entries=10 seed=0,1; murty 5"; a parameter without a value is true. Also files of shipped
-        programs.
-    budget : default number of seconds for a measurement.
-    over_time : whether the report shows what is solved within which time.
-    methods : those that are measured by default.
+    as in "planted 40 100 entries=10 seed=0,1; murty 5"; a parameter without a value is true. Also files of shipped
+    programs. budget : default number of seconds for a measurement. over_time : whether the report shows what is solved
+    within which time. methods : those that are measured by default.
     """
 
     meaning: str
@@ -82,7 +75,6 @@ class Suite:
 
 
 def case(family: str, n: int, seed: int = 0, **parameters: Any) -> Case:
-    """Return a case of the gallery, named after its arguments."""
     name = series(f"{family} {n}", {**parameters, **({"seed": seed} if seed else {})})
     return Case(name, family, n, seed, parameters)
 
@@ -91,6 +83,11 @@ def series(family: str, parameters: dict[str, Any]) -> str:
     """Return the common name of cases that differ only in size and seed."""
     words = (name if value is True else f"{name}={value}" for name, value in parameters.items())
     return " ".join([family, *words])
+
+
+def method_of(solver: str) -> str:
+    """Return the method of a solver, which decides how the solver is drawn: shi for shi:p=10."""
+    return solver.partition(":")[0]
 
 
 SUITES = {
@@ -172,7 +169,6 @@ GONE = {  # suites of earlier versions
 
 
 def budget_of(asked: Sequence[str]) -> float:
-    """Return the default number of seconds for a measurement."""
     return max(SUITES[name].budget if name in SUITES else Suite.budget for name in asked)
 
 
@@ -190,10 +186,8 @@ def cases_of(
     """Return the cases of suites, files and folders, each once; a file with M alone is followed by the file of q.
 
     tell : called with remarks on the problem in a file. infinity : as in `Case`, for the files. faults : receives what
-    is wrong with files that cannot be read, which are left out.
-
-    Raises OptionError for a name that is neither a suite nor a file, ProblemError for a file that cannot be read, if
-    there are no `faults` to receive it.
+    is wrong with files that cannot be read, which are left out; else a ProblemError is raised. Raises OptionError for a
+    name that is neither a suite nor a file.
     """
     left = asked = [path for each in asked for path in ([each] if each in SUITES else files_in([each], tell))]
     cases = list[Case]()
@@ -204,7 +198,9 @@ def cases_of(
         else:
             try:
                 files = _files(left, tell, infinity)
-                title = " ".join(_name_of(path, asked) for path in files)
+                alike = {path: [each for each in asked if Path(each).name == Path(path).name] for path in files}
+                short = [path if len({*map(os.path.abspath, alike[path])}) > 1 else Path(path).name for path in files]
+                title = " ".join(short)
                 cases.append(Case(title, file=files[0], q_file="".join(files[1:]), infinity=infinity))
             except ProblemError as fault:
                 if faults is None:
@@ -242,11 +238,6 @@ def _files(asked: Sequence[str], tell: Callable[[str], None], infinity: float | 
     return files
 
 
-def _name_of(path: str, asked: Sequence[str]) -> str:
-    alike = {os.path.abspath(other) for other in asked if Path(other).name == Path(path).name}
-    return Path(path).name if len(alike) == 1 else path
-
-
 def problem_of(case: Case) -> Problem | NonlinearProblem:
     """Return the problem of a case, with its verdict or its known solutions but without wrong ones."""
     if case.file:
@@ -268,10 +259,7 @@ def problem_of(case: Case) -> Problem | NonlinearProblem:
 
 def prepare(case: Case) -> Problem | NonlinearProblem:
     """Return the problem of a case with a reference for errors: a solution is computed if none is known and the problem
-    is linear.
-
-    The verdict in a file is not believed if there is a solution.
-    """
+    is linear. The verdict in a file is not believed if there is a solution."""
     from lcpcli.model.problem import Problem
     from lcpcli.solving.reference import with_reference
 

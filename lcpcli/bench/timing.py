@@ -1,9 +1,5 @@
-"""Runs of a method or of a peer on a problem, repeated until their time is known accurately enough.
-
-Verification of answers from the original M and q, never from what the solver reports.
-
-A bench from the request to its record: the loop over cases and solvers, on this machine.
-"""
+"""A bench from the request to its record: runs of a method or of a peer on a problem, repeated until their time is
+known accurately enough, and verification from the original M and q, never from what the solver reports."""
 
 from __future__ import annotations
 
@@ -11,7 +7,7 @@ import os
 import platform
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -37,6 +33,7 @@ from lcpcli.model.problem import WITHOUT_SOLUTION, Problem, conditions_of
 from lcpcli.model.program import Conditions, Program
 from lcpcli.options import AUTO, NUMBA, THREADS, Limits, wants_kernels
 from lcpcli.peers import registry as peers
+from lcpcli.peers.registry import Claim
 from lcpcli.report.wording import finite
 from lcpcli.solving import driver as driver
 from lcpcli.solving.solve_mcp import run_nonlinear
@@ -46,7 +43,6 @@ from lcpcli.verify.nonlinear_point import NonlinearCriterion
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.version import VERSION
 
-SOLUTION, NONE = "solution", "none"  # possible claims: z is a solution, or there is none
 MOST_POINTS = 200  # of a curve in the record: enough for a figure, few enough for a small file
 LEAST_REPEATS, MOST_REPEATS = 3, 25  # a median of fewer may be an outlier; after more it hardly changes
 NARROW = 0.05  # half-width of the median's interval, relative to the median, at which the median counts as known
@@ -54,42 +50,12 @@ WARM_UP = 0.02  # seconds of untimed runs before brief runs are measured, while 
 CURVES = 5  # runs of which each step of the curve has the least time: few steps are disturbed in all of them
 REST = 0.05  # seconds after which idle BLAS threads have stopped spinning
 
-Curve = list[tuple[int, float, float | None]]
-
-
-@dataclass(frozen=True, eq=False)
-class TimedAnswer:
-    """The outcome of one run, in the same terms for methods and peers, and not yet verified.
-
-    z : shape (n,), or None.
-    claim : SOLUTION, NONE, or "" if nothing is claimed.
-    status, statement : how the run ended, in a word and in a sentence.
-    seconds : from the arrays of the problem to the answer, for methods until it is verified. setup_seconds : the part
-        of it until the first iterate; None if unknown.
-    iterations, evaluations : as in `result.Result`; None if unknown.
-    curve : (k, seconds, error) of the iterates or of a selection of them, with the residual for the error if no
-        solution is known; empty if there are none.
-    """
-
-    z: Vector | None
-    claim: str
-    status: str
-    statement: str
-    seconds: float
-    setup_seconds: float | None = None
-    iterations: int | None = None
-    evaluations: int | None = None
-    curve: Curve | None = None
-
 
 def run_method(
     name: str, problem: Problem | NonlinearProblem, tol: float, time_limit: float, with_curve: bool
-) -> TimedAnswer:
-    """Run one of METHODS, with the options in its name, as in shi:p=10, and otherwise with its defaults. A nonlinear
-    problem is solved by the method for these.
-
-    Raises KeyboardInterrupt if the run was interrupted.
-    """
+) -> Claim:
+    """Run one of METHODS, with the options in its name, as in shi:p=10, and otherwise with its defaults; on a nonlinear
+    problem the method for these. Raises KeyboardInterrupt if the run was interrupted."""
     nothing = np.array([], dtype=np.intp)
     known = bool(problem.solutions)
     trace = Trace(1, MOST_POINTS, nothing, residuals=not known) if with_curve else None
@@ -102,12 +68,12 @@ def run_method(
     if result.interrupted:
         raise KeyboardInterrupt
     rows = result.curve.rows if result.curve else ()
-    return TimedAnswer(
+    return Claim(
         z=result.z,
-        claim=SOLUTION if result.solved else NONE if result.status.has_no_solution else "",
-        status=result.status.word,
-        statement=result.message,
+        solved=result.solved,
         seconds=result.seconds,
+        statement=result.message,
+        status=result.status.word,
         setup_seconds=result.setup_seconds,
         iterations=result.iterations,
         evaluations=result.evaluations,
@@ -117,7 +83,7 @@ def run_method(
 
 def run_peer(
     name: str, problem: Problem | NonlinearProblem, tol: float, time_limit: float, _with_curve: bool = False
-) -> TimedAnswer:
+) -> Claim:
     """Run one of PEERS, which gives no curve. Raises KeyboardInterrupt if the run was interrupted."""
     try:
         claim = peers.load(name).solve(problem, tol, time_limit)
@@ -125,35 +91,35 @@ def run_peer(
         if hides_interrupt(error):
             raise KeyboardInterrupt from None
         raise
-    status = "solved" if claim.solved else "unsolved"
-    return TimedAnswer(claim.z, SOLUTION if claim.solved else "", status, claim.statement, claim.seconds)
+    return replace(claim, status="solved" if claim.solved else "unsolved")
+
+
+def is_claim(answer: Claim) -> bool:
+    return answer.solved or answer.status in WITHOUT_SOLUTION
 
 
 def is_stable(times: Sequence[float]) -> bool:
-    """Return whether the median of the times is known to within NARROW."""
     low, high = median_interval(times)
     return (high - low) / 2 <= NARROW * summary(times).median
 
 
 def measure(
-    solve: Callable[[bool], TimedAnswer],
+    solve: Callable[[bool], Claim],
     budget: float,
     rest: float,
     clock: Callable[[], float] = time.perf_counter,
     sleep: Callable[[float], None] = time.sleep,
-) -> tuple[TimedAnswer, list[float]]:
+) -> tuple[Claim, list[float]]:
     """Return an answer with its error curve, and the seconds of each repeat.
 
     The first run provides the curve and is an untimed warm-up, unless its answer claims nothing: as times of failures
     are not used, it is then the only run. Brief runs are warmed up for WARM_UP seconds. There are at least
-    LEAST_REPEATS repeats; they end when their median is known, after MOST_REPEATS of them, or when the budget of
-    wall-clock time is spent; a repeat longer than the whole budget is always the last. If no repeat was so long, the
-    curve is recorded again, with the least time of each step in CURVES warm runs (see `clock.least_steps`). In either
-    case its times are multiplied by one factor, so that these runs take the median of the repeats.
+    LEAST_REPEATS repeats; they end when their median is known, after MOST_REPEATS of them, or when the budget in
+    seconds is spent; a repeat longer than the whole budget is always the last. If no repeat was so long, the curve is
+    recorded again, with the least time of each step in CURVES warm runs (see `clock.least_steps`). In either case its
+    times are multiplied by one factor, so that these runs take the median of the repeats.
 
-    solve : makes one run; its argument is whether to record the error curve.
-    budget : seconds for the repeats.
-    rest : seconds to sleep before each run.
+    solve : makes one run; its argument is whether to record the error curve. rest : seconds to sleep before each run.
     """
 
     def pause() -> None:
@@ -162,7 +128,7 @@ def measure(
 
     pause()
     first = solve(True)
-    if not first.claim:
+    if not is_claim(first):
         return first, [first.seconds]
     warm = clock() + WARM_UP
     for _ in range(int(WARM_UP / first.seconds) if first.seconds else 0):
@@ -189,7 +155,7 @@ def measure(
     return _lasting(summary(times).median, runs), times
 
 
-def _lasting(seconds: float, runs: Sequence[TimedAnswer]) -> TimedAnswer:
+def _lasting(seconds: float, runs: Sequence[Claim]) -> Claim:
     """Return the first of several equal runs, with the least time of its set-up and of each step of the curve in any
     of them, all in proportion, so that the run takes so many seconds."""
     end = max((k for k, *_ in runs[0].curve or ()), default=0) + 1
@@ -207,57 +173,39 @@ ABSOLUTE, RELATIVE, NATURAL = "absolute", "relative", "natural"
 LEAST_TERMS = 1e-6  # of the largest of the three: smaller terms are mere rounding of the solvers' tolerances
 
 
-class Checker:
-    """Verifies the answers to one problem.
+@np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite
+def checked(problem: Problem | NonlinearProblem, answer: Claim, accept: float) -> dict[str, Any]:
+    """Return the verified facts on an answer, by their names in a `record.Measurement`; None for a number that is not
+    finite.
 
-    A claimed solution is accepted if its scaled residual is at most `accept` and the problem is not known to have none.
+    A claimed solution is a success if its scaled residual is at most `accept`, unless it is known that there is none.
     The claim is false if even the natural residual, in the problem's own units, exceeds `accept` times the largest term
     of w, in |M| |z| or |q|; in between, the claim is inexact: z meets a common stopping criterion, but small rows may
-    have no correct digit. A claim that there is no solution succeeds if that is known, is false if a solution is known,
-    and is neither of these if nothing is known.
+    have no correct digit. A claim that there is no solution is false if one is known, else a success.
     """
-
-    def __init__(self, problem: Problem | NonlinearProblem, accept: float) -> None:
-        self._nonlinear = None
-        if isinstance(problem, NonlinearProblem):
-            z = problem.solutions[0] if problem.solutions else problem.x0
-            self._nonlinear = NonlinearCriterion(Evaluations(problem), accept)
-            problem = self._nonlinear.linearization(z, problem.values(z))
-        self._problem, self._accept = problem, accept
-
-    @np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite
-    def check(self, answer: TimedAnswer) -> dict[str, Any]:
-        """Return the verified facts on the answer, by their names in a `record.Measurement`.
-
-        `success` is true for an accepted claim, `false_success` for a claim that is wrong by every measure; other
-        claims are inexact. Numbers that are not finite are None.
-        """
-        problem, claimed = self._problem, answer.claim == SOLUTION
-        hopeless = problem.verdict in WITHOUT_SOLUTION
-        if answer.claim == NONE or answer.z is None:
-            false = claimed or (answer.claim == NONE and bool(problem.solutions))
-            proved = answer.status in WITHOUT_SOLUTION and not false
-            success = answer.claim == NONE and (hopeless or proved)
-            return {"success": success, "false_success": false, "optimality": optimality(problem, None)}
-        z = np.asarray(answer.z, dtype=np.float64)
-        if self._nonlinear:
-            F = self._nonlinear.evaluations.problem.values(z)
-            if not is_finite(F):
-                return {"success": False, "false_success": claimed}
-            problem = self._nonlinear.linearization(z, F)  # which z solves if and only if it solves the problem
-        point = Point(Criterion(problem), z, is_admissible=False)
-        terms = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
-        success = claimed and point.scaled_residual <= self._accept and not hopeless
-        is_nearly_true = point.residual <= self._accept * float(terms.max(initial=0.0)) < np.inf and not hopeless
-        error = problem.error(z)
-        numbers = {"residual": point.residual, "scaled_residual": point.scaled_residual, "error": error}
-        found = {name: finite(value) for name, value in numbers.items()}
-        false = claimed and not success and not is_nearly_true
-        return {"success": success, "false_success": false, "optimality": optimality(problem, z), **found}
+    claimed, none = answer.solved, answer.status in WITHOUT_SOLUTION
+    if none or answer.z is None:
+        false = claimed or (none and bool(problem.solutions))
+        return {"success": none and not false, "false_success": false, "optimality": optimality(problem, None)}
+    z = np.asarray(answer.z, dtype=np.float64)
+    if isinstance(problem, NonlinearProblem):
+        F = problem.values(z)
+        if not is_finite(F):
+            return {"success": False, "false_success": claimed}
+        problem = NonlinearCriterion(Evaluations(problem), accept).linearization(z, F)  # z solves it if it solves this
+    hopeless = problem.verdict in WITHOUT_SOLUTION
+    point = Point(Criterion(problem), z, is_admissible=False)
+    terms = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
+    success = claimed and point.scaled_residual <= accept and not hopeless
+    is_nearly_true = point.residual <= accept * float(terms.max(initial=0.0)) < np.inf and not hopeless
+    numbers = {"residual": point.residual, "scaled_residual": point.scaled_residual, "error": problem.error(z)}
+    found = {name: finite(value) for name, value in numbers.items()}
+    false = claimed and not success and not is_nearly_true
+    return {"success": success, "false_success": false, "optimality": optimality(problem, z), **found}
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def optimality(problem: Problem, z: Vector | None) -> dict[str, float] | None:
+def optimality(problem: Problem | NonlinearProblem, z: Vector | None) -> dict[str, float] | None:
     """Return how well an answer satisfies the optimality conditions of the problem's program.
 
     The measures are the largest violation of a constraint, component of the gradient of the Lagrangian, or duality gap,
@@ -385,17 +333,14 @@ def refuse_elsewhere(record: BenchRecord) -> None:
 
 
 def run(record: BenchRecord, starting: Callable[[Case, str], None]) -> Iterator[Measurement]:
-    """Make the pending measurements; each is added to the record and yielded.
-
-    starting : a function that is called with the case and the solver before each measurement.
-    """
+    """Make the pending measurements; each is added to the record and yielded. starting : a function that is called with
+    the case and the solver before each."""
     for case, names in record.pending():
         starting(case, names[0])
         problem = prepare(case)
-        checker = Checker(problem, record.options.accept)
         for name in names:
             starting(case, name)
-            measurement = _measure(case, problem, checker, name, record)
+            measurement = _measure(case, problem, name, record)
             record.measurements.append(measurement)
             yield measurement
 
@@ -411,14 +356,12 @@ def _excludes(problem: Problem | NonlinearProblem, solver: str, is_peer: bool) -
     return f"solves {'non' * is_linear}linear problems only"
 
 
-def _measure(
-    case: Case, problem: Problem | NonlinearProblem, checker: Checker, solver: str, record: BenchRecord
-) -> Measurement:
+def _measure(case: Case, problem: Problem | NonlinearProblem, solver: str, record: BenchRecord) -> Measurement:
     options, seconds = record.options, list[float]()
     kind = "method" if solver in record.methods else "peer"
     reason = _excludes(problem, solver, kind == "peer")
     if reason:
-        answer = TimedAnswer(None, "", EXCLUDED, reason, 0.0)
+        answer = Claim(None, False, 0.0, reason, EXCLUDED)
     else:
         solve = partial(run_peer if kind == "peer" else run_method, solver, problem, options.tol, options.time_limit)
         rest = REST if problem.n >= FEWEST_SHARED_ROWS and record.machine.threads != 1 else 0.0
@@ -432,10 +375,10 @@ def _measure(
         parameters=case.parameters,
         solver=solver,
         kind=kind,
-        claimed=bool(answer.claim),
+        claimed=is_claim(answer),
         seconds=seconds,
         curve_of=("error" if problem.solutions else "residual") if curve else None,
         curve=curve,
         **{name: getattr(answer, name) for name in COPIED},
-        **checker.check(answer),
+        **checked(problem, answer, options.accept),
     )

@@ -24,7 +24,7 @@ from lcpcli.files.contents import content_of, within
 from lcpcli.interrupts import TimeIsUp, stopping
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate
-from lcpcli.report import pictures, plotting, solutions, wording
+from lcpcli.report import plotting, solutions, wording
 
 if TYPE_CHECKING:
     from lcpcli.cli.problems import InputProblem
@@ -38,14 +38,14 @@ def outcome(request: Request, work: Work, output: Output) -> Outcome:
     (problem,) = request.inputs.problems(work)
     request.inputs.tell(problem.remarks)
     if request.plot is not None:
-        pictures.require(problem.problem)
+        plotting.require_plane([problem.problem])
     wording.require(problem.problem, request.names)
     solution_set = _search(request, problem, str(work.sources[0]))
     report = solutions.report(solution_set, work.sources[0], request.exact, request.names)
     codes = {sets.TIME_LIMIT: NOT_SOLVED, sets.INTERRUPTED: INTERRUPTED, sets.UNSOLVABLE: NO_SOLUTION}
 
     def draw() -> None:
-        output.destination.add(request.plot, lambda path: pictures.draw(solution_set, plotting.form_of(path)))
+        output.destination.add(request.plot, lambda path: plotting.cones(solution_set, plotting.form_of(path)))
 
     verdict = f"{work.sources[0]}: {solution_set.message}"
     return Outcome(output.text_of(report), codes.get(solution_set.status, SOLVED), verdict, draw)

@@ -107,7 +107,7 @@ def _show_list() -> int:
     for name, meaning in gallery.FAMILIES.items():
         parameters = gallery.parameters_of(name).items()
         texts = [f"{k}={str(v).lower() if isinstance(v, (bool, str)) else f'{v:g}'}" for k, v in parameters]
-        rows.append((name, gallery.class_of(name), " ".join(texts), meaning))
+        rows.append((name, gallery.entry(name).matrices, " ".join(texts), meaning))
     families = Table(("family", "class of M", "parameters", "description"), [rows], range(4), range(1, 4))
     title = "The families of the gallery"
     Destination.of("table", None).show(partial(typeset, Document(title, [Section(title, tables=[families])])))

@@ -153,11 +153,11 @@ class Output:
         """Draw the runs, one panel per problem."""
         if self.plot is None and self.paths is None:
             return
-        from lcpcli.report import pictures, plotting
+        from lcpcli.report import plotting
 
         form_of = plotting.form_of
         self.destination.add(
-            self.paths, lambda path: plotting.paths(pictures.trajectories(runs), form_of(path, pictures.PATHS))
+            self.paths, lambda path: plotting.paths(plotting.trajectories(runs), form_of(path, plotting.PATHS))
         )
         self.destination.add(self.plot, lambda path: plotting.convergence(plotting.panels(runs), form_of(path)))
 

@@ -207,11 +207,10 @@ def _among_others(source: InputProblem, result: Result) -> Result:
 
 def _require_pictures(request: Request, problems: Sequence[Any]) -> None:
     """Refuse more problems than a picture has room for, and problems without a picture of paths."""
-    if request.paths is not None:
-        from lcpcli.report import pictures
-
-        pictures.require_paths(problems)
-    if request.plot is not None:
+    if request.paths is not None or request.plot is not None:
         from lcpcli.report import plotting
 
-        plotting.require_room(len(problems))
+        if request.paths is not None:
+            plotting.require_plane(problems, plotting.PATHS)
+        if request.plot is not None:
+            plotting.require_room(len(problems))

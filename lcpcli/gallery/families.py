@@ -86,17 +86,11 @@ Family = Callable[..., "Problem"]
 
 
 def load(name: str) -> Family:
-    """Return the family with this name."""
-    family: Family = getattr(import_module(f"lcpcli.gallery.{_entry(name).file}"), name.replace("-", "_"))
+    family: Family = getattr(import_module(f"lcpcli.gallery.{entry(name).file}"), name.replace("-", "_"))
     return family
 
 
-def class_of(name: str) -> str:
-    """Return the class of the matrices of a family, in words."""
-    return _entry(name).matrices
-
-
-def _entry(name: str) -> Entry:
+def entry(name: str) -> Entry:
     if name not in REGISTRY:
         raise OptionError(
             "family", f"{quoted(name)} is unknown", likely(name, FAMILIES, "lcp make --list shows the families")
@@ -105,12 +99,10 @@ def _entry(name: str) -> Entry:
 
 
 def is_random(name: str) -> bool:
-    """Return whether a family depends on the seed."""
     return "seed" in inspect.signature(load(name)).parameters
 
 
 def parameters_of(name: str) -> dict[str, Any]:
-    """Return a family's own parameters with their defaults."""
     declared = inspect.signature(load(name)).parameters.values()
     return {p.name: p.default for p in declared if p.kind is p.KEYWORD_ONLY}
 
@@ -122,7 +114,7 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
     """
     for parameter in parameters:
         refuse_unknown(name, parameter)
-    size = _entry(name).size
+    size = entry(name).size
     n = size or DEFAULT_SIZE if n is None else n
     if not 1 <= n <= LARGEST_SIZE:
         raise ParameterError("n", "is out of range", f"give a whole number from 1 to {LARGEST_SIZE}")
@@ -134,7 +126,6 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
 
 
 def refuse_unknown(name: str, parameter: str) -> None:
-    """Raise OptionError unless the family has a parameter with this name."""
     known = parameters_of(name)
     if parameter not in known:
         hint = likely(parameter, known) if known else "leave it out"

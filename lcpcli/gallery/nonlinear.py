@@ -114,28 +114,12 @@ def scarf() -> NonlinearProblem:
 
     H. Scarf with T. Hansen, The Computation of Economic Equilibria, Yale University Press (1973).
     """
-    capital, skilled, unskilled = [3, 0.1, 2, 1, 6], [5, 0.1, 6, 0.1, 0.1], [0.1, 7, 0.1, 8, 0.5]
-    endowments = np.array([np.zeros(5), np.zeros(5), [1, 2, 1.5, 1, 2], capital, skilled, unskilled], dtype=float)
-    demands = np.array(
-        [
-            [4, 0.4, 2, 5, 3],
-            [2, 4, 2, 5, 4],
-            [3.2, 1, 1.5, 4.5, 2],
-            np.zeros(5),
-            [0.2, 0, 0.5, 0, 0],
-            [0, 0.6, 0, 0.2, 0.2],
-        ]
-    )
+    endowments = _rows("0 0 0 0 0; 0 0 0 0 0; 1 2 1.5 1 2; 3 .1 2 1 6; 5 .1 6 .1 .1; .1 7 .1 8 .5")
+    demands = _rows("4 .4 2 5 3; 2 4 2 5 4; 3.2 1 1.5 4.5 2; 0 0 0 0 0; .2 0 .5 0 0; 0 .6 0 .2 .2")
     elasticities = np.array([1.2, 1.6, 0.8, 0.5, 0.6])
-    activities = np.array(
-        [
-            [4, 4, 1.6, 1.6, 1.6, 0.9, 7, 8],
-            [0, 0, 6, 8, 7, 0, 0, 0],
-            [4, 3.5, 0, 0, 0, 0, 0, 0],
-            [-5.3, -5, -2, -2, -2, -1, -4, -5],
-            [-2, -1, -2, -4, -1, 0, -3, -2],
-            [-1, -6, -3, -1, -8, 0, -1, -8],
-        ]
+    activities = _rows(
+        "4 4 1.6 1.6 1.6 .9 7 8; 0 0 6 8 7 0 0 0; 4 3.5 0 0 0 0 0 0;"
+        "-5.3 -5 -2 -2 -2 -1 -4 -5; -2 -1 -2 -4 -1 0 -3 -2; -1 -6 -3 -1 -8 0 -1 -8"
     )
     shares = demands / demands.sum(axis=0)
 
@@ -152,6 +136,10 @@ def scarf() -> NonlinearProblem:
     lower[np.flatnonzero(shares.max(axis=1) > 0)] = 1e-5
     lower[14] = upper[14] = start[14]
     return NonlinearProblem(F, lower=lower, upper=upper, x0=start, name="scarf")
+
+
+def _rows(text: str) -> Vector:
+    return np.array([row.split() for row in text.split(";")], dtype=float)
 
 
 def bratu(m: int = 75, load: float = 6.0) -> NonlinearProblem:

@@ -78,7 +78,7 @@ def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
     H. Markowitz, Portfolio selection, J. Finance 7 (1952) 77-91; with a factor model of the covariance as in B.
     Stellato et al., OSQP, Math. Program. Comput. 12 (2020) 637-672, appendix A.4.
 
-    most : the largest share, 0 < most <= 1; a share below 2 / k is raised to 2 / k.
+    most : the largest share, at least 2 / k.
     """
     require("most", most, 0 < most <= 1, "0 < most <= 1")
     from scipy.sparse import csr_array, diags_array, random_array, vstack
@@ -115,8 +115,7 @@ def frontier(n: int, seed: int, *, target: float = 0.0, weight: float = 0.0, mos
     H. Markowitz, The optimization of a quadratic function subject to linear constraints, Naval Res. Logist. Quart. 3
     (1956) 111-133; Portfolio Selection: Efficient Diversification of Investments, Wiley (1959).
 
-    target : from 0, where the row is not active, to 1. weight : on the return, 0 <= weight <= 1e6.
-    most : the largest share, 0 < most <= 1; a share below 2 / (n - 2) is raised to that.
+    target : 0 where the row is not active. most : the largest share, at least 2 / (n - 2).
     """
     require("target", target, 0 <= target <= 1, "0 <= target <= 1")
     require("weight", weight, 0 <= weight <= 1e6, "0 <= weight <= 1e6")
@@ -150,8 +149,7 @@ def lasso(n: int, seed: int, *, penalty: float = 1.0, samples: int = 20) -> Prob
     M. R. Osborne, B. Presnell, B. A. Turlach, A new approach to variable selection in least squares problems, IMA J.
     Numer. Anal. 20 (2000) 389-403.
 
-    penalty : lambda as a fraction of the largest |X'y|, 0 <= penalty <= 2, which moves q alone; from 1 on b = 0.
-    samples : the length of y, from 1 to 1e5.
+    penalty : lambda as a fraction of the largest |X'y|, which moves q alone; from 1 on b = 0. samples : of y.
     """
     require("penalty", penalty, 0 <= penalty <= 2, "0 <= penalty <= 2")
     require("samples", samples, 1 <= samples <= 1e5, "1 <= samples <= 1e5")
@@ -170,7 +168,6 @@ def lasso(n: int, seed: int, *, penalty: float = 1.0, samples: int = 20) -> Prob
 
 
 def regression(k: int, seed: int, samples: int) -> tuple[Vector, Vector]:
-    """Return the X and y of `lasso`, of shapes (samples, k) and (samples,)."""
     random = np.random.default_rng([seed, k, samples])
     X = np.rint(UNITS * random.standard_normal((samples, k))) / UNITS
     noise = np.rint(UNITS * random.standard_normal(samples)) / UNITS
@@ -191,8 +188,6 @@ def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Pro
     next state follows by an equation (the symplectic Euler method). The objective is half the sum of the squares of the
     states and of 0.1 times the squares of the inputs, forces on the masses of at most `strength`. The start is random.
     F. Borrelli, A. Bemporad, M. Morari, Predictive Control for Linear and Hybrid Systems (2017), chapter 11.
-
-    masses : from 1 to 100. strength : positive, up to 1e6.
     """
     require("masses", masses, 1 <= masses <= 100, "1 <= masses <= 100")
     require("strength", strength, 0 < strength <= 1e6, "0 < strength <= 1e6")

@@ -43,7 +43,7 @@ def harker_pang(n: int, seed: int, *, symmetric: bool = False) -> Problem:
 def ill_scaled(n: int, seed: int, *, decades: int = 6) -> Problem:
     """Rescale the nonsymmetric M and q of Harker and Pang to R M C and R q, R and C diagonal with random powers of two.
 
-    decades : R and C lie between 10^-decades and 10^decades, 0 <= decades <= 50.
+    decades : R and C lie between 10^-decades and 10^decades.
     """
     require("decades", decades, 0 <= decades <= 50, "0 <= decades <= 50")
     base = harker_pang(n, seed)
@@ -85,8 +85,6 @@ def near_singular(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
 
     q = w - Mz, rounded, for z and w complementary and uniform in (0, 1); no solution is given, as the solution for
     rounded data may differ from this z by about 1e-16 / epsilon.
-
-    epsilon : the smallest eigenvalue of M, up to rounding, 1e-12 <= epsilon <= 1.
     """
     require("epsilon", epsilon, 1e-12 <= epsilon <= 1, "1e-12 <= epsilon <= 1")
     random = np.random.default_rng([seed, n])
@@ -127,12 +125,7 @@ def boxes(n: int, seed: int) -> Problem:
 
 
 def diagonal(n: int, _seed: int, *, decades: int = 6) -> Problem:
-    """Let M be diag(10^-decades, ..., 10^decades), sparse, with z = (1, 0, 1, 0, ...) and w = M (e - z).
-
-    The problem is trivial except for methods that depend on scaling.
-
-    decades : 0 <= decades <= 150.
-    """
+    """Let M be diag(10^-decades, ..., 10^decades), sparse, with z = (1, 0, 1, 0, ...) and w = M (e - z)."""
     require("decades", decades, 0 <= decades <= 150, "0 <= decades <= 150")
     from scipy.sparse import csr_array, diags_array
 
@@ -159,8 +152,7 @@ def degenerate(n: int, seed: int) -> Problem:
 def near_degenerate(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
     """Draw integers M = A'A + I; z_i or w_i is 0, the other is 1 for half of the indices and epsilon for the rest.
 
-    epsilon : rounded to a power of two, so that q is exact and the solution is known (while n^2 < 2^51 epsilon; beyond,
-        none is given); 1e-12 <= epsilon <= 1.
+    epsilon is rounded to a power of two, so that q is exact and the solution is known, while n^2 < 2^51 epsilon.
     """
     require("epsilon", epsilon, 1e-12 <= epsilon <= 1, "1e-12 <= epsilon <= 1")
     random = np.random.default_rng([seed, n])
@@ -256,8 +248,6 @@ def all_cones(n: int, _seed: int, *, t: float = -1.0) -> Problem:
     From t = -1 to 2^n - 1 the solution path has its breakpoints at 0, 1, 2, ..., 2^n - 2: z_n is 0 up to t = a_n and
     t - a_n from there on, so that the other rows, a_i - t + 2 z_n, come back along the same path.
     K. G. Murty, Computational complexity of parametric linear programming, Math. Programming 19 (1980) 213-219.
-
-    t : |t| <= 1e15; it moves q alone.
     """
     require("t", t, abs(t) <= 1e15, "|t| <= 1e15")
     a = np.exp2(np.arange(n)) - 1
@@ -282,8 +272,6 @@ def ben_gharbia_gilbert(n: int, _seed: int, *, alpha: float = 2.0) -> Problem:
     n is rounded up to an odd number >= 3; for an even n M would not be a P-matrix. I. Ben Gharbia, J. C. Gilbert,
     Nonconvergence of the plain Newton-min algorithm for linear complementarity problems with a P-matrix, Math.
     Programming 134 (2012) 349-364.
-
-    alpha : 1 < alpha <= 1e6.
     """
     require("alpha", alpha, 1 < alpha <= 1e6, "1 < alpha <= 1e6")
     unit = np.eye(max(3, n + 1 - n % 2))
@@ -341,14 +329,13 @@ def growth(n: int, _seed: int) -> Problem:
 
 
 def hilbert(n: int, _seed: int, *, degenerate: bool = False) -> Problem:
-    """Let M be the Hilbert matrix, with the entries 1 / (i + j - 1), and q = -M z for z = e.
+    """Let M be the Hilbert matrix, with the entries 1 / (i + j - 1), and q = -M z for z = e, or (1, 0, 1, 0, ...) if
+    degenerate.
 
     Up to n = 18 M is multiplied by the least common multiple of 1, ..., 2n - 1: all data are integers, and z is the
     exact solution. Beyond, M is rounded to nearest and q = -M z is rounded; as ill-conditioning makes the solution of
     the rounded data differ from z, none is given.
     D. Hilbert, Ein Beitrag zur Theorie des Legendre'schen Polynoms, Acta Math. 18 (1894) 155-159.
-
-    degenerate : z = (1, 0, 1, 0, ...) instead, still with w = 0.
     """
     denominators = np.arange(1, n + 1)[:, None] + np.arange(n)
     factor = math.lcm(*range(1, 2 * n)) if n <= LARGEST_EXACT else 1
@@ -370,7 +357,7 @@ def planted(n: int, seed: int, *, entries: int = 0) -> Problem:
     q = w - Mz for z_i and w_i uniform in (0.1, 1.1). Nothing tells which of the 2^n sets it is: the difficulty grows
     with n as that of a random constraint satisfaction problem does.
 
-    entries : the number of entries in each row of a sparse M, some of them in the same place; 0 for a dense M.
+    entries : the number of entries in each row of a sparse M, some in the same place; 0 for a dense M.
     """
     require("entries", entries, 0 <= entries <= 1000, "0 <= entries <= 1000")
     random = np.random.default_rng([seed, n, entries])
@@ -397,8 +384,7 @@ def indefinite(n: int, seed: int, *, symmetric: bool = False, strict: bool = Fal
     The solution is degenerate at the other indices, and one solve with M finds it, as in the problems `sid` and `asym`
     of the repository dominicflocco/DCA-BL (INFORMS J. Comput. 2024.0822), whose M are made in another way.
 
-    symmetric : let M be symmetric.
-    strict : let w be positive where z is 0.
+    symmetric : of M. strict : whether w is positive where z is 0.
     """
     random = np.random.default_rng([seed, n])
     M = random.standard_normal((n, n)) / np.sqrt(n)
@@ -411,7 +397,6 @@ def indefinite(n: int, seed: int, *, symmetric: bool = False, strict: bool = Fal
 
 
 def _sparse(random: Generator, n: int, entries: int) -> Any:
-    """Return a sparse M with normal entries in random places; those in the same place are added."""
     from scipy.sparse import csr_array
 
     places = np.repeat(np.arange(n), entries), random.integers(0, n, entries * n)

@@ -99,7 +99,6 @@ class Scene:
         self._look()
 
     def _free(self) -> Vector:
-        """Return the velocities at the end of the step without contacts."""
         return self.velocities - STEP * GRAVITY * np.array([0.0, 1.0, 0.0]) * (self._inverse_masses > 0)
 
     def _look(self) -> None:
@@ -201,9 +200,8 @@ def contact_in_time(kind: str, boxes: int, seed: int = 0, friction: float = 0.5)
 def rigid_boxes(n: int, seed: int, *, kind: str = "tower", friction: float = 0.5) -> Problem:
     """Model the first time step with contacts of rigid boxes in the plane, as `Scene.problem` does.
 
-    kind : tower, pyramid or heap, or crushed, boxes below a ceiling. A tower of k boxes has n = 8 k unknowns, a pyramid
-        on k boxes 8 k^2; a heap of n / 8 boxes begins with one contact or two.
-    friction : Coulomb's coefficient, 0 <= friction <= 10.
+    kind : as in KINDS. A tower of k boxes has n = 8 k unknowns, a pyramid on k boxes 8 k^2; a heap of n / 8 boxes
+        begins with one contact or two. friction : Coulomb's coefficient.
     """
     boxes = max(1, round(math.sqrt(n / 8) if kind == "pyramid" else n / 8))
     scene = contact_in_time(kind, boxes, seed, friction)

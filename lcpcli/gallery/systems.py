@@ -30,15 +30,13 @@ def contact(n: int, seed: int, *, friction: float = 0.5, compliance: float = 0.0
     """Model the impulses in k = n / 4 contacts, rounded, between (k + 1) // 2 bodies in the plane and the ground.
 
     z = (normal impulses, tangential impulses in both directions, sliding speeds), of lengths k, 2k and k. With the
-    rows N and T = (t, -t) of the contacts, unit masses, the velocity v before, and E that sums both directions,
-    M = [NN' NT' 0; TN' TT' E'; friction I, -E, 0] and q = (Nv, Tv, 0).
-    One time step of rigid bodies is as in D. E. Stewart, J. C. Trinkle, An implicit time-stepping scheme for rigid body
-    dynamics with inelastic collisions and Coulomb friction, Int. J. Numer. Methods Eng. 39 (1996) 2673-2691; compliance
-    is as in A. M. Al-Fahed, G. E. Stavroulakis, P. D. Panagiotopoulos, Hard and soft fingered robot grippers: the
-    linear complementarity approach, Z. angew. Math. Mech. 71 (1991) 257-265.
-
-    friction : Coulomb's coefficient, 0 <= friction <= 10.
-    compliance : added to the diagonal of NN' and TT'; 0 for rigid bodies; at most 10.
+    rows N and T = (t, -t) of the contacts, unit masses, the velocity v before, E that sums both directions, and the
+    coefficient of friction, M = [NN' NT' 0; TN' TT' E'; friction I, -E, 0] and q = (Nv, Tv, 0); a compliance is added
+    to the diagonal of NN' and TT'.
+    D. E. Stewart, J. C. Trinkle, An implicit time-stepping scheme for rigid body dynamics with inelastic collisions and
+    Coulomb friction, Int. J. Numer. Methods Eng. 39 (1996) 2673-2691; A. M. Al-Fahed, G. E. Stavroulakis, P. D.
+    Panagiotopoulos, Hard and soft fingered robot grippers: the linear complementarity approach, Z. angew. Math. Mech.
+    71 (1991) 257-265.
     """
     require("friction", friction, 0 <= friction <= 10, "0 <= friction <= 10")
     require("compliance", compliance, 0 <= compliance <= 10, "0 <= compliance <= 10")
@@ -124,8 +122,6 @@ def relays(n: int, seed: int, *, step: float = 0.125) -> Problem:
     w = C x at the end of an implicit Euler step h: M = h C (I - h A)^-1 C' and q = C (I - h A)^-1 x_0, with A = S - I
     for a random skew-symmetric S.
     V. Acary, B. Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, Springer (2008).
-
-    step : h, 0 < h <= 1e3.
     """
     require("step", step, 0 < step <= 1e3, "0 < step <= 1e3")
     random = np.random.default_rng([seed, n])
@@ -163,8 +159,8 @@ def spatial_prices(n: int, seed: int, *, capacity: float = 3.0, tax: float = 0.0
     T. Takayama, G. G. Judge, Spatial and Temporal Price and Allocation Models, North-Holland (1971); P. T. Harker,
     Alternative models of spatial competition, Operations Research 34 (1986) 410-425.
 
-    capacity : the capacity of each flow, 0 < capacity <= 1e6; it moves bounds alone.
-    tax : on a unit of trade, |tax| <= 1e6, a subsidy if negative; it moves q alone. From 18 on there is no trade.
+    capacity : of each flow; it moves bounds alone.
+    tax : on a unit of trade, a subsidy if negative; it moves q alone. From 18 on there is no trade.
     """
     require("capacity", capacity, 0 < capacity <= 1e6, "0 < capacity <= 1e6")
     require("tax", tax, abs(tax) <= 1e6, "|tax| <= 1e6")
@@ -202,7 +198,7 @@ def poker(n: int, seed: int, *, perturbation: float = 0.25) -> Problem:
     and then the first one calls or folds. The higher card wins.
     H. W. Kuhn, A simplified two-person poker, Contributions to the Theory of Games I (1950) 97-103.
 
-    perturbation : 0 <= perturbation <= 1, of each payoff of each player at each end, at random; 0 is the zero-sum game.
+    perturbation : of each payoff of each player at each end, at random; 0 is the zero-sum game.
     """
     require("perturbation", perturbation, 0 <= perturbation <= 1, "0 <= perturbation <= 1")
     ranks = max(2, round((n - 4) / 12))
@@ -240,11 +236,9 @@ def bargaining(n: int, _seed: int, *, discount: float = 0.75) -> Problem:
 
     The seller knows its cost i - 1, the buyer its value i, for i from 1 to k, each with the same probability. The
     seller asks for one of the prices 1 to k; the buyer accepts, or offers one of them, which the seller accepts or
-    rejects, and then gains count for less.
+    rejects, and then gains count for less, by the factor discount.
     K. Chatterjee, W. Samuelson, Bargaining under incomplete information, Operations Research 31 (1983) 835-851, for
     offers at the same time; A. Rubinstein, Econometrica 50 (1982) 97-109, for alternating ones.
-
-    discount : 0 < discount <= 1, the factor of gains from the second offer.
     """
     require("discount", discount, 0 < discount <= 1, "0 < discount <= 1")
     k = next(k for k in range(1, n + 2) if unknowns_of(k + 1) > n)
@@ -258,12 +252,10 @@ def bargaining(n: int, _seed: int, *, discount: float = 0.75) -> Problem:
 
 
 def unknowns_of(k: int) -> int:
-    """Return the number of unknowns of `bargaining` with k prices."""
     return 4 * k**3 + 3 * k**2 + k + 4
 
 
 def _offers(k: int, i: int, j: int, discount: Fraction) -> Iterator[str]:
-    """Yield the nodes after a chance move."""
     prices = range(1, k + 1)
     asked = " ".join(f'"ask {price}"' for price in prices)
     offered = " ".join(f'"offer {price}"' for price in prices)
@@ -305,8 +297,6 @@ def two_obstacles(n: int, _seed: int, *, gap: float = 0.3, load: float = 1.0) ->
     """Discretize -Laplace z = load f where -gap / 2 < z < gap / 2, with the square, f and differences of `obstacle`.
 
     J. F. Rodrigues, Obstacle Problems in Mathematical Physics, North-Holland (1987).
-
-    gap : the distance between the flat obstacles, 0 < gap <= 1e6. load : |load| <= 1e6; it moves q alone.
     """
     require("gap", gap, 0 < gap <= 1e6, "0 < gap <= 1e6")
     require("load", load, abs(load) <= 1e6, "|load| <= 1e6")
@@ -324,7 +314,7 @@ def torsion(n: int, _seed: int, *, angle: float = 4.0) -> Problem:
     R. Glowinski, as for `obstacle`; with bounds instead of a constraint on the gradient: H. Brezis, M. Sibony,
     Équivalence de deux inéquations variationnelles et applications, Arch. Rational Mech. Anal. 41 (1971) 254-265.
 
-    angle : twist per unit length, |angle| <= 1e6, which moves q alone; the bar is plastic where z is at a bound.
+    angle : twist per unit length, which moves q alone; the bar is plastic where z is at a bound.
     """
     require("angle", angle, abs(angle) <= 1e6, "|angle| <= 1e6")
     m, h, X, Y = _grid(n)
@@ -336,7 +326,6 @@ def torsion(n: int, _seed: int, *, angle: float = 4.0) -> Problem:
 
 
 def _membrane(n: int) -> tuple[Matrix, Vector]:
-    """Return M and q of -Laplace z = f, times h^2."""
     m, h, X, Y = _grid(n)
     load = 50 * np.sin(2 * np.pi * X) * np.cos(1.5 * np.pi * Y) + 10 * (X - 0.5)
     return _laplacian(m), (-h * h * load).ravel()
@@ -351,7 +340,6 @@ def _grid(n: int) -> tuple[int, float, Vector, Vector]:
 
 
 def _laplacian(m: int) -> Matrix:
-    """Return the matrix of five-point differences for -h^2 times the Laplacian on m x m points."""
     from scipy.sparse import csr_array, eye_array, kron
 
     T, unit = three_diagonals(np.full(m, 2.0)), eye_array(m)
@@ -374,7 +362,7 @@ def journal_bearing(n: int, _seed: int, *, eccentricity: float = 0.8) -> Problem
     C. W. Cryer, The method of Christopherson for solving free boundary problems for infinite journal bearings by means
     of finite differences, Math. Comp. 25 (1971) 435-443.
 
-    eccentricity : offset of the shaft from the centre, as a fraction of the clearance, 0 < eccentricity < 1.
+    eccentricity : offset of the shaft from the centre, as a fraction of the clearance.
     """
     require("eccentricity", eccentricity, 0 < eccentricity < 1, "0 < eccentricity < 1")
     step = 2 * np.pi / (n + 1)
@@ -396,9 +384,8 @@ def american_put(
     P. Wilmott, J. Dewynne, S. Howison, Option Pricing: Mathematical Models and Computation, Oxford Financial Press
     (1993), chapters on the American option as a linear complementarity problem.
 
-    volatility, rate : per year, as fractions; years : the length of the step; all from 0.001 to 10.
-    strike : E, from 0.5 to 2; it moves q alone. A path between two strikes passes the puts whose payoffs are means of
-        both.
+    volatility, rate : per year, as fractions; years : the length of the step.
+    strike : E, which moves q alone. A path between two strikes passes the puts whose payoffs are means of both.
     """
     require("strike", strike, 0.5 <= strike <= 2, "0.5 <= strike <= 2")
     for name, value in (("volatility", volatility), ("rate", rate), ("years", years)):

@@ -37,27 +37,27 @@ MOST_NAMED = 5  # rows or unknowns in a hint
 class NonlinearInspection:
     """The diagnosis of a nonlinear problem. What is unknown, or too expensive, is None.
 
-    operators, common, fixed : of a model, how often each operator occurs, and how many common expressions and fixed
-        variables, which are no unknowns, it has; None for other problems.
+    operators, common_expressions, fixed_variables : of a model, how often each operator occurs, and how many common
+        expressions and fixed variables, which are no unknowns, it has; None for other problems.
     equations : the number of unknowns without bounds, whose rows are equations.
     nonlinear_rows : the number of rows of J that vary. nonzeros : the number of entries of J that are not 0 everywhere.
-    rank : the structural rank of J: the largest one that a matrix of its pattern can have. rank_of_equations,
-        rank_of_free : the same for the rows of the equations, and for the columns of the unknowns without bounds.
-    undefined : the rows in which F is not finite at the start. residual : the natural residual there.
+    structural_rank : of J: the largest rank that a matrix of its pattern can have; _of_equations : of the rows of the
+        equations; _of_free : of the columns of the unknowns without bounds.
+    undefined_rows : those in which F is not finite at the start. residual : the natural residual there.
     condition, spread, classes : of J at the start; classes is empty where J is not finite.
     """
 
     problem: NonlinearProblem
     operators: Mapping[str, int] | None
-    common: int | None
-    fixed: int | None
+    common_expressions: int | None
+    fixed_variables: int | None
     equations: int
     nonlinear_rows: int
     nonzeros: int
-    rank: int
-    rank_of_equations: int
-    rank_of_free: int
-    undefined: Sequence[int]
+    structural_rank: int
+    structural_rank_of_equations: int
+    structural_rank_of_free: int
+    undefined_rows: Sequence[int]
     residual: float | None
     condition: float | None
     spread: Spread | None
@@ -96,15 +96,15 @@ def inspect_nonlinear(
     found = NonlinearInspection(
         problem=problem,
         operators=operators,
-        common=common,
-        fixed=fixed,
+        common_expressions=common,
+        fixed_variables=fixed,
         equations=int(free.sum()),
         nonlinear_rows=int(varying.sum()),
         nonzeros=int(pattern.nnz),
-        rank=ranks[0],
-        rank_of_equations=ranks[1],
-        rank_of_free=ranks[2],
-        undefined=undefined,
+        structural_rank=ranks[0],
+        structural_rank_of_equations=ranks[1],
+        structural_rank_of_free=ranks[2],
+        undefined_rows=undefined,
         residual=None if undefined else size(problem.box.gaps(problem.x0, F)),
         condition=condition,
         spread=None if J is None else theory.spread(J),
@@ -157,20 +157,20 @@ def _rank(pattern: Matrix) -> int:
 def _hints(found: NonlinearInspection, is_undefined: bool) -> Iterator[str]:
     """Yield hints at likely mistakes, each with evidence and advice."""
     problem, spread = found.problem, found.spread
-    if found.undefined:
-        yield f"F is not finite at the start in {_named(problem, found.undefined)}: start inside its domain"
+    if found.undefined_rows:
+        yield f"F is not finite at the start in {_named(problem, found.undefined_rows)}: start inside its domain"
     elif is_undefined:
         yield "J is not finite at the start: start inside the domain of F"
-    if found.rank_of_equations < found.equations:
-        few = f"the {found.equations} equations can be solved for at most {found.rank_of_equations} unknowns"
+    if found.structural_rank_of_equations < found.equations:
+        few = f"the {found.equations} equations can be solved for at most {found.structural_rank_of_equations} unknowns"
         yield f"{few}, whatever the values: some are redundant, or contradict each other"
-    if found.rank_of_free < found.equations:
-        few = f"at most {found.rank_of_free} of the {found.equations} unknowns without bounds are determined"
+    if found.structural_rank_of_free < found.equations:
+        few = f"at most {found.structural_rank_of_free} of the {found.equations} unknowns without bounds are determined"
         yield f"{few} by the rows in which they occur"
     if spread is not None and (decades := max(spread.rows, spread.columns)) > BAD_SPREAD:
         yield f"badly scaled: the largest entries of rows or columns of J at the start vary by {decades:.1f} decades"
     is_singular = found.condition is not None and found.condition > BAD_CONDITION
-    if is_singular and found.rank == problem.n:
+    if is_singular and found.structural_rank == problem.n:
         yield "J is singular at the start, or nearly: another start may be better"
 
 

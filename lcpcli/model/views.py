@@ -16,7 +16,7 @@ ROOMS = {  # the modules by their rooms
     "verify": "digits",
     "solving": "advice answer minimum suggestions",
     "parametric": "derivative",
-    "report": "inspection_text outcome pictures path_formats path_terms plotting result_formats verification_text",
+    "report": "inspection_text outcome path_formats path_terms plotting result_formats verification_text",
 }
 
 

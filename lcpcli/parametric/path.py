@@ -178,7 +178,7 @@ class Path:
         show : the names of the unknowns to draw, or of a program's multipliers; * stands for any text. By default all
         unknowns that are not always 0 are drawn; for a program, only x.
         """
-        return views.pictures.plot(self, file, show)
+        return views.plotting.plot_path(self, file, show)
 
     def __repr__(self) -> str:
         return str(views.path_terms.line(self))

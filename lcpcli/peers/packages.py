@@ -1,19 +1,15 @@
-"""Solvers in Python packages: QuantEcon.py, and five solvers of convex quadratic programs.
+"""Solvers in Python packages: QuantEcon.py, five solvers of convex quadratic programs, and Gambit in its own process.
 
 Unlike in qpsolvers, DAQP's z and status and HiGHS's status are kept on failure, and conversion and setup are timed.
-
-The input of other solvers: the problem as a convex quadratic program, and matrices in their storage.
 
 The program is to minimize z'Mz / 2 + q'z over z >= 0, or over l <= z <= u; a problem made from a program gives that
 program, with its rows. If M is symmetric, the optimality conditions are the problem; if M is also positive
 semidefinite, they are sufficient: R. W. Cottle, J.-S. Pang and R. E. Stone, The linear complementarity problem (1992),
 section 1.2.
 
-Gambit, in its own process: one equilibrium of a game of two players, by Lemke's method in floating point.
-
-R. Savani, T. L. Turocy, Gambit: the package for computation in game theory, https://www.gambit-project.org. The method
-is from B. C. Eaves, The linear complementarity problem, Management Science 17 (1971) 612-634. It has no tolerance, and
-its time limit ends the process, as it may not end by itself.
+Gambit finds one equilibrium of a game of two players, by Lemke's method in floating point: R. Savani, T. L. Turocy,
+Gambit: the package for computation in game theory, https://www.gambit-project.org; B. C. Eaves, The linear
+complementarity problem, Management Science 17 (1971) 612-634. It has no tolerance, and its time limit ends the process.
 """
 
 from __future__ import annotations
@@ -63,7 +59,6 @@ def not_monotone(problem: Problem) -> str:
 
 
 def is_monotone(problem: Problem) -> bool:
-    """Return whether v'Mv >= 0 for all v, up to rounding."""
     return is_semidefinite(problem.M if not isinstance(problem.origin, Program) else program_of(problem).Q)
 
 
@@ -109,9 +104,8 @@ None, x is z."""
 class PackageSolver:
     """A `registry.Peer` in a Python package.
 
-    module : the module to import, from the distribution with its first name.
-    call : a function of the module, the problem, its program, the tolerance and the time limit.
-    refusals : functions that say why a problem is excluded.
+    module : the module to import, from the distribution with its first name. call : a function of the module, the
+    problem, its program, the tolerance and the time limit. refusals : functions that say why a problem is excluded.
     infinite : the solver's infinity. compile : a function that is called with the module before the clock starts.
     """
 
@@ -149,10 +143,8 @@ QUANTECON_STATUS = {0: "solved", 1: "iteration limit", 2: "ray"}
 
 
 def _quantecon(optimize: Any, problem: Problem, *_: Any) -> Ending:
-    """Run QuantEcon.py's Lemke method with the lexicographic minimum ratio test, compiled by numba.
-
-    The method has neither a tolerance nor a time limit.
-    """
+    """Run QuantEcon.py's Lemke method with the lexicographic minimum ratio test, compiled by numba, which has neither a
+    tolerance nor a time limit."""
     result = optimize.lcp_lemke(dense(problem.M), problem.q.copy(), max_iter=10**6)
     return result.z, None, bool(result.success), QUANTECON_STATUS.get(result.status, f"status {result.status}")
 
@@ -199,17 +191,10 @@ clarabel = PackageSolver("clarabel", _clarabel, (not_sparse, not_convex))
 
 INFINITE_TO_DAQP = 1e30  # bounds of at least this size count as infinite in DAQP
 EQUATION = 5  # DAQP's sense of a row that is always active
-DAQP_STATUS = {
-    2: "soft optimal",
-    1: "optimal",
-    -1: "infeasible",
-    -2: "cycling",
-    -3: "unbounded",
-    -4: "iteration limit",
-    -5: "not convex",
-    -6: "initial working set overdetermined",
-    -7: "time limit",
-}
+DAQP_STATUS = (  # of the exit flags 2, 1, ..., -7
+    "soft optimal, optimal, , infeasible, cycling, unbounded, iteration limit, not convex, "
+    "initial working set overdetermined, time limit"
+)
 
 
 def _daqp(daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
@@ -226,7 +211,8 @@ def _daqp(daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: f
     upper = np.concatenate((program.upper, program.row_upper))
     sense = np.where((lower == upper) & (np.arange(lower.size) >= k), EQUATION, 0).astype(np.int32)
     x, _, flag, more = daqp.solve(Q, c, A, upper, lower, sense, **settings)
-    return x, -np.array(more["lam"])[k:], flag == 1, DAQP_STATUS.get(flag, f"exit flag {flag}")
+    status = dict(zip(range(2, -8, -1), DAQP_STATUS.split(", "), strict=True)).get(flag) or f"exit flag {flag}"
+    return x, -np.array(more["lam"])[k:], flag == 1, status
 
 
 daqp = PackageSolver("daqp", _daqp, (not_dense, not_monotone), INFINITE_TO_DAQP)
@@ -329,8 +315,6 @@ np.savez(sys.argv[2], seconds=time.perf_counter() - began, x=x, y=y)
 
 
 class _Gambit:
-    """Gambit as a `registry.Peer`."""
-
     module = "pygambit"
 
     def version(self) -> str | None:

@@ -38,17 +38,8 @@ INFINITY = 1e20  # PATH's own
 MOST_UNKNOWNS, MOST_ENTRIES = 300, 2000  # without a licence
 SOLVED = 1
 ENDINGS = (  # of PATH, by their numbers from 1
-    "solution found",
-    "no progress",
-    "major iteration limit",
-    "minor iteration limit",
-    "time limit",
-    "interrupted",
-    "bound error",
-    "domain error",
-    "infeasible",
-    "error",
-    "license error",
+    "solution found, no progress, major iteration limit, minor iteration limit, time limit, interrupted, bound error, "
+    "domain error, infeasible, error, license error"
 )
 
 _Doubles, _Integers = POINTER(c_double), POINTER(c_int)
@@ -66,8 +57,6 @@ class _Output(Structure):
 
 
 class _Interface(Structure):
-    """The functions that PATH calls; those at the end are optional."""
-
     _fields_ = (
         ("data", c_void_p),
         ("size", _Size),
@@ -94,8 +83,6 @@ _SILENT = _Output(None, _Print(lambda _data, _mode, _text: None), _Flush(lambda 
 
 
 class _Library:
-    """The library of PATH as a `registry.Peer`."""
-
     def version(self) -> str | None:
         found = installed(PACKAGE)
         return None if found is None or self._path is None else f"GAMS {found}"
@@ -137,7 +124,7 @@ class _Library:
             return Claim(None, False, seconds, f"the Jacobian has more than {most} entries")
         if called.fault is not None:
             raise called.fault
-        return Claim(z, ending == SOLVED, seconds, ENDINGS[ending - 1])
+        return Claim(z, ending == SOLVED, seconds, ENDINGS.split(", ")[ending - 1])
 
     @property
     def _path(self) -> Path | None:
@@ -181,8 +168,22 @@ class _Called:
         self.is_full = False
 
     def interface(self) -> _Interface:
-        functions = _Size(self._size), _Bounds(self._bounds), _Function(self._function), _Jacobian(self._jacobian)
-        return _Interface(None, *functions)
+        functions = _Function(self._guarded(self._function)), _Jacobian(self._guarded(self._jacobian))
+        return _Interface(None, _Size(self._size), _Bounds(self._bounds), *functions)
+
+    def _guarded(self, evaluate: Callable[..., int]) -> Callable[..., int]:
+        """Return the function that PATH calls, for the number of undefined values: all of them once there was an
+        error."""
+
+        def guarded(_data: Any, n: int, *places: Any) -> int:
+            if self.fault is None and not self.is_full:
+                try:
+                    return evaluate(n, *places)
+                except BaseException as fault:  # also Ctrl-C; the caller raises it when PATH returns
+                    self.fault = fault
+            return n
+
+        return guarded
 
     def _size(self, _data: Any, n: Any, entries: Any) -> None:
         n[0], entries[0] = self._problem.n, self._most
@@ -193,18 +194,13 @@ class _Called:
         for place, values in zip((z, lower, upper), (problem.x0, *ends), strict=True):
             np.ctypeslib.as_array(place, (n,))[:] = values
 
-    def _function(self, _data: Any, n: int, z: Any, F: Any) -> int:
-        return self._undefined(n, lambda: self._evaluate(n, z, F))
-
-    def _evaluate(self, n: int, z: Any, F: Any) -> int:
+    def _function(self, n: int, z: Any, F: Any) -> int:
         values = self._evaluations.values(np.ctypeslib.as_array(z, (n,)).copy())
         np.ctypeslib.as_array(F, (n,))[:] = values
         return int(np.count_nonzero(~np.isfinite(values)))
 
-    def _jacobian(self, _data: Any, n: int, z: Any, wants: int, F: Any, *places: Any) -> int:
-        return self._undefined(n, lambda: (self._evaluate(n, z, F) if wants else 0) + self._differentiate(n, z, places))
-
-    def _differentiate(self, n: int, z: Any, places: Sequence[Any]) -> int:
+    def _jacobian(self, n: int, z: Any, wants: int, F: Any, *places: Any) -> int:
+        undefined = self._function(n, z, F) if wants else 0
         J = csc_array(self._evaluations.jacobian(np.ctypeslib.as_array(z, (n,)).copy()))
         self.is_full |= J.nnz > self._most
         if self.is_full:
@@ -214,16 +210,7 @@ class _Called:
         parts = (J.indptr[:-1] + 1, np.diff(J.indptr), J.indices + 1, J.data)
         for place, part in zip((begins, lengths, rows, values), parts, strict=True):
             np.ctypeslib.as_array(place, (part.size,))[:] = part
-        return int(np.count_nonzero(~np.isfinite(J.data)))
-
-    def _undefined(self, n: int, evaluation: Callable[[], int]) -> int:
-        """Return the number of undefined values in an evaluation; all of them once there was an error."""
-        if self.fault is None and not self.is_full:
-            try:
-                return evaluation()
-            except BaseException as fault:  # also Ctrl-C; the caller raises it when PATH returns
-                self.fault = fault
-        return n
+        return undefined + int(np.count_nonzero(~np.isfinite(J.data)))
 
 
 def _nonlinear(problem: Problem | NonlinearProblem) -> NonlinearProblem:

@@ -1,7 +1,5 @@
-"""Other solvers by name, imported on demand. The peer `p` is the object p (with _ for -) in its file.
-
-Processes of their own for solvers that cannot be interrupted: a crash or the time limit ends only the process.
-"""
+"""Other solvers by name, imported on demand. The peer `p` is the object p (with _ for -) in its file. Solvers that
+cannot be interrupted run in processes of their own, which a crash or the time limit ends."""
 
 from __future__ import annotations
 
@@ -35,18 +33,25 @@ NONLINEAR = ("path-start",)  # those that also take nonlinear problems
 
 @dataclass(frozen=True, eq=False)
 class Claim:
-    """The unverified claim of a peer about a problem.
+    """What a solver claims of a problem, not yet verified.
 
-    z : shape (n,), or None if the peer returned none.
-    solved : whether the peer claims that z is a solution to within its tolerance.
-    seconds : the time from the arrays of the problem to the answer, without importing and compiling.
-    statement : how the run ended, in the peer's own words.
+    z : shape (n,), or None if there is none.
+    solved : whether z is claimed to be a solution to within the solver's tolerance.
+    seconds : from the arrays of the problem to the answer, without importing and compiling; of a method, verified.
+    statement, status : how the run ended, in the solver's own words, and in a word.
+    setup_seconds, iterations, evaluations, curve : of a method, as of a `Result`, and (k, seconds, error) of some
+        iterates, with the residual for the error if no solution is known; None if unknown.
     """
 
     z: Vector | None
     solved: bool
     seconds: float
     statement: str
+    status: str = ""
+    setup_seconds: float | None = None
+    iterations: int | None = None
+    evaluations: int | None = None
+    curve: list[tuple[int, float, float | None]] | None = None
 
 
 class Peer(Protocol):
@@ -60,21 +65,16 @@ class Peer(Protocol):
 
     def solve(self, problem: Any, tol: float, time_limit: float) -> Claim:
         """Solve a problem, with tol as the peer's own tolerance and in at most time_limit seconds, if the peer has
-        these settings.
-
-        Raises OptionError if the peer is not installed.
-        """
+        these settings. Raises OptionError if the peer is not installed."""
 
 
 def load(name: str) -> Peer:
-    """Return the peer with this name."""
     if name not in REGISTRY:
         raise _unknown(name)
     return cast(Peer, getattr(import_module(f"lcpcli.peers.{REGISTRY[name][0]}"), name.replace("-", "_")))
 
 
 def installed(distribution: str) -> str | None:
-    """Return the version of an installed distribution; None if there is none."""
     try:
         return metadata.version(distribution)
     except metadata.PackageNotFoundError:
@@ -87,10 +87,8 @@ def not_installed(package: str) -> OptionError:
 
 
 def select(names: Iterable[str]) -> list[str]:
-    """Return the named peers, each once. The part of a name before a dash selects all of that package.
-
-    Raises OptionError for an unknown name, with a suggestion.
-    """
+    """Return the named peers, each once; the part of a name before a dash selects all of that package. Raises
+    OptionError for an unknown name, with a suggestion."""
     selected: dict[str, None] = {}
     for name in names:
         meant = [peer for peer in REGISTRY if peer == name or peer.startswith(f"{name}-")]

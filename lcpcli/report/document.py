@@ -1,8 +1,5 @@
-"""A report as the formats typeset it: sections of lines, tables of text and a figure. No format knows what it is
-about.
-
-The formats of reports, each a row of a table; nothing heavy is imported, so that help is instant.
-"""
+"""A report as the formats typeset it: sections of lines, tables of text and a figure; and the table of these formats.
+Nothing heavy is imported, so that help is instant."""
 
 from __future__ import annotations
 
@@ -123,9 +120,7 @@ SUFFIXES = {"": "table", **{form.suffix: name for name, form in FORMATS.items()}
 
 
 def typeset(document: Document, form: str, width: int | None = None, color: bool = False) -> str:
-    """Return a report as text in a format, whatever its names hold.
-
-    width, color : the width of the terminal, None if there is none, and whether it shows colours.
-    """
+    """Return a report as text in a format. width : of the terminal, None if there is none. color : whether it has
+    colours."""
     module = import_module(f"lcpcli.report.{FORMATS[form].renderer}")
     return str(module.render(document.visible(), width, color))

@@ -1,8 +1,5 @@
-"""A report as one HTML page: it needs no network, can be read without JavaScript, and prints.
-
-With JavaScript, a click on a heading sorts the table, and an iterate under the pointer shows all of its digits.
-Figures are drawn if matplotlib is installed; else a note says how to install it.
-"""
+"""A report as one HTML page: it needs no network, can be read without JavaScript, which sorts tables, and prints.
+Figures are drawn if matplotlib is installed; else a note says how to install it."""
 
 from __future__ import annotations
 
@@ -75,7 +72,6 @@ MOST_OPEN = 30  # rows of a table with a name that a page shows at once, about a
 
 
 def render(document: Document, _: int | None, __: bool) -> str:
-    """Return a report as a page."""
     title = escape(document.title)
     head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{title}</title>'
     parts = [head, f"<style>{STYLE}</style>", f"<h1>{title}</h1>"]
@@ -113,7 +109,6 @@ def _section(section: Section) -> list[str]:
 
 
 def _table(table: Table) -> list[str]:
-    """Return a table with its notes; one with a name can be folded."""
     grid = _grid(table)
     if table.name:
         opened = " open" * (not table.digits or len(table.rows) <= MOST_OPEN)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from lcpcli.errors import count
-from lcpcli.inspection.inspection import Attempt, Inspection
+from lcpcli.files.contents import NO_SOURCE
+from lcpcli.inspection.inspection import Inspection
 from lcpcli.inspection.nonlinear import NonlinearInspection
 from lcpcli.inspection.theory import MOST_WITH_NORM, Rate, Spread
 from lcpcli.inspection.verdict import title
@@ -67,12 +68,13 @@ def render(
 def _linear_tables(found: Inspection, classes: Sequence[Row], whole: bool) -> list[Table]:
     methods = [(name, guarantee.word, guarantee.reason) for name, guarantee in found.guarantees.items()]
     guaranteed = _table(("method", "guaranteed", "in exact arithmetic, because"), methods)
+    plan = [(method, "; ".join(filter(None, (part, _share(k)))), why) for method, part, k, why in found.plan or ()]
     if whole:
         return [
             _table(("", ""), _facts(found) if found.problem.n else []),
             _table(("class of M", "", "because"), classes),
             guaranteed,
-            _table(("auto tries", "", "reason"), _plan(found.plan or ()), texts=(1, 2)),
+            _table(("auto tries", "", "reason"), plan, texts=(1, 2)),
         ]
     shown = [
         ("condition", _condition(found)),
@@ -92,17 +94,11 @@ def verdict(found: Inspection | NonlinearInspection) -> str:
 
 
 def _table(header: Row, rows: Sequence[Row], texts: Sequence[int] = ()) -> Table:
-    """Return a table of words, the last column of sentences."""
     return Table(header, [rows], words=range(len(header)), texts=texts or (len(header) - 1,))
 
 
-def _plan(attempts: Iterable[Attempt]) -> list[Row]:
-    """Return a row for each attempt: the method; what of it, and how long at first; why."""
-    rows: list[Row] = []
-    for method, part, iterations, reason in attempts:
-        share = "" if iterations is None else f"{count(iterations, 'iteration')}, then twice as many"
-        rows.append((method, "; ".join(filter(None, (part, share))), reason))
-    return rows
+def _share(iterations: int | None) -> str:
+    return "" if iterations is None else f"{count(iterations, 'iteration')}, then twice as many"
 
 
 def _facts(found: Inspection) -> list[Row]:
@@ -185,14 +181,17 @@ def _nonlinear_facts(found: NonlinearInspection) -> list[tuple[str, str]]:
     if found.operators is not None:
         operators = ", ".join(f"{name} {number}" for name, number in found.operators.items())
         facts.append(("operators", operators or "none"))
-        facts.append(("common expressions", str(found.common)))
-        facts.append(("fixed variables", f"{found.fixed}{', which are constants' * bool(found.fixed)}"))
+        facts.append(("common expressions", str(found.common_expressions)))
+        facts.append(
+            ("fixed variables", f"{found.fixed_variables}{', which are constants' * bool(found.fixed_variables)}")
+        )
     named = [name for name in found.problem.names if name]
     facts.append(("names", f"{named[0]}{f' to {named[-1]}' * (len(named) > 1)}" if named else "none"))
     density = f" ({100 * found.nonzeros / n**2:.3g} %)" if n else ""
     facts.append(("entries of J", f"{found.nonzeros} of {n**2} nonzero{density}"))
-    free = f"{found.rank_of_equations} of the rows of equations, {found.rank_of_free} of the columns of free unknowns"
-    facts.append(("structural rank", f"{found.rank} of {n}; {free}" if found.equations else f"{found.rank} of {n}"))
+    of_rows, of_free = found.structural_rank_of_equations, found.structural_rank_of_free
+    free = f"; {of_rows} of the rows of equations, {of_free} of the columns of free unknowns" * bool(found.equations)
+    facts.append(("structural rank", f"{found.structural_rank} of {n}{free}"))
     facts.append(("at the start", f"natural residual {wording.short(found.residual) or 'undefined'}"))
     if found.condition is not None:
         infinite = math.isinf(found.condition)
@@ -203,12 +202,10 @@ def _nonlinear_facts(found: NonlinearInspection) -> list[tuple[str, str]]:
 
 
 def _record(found: Inspection | NonlinearInspection) -> dict[str, Any]:
-    """Return an object for JSON. All keys are always present: None for missing and infinite values."""
     problem, is_linear = found.problem, isinstance(found, Inspection)
     condition = found.equilibrated_condition if isinstance(found, Inspection) else found.condition
     own = {
-        "problem": problem.name,
-        "n": problem.n,
+        **result_formats.place(NO_SOURCE, problem),
         "bounds": dict(problem.box.kinds) or None,
         "density": found.nonzeros / problem.n**2 if problem.n else None,
         "classes": {
@@ -217,7 +214,7 @@ def _record(found: Inspection | NonlinearInspection) -> dict[str, Any]:
         },
         "spread": _decades(found.spread),
         "singular": None if condition is None else math.isinf(condition),
-        **(_of_linear(found) if isinstance(found, Inspection) else _of_nonlinear(found)),
+        **(_of_linear(found) if isinstance(found, Inspection) else {"linear": False}),
     }
     return result_formats.record(KEYS if is_linear else NONLINEAR_KEYS, found, own)
 
@@ -243,17 +240,4 @@ def _of_linear(found: Inspection) -> dict[str, Any]:
         "presolve": _removed(found.presolve),
         "plan": None if found.plan is None else [attempt._asdict() for attempt in found.plan],
         "obvious": found.obvious or None,
-    }
-
-
-def _of_nonlinear(found: NonlinearInspection) -> dict[str, Any]:
-    return {
-        "names": list(found.problem.names) if any(found.problem.names) else None,
-        "linear": False,
-        "common_expressions": found.common,
-        "fixed_variables": found.fixed,
-        "structural_rank": found.rank,
-        "structural_rank_of_equations": found.rank_of_equations,
-        "structural_rank_of_free": found.rank_of_free,
-        "undefined_rows": found.undefined,
     }

@@ -72,7 +72,6 @@ def _float(caption: str, label: str, tables: Sequence[list[str]], notes: Sequenc
 
 
 def _longtable(caption: str, label: str, table: Table) -> str:
-    """Return the lines of a table that continues over pages, each headed by the names of the columns."""
     begin, top, names, *rows, _ = _tabular(table)
     head = [rf"\caption{{{_text(caption)}}}\label{{{label}}}\\", top, names]
     lines = [begin.replace("tabular", "longtable"), *head, r"\endfirsthead", top, names, r"\endhead", *rows]
@@ -80,8 +79,9 @@ def _longtable(caption: str, label: str, table: Table) -> str:
 
 
 def _tabular(table: Table) -> list[str]:
-    """Return the lines of a table with a rule before each group."""
-    kinds = "".join(_kind(table, j) for j in range(len(table.header)))
+    kinds = "".join(
+        r"p{0.5\textwidth}" if j in table.texts else "l" if j in table.words else "r" for j in range(len(table.header))
+    )
     lines = [rf"\begin{{tabular}}{{{kinds}}}", r"\toprule"]
     lines += [_row([_heading(name) for name in table.header])] * any(table.header)
     for group in table.groups:
@@ -92,11 +92,6 @@ def _tabular(table: Table) -> list[str]:
         ]
         lines += [*[r"\midrule"] * (len(lines) > 2), *map(_row, rows)]
     return [*lines, r"\bottomrule", r"\end{tabular}"]
-
-
-def _kind(table: Table, j: int) -> str:
-    """Return the kind of a column: of words, of numbers, or of sentences, which have half the width of the text."""
-    return r"p{0.5\textwidth}" if j in table.texts else "l" if j in table.words else "r"
 
 
 def _row(cells: list[str]) -> str:

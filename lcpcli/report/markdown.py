@@ -24,7 +24,6 @@ def _section(section: Section, level: str) -> str:
 
 
 def _grid(table: Table) -> str:
-    """Return a table in Markdown, with its best cells in bold type."""
     marks = [":--" if j in table.words else "--:" for j in range(len(table.header))]
     rows = [[*map(escape_markdown, row)] for row in table.rows]
     first = len(rows) - len(table.groups[-1])
@@ -34,5 +33,4 @@ def _grid(table: Table) -> str:
 
 
 def escape_markdown(text: str) -> str:
-    """Return a text with Markdown's special characters escaped."""
     return re.sub(r"([\\|*_<`\[$~]|&(?=[#\w]))", r"\\\1", text)

@@ -1,9 +1,5 @@
-"""The outcome of runs as lines of text: for one run the verdict, the main numbers, z and what is proved, by
-certificates and exact solutions; for each of several runs a row of costs.
-
-Results and problems as one line in the interpreter, and as parts of a page in notebooks. Methods of Result,
-Problem and Trace call these functions.
-"""
+"""The outcome of runs as lines of text; results and problems as one line in the interpreter, and as parts of a page in
+notebooks. Methods of Result, Problem and Trace call these functions."""
 
 from __future__ import annotations
 
@@ -100,7 +96,6 @@ def verdict(result: Result) -> str:
 
 
 def remark(result: Result) -> str:
-    """Return a line on how a run that did not solve the problem ended, with the name of the run."""
     return f"{name(result)}{':' * (result.status.word in PROBLEM_STATUSES)} {result.message}"
 
 
@@ -110,11 +105,8 @@ def _work(result: Result) -> str:
 
 
 def facts(result: Result, width: int | None, whole: bool, names: Sequence[str] = ()) -> list[str]:
-    """Return lines with the work and its parts, the residuals, the error and z, and with bounds also the basis.
-
-    whole : whether to show all of a long z instead of what fits on one line. names : of the unknowns that are shown, as
-    for `wording.places`; empty for all.
-    """
+    """Return lines with the work and its parts, the residuals, the error and z, and with bounds also the basis. whole :
+    whether to show all of a long z instead of a line. names : of the unknowns that are shown; empty for all."""
     parts = {"set-up": result.setup_seconds, "iterations": result.solve_seconds, "verification": result.verify_seconds}
     if hasattr(result.answer, "seconds"):
         parts["conclusions"] = result.answer.seconds
@@ -126,23 +118,16 @@ def facts(result: Result, width: int | None, whole: bool, names: Sequence[str] =
     measures = f"residual {residual(result)}, relative {short(result.relative_residual, ROW_ROUNDING)}"
     if result.error is not None:
         measures += f", error {error(result.error, result.problem)}"
-    lines += [measures, *_few_digits(result), *_vector(result, width or PIPE_WIDTH, whole, names)]
+    lines.append(measures)
+    least, i = fewest(result.problem, result.z, np.array(result.digits, dtype=float)) if result.digits else (DIGITS, 0)
+    if least < ENOUGH_DIGITS:
+        digits = f"about {count(least, 'digit')}" if least else "no digit"
+        lines.append(f"the data determine {digits} of z{i + 1}: rounding the data once changes the others")
+    lines += [*_vector(result, width or PIPE_WIDTH, whole, names)]
     return [*lines, *([] if names else _basis(result, width or PIPE_WIDTH))]
 
 
-def _few_digits(result: Result) -> list[str]:
-    if not result.digits:
-        return []
-    least, i = fewest(result.problem, result.z, np.array(result.digits, dtype=float))
-    if least >= ENOUGH_DIGITS:
-        return []
-    digits = f"about {count(least, 'digit')}" if least else "no digit"
-    return [f"the data determine {digits} of z{i + 1}: rounding the data once changes the others"]
-
-
 def _basis(result: Result, width: int) -> list[str]:
-    """Return a line with the state of each variable, or with the numbers of variables in each state if it is too long;
-    no line without bounds."""
     if not result.problem.bounds:
         return []
     if len(line := f"basis = ({', '.join(result.basis)})") <= width:
@@ -189,9 +174,8 @@ def _vector(result: Result, width: int, whole: bool, names: Sequence[str]) -> li
 
 
 def _cells(result: Result, part: slice, by_name: bool = False) -> list[str]:
-    """Return a part of z to the known digits, at most 7; for an LCP with the names of the components.
-
-    by_name : whether the signs are those for which the names stand."""
+    """Return a part of z to the known digits, at most 7, with names for an LCP. by_name : whether signs are those of
+    names."""
     known = result.bound.value if result.bound and result.bound.proved else result.error
     place = -math.inf
     if result.solved and known is not None and 0 < known < math.inf:
@@ -246,16 +230,12 @@ LARGEST_SHOWN = 6  # unknowns of a problem whose M and q are shown, which then f
 
 
 def result_text(result: Result) -> str:
-    """Return a line with the status, the method, n, the residual, the error if known, the time and the first components
-    of z, in fractions if these are known."""
     return f"<Result: {', '.join(f'{name} {value}'.strip() for name, value in _facts(result))}>"
 
 
 def result_html(result: Result) -> str:
-    """Return a result in HTML: the facts of `result_text`, the iterations, the message, the advice and the meaning.
-
-    Iterates that were requested follow below, as a figure if matplotlib is installed.
-    """
+    """Return a result in HTML: the facts of `result_text`, the iterations, the message, the advice and the meaning, and
+    the iterates that were requested as a figure if matplotlib is installed."""
     from lcpcli.report import html_page, programs_and_games
 
     (_, status), *facts = _facts(result)
@@ -269,7 +249,6 @@ def result_html(result: Result) -> str:
 
 
 def _facts(result: Result) -> list[tuple[str, str]]:
-    """Return headings and texts on a result, with z in fractions, or the proof that there is no solution, if known."""
     error, exact = result.error, result.exact
     vectors = [] if exact is None else [("exact z =", exact.z), ("exact y =", exact.y)]
     proved = [(name, wording.vector(values, brief)) for name, values in vectors if values is not None]
@@ -284,12 +263,10 @@ def _facts(result: Result) -> list[tuple[str, str]]:
 
 
 def problem_text(problem: Problem) -> str:
-    """Return a line with the name, n, the storage of M, and what is known about the solution."""
     return f"<{f'Problem {wording.title(problem)}'.rstrip()}: {', '.join(_properties(problem))}>"
 
 
 def problem_html(problem: Problem) -> str:
-    """Return a problem in HTML: the facts of `problem_text`, and M and q of a small problem."""
     from lcpcli.report import html_page
 
     tables = []
@@ -307,7 +284,6 @@ def _properties(problem: Problem) -> list[str]:
 
 
 def frame(result: Result) -> Any:
-    """Return z, w and the states of a result as a data frame of pandas with a row for each unknown, by its name."""
     try:
         import pandas
     except ModuleNotFoundError:
@@ -317,14 +293,12 @@ def frame(result: Result) -> Any:
 
 
 def trace_text(trace: Trace) -> str:
-    """Return a line with the number of stored iterates, and their range."""
     rows = trace.rows
     span = f", k = {rows[0].k} to {rows[-1].k}" if rows else ""
     return f"<Trace: {count(len(rows), 'iterate')}{span}, every = {trace.every}>"
 
 
 def figure(results: Sequence[Result]) -> bytes:
-    """Return the figure of error against time and iteration for the results on a problem."""
     from lcpcli.report import plotting
 
     return plotting.convergence(plotting.panels([results]), "svg")

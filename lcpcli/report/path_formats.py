@@ -20,7 +20,7 @@ from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.path_terms import Points, Terms
 from lcpcli.report.result_formats import Report
 from lcpcli.report.tables import CELL, OTHER_COLUMNS, PRINTED, longest, room, shown_components, with_ellipsis
-from lcpcli.typing import Indices, Vector
+from lcpcli.typing import Vector
 
 KEYS = (
     "version file to_file problem to n names end message reached verified t z w basis changes jumps moving answer "
@@ -29,17 +29,13 @@ KEYS = (
 NO_POINTS = Points([], [], [])
 MOST_ROWS = 500  # of a table; typesetting takes a millisecond a row, and nobody reads on
 MOST_CHANGES = 3  # named at a breakpoint; more, where pieces of no length have been left out, would make a wide column
-MOST_MEASURED = 20_000  # components whose widths are measured, in milliseconds; of more a usual one is assumed
 NOISE = 1e-12  # relative to the largest entry: what is shown as 0
 
 At: TypeAlias = Sequence["float | Fraction"]  # further values of t, for whose points a text has room too
 
 
 def data(path: Path, points: Points = NO_POINTS, files: Sequence[str] = ()) -> dict[str, Any]:
-    """Return a path as the object of its line in JSON.
-
-    points : further points of the path, which the object has too. files : of the problems that were read.
-    """
+    """Return a path as the object of its line in JSON, with further points. files : of the problems that were read."""
     terms, doubles = Terms(path), Points(path.t.tolist(), list(path.z), list(path.w))
     moving = terms.moving and {**terms.moving._asdict(), "values": [terms.moved(t) for t in doubles.t]}
     own = {
@@ -99,10 +95,8 @@ def rows(path: Path, at: At, names: Sequence[str]) -> tuple[Iterable[Sequence[An
 
 
 def report(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] = ()) -> Report:
-    """Return the report on a path, of which JSON has one object, as `Path.to_dict`, with the points at further t.
-
-    files : of the problems that were read. names : as for `build`; JSON has all.
-    """
+    """Return the report on a path, with the points at further t. files : of the problems that were read. names : as for
+    `build`; JSON has all."""
     return Report(
         lambda form, width: build(path, form, at, width, names),
         lambda: [data(path, Terms(path).at_all(at), files)],
@@ -111,10 +105,8 @@ def report(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] =
 
 
 def build(path: Path, form: str, at: At, width: int | None, names: Sequence[str] = ()) -> Document:
-    """Return the report on a path for a format: a row for each breakpoint, and the further points below them.
-
-    names : of the unknowns that are shown, as for `wording.places`; empty for as many as fit.
-    """
+    """Return the report on a path for a format: a row for each breakpoint, and the further points below them. names :
+    of the unknowns that are shown, as for `wording.places`; empty for as many as fit."""
     terms = Terms(path)
     notes = path_terms.notes(path, wording.all_visible(terms.names(longest(form))), MOST_CHANGES)
     columns = _Columns(terms, form, width, notes, names)
@@ -141,9 +133,9 @@ def build(path: Path, form: str, at: At, width: int | None, names: Sequence[str]
 
 
 def _figure(path: Path, names: Sequence[str]) -> bytes:
-    from lcpcli.report import pictures, plotting
+    from lcpcli.report import plotting
 
-    return plotting.response(pictures.response(path, names), "svg")
+    return plotting.response(path, "svg", names)
 
 
 class _Columns:
@@ -162,42 +154,21 @@ class _Columns:
         self._has_t = moving is None or moving[2:] != (float(path.family.start), float(path.family.stop))
         moved = [moving.label if len(visible(moving.label)) < most else "value"] if moving else []
         names = wording.all_visible(terms.names(most))
-        left, own = None, room(form, width)
-        if own is not None:
-            left = own - CELL * (self._has_t + len(moved) + bool(program)) - max(map(len, notes), default=0)
-        self._kept = wording.places(terms.names(), chosen) if chosen else None
-        self._shown, self._components, self._has_w = (n, None, False) if chosen else self._selection(names, left)
-        self.elided = self._components is not None or (program is not None and self._shown < n - program.ranges)
+        left = room(form, width)
+        if left is not None:
+            left += OTHER_COLUMNS - CELL * (self._has_t + len(moved) + bool(program)) - max(map(len, notes), default=0)
+        counts = [n] if program is None else [n - program.ranges, program.variables]
+        count = next((count for count in counts if shown_components(count, left) is None), counts[-1])
+        self._kept = wording.places(terms.names(), chosen) if chosen else range(count)
+        self._components = None if chosen else shown_components(count, left)
+        self._has_w = not chosen and program is None and shown_components(2 * n, left) is None
+        self.elided = self._components is not None or (not chosen and count < counts[0])
         names = self._of_shown(names)
         w = [f"w{i}" for i in range(1, n + 1)] if self._has_w else []
         self.header = [*["t"] * self._has_t, *moved, "change", *names, *w, *["objective"] * bool(program)]
 
     def _of_shown(self, values: Sequence[Any], cell: Callable[[Any], str] = str) -> list[str]:
-        if self._kept is not None:
-            return [cell(values[i]) for i in self._kept]
-        return with_ellipsis(values[: self._shown], self._components, cell)
-
-    def _selection(self, names: Sequence[str], left: int | None) -> tuple[int, Indices | None, bool]:
-        """Return how many of the first components may be shown, which of these are, None for all, and whether w is.
-
-        left : the width for them; None for a pipe.
-        """
-        terms, program, n = self.terms, self.terms.program, self.terms.path.problem.n
-        counts = [n] if program is None else [n - program.ranges, program.variables]
-        if left is None or n * len(terms.points.t) > MOST_MEASURED:
-            own = None if left is None else left + OTHER_COLUMNS
-            count = next((count for count in counts if shown_components(count, own) is None), counts[-1])
-            return count, shown_components(count, own), program is None and shown_components(2 * n, own) is None
-        vectors = [list(map(terms.values, terms.points.z)), terms.points.w]
-        widths = [
-            max(len(name), *(len(_cell(value, largest)) for value in column)) + 1
-            for own, largest in zip(vectors, self._largest, strict=True)
-            for name, *column in zip(names, *own, strict=True)
-        ]
-        for count in [2 * n] * (program is None) + counts:
-            if sum(widths[:count]) <= left:
-                return min(count, n), None, count > n
-        return counts[-1], shown_components(counts[-1], left + OTHER_COLUMNS), False
+        return with_ellipsis([values[i] for i in self._kept], self._components, cell)
 
     def rows(self, points: Points, notes: Sequence[str]) -> list[list[str]]:
         """Return the rows of some points, each with a note on what changes there."""
@@ -243,6 +214,5 @@ def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:
 
 
 def _named(terms: Terms, values: Vector, cell: Callable[[Any], str]) -> str:
-    """Return a vector; if its entries have names, those that are not 0, with their names."""
     has_names = any(terms.path.problem.names)
     return programs_and_games.named(values.tolist(), terms.names() if has_names else (), cell, sparing=has_names)

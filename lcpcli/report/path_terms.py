@@ -28,7 +28,6 @@ def verified(path: Path) -> str:
 
 
 def title(path: Path) -> str:
-    """Return the names of both problems, and their size."""
     ends = [wording.title(problem) or "problem" for problem in (path.problem, path.to)]
     return f"{' to '.join(dict.fromkeys(ends))}: {wording.size(path.problem)}"
 
@@ -115,20 +114,16 @@ class Moving(NamedTuple):
 
     @property
     def word(self) -> str:
-        """Return what the number is for the row or variable, in words."""
         return RELATIONS[self.what]
 
     @property
     def label(self) -> str:
-        """Return the name of a column with its values."""
         return f"{self.what} {self.name}" if self.what in ("c", "lower", "upper") else self.name
 
 
 class Ends:
-    """The two problems of a path, with the names by which they are reported.
-
-    program : the program behind both problems; None if there is none.
-    """
+    """The two problems of a path, with the names by which they are reported, and the program behind both, if there is
+    one."""
 
     def __init__(self, *ends: Problem) -> None:
         self._ends = ends
@@ -159,8 +154,6 @@ class Ends:
 
 
 class Terms(Ends):
-    """The names and numbers by which a path is reported."""
-
     def __init__(self, path: Path) -> None:
         super().__init__(path.problem, path.to)
         self.path = path
@@ -171,19 +164,16 @@ class Terms(Ends):
         exact, path = self.path.exact, self.path
         return Points(*exact) if exact else Points(path.t.tolist(), list(path.z), list(path.w))
 
-    def at(self, t: float | Fraction) -> Points:
-        """Return the points of the path at t, none if it does not come there."""
-        points, found = self.points, list[tuple[Any, Any]]()
-        pieces = range(len(points.t) - 1)
-        for k in pieces if pieces else range(len(points.t)):
-            for pair in _on_piece(Points(*(part[k : k + 2] for part in points)), t):
-                found += [pair] * (pair not in found)
-        return Points([t] * len(found), [z for z, _ in found], [w for _, w in found])
-
     def at_all(self, values: Sequence[float | Fraction]) -> Points:
-        """Return the points of the path at several values of t."""
-        found = list(map(self.at, values))
-        return Points(*([entry for points in found for entry in points[part]] for part in range(3)))
+        """Return the points of the path at several values of t; there are none where it does not come."""
+        points, found = self.points, list[tuple[Any, Any, Any]]()
+        for t in values:
+            own = list[tuple[Any, Any]]()
+            for k in range(max(len(points.t) - 1, 1)) if points.t else ():
+                for pair in _on_piece(Points(*(part[k : k + 2] for part in points)), t):
+                    own += [pair] * (pair not in own)
+            found += [(t, *pair) for pair in own]
+        return Points(*map(list, zip(*found, strict=True))) if found else Points([], [], [])
 
     def values(self, z: Sequence[Any]) -> Sequence[Any]:
         """Return z, of a program x, y and s, with the multipliers y in its own sense."""
@@ -216,7 +206,6 @@ class Terms(Ends):
 
     @property
     def is_quadratic(self) -> bool:
-        """Return whether the objective of the program has a quadratic part."""
         return self.program is not None and bool((self._data[0].Q != 0).sum())
 
     @cached_property
@@ -226,7 +215,6 @@ class Terms(Ends):
         return found[0] if len(found) == 1 else None
 
     def moved(self, t: Any) -> Any:
-        """Return the number that differs at t."""
         assert self.moving is not None
         share, ends = self._share(t), self.moving[2:]
         first, last = map(shortest_decimal, ends) if isinstance(share, Fraction) else ends
@@ -242,26 +230,22 @@ class Terms(Ends):
     def _differences(self) -> Iterator[Moving]:
         """Yield the numbers that differ; both sides of an equation are one."""
         if self.program is None:
-            ends = [conditions_of(each) for each in self._ends]
+            ends: list[Any] = [conditions_of(each) for each in self._ends]
             names = [f"q {name}" if name else "" for name in self.path.problem.names]
             yield from _moving(wording.short_names(names, math.inf, "q"), "q", *(each.q for each in ends))
-            yield from self._moving_bounds(*ends)
+        else:
+            ends = list(self._data)
+            yield from _moving(self.names(), "c", *(SENSES[self.program.sense] * each.c for each in ends))
+        for key in ("lower", "upper"):
+            yield from _moving(self.names(), key, *(getattr(each, key) for each in ends))
+        if self.program is None:
             return
         one, two = self._data
-        rows, sign = (
-            self.program.rows or [f"row {i}" for i in range(1, one.row_lower.size + 1)],
-            SENSES[self.program.sense],
-        )
-        yield from _moving(self.names(), "c", sign * one.c, sign * two.c)
-        yield from self._moving_bounds(one, two)
+        rows = self.program.rows or [f"row {i}" for i in range(1, one.row_lower.size + 1)]
         equal = (one.row_lower == one.row_upper) & (two.row_lower == two.row_upper)
         yield from _moving(rows, "row", one.row_lower, two.row_lower, equal)
         for key in ("row_lower", "row_upper"):
             yield from _moving(rows, key, getattr(one, key), getattr(two, key), ~equal)
-
-    def _moving_bounds(self, *ends: Any) -> Iterator[Moving]:
-        for key in ("lower", "upper"):
-            yield from _moving(self.names(), key, *(getattr(each, key) for each in ends))
 
 
 def _moving(names: Sequence[str], what: str, first: Vector, last: Vector, among: Any = True) -> Iterator[Moving]:

@@ -1,7 +1,5 @@
-"""Figures of results and of data: the bytes of a picture, by matplotlib.
-
-Nothing heavy is imported until a figure is requested. Each function raises OptionError if matplotlib is missing. The
-form of a picture is one of FORMS.
+"""Figures of results and of data: the bytes of a picture, by matplotlib, in one of FORMS. Nothing heavy is imported
+until a figure is requested. Each function raises OptionError if matplotlib is missing.
 
 For performance profiles, see E. D. Dolan and J. J. Moré, Benchmarking optimization software with performance profiles,
 Math. Program. 91 (2002) 201-213; for complementary cones, K. G. Murty, On the number of solutions to the
@@ -11,7 +9,7 @@ complementarity problem and spanning properties of complementary cones, Linear A
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.util import find_spec
@@ -21,65 +19,65 @@ from typing import TYPE_CHECKING, Any
 from lcpcli.errors import ParameterError, count
 from lcpcli.files.atomic_write import write_whole
 from lcpcli.report import wording
-from lcpcli.report.figures.data import Cones, Curve, GrowthPanel, Panel, Profile, Response, Trajectories
+from lcpcli.report.figures.data import Curve, Growth, Panel, Profile, Trajectories, Trajectory
 
 if TYPE_CHECKING:
+    from lcpcli.enumeration.search import SolutionSet
     from lcpcli.model.problem import Problem
+    from lcpcli.parametric.path import Path
     from lcpcli.solving.result import Result
 
 FORMS = ("png", "svg", "pdf")
 MOST_PANELS = 7  # rows of axes on a page of A4, each about 1.5 inches high, with readable labels
-PLOT = "plot"
+MOST_PLANES = 6  # whose paths of iterates are on a page, two in a row
+PLOT, PATHS = "plot", "paths"
 
 
 def convergence(panels: Sequence[Panel], form: str) -> bytes:
     """Return a picture with one row per panel: the error against the run time and against the iteration."""
     require_room(len(panels))
-    return _drawn("run_figures.draw_convergence", form, "Error against run time and iteration", _told(panels), panels)
+    told = [panel.provenance for panel in panels]
+    return _drawn("run_figures.draw_convergence", form, "Error against run time and iteration", told, panels)
 
 
 def bench(
     profiles: Sequence[Profile],
     panels: Sequence[Panel],
-    growth_panels: Sequence[GrowthPanel],
+    growths: Mapping[str, Sequence[Growth]],
     form: str,
     provenance: Sequence[str] = (),
 ) -> bytes:
-    """Return a picture of a benchmark: the performance profile, error against run time, and the growth of time with n.
-
-    An empty part is left out; at least one must have data. provenance : lines on the measurements, for the file's
-    metadata.
-    """
-    return _drawn("run_figures.draw_bench", form, "Benchmark", provenance, profiles, panels, growth_panels)
+    """Return a picture of a benchmark: the performance profile, error against run time, and the growth of time with n,
+    as far as there are data. provenance : lines on the measurements, for the file's metadata."""
+    return _drawn("run_figures.draw_bench", form, "Benchmark", provenance, profiles, panels, growths)
 
 
-def cones(picture: Cones, form: str) -> bytes:
+def cones(found: SolutionSet, form: str) -> bytes:
     """Return a picture of q and the complementary cones of an LCP with two unknowns; a cone with q gives a solution."""
-    return _drawn("plane_figures.draw", form, "Complementary cones", picture.provenance, picture)
+    return _drawn("plane_figures.draw", form, "Complementary cones", [f"{wording.PROGRAM}: {found.message}"], found)
 
 
 def paths(pictures: Sequence[Trajectories], form: str) -> bytes:
     """Return a picture of the iterates of runs on LCPs with two unknowns, over the merit function."""
-    return _drawn("plane_figures.draw_paths", form, "Trajectories of iterates", _told(pictures), pictures)
+    told = [picture.provenance for picture in pictures]
+    return _drawn("plane_figures.draw_paths", form, "Trajectories of iterates", told, pictures)
 
 
-def response(picture: Response, form: str) -> bytes:
-    """Return a picture of the solutions along a path, and of the objective of a program."""
-    return _drawn("run_figures.draw", form, "Path of solutions", picture.provenance, picture)
+def response(path: Path, form: str, names: Sequence[str] = ()) -> bytes:
+    """Return a picture of the solutions along a path, of these unknowns alone if there are any, and of the objective of
+    a program."""
+    from lcpcli.report.path_terms import line
+
+    return _drawn("run_figures.draw", form, "Path of solutions", [f"{wording.PROGRAM}: {line(path)}"], path, names)
 
 
 def _drawn(place: str, form: str, title: str, provenance: Sequence[str], *data: Any) -> bytes:
-    """Return the figure that a function of `figures` draws of some data. place : its module and its name."""
     require()
     from lcpcli.report.figures import style
 
     module, name = place.split(".")
     draw = getattr(import_module(f"lcpcli.report.figures.{module}"), name)
     return style.file(lambda: draw(*data), form, title, provenance)
-
-
-def _told(parts: Sequence[Panel | Trajectories]) -> list[str]:
-    return [f"{part.title}: {part.provenance}" for part in parts]
 
 
 def form_of(path: str, option: str = PLOT) -> str:
@@ -91,11 +89,23 @@ def form_of(path: str, option: str = PLOT) -> str:
     return ending
 
 
-def require_room(panels: int) -> None:
-    """Refuse more panels than fit on a page of A4."""
-    if panels > MOST_PANELS:
-        fault = f"would draw {panels} problems, and a page has room for {MOST_PANELS}"
-        raise ParameterError(PLOT, fault, "plot fewer at a time")
+def require_room(problems: int, option: str = PLOT, most: int = MOST_PANELS) -> None:
+    if problems > most:
+        fault = f"would draw {problems} problems, and a page has room for {most}"
+        raise ParameterError(option, fault, "draw fewer at a time")
+
+
+def is_plane(problem: Problem) -> bool:
+    return not problem.is_mixed and problem.n == 2
+
+
+def require_plane(problems: Sequence[Problem], option: str = PLOT) -> None:
+    """Refuse problems that are no LCPs with two unknowns, and more than a page has room for."""
+    require_room(len(problems), option, MOST_PLANES)
+    for problem in problems:
+        if not is_plane(problem):
+            fault = f"draws LCPs with two unknowns, not one with {wording.size(problem)}"
+            raise ParameterError(option, fault, "leave it out")
 
 
 def require(option: str = PLOT) -> None:
@@ -106,10 +116,12 @@ def require(option: str = PLOT) -> None:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Picture:
-    """The curves of runs, one panel per problem, or the solutions along a path; a notebook shows it."""
+    """The curves of runs, one panel per problem, or the solutions along a path, perhaps of some unknowns by name alone;
+    a notebook shows it."""
 
     panels: Sequence[Panel]
-    path: Response | None = None
+    path: Path | None = None
+    names: Sequence[str] = ()
 
     def save(self, file: str | os.PathLike[str]) -> None:
         """Write the picture as .png, .svg or .pdf, completely or not at all."""
@@ -117,23 +129,26 @@ class Picture:
         write_whole(file, self.content(form_of(file)))
 
     def saved(self, file: str | os.PathLike[str] | None) -> Picture:
-        """Return the picture, which is also written to the file if there is one."""
         if file is not None:
             self.save(file)
         return self
 
     def content(self, form: str) -> bytes:
-        """Return the picture as a file."""
-        return convergence(self.panels, form) if self.path is None else response(self.path, form)
+        return convergence(self.panels, form) if self.path is None else response(self.path, form, self.names)
 
     def __repr__(self) -> str:
         if self.path is not None:
-            return f"<Picture: path of {count(len(self.path.across), 'breakpoint')}>"
+            return f"<Picture: path of {count(self.path.t.size, 'breakpoint')}>"
         runs = sum(len(panel.curves) for panel in self.panels)
         return f"<Picture: {count(runs, 'run')} on {count(len(self.panels), 'problem')}>"
 
     def _repr_svg_(self) -> str:
         return self.content("svg").decode()
+
+
+def plot_path(path: Path, file: str | os.PathLike[str] | None = None, show: Sequence[str] = ()) -> Picture:
+    require()
+    return Picture((), path, [show] if isinstance(show, str) else show).saved(file)
 
 
 def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None = None) -> Picture:
@@ -205,10 +220,8 @@ def _is_same(one: Problem, other: Problem) -> bool:
 
 
 def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
-    """Return the curves of the runs, grouped by problem; each run must have recorded a `curve` or a trace.
-
-    Errors are drawn if a solution is known or computed, else residuals. Times are taken from the rows.
-    """
+    """Return the curves of the runs, grouped by problem, of errors if a solution is known or computed, else of
+    residuals; each run must have recorded a `curve` or a trace."""
     drawn = []
     for results in runs:
         problem, curves = results[0].problem, []
@@ -217,8 +230,25 @@ def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
             kept = result.curve or result.trace
             rows = kept.rows if kept else []
             k, seconds, errors = ([getattr(row, name) for row in rows] for name in ("k", "seconds", measure))
-            label, total = wording.name(result), result.seconds
-            curves.append(Curve(result.method, label, k, seconds, errors, result.solved, total))
-        title = ", ".join(filter(None, (wording.title(problem), wording.size(problem))))
-        drawn.append(Panel(title, measure, curves, "; ".join(wording.provenance(results))))
+            curves.append(Curve(result.method, wording.name(result), k, seconds, errors, result.solved))
+        drawn.append(Panel(wording.title_and_size(problem), measure, curves, _provenance(results)))
     return drawn
+
+
+def _provenance(results: Sequence[Result]) -> str:
+    return f"{wording.title_and_size(results[0].problem)}: {'; '.join(wording.provenance(results))}"
+
+
+def trajectories(runs: Sequence[Sequence[Result]]) -> list[Trajectories]:
+    """Return the paths of runs, grouped by problem; the curve of each run must have kept x."""
+    found = []
+    for results in runs:
+        problem, own = results[0].problem, []
+        for result in results:
+            rows = result.curve.rows if result.curve else []
+            x = [row.x.tolist() for row in rows if row.x is not None]
+            own.append(Trajectory(result.method, wording.name(result), [row.k for row in rows], x))
+        known = [*problem.solutions, *(result.z for result in results if result.solved)]
+        solutions = [((z - problem.w(z)) / 2).tolist() for z in known]
+        found.append(Trajectories(problem, solutions, own, _provenance(results)))
+    return found

@@ -25,10 +25,7 @@ MOST_ON_SCREEN = 12  # rows, and variables
 
 def lines(result: Result, compared: bool) -> list[str]:
     """Return lines with the point, the multipliers and the objective of a program, or with the strategies of a game, as
-    far as they are known, with their meaning and their exact parts; no lines without an origin.
-
-    compared : whether other results are shown too, so that the lines have to name this result.
-    """
+    far as they are known, with their meaning and their exact parts. compared : whether they name the result."""
     answer: Any = result.answer
     if answer is None:
         return []
@@ -71,7 +68,6 @@ def strategies(
 
 
 def payoffs_of(own: Any) -> str:
-    """Return the payoffs of the players of a game tree, of a `Behavior` or an answer, in a line."""
     pairs = zip(own.players, own.payoffs, strict=True)
     return f"payoffs {', '.join(f'{name} {wording.number(value)}' for name, value in pairs)}"
 
@@ -110,37 +106,23 @@ def behavior(sets: Sequence[InformationSetStrategy]) -> Table:
 
 
 def tables(answer: Any, origin: Any, whole: bool = True) -> list[Table]:
-    """Return a table of the rows and variables of a program, or of the strategies of a game tree, in fractions if they
-    are proved. whole : whether a program has more of them than fit on a screen."""
-    if isinstance(answer, Minimum):
-        return rows_of(answer, origin, MOST_SETS if whole else MOST_ON_SCREEN)
-    if not isinstance(answer, BehaviorEquilibrium) or answer.payoffs is None:
-        return []
-    return [behavior((answer.exact or answer).information_sets or [])]
-
-
-def rows_of(answer: Any, origin: Any, most: int) -> list[Table]:
     """Return a table of the rows of a program, with activities, slacks and multipliers, and of its variables, with the
-    multipliers of their bounds, which are their reduced costs; at most so many of each."""
-    if answer.x is None or not answer.activities.size:
+    multipliers of their bounds, which are their reduced costs; or of the strategies of a game tree, in fractions if
+    they are proved. whole : whether a program has more of them than fit on a screen."""
+    if isinstance(answer, BehaviorEquilibrium) and answer.payoffs is not None:
+        return [behavior((answer.exact or answer).information_sets or [])]
+    if not isinstance(answer, Minimum) or answer.x is None or answer.y is None or not answer.y.size:
         return []
-    cell, x, y = wording.plain_number, answer.x.tolist(), answer.y.tolist()
-    rows = zip(
-        wording.short_names(origin.rows or [""] * len(y), math.inf, "r"),
-        answer.activities.tolist(),
-        answer.slacks.tolist(),
-        y,
-        strict=True,
-    )
-    columns = zip(
-        wording.short_names(origin.columns or [""] * len(x), math.inf, "x"),
-        x,
-        answer.bound_multipliers.tolist(),
-        strict=True,
-    )
+    own: Any = answer
+    most, x, y = MOST_SETS if whole else MOST_ON_SCREEN, answer.x.tolist(), answer.y.tolist()
+    rows = wording.short_names(origin.rows or [""] * len(y), math.inf, "r")
+    columns = wording.short_names(origin.columns or [""] * len(x), math.inf, "x")
+    of_rows = zip(rows, own.activities.tolist(), own.slacks.tolist(), y, strict=True)
+    of_columns = zip(columns, x, own.bound_multipliers.tolist(), strict=True)
+    cell = wording.plain_number
     groups = [
-        [[name, *map(cell, numbers)] for name, *numbers in islice(rows, most)],
-        [[name, cell(value), "", cell(cost)] for name, value, cost in islice(columns, most)],
+        [[name, *map(cell, numbers)] for name, *numbers in islice(of_rows, most)],
+        [[name, cell(value), "", cell(cost)] for name, value, cost in islice(of_columns, most)],
     ]
     left_out = f"the first {most} of {count(len(y), 'row')} and of {count(len(x), 'variable')}; --format csv has all"
     notes = [left_out] * (max(len(x), len(y)) > most)

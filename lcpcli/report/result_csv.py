@@ -29,13 +29,9 @@ Part: TypeAlias = tuple[Sequence[str], Callable[[Result], Sequence[Cells]]]  # n
 
 
 def answers(results: Sequence[Result], compared: bool, shown: Sequence[str] = ()) -> Rows:
-    """Return the answers.
-
-    The columns are component, z, w (fractions if proved) and, if a problem has bounds, state; for compared results,
-    problem and method come first. The names of components, if there are any, and for programs and games the meaning of
-    each component are in the last columns. shown : the names of the unknowns that have a row, as for
-    `wording.places`; empty for all.
-    """
+    """Return the answers: component, z, w (fractions if proved), the state if a problem has bounds, and the names of
+    components and their meaning for programs and games; compared results have problem and method first. shown : the
+    names of the unknowns that have a row, as for `wording.places`; empty for all."""
     origins = [result.problem.origin for result in results]
     programs, games = (any(isinstance(own, kinds) for own in origins) for kinds in (Program, (Game, ExtensiveGame)))
     parts = [
@@ -60,13 +56,10 @@ def part(result: Result, source: str) -> Rows:
 
 
 def iterates(results: Sequence[Result], chosen: Sequence[str] = (), names: Sequence[str] = ()) -> Rows:
-    """Return the iterates.
-
-    The columns are problem, method, k, z1 ... zn, residual, error, seconds, step, status; missing values are empty.
-    Times are as in the figures. For one game, or several with the same strategies, strategies and payoffs take the
-    place of z. status : in the last row of a run, how the run ended; else empty. chosen : as for `tables.build`.
-    names : of the unknowns that have a column, by the first problem, as for `wording.places`; empty for all.
-    """
+    """Return the iterates: problem, method, k, z1 ... zn, residual, error, seconds (as in the figures), step, and in
+    the last row of a run its status. For one game, or several with the same strategies, strategies and payoffs take the
+    place of z. chosen : as for `tables.build`. names : of the unknowns that have a column, by the first problem, as for
+    `wording.places`; empty for all."""
     n = max(result.problem.n for result in results)
     games = [result.problem.origin for result in results]
     headings = [wording.strategy_headings(game) if isinstance(game, Game) else [] for game in games]
@@ -96,12 +89,8 @@ def iterates(results: Sequence[Result], chosen: Sequence[str] = (), names: Seque
 
 
 def runs(results: Sequence[Result]) -> Rows:
-    """Return the runs, one row per run.
-
-    The columns are problem, method (the run's name, as among the iterates), the options of all runs, status,
-    iterations, evaluations, seconds, spread, residual, relative_residual, error, and for each level of error the
-    iterations and seconds to it; missing values are empty.
-    """
+    """Return a row for each run: problem, method (the run's name, as among the iterates), the options of all runs,
+    status, costs, measures, and for each level of error the iterations and seconds to it; missing values are empty."""
     own = [wording.options_of(result, whole=True) for result in results]
     options = list(dict.fromkeys(name for given in own for name in given))
     measures = ("iterations", "evaluations", "seconds", "spread", "residual", "relative_residual", "error")
@@ -116,14 +105,12 @@ def runs(results: Sequence[Result]) -> Rows:
 
 
 def _rows(result: Result, start: Cells, parts: Sequence[Part]) -> list[Cells]:
-    """Return a line for each component, which starts with these cells and ends with the cells of the parts."""
     ends = [cells(result) for _, cells in parts]
     lines = enumerate(zip(*_vectors(result), *ends, strict=True), 1)
     return [[*start, i, z, w, *(cell for own in more for cell in own)] for i, (z, w, *more) in lines]
 
 
 def _vectors(result: Result) -> tuple[Cells, Cells]:
-    """Return z and w as cells, fractions if these are proved."""
     exact = result.exact
     if exact is not None and exact.z and exact.w:
         return _fractions(exact.z), _fractions(exact.w)
@@ -160,7 +147,6 @@ def _of_program(result: Result) -> list[Cells]:
 
 
 def _of_game(result: Result) -> list[Cells]:
-    """Return for each component its player, the probability of its strategy, and the player's expected payoff."""
     exact, game = result.exact, result.problem.origin
     if isinstance(game, ExtensiveGame):
         return _of_tree(result)
@@ -174,7 +160,6 @@ def _of_game(result: Result) -> list[Cells]:
 
 
 def _of_tree(result: Result) -> list[Cells]:
-    """Return for each component the player, and of a sequence the probability of its last move, and the payoff."""
     answer, none = result.answer, ("", "", "")
     own: Any = getattr(answer, "exact", None) or answer
     if own.payoffs is None:

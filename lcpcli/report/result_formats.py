@@ -1,7 +1,5 @@
-"""What is reported, in each of the formats: any report, and results, one or many.
-
-Results as JSON, one object per line. All keys are always present: null for missing and infinite values.
-"""
+"""What is reported, in each of the formats: any report, and results, one or many. In JSON all keys are always present:
+null for missing and infinite values."""
 
 from __future__ import annotations
 
@@ -25,8 +23,8 @@ from lcpcli.report.wording import ELLIPSIS
 from lcpcli.version import VERSION
 
 if TYPE_CHECKING:
+    from lcpcli.model.nonlinear import NonlinearProblem
     from lcpcli.solving.result import Result
-    from lcpcli.solving.trace import Trace
     from lcpcli.verify.certificate import Certificate
 
 FORMS = ("table", "json", "csv")  # the formats in which each of many problems has a part of its own
@@ -37,11 +35,8 @@ WIDEST_NAME, FEWEST_OF_NAME, ITEM, WITH_SIZES, WITHOUT_SIZES = 40, 16, len(":100
 
 
 class Layout(NamedTuple):
-    """The columns of a table of many problems.
-
-    name : the width of the names. has_sizes : whether n and k are shown. room : what is left for the methods, None for
-    no limit; then no name is cut off.
-    """
+    """The columns of a table of many problems. name : the width of the names. has_sizes : whether n and k are shown.
+    room : what is left for the methods, None for no limit; then no name is cut off."""
 
     name: int = 0
     has_sizes: bool = True
@@ -108,14 +103,12 @@ def report(
 ) -> Report:
     """Return the report on results.
 
-    runs : the results, grouped by problem. sources : the place of each problem.
-    faults : the places of problems that could not be read, with their errors, which JSON has too.
-    compared : whether the iterates come first and then one line per result; else the result comes first.
-    swept : whether the runs differ by values of options, so that CSV has a row for each.
-    whole : whether a result that comes first shows all components of z.
-    iterates : whether CSV is made of the iterates instead of the answers.
-    columns : the columns of the iterates in a table, as for `tables.build`. names : of the unknowns that are shown, as
-    for `wording.places`.
+    runs, sources : the results, grouped by problem, and the place of each problem. faults : the places of problems that
+    could not be read, with their errors, which JSON has too. compared : whether the iterates come first and then one
+    line per result; else the result comes first. swept : whether the runs differ by values of options, so that CSV has
+    a row for each. whole : whether a result that comes first shows all components of z. iterates : whether CSV is made
+    of the iterates. columns : of the iterates in a table, as for `tables.build`. names : of the unknowns that are
+    shown, as for `wording.places`.
     """
 
     def document(form: str, width: int | None) -> Document:
@@ -140,7 +133,6 @@ def report(
 
 
 def heading(form: str, layout: Layout) -> str:
-    """Return the heading before the first of many problems."""
     if form == "table":
         return layout.row("problem", "n", "status", "k", "residual", "time", ["by"])
     if form == "json":
@@ -151,7 +143,6 @@ def heading(form: str, layout: Layout) -> str:
 
 
 def of_result(result: Result, source: Source, form: str, layout: Layout) -> str:
-    """Return the text of a problem, read from this source, that has a result."""
     if form == "json":
         return line(data(result, source))
     if form == "csv":
@@ -207,12 +198,10 @@ MINIMUM = "x y bound_multipliers activities slacks objective statement proved ex
 
 
 def line(record: Mapping[str, Any]) -> str:
-    """Return an object of plain values in a line."""
     return text(record) + "\n"
 
 
 def text(value: Any) -> str:
-    """Return a plain value in JSON."""
     return visible_json(json.dumps(value, allow_nan=False, ensure_ascii=False))
 
 
@@ -245,7 +234,7 @@ def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
         "conclusion_seconds": getattr(result.answer, "seconds", None),
         **vars(result.limits),
         "options": {name: value for name, value in result.options.items() if name not in wording.VECTORS},
-        "trace": _rows(trace) if trace else None,
+        "trace": trace and [{"k": r.k, "z": r.z, **wording.values_of(r), "method": r.method} for r in trace.rows],
     }
     return record(KEYS, result, own) | dict(source.mark or {})
 
@@ -257,9 +246,7 @@ def record(keys: str, thing: object, own: Mapping[str, Any]) -> dict[str, Any]:
     return {key: plain(value) for key, value in values.items()}
 
 
-def place(source: Source, problem: Problem | None = None) -> dict[str, Any]:
-    """Return the version, the place of a problem, and, if it could be read, its name, its size and its unknowns'
-    names."""
+def place(source: Source, problem: Problem | NonlinearProblem | None = None) -> dict[str, Any]:
     own = {"version": VERSION, "file": source.file, "item": source.item}
     if problem is None:
         return own
@@ -303,12 +290,7 @@ def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:
     return found | {"vector": exact or found["vector"]}
 
 
-def _rows(trace: Trace) -> list[dict[str, Any]]:
-    return [{"k": row.k, "z": row.z, **wording.values_of(row), "method": row.method} for row in trace.rows]
-
-
 def _answer(result: Result) -> dict[str, Any] | None:
-    """Return the answer for the program or game of a result, with its kind and names; None without an origin."""
     if result.answer is None or result.problem.origin is None:
         return None
     origin, answer = result.problem.origin.data(), result.answer

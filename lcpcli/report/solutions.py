@@ -21,7 +21,7 @@ from lcpcli.model.names import in_own_sense
 from lcpcli.model.program import Program
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, rounded
-from lcpcli.report import pictures, programs_and_games, result_formats, wording
+from lcpcli.report import plotting, programs_and_games, result_formats, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.result_formats import Report, numbers
 from lcpcli.report.tables import longest
@@ -42,8 +42,6 @@ Listing: TypeAlias = tuple[Table, list[str]]  # and remarks
 
 
 def report(found: SolutionSet | Optimum, source: Source, exact: bool, names: Sequence[str] = ()) -> Report:
-    """Return the report on a solution set or on the best solution, of a problem at a place. exact, names : as for
-    `build`."""
     record: Callable[..., dict[str, Any]] = _best_record if isinstance(found, Optimum) else _record
     return Report(
         lambda form, _: build(found, exact, form, names),
@@ -53,11 +51,8 @@ def report(found: SolutionSet | Optimum, source: Source, exact: bool, names: Seq
 
 
 def build(found: SolutionSet | Optimum, exact: bool, form: str, names: Sequence[str] = ()) -> Document:
-    """Return the report on a solution set, on the equilibria of a game, or on the best solution, for a format.
-
-    exact : whether numbers are shown as fractions instead of seven digits. names : of the unknowns that are shown, as
-    for `wording.places`; empty for all.
-    """
+    """Return the report on a solution set, on the equilibria of a game, or on the best solution, for a format. exact :
+    whether numbers are fractions instead of seven digits. names : of the unknowns shown, as for `wording.places`."""
     cell: Callable[..., str] = brief if exact else approximate
     problem, facts, remarks, figure = found.data.problem, list[str](), list[str](), None
     if isinstance(found, Optimum):
@@ -66,7 +61,7 @@ def build(found: SolutionSet | Optimum, exact: bool, form: str, names: Sequence[
     else:
         message, settled = found.message, found.complete
         listing, remarks = (_pieces if found.equilibria is None else _equilibria)(found, cell, longest(form), names)
-        tables, figure = [listing], partial(pictures.draw, found, "svg") if pictures.exists(problem) else None
+        tables, figure = [listing], partial(plotting.cones, found, "svg") if plotting.is_plane(problem) else None
     title = f"{wording.title(problem) or 'problem'}: {wording.size(problem)}"
     made_by = f"{wording.PROGRAM}, in exact arithmetic{wording.took(found.seconds, form)}"
     return Document(title, [Section(title, message, settled, facts, tables, remarks, made_by, figure)])
@@ -100,7 +95,6 @@ def _best(found: Optimum, cell: Callable[..., str], most: float, names: Sequence
 
 
 def _parts(data: ExactProblem, piece: Piece) -> Iterator[tuple[str, Values, Values]]:
-    """Yield the vertices, rays and lines of a piece: the kind, z, and w; for a direction, the changes of z and w."""
     for vertex in piece.vertices:
         yield "vertex", vertex, data.w(vertex)
     for kind, directions in (("ray", piece.rays), ("line", piece.lines)):
@@ -125,7 +119,7 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float, sh
     header = ["piece", "", *(names[i] for i in kept)]
     header += [f"{name} gets" for name in tree.tree.names()] if tree else [f"w{i + 1}" for i in kept]
     header += ["objective"] * bool(program)
-    shown, points, most_lines = 0, list[list[str]](), _most_lines(header)
+    shown, points, most_lines = 0, list[list[str]](), min(MOST_LINES, max(MOST_CELLS // len(header), FEWEST_LINES))
     groups = [points]
     for number, piece in enumerate(found.pieces, 1):
         rows: list[list[str]] = []
@@ -161,12 +155,7 @@ def _of_tree(
 
 
 def _table(header: list[str], groups: list[list[list[str]]]) -> Table:
-    """Return the table of solutions; the first columns, up to one with a name, are words."""
     return Table(header, list(filter(None, groups)), words=(0, *[1] * (header[0] == "piece")), name="Solutions")
-
-
-def _most_lines(header: Sequence[str]) -> int:
-    return min(MOST_LINES, max(MOST_CELLS // len(header), FEWEST_LINES))
 
 
 def _left_out(rows: int, most: int) -> list[str]:
@@ -186,7 +175,7 @@ def _equilibria(
     kept = wording.places(labels, shown_names)
     shown = [names[i] for i in kept]
     header = ["", *shown, *wording.payoff_headings(game), *["index"] * indexed, "pure"]
-    most_lines = _most_lines(header)
+    most_lines = min(MOST_LINES, max(MOST_CELLS // len(header), FEWEST_LINES))
     lines = [
         [
             str(number),
@@ -246,27 +235,21 @@ def _solution(found: SolutionSet, k: int, z: Values, exact: bool) -> dict[str, A
 
 
 def _meaning(origin: Any, z: Values, each: ExactEquilibrium | None, exact: bool) -> dict[str, Any]:
-    """Return x and y of a program, and the equilibrium of a game, for JSON."""
     parts = zip("xy", origin.own_parts(z), strict=False) if isinstance(origin, Program) else ()
     own = equilibrium(each, exact) if each else result_formats.plain(programs_and_games.behavior_of(origin, z), exact)
     return {**{key: numbers(part, exact) for key, part in parts}, "equilibrium": own}
 
 
 def equilibrium(each: ExactEquilibrium, exact: bool) -> dict[str, Any]:
-    """Return an equilibrium for JSON. exact : whether numbers are texts of fractions."""
     vectors = {key: numbers(getattr(each, key), exact) for key in ("row", "column", "payoffs")}
     return {**vectors, "pure": each.is_pure, "index": each.index}
 
 
 def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tuple[Iterable[Cells], list[str]]:
-    """Return the solutions as rows of CSV, with a comment; the best one as `lcp check` reads it.
-
-    There is a line for each component of each vertex, ray and line: z and w, or their changes for a direction; for a
-    program, also whether it is x, y or s, and its value in the program's own sense. For a game there is a line for each
-    strategy in each extreme equilibrium: its probability, and the expected payoff of its player. Names, if there are
-    any, are in the last column. shown : the names of the unknowns that have lines, as for `wording.places`; empty for
-    all.
-    """
+    """Return the solutions as rows of CSV, with a comment; the best one as `lcp check` reads it. There is a line for
+    each component of each vertex, ray and line: z and w, or their changes for a direction; for a program, also whether
+    it is x, y or s, and its value in the program's own sense. For a game there is a line for each strategy in each
+    extreme equilibrium: its probability, and the expected payoff of its player. shown : as names for `build`."""
     problem, n = found.data.problem, found.data.n
     header: Cells = HEADER[3:]
     if isinstance(found, Optimum):

@@ -1,7 +1,5 @@
-"""The report on results: for each problem the verdict or a comparison, and the iterates laid out as in the paper.
-
-The summary of compared runs: for each, the options that distinguish it, its costs, and how it ended.
-"""
+"""The report on results: for each problem the verdict or a comparison, the iterates laid out as in the paper, and of
+compared runs a summary: the options that distinguish each, its costs, and how it ended."""
 
 from __future__ import annotations
 
@@ -81,10 +79,9 @@ def build(
 ) -> Section:
     """Return the section on several methods' results on one problem, whose traces have the same components of z.
 
-    width : the width of the terminal; None if there is none. compared, whole : as for `result_formats.report`.
-    chosen : the columns of the iterates, names from `wording.CHOICES`; then there is no summary. Empty for all.
-    shown_names : of the unknowns that are shown, as for `wording.places`, and which traces have, but of a game all;
-    empty for as many as fit.
+    width : of the terminal; None if there is none. compared, whole : as for `result_formats.report`. chosen : the
+    columns of the iterates, from `wording.CHOICES`; then there is no summary. shown_names : of the unknowns that are
+    shown, as for `wording.places`, and which traces have, but of a game all; empty for as many as fit.
     """
     first, problem = results[0], results[0].problem
     components = held = first.trace.components if first.trace else None
@@ -134,10 +131,8 @@ def build(
 
 
 def _strategies(results: Sequence[Result], whole: bool) -> list[Table]:
-    """Return tables of the rows and variables of programs, or of the strategies of game trees.
-
-    whole : whether they may be longer than a screen.
-    """
+    """Return tables of the rows and variables of programs, or of the strategies of game trees; a screen of them or the
+    whole."""
     answered = [result for result in results if result.answer is not None]
     if not answered:
         return []
@@ -147,7 +142,6 @@ def _strategies(results: Sequence[Result], whole: bool) -> list[Table]:
 
 
 def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> Document:
-    """Return the report on results, grouped by problem, with a section for each problem."""
     names = dict.fromkeys(section.title.split(":")[0] for section in sections)
     methods = dict.fromkeys(result.method for own in runs for result in own)
     return Document(": ".join(filter(None, (", ".join(names), " and ".join(methods)))), sections)
@@ -162,7 +156,6 @@ def _digits(row: TraceRow, components: Indices | None) -> str:
 
 
 def _columns(problem: Problem, components: Indices | None, most: float) -> list[str]:
-    """Return the names of the components by `short_names`; for a game, its strategies and payoffs."""
     game = _game(problem)
     if game is not None:
         rows, columns = wording.strategy_names(game, most)
@@ -171,10 +164,8 @@ def _columns(problem: Problem, components: Indices | None, most: float) -> list[
 
 
 def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[int]:
-    """Return the indices of the chosen columns, in the chosen order, after the method; all if none is chosen.
-
-    names : the number of columns of z. others : the names of the columns after them.
-    """
+    """Return the indices of the chosen columns, in their order, after the method; all if none is chosen. names : the
+    number of columns of z. others : the names of the columns after them."""
     of_names = {"k": [1], "z": list(range(2, 2 + names)), **{name: [2 + names + j] for j, name in enumerate(others)}}
     return [0, *(place for name in chosen or of_names for place in of_names.get(name, []))]
 
@@ -261,7 +252,6 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
 
 
 def _title(problem: Problem, verdict: str) -> str:
-    """Return the title: the name and the size of the problem, and known solutions or a known verdict."""
     parts = [wording.size(problem)]
     if len(problem.solutions) == 1:
         z, computed = problem.solutions[0], "" if problem.reference == "known" else f"{problem.reference} "
@@ -283,19 +273,12 @@ FALSE = "FALSE"  # in place of the status of a run whose claim does not hold
 
 def summary_of_costs(results: Sequence[Result], width: int | None) -> Table:
     """Return a row for each run: the iterations and the time to each level of error, if these are recorded, and to the
-    verified end.
-
-    All times are in one unit. Options by which runs differ have columns of their own. width : the width of the
-    terminal, None for no limit; a summary that is too wide leaves out levels, the coarsest first.
-    """
+    verified end, in one unit. Options by which runs differ have columns of their own. A summary wider than the
+    terminal, if there is one, leaves out levels, the coarsest first."""
     are_noted = any(result.curve is not None and result.curve.levels for result in results)
     made = [_summary(results, LEVELS[i:] if are_noted else (), are_noted) for i in range(len(LEVELS) + 1)]
-    return next((each for each in made if width is None or _width(each) <= width), made[-1])
-
-
-def _width(each: Table) -> int:
-    """Return the number of columns of text, with a blank after each column and room for a mark."""
-    return sum(width + 1 for width in each.widths()) + len(each.best)
+    wide = (sum(each.widths()) + len(each.header) + len(each.best) for each in made)  # a mark beside each best cell
+    return next((each for each, own in zip(made, wide, strict=True) if width is None or own <= width), made[-1])
 
 
 def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool) -> Table:
@@ -332,7 +315,6 @@ def _settings(result: Result) -> dict[str, str]:
 
 
 def reached(result: Result) -> dict[float, tuple[int, float]]:
-    """Return the iterations and the seconds until each level of error."""
     return {each.level: (each.k, each.seconds) for each in (result.curve.milestones if result.curve else ())}
 
 

@@ -27,7 +27,6 @@ def render(
 
 
 def _section(verification: Verification) -> Section:
-    """Return the section on a verification: the measures, and the components that violate a condition."""
     from lcpcli.report import programs_and_games
 
     problem, sets = verification.problem, getattr(verification.strategies, "information_sets", None)

@@ -1,9 +1,5 @@
-"""The wording of numbers, sizes, names, advice and provenance that all formats share.
-
-The unknowns that a report shows, chosen by their names.
-
-The columns of iterates after z: in tables, in CSV and in JSON. Nothing heavy is imported, as help names them.
-"""
+"""The wording of numbers, sizes, names, advice and provenance that all formats share, the unknowns that a report shows,
+and the columns of iterates after z. Nothing heavy is imported, as help names them."""
 
 from __future__ import annotations
 
@@ -42,10 +38,8 @@ UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
 
 def components(values: Iterable[float], largest: float) -> list[str]:
     """Return components of z with 7 decimals, as in the paper's tables, or with 7 significant digits if they are very
-    large or very small.
-
-    largest : the size of the largest component of the solution, which decides for a whole table.
-    """
+    large or very small. largest : the size of the largest component of the solution, which decides for a whole
+    table."""
     scientific = 0 < largest < SMALLEST_FIXED or largest >= LARGEST_FIXED
     return [f"{v:.6e}" if scientific or abs(v) >= LARGEST_FIXED else f"{round(v, 7) + 0.0:.7f}" for v in values]
 
@@ -67,7 +61,6 @@ def number(value: Any) -> str:
 
 
 def objective(result: Result) -> list[str]:
-    """Return the objective of a solved program in words; nothing for other problems."""
     value = getattr(result.answer, "objective", None) if result.solved else None
     return [] if value is None else [f"objective {plain_number(value)}"]
 
@@ -174,13 +167,16 @@ def title(problem: Problem | NonlinearProblem) -> str:
     return visible(problem.name).strip()
 
 
+def title_and_size(problem: Problem | NonlinearProblem) -> str:
+    return ", ".join(filter(None, (title(problem), size(problem))))
+
+
 def all_visible(texts: Any) -> Any:
     """Return a text, or lists of texts within lists, as people see them: the cells and lines of a report."""
     return visible(texts) if isinstance(texts, str) else list(map(all_visible, texts))
 
 
 def level(value: float) -> str:
-    """Return a level of error, a power of ten, as text: 1e-6."""
     return f"{value:.0e}".replace("e-0", "e-")
 
 
@@ -201,7 +197,6 @@ def took(seconds: float, form: str) -> str:
 
 
 def name(result: Result) -> str:
-    """Return the name of a run: its method, and its distinguishing options."""
     return f"{result.label or result.method}"
 
 
@@ -227,10 +222,8 @@ def _on_command_line(options: Options) -> str:
 
 
 def made_by(results: Sequence[Result]) -> str:
-    """Return, in one line, the version, the limits, and the options of each method, for results with the same limits.
-
-    Options in which runs of one method differ are left out if the names of the runs have them.
-    """
+    """Return, in one line, the version, the limits, and the options of each method, but for those by which the names of
+    runs of one method differ, for results with the same limits."""
     parts = [f"{PROGRAM}, {_limits(results[0])}"]
     for method in dict.fromkeys(result.method for result in results):
         own = [result for result in results if result.method == method]
@@ -266,10 +259,7 @@ def _limits(result: Result) -> str:
 
 def options_of(result: Result, whole: bool) -> dict[str, str]:
     """Return the options in force as texts, by their names on the command line, without those that are off, or for
-    switches on, as they are by default.
-
-    whole : whether long numbers, such as a computed p, have all digits instead of three.
-    """
+    switches on, as they are by default. whole : whether long numbers, as a computed p, have more than three digits."""
     options = {name: value for name, value in result.options.items() if name not in VECTORS}
     changed = {name: value for name, value in options.items() if value is not (name in SWITCHES)}
     return {name.replace("_", "-"): _text(value, whole) for name, value in changed.items()}
@@ -354,7 +344,6 @@ def payoff_headings(game: Game) -> list[str]:
 
 
 def strategy_headings(game: Game) -> list[str]:
-    """Return a different heading for each strategy and each payoff."""
     rows, columns = strategy_names(game, math.inf)
     gets = payoff_headings(game)
     times = Counter([*rows, *columns, *gets])
@@ -366,28 +355,15 @@ Shown: TypeAlias = "dict[str, Callable[[TraceRow], str]]"  # a heading, with the
 
 
 class Column(NamedTuple):
-    """A column.
-
-    value : a function from a row to the column's value in it, for CSV and JSON.
-    shown : what shows it in a table of rows, whose z may lack some components; empty if the column is left out.
-    """
+    """A column. value : its value in a row, for CSV and JSON. shown : what shows it in a table of rows, whose z may
+    lack some components; empty if the column is left out."""
 
     value: Callable[[TraceRow], Any]
     shown: Callable[[Problem, Sequence[TraceRow]], Shown]
 
 
-def _step(_: Problem, rows: Sequence[TraceRow]) -> Shown:
-    return {"step": lambda row: row.step} if any(row.step for row in rows) else {}
-
-
-def _residual(problem: Problem, _: Sequence[TraceRow]) -> Shown:
-    if problem.solutions:
-        return {}
-    return {"residual": lambda row: short(row.residual, math.inf if row.rounding else 0.0)}
-
-
-def _error(problem: Problem, _: Sequence[TraceRow]) -> Shown:
-    return {"error": lambda row: error(row.error, problem)} if problem.solutions else {}
+def _residual(row: TraceRow) -> str:
+    return short(row.residual, math.inf if row.rounding else 0.0)
 
 
 def _time(_: Problem, rows: Sequence[TraceRow]) -> Shown:
@@ -396,16 +372,23 @@ def _time(_: Problem, rows: Sequence[TraceRow]) -> Shown:
 
 
 COLUMNS = {  # by their names in CSV and JSON
-    "residual": Column(lambda row: row.residual, _residual),
-    "error": Column(lambda row: row.error, _error),
+    "residual": Column(
+        lambda row: row.residual, lambda problem, _: {} if problem.solutions else {"residual": _residual}
+    ),
+    "error": Column(
+        lambda row: row.error,
+        lambda problem, _: {"error": lambda row: error(row.error, problem)} if problem.solutions else {},
+    ),
     "seconds": Column(lambda row: row.seconds, _time),
-    "step": Column(lambda row: row.step or None, _step),
+    "step": Column(
+        lambda row: row.step or None,
+        lambda _, rows: {"step": lambda row: row.step} if any(row.step for row in rows) else {},
+    ),
 }
 FIRST = "step"  # of a table
 
 
 def called(name: str) -> str:
-    """Return the name of a column on the command line."""
     return {"seconds": "time"}.get(name, name)
 
 
@@ -421,6 +404,5 @@ def columns_of(problem: Problem, rows: Sequence[TraceRow]) -> Shown:
 
 
 def values_of(row: TraceRow) -> dict[str, Any]:
-    """Return the values of a row that CSV and JSON show after z."""
     own = {name: column.value(row) for name, column in COLUMNS.items()}
     return own if row.z0 is None else {**own, "z0": row.z0}

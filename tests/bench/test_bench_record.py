@@ -18,20 +18,11 @@ from lcpcli.bench import report
 from lcpcli.bench.record import BenchRecord, Measurement, shifted_geometric_mean
 from lcpcli.bench.report import render
 from lcpcli.bench.suites import ALL, SUITES, Case, case, cases_of, methods_of, prepare, problem_of
-from lcpcli.bench.timing import (
-    ABSOLUTE,
-    NATURAL,
-    NONE,
-    RELATIVE,
-    SOLUTION,
-    Checker,
-    TimedAnswer,
-    optimality,
-    run_method,
-)
-from lcpcli.errors import OptionError
+from lcpcli.bench.timing import ABSOLUTE, NATURAL, RELATIVE, checked, optimality, run_method
+from lcpcli.errors import LCPError
 from lcpcli.gallery import nonlinear as gallery
 from lcpcli.model.nonlinear import NonlinearProblem
+from lcpcli.peers.registry import Claim
 from lcpcli.report import wording
 from lcpcli.report.wording import finite
 
@@ -93,7 +84,7 @@ def measured(**changes: Any) -> str:
 def test_other_files_are_reported_in_one_line(text: str, tmp_path: Path) -> None:
     path = tmp_path / "r.json"
     path.write_text(text)
-    with pytest.raises(OptionError, match="is not a record of a bench") as error:
+    with pytest.raises(LCPError, match=r"is not a record of a bench|is empty") as error:
         records.read(str(path))
     assert "\n" not in str(error.value)
     path.write_text(measured())  # which is in order
@@ -104,17 +95,18 @@ def test_other_files_are_reported_in_one_line(text: str, tmp_path: Path) -> None
 
 def test_file_that_is_missing_or_not_text_is_reported(tmp_path: Path) -> None:
     path = tmp_path / "r.json"
-    with pytest.raises(OptionError, match="no such file"):
+    with pytest.raises(LCPError, match="no such file"):
         records.read(str(path))
     path.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(OptionError, match="is not a record"):
+    with pytest.raises(LCPError, match="is not UTF-8 text"):
         records.read(str(path))
 
 
-def answer(z: Any, claim: str = SOLUTION, status: str = "solved") -> TimedAnswer:
-    return TimedAnswer(None if z is None else np.array(z, dtype=float), claim, status, "", 1.0)
+def answer(z: Any, solved: bool = True, status: str = "") -> Claim:
+    return Claim(None if z is None else np.array(z, dtype=float), solved, 1.0, "", status)
 
 
+NONE: dict[str, Any] = {"solved": False, "status": "unsolvable"}
 SOLVABLE = Problem([[2, 1], [1, 2]], [-5, -6], solutions=[[4 / 3, 7 / 3]])
 UNKNOWN = Problem([[2, 1], [1, 2]], [-5, -6])
 INFEASIBLE = Problem([[0, -1], [1, 0]], [-1, -1], verdict="infeasible")
@@ -129,27 +121,25 @@ SOLVED = [4 / 3, 7 / 3]
         (SOLVABLE, answer(SOLVED), True, False),
         (SOLVABLE, answer(np.array(SOLVED) * (1 + 1e-7)), True, False),
         (SOLVABLE, answer(np.array(SOLVED) * (1 + 1e-4)), False, True),
-        (SOLVABLE, answer(SOLVED, claim=""), False, False),
+        (SOLVABLE, answer(SOLVED, False), False, False),
         *((SOLVABLE, answer(z), False, True) for z in ([0, 0], [-1, 3], [np.nan, 1], [np.inf, 1], None)),
-        (SOLVABLE, answer(None, claim=""), False, False),
-        (SOLVABLE, answer([0, 0], claim=NONE), False, True),
-        (SOLVABLE, answer([0, 0], NONE, "unsolvable"), False, True),
-        (UNKNOWN, answer([0, 0], claim=NONE), False, False),
-        (UNKNOWN, answer([0, 0], NONE, "unsolvable"), True, False),
+        (SOLVABLE, answer(None, False), False, False),
+        (SOLVABLE, answer([0, 0], **NONE), False, True),
+        (UNKNOWN, answer([0, 0], **NONE), True, False),
         (UNKNOWN, answer(SOLVED), True, False),
         (DIAGONAL, answer([1, 1]), True, False),
         (DIAGONAL, answer([1, 1.3]), False, False),
         (DIAGONAL, answer([0, 1]), False, True),
-        (INFEASIBLE, answer([0, 0], claim=NONE), True, False),
+        (INFEASIBLE, answer([0, 0], **NONE), True, False),
         (INFEASIBLE, answer([1, 1]), False, True),
         (SOLVED_ALL_THE_SAME, answer([0.5]), False, True),
-        (INFEASIBLE, answer([1, 1], claim=""), False, False),
+        (INFEASIBLE, answer([1, 1], False), False, False),
     ],
 )
 def test_claims_are_checked_against_the_data(
-    problem: Problem, given_answer: TimedAnswer, success: bool, false_success: bool
+    problem: Problem, given_answer: Claim, success: bool, false_success: bool
 ) -> None:
-    check = Checker(problem, 1e-6).check(given_answer)
+    check = checked(problem, given_answer, 1e-6)
     assert (check["success"], check["false_success"]) == (success, false_success)
 
 
@@ -180,16 +170,16 @@ def test_answers_are_checked_by_f_evaluated_again() -> None:
     problem = gallery.josephy()
     undefined = NonlinearProblem(lambda z: np.log(z - 2), x0=[3.0])
 
-    def checked(given: NonlinearProblem, z: list[float], claim: str = SOLUTION) -> tuple[bool, bool]:
-        found = Checker(given, 1e-6).check(TimedAnswer(np.array(z), claim, "", "", 0.1))
+    def verdict(given: NonlinearProblem, z: list[float], solved: bool = True) -> tuple[bool, bool]:
+        found = checked(given, answer(z, solved), 1e-6)
         return found["success"], found["false_success"]
 
     solution = problem.solutions[0].tolist()
-    assert checked(problem, solution) == (True, False)
-    assert checked(problem, solution, "") == (False, False)
-    assert checked(problem, [1.2, 0, 0, 0.5]) == (False, True)
-    assert checked(undefined, [3.0]) == (True, False)
-    assert checked(undefined, [1.0]) == (False, True)
+    assert verdict(problem, solution) == (True, False)
+    assert verdict(problem, solution, False) == (False, False)
+    assert verdict(problem, [1.2, 0, 0, 0.5]) == (False, True)
+    assert verdict(undefined, [3.0]) == (True, False)
+    assert verdict(undefined, [1.0]) == (False, True)
 
 
 def test_bench_of_linear_and_nonlinear_problems_leaves_out_what_does_not_take_them(
@@ -296,7 +286,7 @@ CASES = [each for each in (*SUITES["stiff"].cases, *SUITES["extreme"].cases) if 
 def test_auto_is_right_to_a_hundred_times_the_condition(each: Case) -> None:
     problem = prepare(each)
     answer = run_method("auto", problem, 1e-10, 20.0, with_curve=False)
-    check = Checker(problem, 1e-6).check(answer)
+    check = checked(problem, answer, 1e-6)
     assert (check["success"], check["false_success"]) == (True, False)
     assert (accuracy.forward_error(problem, check.get("error")) or 0) <= 100
 
@@ -326,4 +316,4 @@ def test_a_singular_basis_and_an_inverse_beyond_the_range_of_doubles_have_no_sen
     assert sensitivity(Problem(np.ones((2, 2)), [-1.0, -1.0]), np.array([0.5, 0.5])) is None
     problem = Problem([[1e-320]], [-1e-320], solutions=[[1.0]])
     assert sensitivity(problem, np.ones(1)) is None
-    assert Checker(problem, 1e-6).check(run_method("auto", problem, 1e-10, 5.0, with_curve=False))["success"]
+    assert checked(problem, run_method("auto", problem, 1e-10, 5.0, with_curve=False), 1e-6)["success"]

@@ -24,7 +24,8 @@ from lcpcli.bench.record import (
 )
 from lcpcli.bench.report import render
 from lcpcli.bench.suites import case
-from lcpcli.bench.timing import CURVES, LEAST_REPEATS, MOST_REPEATS, SOLUTION, WARM_UP, TimedAnswer, is_stable, measure
+from lcpcli.bench.timing import CURVES, LEAST_REPEATS, MOST_REPEATS, WARM_UP, is_stable, measure
+from lcpcli.peers.registry import Claim
 from lcpcli.report.document import FORMATS
 
 from ..documents import assert_as_before
@@ -133,22 +134,22 @@ def test_peer_is_a_point_in_the_picture_and_nothing_is_drawn_of_what_is_excluded
 class Machine:
     """A solver, a clock and a sleep on one time line; each run takes the next of the given seconds."""
 
-    def __init__(self, seconds: Iterator[float], claim: str = SOLUTION, curve: bool = True) -> None:
+    def __init__(self, seconds: Iterator[float], claim: bool = True, curve: bool = True) -> None:
         self.now, self.rested, self.curves = 0.0, 0.0, []
         self._seconds, self._claim, self._curve = seconds, claim, curve
 
-    def solve(self, with_curve: bool) -> TimedAnswer:
+    def solve(self, with_curve: bool) -> Claim:
         taken = next(self._seconds)
         self.now += taken
         self.curves.append(with_curve)
         curve = [(0, taken, 1.0)] if with_curve and self._curve else None
-        return TimedAnswer(None, self._claim, "solved", "", taken, curve=curve)
+        return Claim(None, self._claim, taken, "", curve=curve)
 
     def sleep(self, seconds: float) -> None:
         self.now += seconds
         self.rested += seconds
 
-    def measure(self, budget: float, rest: float = 0.0) -> tuple[TimedAnswer, list[float]]:
+    def measure(self, budget: float, rest: float = 0.0) -> tuple[Claim, list[float]]:
         return measure(self.solve, budget, rest, lambda: self.now, self.sleep)
 
 
@@ -162,7 +163,7 @@ RUNS: dict[str, tuple[Machine, float, list[float], list[bool]]] = {
     "steady times": (Machine(chain([0.9], repeat(0.01))), 1.0, [0.01] * LEAST_REPEATS, [*WARMED, *[True] * CURVES]),
     "a long warm-up": (Machine(chain([5.0], repeat(0.01))), 1.0, [0.01] * LEAST_REPEATS, [*WARMED, *[True] * CURVES]),
     "a run longer than the budget": (Machine(repeat(2.0)), 1.0, [2.0], [True, False]),
-    "a failure": (Machine(repeat(0.001), claim=""), 1.0, [0.001], [True]),
+    "a failure": (Machine(repeat(0.001), claim=False), 1.0, [0.001], [True]),
     "a solver without a curve": (Machine(repeat(1.0), curve=False), 10.0, [1.0] * LEAST_REPEATS, WARMED),
 }
 

@@ -9,11 +9,12 @@ from pathlib import Path
 import pytest
 
 import lcpcli
+from lcpcli.enumeration.search import SolutionSet
 from lcpcli.files import contents
 from lcpcli.files.inputs import Input
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.report import plotting, solutions
-from lcpcli.report.figures.data import Cones
+from lcpcli.report.figures import plane_figures
 
 from .conftest import Lcp, assert_refused, record
 
@@ -74,19 +75,19 @@ def test_list_that_is_stopped_while_numbers_are_read_is_none(lcp: Lcp, monkeypat
 @pytest.mark.parametrize(("name", "holding"), [("murty", "0111"), ("faces", "0011"), ("none", "0000")])
 def test_picture_marks_cones_that_hold_q(name: str, holding: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("matplotlib")
-    drawn: list[Cones] = []
+    drawn: list[SolutionSet] = []
     usual = plotting.cones
 
-    def kept(picture: Cones, form: str) -> bytes:
-        drawn.append(picture)
-        return b"<?xml" if name == "none" else usual(picture, form)
+    def kept(found: SolutionSet, form: str) -> bytes:
+        drawn.append(found)
+        return b"<?xml" if name == "none" else usual(found, form)
 
     monkeypatch.setattr(plotting, "cones", kept)
     lcp("solve", f"{name}.json", "--all", "--plot", "cones.svg")
-    (picture,) = drawn
+    (found,) = drawn
     assert Path("cones.svg").read_text().startswith("<?xml")
-    assert picture.holding == [mark == "1" for mark in holding]
-    assert "1" not in holding or picture.count in lcp("solve", f"{name}.json", "--all").out
+    assert plane_figures.holding(found) == [mark == "1" for mark in holding]
+    assert "1" not in holding or found.count in lcp("solve", f"{name}.json", "--all").out
 
 
 @pytest.mark.parametrize("name", ["murty", "both"])
@@ -113,7 +114,7 @@ def test_long_table_is_cut_and_says_so(name: str, lcp: Lcp, monkeypatch: pytest.
         ("murty.json --all --max-solutions 0", "--max-solutions: 0 is out of range"),
         ("murty.json --max-solutions 3", "without --all"),
         ("murty.json --all --plot cones.doc", "no known suffix"),
-        ("bimatrix --all --plot cones.svg", "not a problem with n = 5"),
+        ("bimatrix --all --plot cones.svg", "not one with n = 5"),
         ("line.json --all --plot cones.svg", "1 free"),
         ("large.npz --all", "900 unknowns"),
         ("nowhere.json --all", "no such file"),

@@ -76,7 +76,7 @@ def test_the_list_shows_every_family_on_narrow_and_wide_screens(lcp: Lcp, monkey
     assert {"eccentricity=0.8", "symmetric=false", "epsilon=1e-08"} <= set(words)
     for family, description in gallery.FAMILIES.items():
         assert set(description.split()) <= set(words)
-        assert set(gallery.class_of(family).split()) <= set(words)
+        assert set(gallery.entry(family).matrices.split()) <= set(words)
     monkeypatch.setenv("COLUMNS", "200")
     lines = lcp("make", "--list").out.splitlines()
     assert [line.split()[0] for line in lines if "no z >= 0 with Mz + q >= 0" in line] == ["infeasible"]

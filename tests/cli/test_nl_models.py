@@ -298,7 +298,7 @@ def test_inspection_tells_rows_operators_the_start_and_what_is_singular(
 def test_inspection_of_problems_without_an_expression_has_no_operators() -> None:
     for problem, hints in ((gallery.josephy(), 1), (gallery.bratu(12), 0)):  # J of the first one is singular at 0
         inspected = lcpcli.inspect(problem)
-        assert (inspected.rank, len(inspected.hints)) == (problem.n, hints)
+        assert (inspected.structural_rank, len(inspected.hints)) == (problem.n, hints)
         assert inspected.operators is None
         assert "structural rank" in repr(inspected)
 

@@ -74,7 +74,7 @@ OTHER_PARAMETERS: list[tuple[str, dict[str, Any]]] = [
 def test_matrices_are_of_the_stated_class_and_known_solutions_exact(name: str, parameters: dict[str, Any]) -> None:
     for n in (1, 2, 3, 6, 9, 18):
         problem = of_size(name, n, seed=n, **parameters)
-        for words in gallery.class_of(name).split(", ") if n == 9 or n == 3 >= problem.n else ():
+        for words in gallery.entry(name).matrices.split(", ") if n == 9 or n == 3 >= problem.n else ():
             found = classify(problem.M, last=[*CLASSES[words], "symmetric"][0])
             assert {each: found[each].word for each in CLASSES[words]} == CLASSES[words], words
         for z in problem.solutions:

@@ -25,7 +25,7 @@ from lcpcli.files import contents
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.parametric.path import ENDS, ExactPath, Family, Path
 from lcpcli.report.figures import run_figures, style
-from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile
+from lcpcli.report.figures.data import Curve, Growth, Panel, Power, Profile
 from lcpcli.report.path_formats import report
 
 METHODS = ("auto", "shi", "fixed-point", "newton", "lemke", "milp")
@@ -41,11 +41,13 @@ def convergence(*panels: Panel) -> Figure:
 def bench(
     profiles: Sequence[Profile],
     panels: Sequence[Panel] = (),
-    growths: Sequence[GrowthPanel] = (),
+    *growths: dict[str, list[Growth]],
 ) -> Figure:
     """The figure of a benchmark."""
     with style.context():
-        return run_figures.draw_bench(profiles, panels, growths)
+        return run_figures.draw_bench(
+            profiles, panels, {family: own for each in growths for family, own in each.items()}
+        )
 
 
 def decaying(name: str, rate: float = 0.5, count: int = 40, label: str = "", solved: bool = True) -> Curve:
@@ -78,14 +80,14 @@ def profiles(count: int) -> list[Profile]:
     return [Profile(n, n, [1 + i * j / 3 for j in range(8)] + [math.inf] * i) for i, n in enumerate(names)]
 
 
-def growth(count: int) -> GrowthPanel:
+def growth(count: int, family: str = "random") -> dict[str, list[Growth]]:
     n = [10, 100, 1000, 10000]
     growths = []
     for i, name in enumerate((METHODS + PEERS)[:count]):
         times = [1e-6 * v ** (2 + i / 50) for v in n]
         lower, upper = [0.9 * t for t in times], [1.2 * t for t in times]
         growths.append(Growth(name, name, n, times, lower, upper, Power(2 + i / 50, 0.1, 1e-6, 1.0)))
-    return GrowthPanel("random", growths)
+    return {family: growths}
 
 
 def odd(name: str, errors: list[float | None]) -> Curve:
@@ -113,13 +115,13 @@ def texts(figure: Figure) -> list[Text]:
     found = list(figure.texts)
     for axes in figure.axes:
         found += axes.texts
+        found += [axes._left_title, axes.title]  # type: ignore[attr-defined]
         if axes.axison:
-            found += [axes._left_title, axes.title]  # type: ignore[attr-defined]
             for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
                 ticks = zip(axis.get_majorticklocs(), axis.get_majorticklabels(), strict=False)  # no labels if hidden
                 found += [axis.label, axis.offsetText, *(label for at, label in ticks if low <= at <= high)]
     for legend in [*figure.legends, *filter(None, (axes.get_legend() for axes in figure.axes))]:
-        found += legend.get_texts()
+        found += [legend.get_title(), *legend.get_texts()]
     return [text for text in found if text.get_text() and text.get_visible()]
 
 

@@ -26,10 +26,9 @@ from lcpcli.parametric.path import Path as Solutions
 from lcpcli.report import plotting
 from lcpcli.report import plotting as figures
 from lcpcli.report.figures import data, plane_figures, run_figures, style
-from lcpcli.report.figures.data import Cones, Curve, Growth, GrowthPanel, Panel, Power, Profile, Trajectories
+from lcpcli.report.figures.data import Curve, Growth, Panel, Power, Profile, Trajectories
 from lcpcli.report.figures.data import Trajectory as Run
-from lcpcli.report.figures.style import grid_of
-from lcpcli.report.pictures import response
+from lcpcli.report.figures.style import places_of
 
 from ..documents import assert_as_before
 from . import test_path_figures as paths
@@ -78,7 +77,7 @@ def test_the_figure_of_the_most_problems_fits_on_a_page(lcp: Callable[..., Any],
 @pytest.mark.slow("draws large figures")
 @pytest.mark.parametrize("count", [1, 6, 11])
 def test_exponents_stand_in_the_order_of_the_lines_and_clear_of_them(count: int) -> None:
-    figure = bench([], [crowd(1)], [growth(count)])
+    figure = bench([], [crowd(1)], growth(count))
     with style.context():
         FigureCanvasAgg(figure).draw()
         axes = figure.axes[1]
@@ -87,7 +86,7 @@ def test_exponents_stand_in_the_order_of_the_lines_and_clear_of_them(count: int)
         box = legend.get_window_extent()
         assert box.x0 > right
         assert axes.bbox.y0 < box.y0 < box.y1 < axes.bbox.y1
-    exponents = sorted((one.fit.exponent for one in growth(count).growths if one.fit), reverse=True)
+    exponents = sorted((one.fit.exponent for one in growth(count)["random"] if one.fit), reverse=True)
     assert [text.get_text() for text in legend.get_texts()] == [rf"$n^{{{e:.2f} \pm 0.10}}$" for e in exponents]
 
 
@@ -110,7 +109,7 @@ def test_the_suffix_determines_the_form_and_another_is_refused() -> None:
 
 def test_a_missing_package_is_reported_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(figures, "find_spec", lambda _: None)
-    for call in (lambda: figures.convergence([], "png"), lambda: figures.bench([], [], [], "png"), figures.require):
+    for call in (lambda: figures.convergence([], "png"), lambda: figures.bench([], [], {}, "png"), figures.require):
         with pytest.raises(OptionError) as caught:
             call()
         assert str(caught.value) == "plot: needs matplotlib; pip install 'linear-complementarity[plot]'"
@@ -128,9 +127,9 @@ def test_neither_reports_nor_the_data_of_figures_load_a_drawing_package() -> Non
 def test_the_users_settings_neither_change_a_figure_nor_are_changed() -> None:
     import matplotlib
 
-    usual = figures.bench(profiles(1), [], [], "png")
+    usual = figures.bench(profiles(1), [], {}, "png")
     with matplotlib.rc_context({"font.size": 20, "axes.grid": True, "text.usetex": True}):
-        assert figures.bench(profiles(1), [], [], "png") == usual
+        assert figures.bench(profiles(1), [], {}, "png") == usual
         assert matplotlib.rcParams["font.size"] == 20
 
 
@@ -205,14 +204,9 @@ def test_runs_of_a_sweep_go_from_light_to_dark_with_markers_of_their_own(name: s
 
 
 def test_a_grid_of_two_options_is_read_from_the_labels_of_its_runs() -> None:
-    grid = grid_of(["shi:p=1,k-star=5", "shi:p=1,k-star=9", "shi:p=1e4,k-star=5"])
-    assert grid is not None
-    assert grid.options == ("p", "k-star")
-    assert grid.values == (["1", "1e4"], ["5", "9"])
-    assert grid.places == {"shi:p=1,k-star=5": (0, 0), "shi:p=1,k-star=9": (0, 1), "shi:p=1e4,k-star=5": (1, 0)}
-    grid = grid_of(["fixed-point:omega=1,scale", "fixed-point:omega=2,scale", "fixed-point:omega=1,scale=false"])
-    assert grid is not None
-    assert grid.values == (["1", "2"], ["true", "false"])
+    assert places_of(["shi:p=1,k-star=5", "shi:p=1,k-star=9", "shi:p=1e4,k-star=5"]) == [(0, 0), (0, 1), (1, 0)]
+    switches = ["fixed-point:omega=1,scale", "fixed-point:omega=2,scale", "fixed-point:omega=1,scale=false"]
+    assert places_of(switches) == [(0, 0), (1, 0), (0, 1)]
 
 
 @pytest.mark.parametrize(
@@ -220,7 +214,6 @@ def test_a_grid_of_two_options_is_read_from_the_labels_of_its_runs() -> None:
     [
         "shi",
         "shi:p=1 shi:p=2 shi:p=3",
-        "shi:p=1,k-star=5 shi:p=2,k-star=9",
         "shi:p=1,k-star=5 shi:p=1,k-star=9 shi:p=1,k-star=7",
         "shi:p=1,k-star=5 shi:p=1,rho=9 shi:p=2,rho=9",
         "shi:p=1,k-star=5 shi:p=1,k-star=9 shi:p=2,k-star=5 shi",
@@ -228,18 +221,18 @@ def test_a_grid_of_two_options_is_read_from_the_labels_of_its_runs() -> None:
     ],
 )
 def test_other_runs_make_no_grid(labels: str) -> None:
-    assert grid_of([label.replace("_", " ") for label in labels.split()]) is None
+    assert places_of(labels.split()) == [(i, i) for i in range(len(labels.split()))]
 
 
 EIGHT = grid_panel(ks=[str(k) for k in range(1, 9)])
 NOTHING_MEASURED = Panel("p", "residual", [odd("shi", [None, None])])
 RUNS: dict[str, Callable[[], Figure]] = {
     **{f"crowd {n}": lambda n=n: convergence(crowd(n)) for n in (1, 2, 6, 11)},
-    **{f"bench {n}": lambda n=n: bench(profiles(n), [crowd(n), crowd(1)], [growth(n)]) for n in (1, 2, 6, 11)},
+    **{f"bench {n}": lambda n=n: bench(profiles(n), [crowd(n), crowd(1)], growth(n)) for n in (1, 2, 6, 11)},
     "paper": lambda: convergence(paper_panel()),
     "7 panels": lambda: convergence(*(crowd(1 + i) for i in range(6)), paper_panel()),
     "profile alone": lambda: bench(profiles(4)),
-    "growth alone": lambda: bench([], [], [growth(11), growth(2)]),
+    "growth alone": lambda: bench([], [], growth(11), growth(2, "other")),
     "nothing measured": lambda: convergence(NOTHING_MEASURED),
     "grid and others": lambda: convergence(Panel("p", "error", [*crowd(11).curves, *EIGHT.curves[1:]])),
     "no curves": lambda: convergence(Panel("p", "error", [])),
@@ -296,23 +289,21 @@ DRAWN: dict[str, Callable[[], Figure]] = {
     "no-errors": lambda: convergence(NOTHING_MEASURED),
     "beyond-the-axes": lambda: convergence(Panel("p", "error", [BEYOND])),
     "grid": lambda: convergence(grid_panel()),
-    "bench": lambda: bench(profiles(3), [BARE], [growth(3)]),
+    "bench": lambda: bench(profiles(3), [BARE], growth(3)),
     "profile": lambda: bench([Profile("shi", "shi", RATIOS)]),
     "profile-over-time": lambda: bench([Profile("shi", "shi", [ratio / 4 for ratio in RATIOS], in_seconds=True)]),
-    "growths": lambda: bench([], [], [GrowthPanel("p", [grown]) for grown in GROWN]),
+    "growths": lambda: bench([], [], {"p": GROWN[:1], "other": GROWN[1:]}),
     **{f"cones-{name.replace(' ', '-')}": lambda M=M: paths.drawn(M, (1, -2)) for name, M in paths.DEGENERATE.items()},
     "cones-of-a-P-matrix": lambda: paths.drawn([[2, 1], [1, 2]], (-5, -6)),
     "cones-that-hold-q": lambda: paths.drawn(paths.MURTY, (-1, -1)),
     "iterates": lambda: drawn(plane_figures.draw_paths, [paths.data(paths.TWO)]),
-    "no-iterates": lambda: drawn(
-        plane_figures.draw_paths, [Trajectories("p", [[2, 1], [1, 2]], [-5, -6], [(0.5, 0.5)], NO_ITERATES)]
-    ),
-    "path": lambda: drawn(run_figures.draw, response(small())),
-    "path-with-zeros": lambda: drawn(run_figures.draw, response(lcpcli.path(*ZEROS))),
-    "path-with-jump-and-turn": lambda: drawn(run_figures.draw, response(cornered())),
-    "frontier": lambda: drawn(run_figures.draw, response(frontier())),
-    "objective": lambda: drawn(run_figures.draw, response(lcpcli.path(*RETURNS))),
-    "many-lines": lambda: drawn(run_figures.draw, response(entering(40))),
+    "no-iterates": lambda: drawn(plane_figures.draw_paths, [Trajectories(paths.TWO, [(0.5, 0.5)], NO_ITERATES)]),
+    "path": lambda: drawn(run_figures.draw, small()),
+    "path-with-zeros": lambda: drawn(run_figures.draw, lcpcli.path(*ZEROS)),
+    "path-with-jump-and-turn": lambda: drawn(run_figures.draw, cornered()),
+    "frontier": lambda: drawn(run_figures.draw, frontier()),
+    "objective": lambda: drawn(run_figures.draw, lcpcli.path(*RETURNS)),
+    "many-lines": lambda: drawn(run_figures.draw, entering(40)),
 }
 
 
@@ -329,13 +320,13 @@ def iterates(problems: list[Problem], methods: tuple[str, ...]) -> Figure:
     return drawn(plane_figures.draw_paths, [paths.data(problem, methods) for problem in problems])
 
 
-LONG_TITLE = Cones("$\\alpha_ " * 30, paths.MURTY, (-1, -1), [False] * 4, "at least $3 " * 20)
+LONG_TITLE = paths.picture(paths.MURTY, (-1, -1), name="$\\alpha_ " * 30)
 TEXTS: dict[str, Callable[[], Figure]] = {
     **RUNS,
     **{f"cones {k}": lambda given=given: long_names(*given) for k, given in enumerate(CONES)},
     "cones with a long title": lambda: drawn(plane_figures.draw, LONG_TITLE),
     **{f"iterates {name}": lambda given=given: iterates(*given) for name, given in PATHS.items()},
-    **{f"path {name}": lambda make=make: drawn(run_figures.draw, response(make())) for name, make in RESPONSES.items()},
+    **{f"path {name}": lambda make=make: drawn(run_figures.draw, make()) for name, make in RESPONSES.items()},
 }
 SLOW = [pytest.param(name, marks=pytest.mark.slow("many large figures")) for name in TEXTS if name[:4] != "path"]
 
@@ -348,10 +339,10 @@ def test_texts_are_apart(name: str) -> None:
 MADE_BY = "lcp solve murty.json (exact)"
 FILES: dict[str, Callable[[str], bytes]] = {
     "convergence": lambda form: plotting.convergence([Panel("p", "error", [decaying("shi")], MADE_BY)], form),
-    "bench": lambda form: plotting.bench(profiles(3), [crowd(2)], [growth(3)], form),
-    "cones": lambda form: plotting.cones(paths.picture(paths.MURTY, (-1, -1), provenance=[MADE_BY]), form),
+    "bench": lambda form: plotting.bench(profiles(3), [crowd(2)], growth(3), form),
+    "cones": lambda form: plotting.cones(paths.picture(paths.MURTY, (-1, -1)), form),
     "paths": lambda form: plotting.paths([paths.data(paths.TWO)], form),
-    "response": lambda form: plotting.response(response(frontier()), form),
+    "response": lambda form: plotting.response(frontier(), form),
 }
 BEGINNING = {"png": b"\x89PNG\r\n\x1a\n", "svg": b"<?xml", "pdf": b"%PDF-1."}
 END = {"png": b"IEND\xaeB`\x82", "svg": b"</svg>", "pdf": b"%%EOF"}
@@ -366,7 +357,7 @@ def test_a_file_is_whole_tells_what_made_it_and_is_always_the_same(kind: str, fo
     assert first.startswith(BEGINNING[form])
     assert first.rstrip().endswith(END[form])
     assert not [word for word in (b"CreationDate", b"dc:date", b"<text") if word in first], "texts are curves"
-    assert kind not in ("convergence", "cones") or MADE_BY.encode() in first.replace(b"\\", b"")
+    assert kind != "convergence" or MADE_BY.encode() in first.replace(b"\\", b"")
 
 
 def test_a_picture_of_a_path_is_saved_as_often_as_one_likes(tmp_path: Any) -> None:

@@ -14,10 +14,12 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from scipy.optimize import nnls
 
+import lcpcli
 from lcpcli import Problem
-from lcpcli.report import pictures
+from lcpcli.enumeration.search import SolutionSet
+from lcpcli.report import plotting
 from lcpcli.report.figures import plane_figures, style
-from lcpcli.report.figures.data import Cones, Trajectories
+from lcpcli.report.figures.data import Trajectories
 from lcpcli.report.figures.data import Trajectory as Run
 from lcpcli.report.figures.plane_figures import SECTOR, SETS
 from lcpcli.solving.driver import run
@@ -31,15 +33,15 @@ METHODS = ("fixed-point", "shi")
 
 
 def data(problem: Problem, methods: tuple[str, ...] = METHODS, **trace: Any) -> Trajectories:
-    (made,) = pictures.trajectories([[run(problem, method, curve=Trace(keeps_x=True, **trace)) for method in methods]])
+    (made,) = plotting.trajectories([[run(problem, method, curve=Trace(keeps_x=True, **trace)) for method in methods]])
     return made
 
 
 def test_paths_are_the_iterates_of_the_methods_where_z_is_zero_too() -> None:
     made = data(SKEW)
-    M, q = np.array(made.M), np.array(made.q)
+    M, q = made.problem.M, made.problem.q
     fixed_point, shi = made.paths
-    assert (fixed_point.k[0], fixed_point.x[0], shi.x[0]) == (0, (-2.0, -1.0), (-2.0, -1.0))
+    assert (fixed_point.k[0], fixed_point.x[0], shi.x[0]) == (0, [-2.0, -1.0], [-2.0, -1.0])
     for before, after in zip(fixed_point.x[:20], fixed_point.x[1:21], strict=True):
         image = np.linalg.solve(np.eye(2) + M, (np.eye(2) - M) @ np.abs(before) - q)
         assert after == pytest.approx(image, rel=1e-12)
@@ -59,10 +61,10 @@ def test_solutions_are_the_zeros_of_the_merit_function() -> None:
     made = data(TWO)
     assert len(made.solutions) == 2
     for solution in made.solutions:
-        assert solution == pytest.approx((2 / 3, 7 / 6))
-        assert plane_figures.merit(made.M, made.q, np.array(solution)) < 1e-8
+        assert solution == pytest.approx([2 / 3, 7 / 6])
+        assert plane_figures.merit(TWO.M, TWO.q, np.array(solution)) < 1e-8
     murty = Problem([[1, 2], [2, 1]], [-1, -1], solutions=[[1, 0], [0, 1]])
-    assert data(murty, ("shi",)).solutions[:2] == [(0.5, -0.5), (-0.5, 0.5)]
+    assert data(murty, ("shi",)).solutions[:2] == [[0.5, -0.5], [-0.5, 0.5]]
 
 
 def test_the_merit_function_is_that_of_the_equation_of_the_methods() -> None:
@@ -74,7 +76,7 @@ def test_the_merit_function_is_that_of_the_equation_of_the_methods() -> None:
 
 def test_the_range_holds_the_origin_the_start_and_the_solution_but_not_a_divergence() -> None:
     divergent = Run("shi", "shi", [0, 1, 2, 3], [(1.0, 1.0), (2.0, 2.0), (1e9, -1e9), (np.inf, np.nan)])
-    made = Trajectories("p", [[1, 0], [0, 1]], [-1, -1], [(0.5, 4.0)], [divergent])
+    made = Trajectories(Problem(np.eye(2), [-1, -1]), [(0.5, 4.0)], [divergent])
     for (low, high), largest in zip(plane_figures.ranges(made), (0.5, 4.0), strict=True):
         assert low < 0 < largest < high < 20
     with style.context():
@@ -84,7 +86,7 @@ def test_the_range_holds_the_origin_the_start_and_the_solution_but_not_a_diverge
 def test_quadrants_have_the_names_of_their_cones() -> None:
     with style.context():
         figure = plane_figures.draw_paths([data(TWO)])
-    corners = {text.get_text(): text.get_position() for text in figure.axes[-1].texts[:4]}
+    corners = {text.get_text(): text.xy for text in figure.axes[0].texts[:4]}  # type: ignore[attr-defined]
     (left, bottom), (right, top) = corners["$w_1$, $w_2$"], corners["$z_1$, $z_2$"]
     assert (left < right, bottom < top, corners["$z_1$, $w_2$"]) == (True, True, (right, bottom))
 
@@ -137,14 +139,21 @@ DEGENERATE = {
 }
 
 
-def picture(M: list[list[float]], q: tuple[float, float], **given_too: object) -> Cones:
-    """With the cones that really hold q."""
+def picture(M: list[list[float]], q: tuple[float, float], **more: Any) -> SolutionSet:
+    search = lcpcli.solutions(Problem(M, q, **{"name": "problem", **more}))
+    assert len(list(search)) == len(search.pieces)
+    return SolutionSet(search, "", 0.0)
+
+
+@pytest.mark.parametrize("M", [MURTY, *DEGENERATE.values()])
+@pytest.mark.parametrize("q", [(-1, -1), (1, -2), (0, 1), (0, 0)])
+def test_cones_with_q_are_those_whose_generators_have_it_as_a_sum(M: list[list[float]], q: tuple[float, float]) -> None:
     holding = []
     for chosen in SETS:
         basis = generators(M, chosen)
         lengths = np.abs(basis).max(axis=0)
         holding.append(bool(nnls(basis / np.where(lengths, lengths, 1), q)[1] < 1e-9))
-    return Cones("problem", M, q, holding, f"{sum(holding)} solutions", **given_too)  # type: ignore[arg-type]
+    assert plane_figures.holding(picture(M, q)) == holding
 
 
 def generators(M: list[list[float]], chosen: tuple[int, ...]) -> np.ndarray:

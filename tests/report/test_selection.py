@@ -13,7 +13,8 @@ import lcpcli
 from lcpcli import Problem, plot, run, solve
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
-from lcpcli.report import outcome, pictures
+from lcpcli.report import outcome
+from lcpcli.report.figures import run_figures
 from lcpcli.report.wording import places
 
 from ..cli.conftest import Lcp, assert_refused
@@ -72,13 +73,19 @@ def test_a_multiplier_is_called_as_its_row_or_with_y_by_every_command(session: C
 
 def test_a_figure_of_a_path_has_the_chosen_lines_alone_and_multipliers_too() -> None:
     first, last = (lcpcli.Problem(MARKET["M"], q, names=MARKET["names"]) for q in (MARKET["q"], [5, 4, 5]))
-    response = pictures.response(lcpcli.path(first, last), ["flow"])
-    assert response.names == ["flow"]
-    assert response.lines[0][0] == pytest.approx(1)
+    assert lines_of(lcpcli.path(first, last), "flow") == {"flow": pytest.approx(1)}
     programs = [lcpcli.from_qp([[2, 0], [0, 2]], [-2, -5], [[1, 2]], row_upper=[b], rows=["steel"]) for b in (1, 4)]
-    shown = pictures.response(lcpcli.path(*programs), ["y steel"])
-    assert shown.names == ["y steel"]
-    assert abs(shown.lines[0][0]) > 0.1
+    shown = lines_of(lcpcli.path(*programs), "y steel")
+    assert list(shown) == ["y steel"]
+    assert abs(shown["y steel"]) > 0.1
+
+
+def lines_of(path: lcpcli.Path, *names: str) -> dict[str, float]:
+    """The names in the legend of a figure of a path, with the value at which the line of each begins."""
+    figure = run_figures.draw(path, names)
+    lines = [line for line in figure.axes[0].lines if line.get_marker() == "None" and line.get_linewidth() > 1]
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    return {label: line.get_ydata()[0] for label, line in zip(labels, lines, strict=True)}
 
 
 UNKNOWN = "'flows' is not the name of an unknown; did you mean flow?"

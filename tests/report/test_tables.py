@@ -17,8 +17,7 @@ import lcpcli
 from lcpcli import Problem, Trace, error_bound, read, write
 from lcpcli.cli import terminal as cli_terminal
 from lcpcli.files import contents
-from lcpcli.report import outcome, tables, wording
-from lcpcli.report.programs_and_games import rows_of
+from lcpcli.report import outcome, programs_and_games, tables, wording
 from lcpcli.solving.driver import run
 
 SMALL = {"M": [[2, 1], [1, 2]], "q": [-4, -5]}  # z = (1, 2)
@@ -362,8 +361,11 @@ def test_the_entries_of_a_long_proof_that_are_not_0_are_listed(lcp: Lcp, tmp_pat
 
 
 @pytest.mark.parametrize(("k", "m"), [(3, 1), (4, 1), (1, 4)])
-def test_a_table_that_is_cut_says_so_whether_rows_or_variables_are_many(k: int, m: int) -> None:
+def test_a_table_that_is_cut_says_so_whether_rows_or_variables_are_many(
+    k: int, m: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     result = lcpcli.run(lcpcli.from_qp(None, np.ones(k), np.ones((m, k)), np.ones(m)))
-    (table,) = rows_of(result.answer, result.problem.origin, 3)
+    monkeypatch.setattr(programs_and_games, "MOST_ON_SCREEN", 3)
+    (table,) = programs_and_games.tables(result.answer, result.problem.origin, whole=False)
     assert [len(group) for group in table.groups] == [min(m, 3), min(k, 3)]
     assert bool(table.notes) is (max(k, m) > 3)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple
 
-Pair: TypeAlias = tuple[float, float]
+if TYPE_CHECKING:
+    from lcpcli.model.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,6 @@ class Curve:
     seconds : the run time until each iterate.
     errors : the error or residual of each iterate; None where it was not measured.
     solved : whether the run solved the problem; a cross marks the end of any other one.
-    total : the seconds to the verified end; None if only the iterates are timed.
     """
 
     name: str
@@ -29,21 +29,16 @@ class Curve:
     seconds: Sequence[float]
     errors: Sequence[float | None]
     solved: bool
-    total: float | None = None
 
     @property
     def counts(self) -> list[int]:
-        """Return the numbers of the iterates that are drawn against the iteration."""
         return [k for k, error in zip(self.k, self.errors, strict=True) if k is not None and error is not None]
 
 
 @dataclass(frozen=True)
 class Panel:
-    """The runs on one problem.
-
-    measure : "error" or "residual", whichever the curves have.
-    provenance : a line on the program and its options, for the file's metadata.
-    """
+    """The runs on one problem. measure : "error" or "residual", whichever the curves have. provenance : a line on the
+    program and its options, for the file's metadata."""
 
     title: str
     measure: str
@@ -53,11 +48,9 @@ class Panel:
 
 @dataclass(frozen=True)
 class Power:
-    """The fit seconds = coefficient n^exponent, by least squares on the logarithms.
-
-    margin : the half-width of the exponent's confidence interval, for independent normal errors in the logarithms.
-    r_squared : the fraction of the variance explained by the fit.
-    """
+    """The fit seconds = coefficient n^exponent, by least squares on the logarithms, for whose independent normal errors
+    the exponent has a confidence interval of half-width `margin`. r_squared : the fraction of the variance
+    explained."""
 
     exponent: float
     margin: float
@@ -67,10 +60,8 @@ class Power:
 
 @dataclass(frozen=True)
 class Growth:
-    """One solver's median run times in seconds on problems of n unknowns, with their quartiles.
-
-    fit : the fitted power of n; None for too few sizes.
-    """
+    """One solver's median run times in seconds on problems of n unknowns, with their quartiles, and the fitted power of
+    n; None for too few sizes."""
 
     name: str
     label: str
@@ -79,14 +70,6 @@ class Growth:
     lower: Sequence[float]
     upper: Sequence[float]
     fit: Power | None
-
-
-@dataclass(frozen=True)
-class GrowthPanel:
-    """The growth of time with n for several solvers on one family of problems."""
-
-    title: str
-    growths: Sequence[Growth]
 
 
 @dataclass(frozen=True)
@@ -100,69 +83,23 @@ class Profile:
 
 
 @dataclass(frozen=True)
-class Cones:
-    """The complementary cones of an LCP with two unknowns, and which of them contain q.
-
-    M : two rows of two numbers. q : two numbers.
-    holding : whether q lies in the cone of each set of unknowns that may be positive: none, first, second, both.
-    count : the number of solutions, in words.
-    names : the names of the unknowns; "" for an unknown without a name.
-    provenance : lines on the problem and the program, for the file's metadata.
-    """
-
-    title: str
-    M: Sequence[Sequence[float]]
-    q: Sequence[float]
-    holding: Sequence[bool]
-    count: str
-    names: Sequence[str] = ("", "")
-    provenance: Sequence[str] = ()
-
-
-@dataclass(frozen=True)
 class Trajectory:
     """The iterates x of a run on a problem in two unknowns. name, label, k : as of a Curve."""
 
     name: str
     label: str
     k: Sequence[int]
-    x: Sequence[Pair]
+    x: Sequence[Sequence[float]]
 
 
 @dataclass(frozen=True)
 class Trajectories:
     """The paths of runs on an LCP with two unknowns. solutions : the x = (z - w) / 2 of the known solutions."""
 
-    title: str
-    M: Sequence[Sequence[float]]
-    q: Sequence[float]
-    solutions: Sequence[Pair]
+    problem: Problem
+    solutions: Sequence[Sequence[float]]
     paths: Sequence[Trajectory]
     provenance: str = ""
-
-
-@dataclass(frozen=True)
-class Response:
-    """The solutions along a path.
-
-    abscissa : the name of what moves, t or a number of the problem. across : its values at the breakpoints.
-    names, lines : the names of the components that are shown, and the values of each at the breakpoints.
-    jumps : the pieces on which t stands still, by number. turns : the breakpoints at which it turns.
-    objective : of a program, its values and those of what moves, at many points of the path; else None.
-    is_frontier : whether what moves is drawn against the objective, in place of the opposite.
-    provenance : lines on the path and the program, for the file's metadata.
-    """
-
-    title: str
-    abscissa: str
-    across: Sequence[float]
-    names: Sequence[str]
-    lines: Sequence[Sequence[float]]
-    jumps: Sequence[int] = ()
-    turns: Sequence[int] = ()
-    objective: Sequence[Pair] | None = None
-    is_frontier: bool = False
-    provenance: Sequence[str] = ()
 
 
 SMALLEST_ERROR = 1e-17  # relative to the start: a smaller error, below rounding, is drawn at the lower end, like 0
@@ -179,7 +116,6 @@ class Range(NamedTuple):
     high: float
 
     def place(self, value: float) -> float:
-        """Return the value itself, or the end of the range that it lies beyond."""
         return max(self.low, value) if value <= self.high else self.high
 
 

@@ -1,29 +1,22 @@
-"""The complementary cones of an LCP with two unknowns, and q: each cone that contains q gives a solution.
+"""The complementary cones of an LCP with two unknowns, and the paths of runs on such LCPs over the merit function.
 
 w - M z = q with w, z >= 0 and z'w = 0 says that q lies in a cone that is spanned, for each j, by column j of I or by
 column j of -M (K. G. Murty 1972; R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity Problem, section
-1.3). Only directions matter, so all vectors are drawn with the same length, and cones end at an arc. Overlapping cones
-have arcs of different radii, and a ray through q crosses the arcs of the cones that contain q.
+1.3). Overlapping cones have arcs of different radii, and a ray through q crosses the arcs of the cones that contain q.
 
-The paths of runs on LCPs with two unknowns, over the merit function that the methods reduce.
-
-The plane is that of x with z = |x| + x and w = |x| - x, in which F(x) = M z - w + q is linear in each quadrant: the
-complementary cones of the problem are the images of the quadrants, each named by the variables that are positive in it.
-The contours are those of |F(x)|, on a logarithmic scale; F is 0 only at solutions.
+The plane of the paths is that of x with z = |x| + x and w = |x| - x, in which F(x) = M z - w + q is linear in each
+quadrant: the cones are the images of the quadrants. The contours are those of |F(x)|; F is 0 only at solutions.
 """
 
 from __future__ import annotations
 
-import cmath
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LinearSegmentedColormap, LogNorm, to_rgba
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -31,35 +24,23 @@ from matplotlib.patches import Arc, Patch, Rectangle, Wedge
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, MaxNLocator
 
-from lcpcli.report.figures.data import Cones, Pair, Trajectories, Trajectory
-from lcpcli.report.figures.style import (
-    FONT,
-    GREY,
-    METHODS,
-    SMALL_FONT,
-    WIDTH,
-    Look,
-    Looks,
-    add_legend,
-    extent,
-    fitted,
-    looks,
-)
+from lcpcli.enumeration.search import SolutionSet
+from lcpcli.linalg import matrices
+from lcpcli.report import wording
+from lcpcli.report.figures.data import Trajectories, Trajectory
+from lcpcli.report.figures.style import FONT, METHODS, SMALL_FONT, WIDTH, Look, Looks, add_legend, fitted, looks
 
 TURN = 2 * math.pi
 SAME = 1e-9  # radians: closer directions count as equal; far below what a picture shows, far above rounding
 SETS: tuple[tuple[int, ...], ...] = ((), (1,), (2,), (1, 2))  # the j for which z_j > 0 is allowed, not w_j > 0
 SECTOR, RAY, LINE, POINT = "sector", "ray", "line", "point"
-ARC, APART = 84.0, 13.5  # in points: the radius of the outermost arc, and how much smaller the next is
+ARC, APART = 78.0, 13.0  # in points: the radius of the outermost arc, and how much smaller the next is
 
 
 @dataclass(frozen=True)
 class Cone:
-    """The angles of a cone, in radians.
-
-    parts : the start and the extent of a sector; for any other cone, the direction of each ray and the extent 0.
-    level : the smallest number that no overlapping cone before this one, in the order of SETS, has.
-    """
+    """The angles of a cone, in radians: the start and the extent of a sector; for any other cone, the direction of each
+    ray and 0. level : the smallest number that no overlapping cone before this one, in the order of SETS, has."""
 
     parts: tuple[tuple[float, float], ...]
     level: int = 0
@@ -88,7 +69,6 @@ def angle(vector: Sequence[float]) -> float | None:
 
 
 def generators(M: Sequence[Sequence[float]]) -> dict[str, float | None]:
-    """Return the directions of the columns of I and -M by their labels."""
     units = {"$I_1$": 0.0, "$I_2$": math.pi / 2}
     return units | {f"$-M_{j + 1}$": angle((-M[0][j], -M[1][j])) for j in (0, 1)}
 
@@ -125,145 +105,97 @@ def turn_to(first: float, last: float) -> float:
 KINDS = {SECTOR: "", RAY: ": a ray", LINE: ": a line", POINT: ": the origin"}
 COLORS = tuple(METHODS[name].color for name in ("fixed-point", "milp", "newton", "lemke"))
 COLUMN = WIDTH / 2  # inches
-BOLD = 1.15  # the width of bold text relative to the width of the same text in regular type
-EDGE = 0.08  # inches around everything, so that nothing touches the border
-HEADER, LEGEND = 0.41, 0.74  # inches above and below the axes
+TITLES = 0.2  # inches by which the figure without its legend is higher than wide
 # Lengths in the axes, in points.
 REACH = 124.0  # from the origin to the frame: a little less than half the width of a column, 126
-AXIS, VECTOR, Q = 105.0, 91.0, 99.0  # from the origin to the end of an axis, to the tip of a vector, and to q
-STEP = 2.0  # between the points that stand for a line or an area: less than the height of any label
-CLEAR = 2.0  # the free space around a label, about that between words
+AXIS, VECTOR, Q, LABEL = 91.0, 84.0, 91.0, 97.0  # from the origin to the end of an axis or arrow, to q, to a label
+ALIKE = math.radians(15)  # vectors of nearer directions have one label, as two would touch
 FILLS = (0.15, 0.35)  # the opacity of a sector without q, and of a sector that holds q
 CHECK = "\u2713"
 ARROW = {"arrowstyle": "-|>,head_width=0.22,head_length=0.5", "shrinkA": 0, "shrinkB": 0, "color": "black"}
-MARK = np.array([complex(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)])  # points that stand for a mark of their extent
+OUTLINE = withStroke(linewidth=2.0, foreground="white")
 
 
-class Drawing:
-    """Axes whose unit is the point, with the points that labels have to avoid; points are complex numbers."""
-
-    def __init__(self, axes: Axes) -> None:
-        self.axes = axes
-        self._taken = np.empty(0, dtype=complex)
-
-    def take(self, points: np.ndarray[Any, Any]) -> None:
-        """Keep labels off these points."""
-        self._taken = np.concatenate((self._taken, points))
-
-    def take_line(self, start: complex, end: complex) -> None:
-        """Keep labels off a line."""
-        self.take(np.linspace(start, end, max(2, math.ceil(abs(end - start) / STEP))))
-
-    def mark(self, at: complex, **style: Any) -> None:
-        """Draw a mark, which labels may cover."""
-        self.axes.plot(at.real, at.imag, "o", **style)
-
-    def ray(self, end: complex, **style: Any) -> None:
-        """Draw a line from the origin, which labels may cover."""
-        self.axes.plot([0, end.real], [0, end.imag], **style)
-
-    def label(self, text: str, at: complex, direction: float, free: float = CLEAR) -> None:
-        """Write a label beside a point, in this direction if there is room; else where there is most room."""
-        width, height = extent(text, FONT)
-        turns = [direction + (i + 1) // 2 * (-1) ** i * math.pi / 12 for i in range(25)]
-        sides = [(gap, cmath.rect(1, turn)) for gap in (5, 8, 11, 16) for turn in turns]
-        places = [at + complex(side.real * (width / 2 + gap), side.imag * (height / 2 + gap)) for gap, side in sides]
-
-        def space(place: complex) -> float:
-            apart = self._taken - place
-            return min(float(np.maximum(np.abs(apart.real) - width / 2, np.abs(apart.imag) - height / 2).min()), free)
-
-        best = max(places, key=space)
-        self.axes.text(best.real, best.imag, text, fontsize=FONT, ha="center", va="center", zorder=8)
-        across, up = (np.linspace(-side / 2, side / 2, math.ceil(side / STEP) + 1) for side in (width, height))
-        self.take(np.add.outer(1j * up, across).ravel() + best)
+def holding(found: SolutionSet) -> list[bool]:
+    """Return whether the cone of each of SETS contains q: whether there is a solution with w = 0 in the set and z = 0
+    outside."""
+    solutions = [list(zip(z, found.data.w(z), strict=True)) for z in found.points]
+    sets = [(1 in chosen, 2 in chosen) for chosen in SETS]
+    return [any(not (one[first] or other[second]) for one, other in solutions) for first, second in sets]
 
 
-def draw(picture: Cones) -> Figure:
+def draw(found: SolutionSet) -> Figure:
     """Draw the figure, as wide as one column of a journal."""
-    square = 2 * REACH / 72
-    height = HEADER + square + LEGEND
-    figure = Figure(figsize=(COLUMN, height))
-    figure.set_layout_engine("none")
-    axes = figure.add_axes(((COLUMN - square) / 2 / COLUMN, LEGEND / height, square / COLUMN, square / height))
-    axes.set(xlim=(-REACH, REACH), ylim=(-REACH, REACH))
-    axes.set_axis_off()
-    shapes, directions = cones(picture.M), generators(picture.M)
-    drawing = Drawing(axes)
-    _axes(drawing)
-    for cone, color, holds in zip(shapes, COLORS, picture.holding, strict=True):
-        _cone(drawing, cone, color, FILLS[holds])
-    vectors = _vectors(drawing, directions)
-    _q(drawing, picture, shapes)
-    for direction, labels in vectors.items():
-        drawing.label(", ".join(labels), cmath.rect(VECTOR, direction), direction, free=3)
-    zero = [label.strip("$-") for label, direction in directions.items() if direction is None]
-    if zero:
-        drawing.label(f"${' = '.join(zero)} = 0$", 0j, 1.25 * math.pi)
-    header(figure, picture.title, picture.count, _data(picture))
-    _legend(figure, picture, shapes)
+    problem, holds_q = found.data.problem, holding(found)
+    M, q = matrices.dense(problem.M).tolist(), problem.q.tolist()
+    figure = Figure(figsize=(COLUMN, COLUMN + TITLES))
+    span = (-REACH, REACH)
+    axes = figure.add_subplot(xlim=span, ylim=span, aspect="equal", xticks=[], yticks=[], frame_on=False)
+    axes.plot([-AXIS, AXIS], [0, 0], [0, 0], [-AXIS, AXIS], color="0.6", linewidth=0.6, zorder=1)
+    shapes, directions = cones(M), generators(M)
+    for cone, color, holds in zip(shapes, COLORS, holds_q, strict=True):
+        _cone(axes, cone, color, FILLS[holds])
+    for direction in {each for each in directions.values() if each is not None}:
+        axes.annotate("", _at(VECTOR, direction), (0, 0), arrowprops=ARROW | {"linewidth": 1.1}, zorder=5)
+    _q(axes, angle(q), [cone for cone, holds in zip(shapes, holds_q, strict=True) if holds])
+    _labels(axes, directions | {"$q$": angle(q)})
+    rows = "; ".join(" ".join(map(_number, row)) for row in M)
+    data = [f"M = [{rows}],  q = ({', '.join(map(_number, q))})"]
+    data += [f"z{j} = {name}" for j, name in enumerate(problem.names, 1) if name]
+    room = COLUMN - 0.2
+    titles = fitted(f"{found.count}: {wording.title(problem)}", FONT, room), fitted(",  ".join(data), FONT, room)
+    axes.set_title("\n".join(titles))
+    _legend(figure, shapes, holds_q)
     return figure
 
 
-def _axes(drawing: Drawing) -> None:
-    """Draw the axes of q, with their names at the ends, and an invisible frame, which keeps labels inside."""
-    corner = complex(-REACH, -REACH)
-    for turn in (1, 1j, -1, -1j):
-        drawing.take_line(corner * turn, corner * turn * 1j)
-    for name, direction in (("$q_1$", 0.0), ("$q_2$", math.pi / 2)):
-        end = cmath.rect(AXIS, direction)
-        drawing.axes.plot([-end.real, end.real], [-end.imag, end.imag], color="0.6", linewidth=0.6, zorder=1)
-        drawing.take_line(-end, end)
-        drawing.label(name, end, direction)
+def _at(radius: float, direction: float) -> tuple[float, float]:
+    return radius * math.cos(direction), radius * math.sin(direction)
 
 
-def _cone(drawing: Drawing, cone: Cone, color: str, fill: float) -> None:
+def _cone(axes: Axes, cone: Cone, color: str, fill: float) -> None:
     """Draw a sector with its arc, thick rays for a ray or a line, or a ring for the origin."""
-    radius, add = cone.radius, drawing.axes.add_patch
+    radius, add = cone.radius, axes.add_patch
     if cone.kind == POINT:
-        drawing.mark(0j, markersize=9, color="none", markeredgecolor=color, mew=2.2, zorder=6)
-        drawing.take(5 * MARK)
+        axes.plot(0, 0, "o", markersize=9, color="none", markeredgecolor=color, mew=2.2, zorder=6)
     elif cone.kind == SECTOR:
         ((start, width),) = cone.parts
         ends = math.degrees(start), math.degrees(start + width)
         add(Wedge((0, 0), radius, *ends, facecolor=color, alpha=fill, linewidth=0, zorder=2))
         add(Arc((0, 0), 2 * radius, 2 * radius, theta1=ends[0], theta2=ends[1], color="white", linewidth=3.6, zorder=3))
         add(Wedge((0, 0), radius, *ends, fill=False, edgecolor=color, linewidth=1.6, zorder=3))
-        drawing.take(radius * np.exp(1j * np.linspace(start, start + width, max(3, round(radius * width / 2) + 1))))
     else:
         for ray, _ in cone.parts:
-            drawing.ray(cmath.rect(radius, ray), color=color, linewidth=5, solid_capstyle="butt", zorder=4)
+            axes.plot(*zip((0, 0), _at(radius, ray), strict=True), c=color, lw=5, solid_capstyle="butt", zorder=4)
 
 
-def _vectors(drawing: Drawing, directions: dict[str, float | None]) -> dict[float, list[str]]:
-    """Draw the generators as arrows; return their directions, each with its labels."""
-    vectors: dict[float, list[str]] = {}
-    for label, direction in directions.items():
-        if direction is not None:
-            same = next((other for other in vectors if abs(turn_to(direction, other)) < SAME), direction)
-            vectors.setdefault(same, []).append(label)
-    for direction in vectors:
-        tip = cmath.rect(VECTOR, direction)
-        drawing.axes.annotate("", (tip.real, tip.imag), (0, 0), arrowprops=ARROW | {"linewidth": 1.1}, zorder=5)
-        drawing.take_line(0j, tip)
-    return vectors
-
-
-def _q(drawing: Drawing, picture: Cones, shapes: list[Cone]) -> None:
-    """Mark q, the ray through q, and the points where this ray crosses the arcs of the cones that contain q."""
-    direction = angle(picture.q)
-    at = 0j if direction is None else cmath.rect(Q, direction)
+def _q(axes: Axes, direction: float | None, around: Sequence[Cone]) -> None:
+    """Mark q, the ray through q, and the points where this ray crosses the arcs of the cones around it."""
+    at = (0.0, 0.0) if direction is None else _at(Q, direction)
     if direction is not None:
-        drawing.ray(at, color="black", linewidth=1.0, dashes=(3, 2), zorder=5)
-        drawing.take_line(0j, at)
-        for cone, holds in zip(shapes, picture.holding, strict=True):
-            if holds and cone.kind != POINT:
-                crossing = cmath.rect(cone.radius, direction)
-                drawing.mark(crossing, markersize=4.2, mfc="white", mec="black", mew=0.9, zorder=7)
-                drawing.take(crossing + 2 * MARK)
-    drawing.mark(at, markersize=5.5, color="black", zorder=7)
-    drawing.take(at + 3 * MARK)
-    drawing.label("$q = 0$" if direction is None else "$q$", at, direction or 0.0)
+        axes.plot(*zip((0, 0), at, strict=True), color="black", linewidth=1.0, dashes=(3, 2), zorder=5)
+        for radius in (cone.radius for cone in around if cone.kind != POINT):
+            axes.plot(*_at(radius, direction), "o", markersize=4.2, mfc="white", mec="black", mew=0.9, zorder=7)
+    axes.plot(*at, "o", markersize=5.5, color="black", zorder=7)
+
+
+def _labels(axes: Axes, directions: dict[str, float | None]) -> None:
+    """Write the names of vectors beyond their ends, those of near directions together, and of zero ones at the
+    origin."""
+    names: dict[float, list[str]] = {}
+    for name, direction in directions.items():
+        if direction is not None:
+            near = (other for other in names if abs(turn_to(direction, other)) < ALIKE)
+            names.setdefault(next(near, direction), []).append(name)
+    for direction, own in names.items():
+        x, y = math.cos(direction), math.sin(direction)
+        across = "left" if x > 0.2 else "right" if x < -0.2 else "center"
+        up = "bottom" if y > 0.2 else "top" if y < -0.2 else "center"
+        text = ("\n" if abs(x) > 0.5 else ", ").join(own)
+        axes.text(LABEL * x, LABEL * y, text, ha=across, va=up, path_effects=[OUTLINE], zorder=8)
+    zero = [name.strip("$-") for name, direction in directions.items() if direction is None]
+    if zero:
+        axes.text(-6, -6, f"${' = '.join(zero)} = 0$", ha="right", va="top", path_effects=[OUTLINE], zorder=8)
 
 
 def variables(chosen: tuple[int, ...]) -> str:
@@ -271,44 +203,22 @@ def variables(chosen: tuple[int, ...]) -> str:
     return ", ".join(f"${'z' if j in chosen else 'w'}_{j}$" for j in (1, 2))
 
 
-def header(figure: Figure, title: str, number: str, data: str) -> None:
-    """Write the title, the number of solutions beside it in bold, and the data below, each on one line."""
-    width, height = figure.get_size_inches()
-    left, right = EDGE / width, 1 - EDGE / width
-    count = fitted(number, FONT, 0.6 * width)
-    room = width - 2 * EDGE - BOLD * extent(count, FONT)[0] / 72 - 0.1
-    top = 1 - EDGE / height
-    figure.text(left, top, fitted(title, FONT, room), ha="left", va="top")
-    figure.text(right, top, count, ha="right", va="top", weight="bold")
-    text = fitted(data, SMALL_FONT, width - 2 * EDGE)
-    figure.text(left, top - 0.16 / height, text, ha="left", va="top", fontsize=SMALL_FONT)
-
-
-def _data(picture: Cones) -> str:
-    (a, b), (c, d) = ([_number(entry) for entry in row] for row in picture.M)
-    numbers = f"M = [{a} {b}; {c} {d}],  q = ({', '.join(map(_number, picture.q))})"
-    return ",  ".join([numbers, *(f"z{j} = {name}" for j, name in enumerate(picture.names, 1) if name)])
-
-
 def _number(value: float) -> str:
     return f"{value + 0.0:.4g}".replace("-", "\u2212")
 
 
-def _legend(figure: Figure, picture: Cones, shapes: list[Cone]) -> None:
+def _legend(figure: Figure, shapes: Sequence[Cone], holds_q: Sequence[bool]) -> None:
     handles, labels = [], []
-    for cone, color, chosen, holds in zip(shapes, COLORS, SETS, picture.holding, strict=True):
+    for cone, color, chosen, holds in zip(shapes, COLORS, SETS, holds_q, strict=True):
         patch = Patch(facecolor=to_rgba(color, FILLS[holds]), edgecolor=color, linewidth=1.6)
         line = Line2D([], [], color=color, linewidth=5, solid_capstyle="butt")
         ring = Line2D([], [], color="none", marker="o", markersize=8, markeredgecolor=color, markeredgewidth=2.2)
         handles.append({SECTOR: patch, POINT: ring}.get(cone.kind, line))
         labels.append(variables(chosen) + KINDS[cone.kind] + f"  {CHECK}" * holds)
-    title = f"Variables that may be positive in each cone ({CHECK}: q lies in it)"
-    width, height = figure.get_size_inches()
-    look: dict[str, Any] = {"title_fontsize": SMALL_FONT, "alignment": "left", "borderpad": 0, "borderaxespad": 0}
-    place: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (EDGE / width, (EDGE + 0.17) / height)}
-    figure.legend(handles, labels, title=title, ncols=2, handlelength=1.6, **place, **look)
-    note = "Only directions count: all vectors are drawn with one length."
-    figure.text(EDGE / width, EDGE / height, note, fontsize=SMALL_FONT, color=GREY, va="bottom")
+    title = f"Variables that may be positive in each cone ({CHECK}: q lies in it).\nOnly directions count."
+    look: dict[str, Any] = {"title_fontsize": SMALL_FONT, "alignment": "left", "handlelength": 1.6}
+    legend = figure.legend(handles, labels, title=title, ncols=2, loc="outside lower left", **look)
+    figure.set_figheight(figure.get_figheight() + legend.get_window_extent().height / figure.dpi)
 
 
 AXES_HEIGHT = 3.0  # inches: the height of axes with their surroundings
@@ -320,22 +230,19 @@ MARGIN, LEAST = 0.14, 0.22  # of the length of an axis, beyond the data and of e
 FARTHEST = 3.0  # times the size of the start and the solutions: farther iterates lie outside
 NUMBERS = [step * 10**decade for decade in range(7) for step in (1, 2, 5)]  # of iterates with a label
 TICKS = 5  # intervals between labels on an axis at most
-NEARER = 0.75  # of the distance of a label from its iterate: no other iterate may be as near
-LABELS_APART = 22.0  # points between two iterates with labels
-INSET, ACROSS, UP = 4.0, np.arange(0, 31, 2), np.arange(0, 11, 2)  # points: of the labels in the corners
+LABELS_APART = 0.12  # of the length of an axis, between two iterates with labels
+INSET = 4  # points: of the labels in the corners
 START: dict[str, Any] = {"marker": "s", "markersize": 6.5, "markerfacecolor": "white", "markeredgecolor": "black"}
 SOLUTION: dict[str, Any] = {"marker": "*", "markersize": 11, "markerfacecolor": "white", "markeredgecolor": "black"}
-OUTLINE = withStroke(linewidth=2.0, foreground="white")
 
 
 def merit(M: Any, q: Any, x: Any) -> Any:
-    """Return |F(x)| for x of shape (2, ...)."""
     z, w = np.abs(x) + x, np.abs(x) - x
-    F = np.tensordot(np.asarray(M), z, axes=1) - w + np.reshape(q, (2, *[1] * (np.ndim(x) - 1)))
+    F = np.tensordot(M, z, axes=1) - w + np.reshape(q, (2, *[1] * (np.ndim(x) - 1)))
     return np.hypot(*F)
 
 
-def ranges(picture: Trajectories) -> list[Pair]:
+def ranges(picture: Trajectories) -> list[tuple[float, float]]:
     """Return the range of each axis: around the origin, the starts, the solutions, and the iterates not far from
     these."""
     near = np.array([(0.0, 0.0), *picture.solutions, *(path.x[0] for path in picture.paths if path.x)])
@@ -352,7 +259,6 @@ def ranges(picture: Trajectories) -> list[Pair]:
 
 
 def draw_paths(pictures: Sequence[Trajectories]) -> Figure:
-    """Draw the figure of at least one problem, two in a row."""
     columns = min(2, len(pictures))
     rows = math.ceil(len(pictures) / columns)
     figure = Figure(figsize=(COLUMN * columns, AXES_HEIGHT * rows))
@@ -366,6 +272,7 @@ def draw_paths(pictures: Sequence[Trajectories]) -> Figure:
         for path in picture.paths:
             _path(axes, path, chosen[path.name, path.label])
         _points(axes, picture)
+        _numbers(axes, picture, chosen)
     signs = [(Line2D([], [], linestyle="", **START), "start")]
     if any(picture.solutions for picture in pictures):
         signs.append((Line2D([], [], linestyle="", **SOLUTION), "solution"))
@@ -373,10 +280,6 @@ def draw_paths(pictures: Sequence[Trajectories]) -> Figure:
     undrawn = [label for name, label in chosen if (name, label) not in drawn]
     signs += [(Line2D([], [], linestyle=""), f"{label}: no iterates") for label in undrawn]
     add_legend(figure, {key: look for key, look in chosen.items() if key in drawn}, signs)
-    FigureCanvasAgg(figure).draw()  # so that the places of the axes are final
-    figure.set_layout_engine("none")
-    for axes, picture in panels:
-        _labels(figure, axes, picture, chosen)
     return figure
 
 
@@ -384,7 +287,7 @@ def _merit(axes: Axes, picture: Trajectories) -> None:
     (left, right), (bottom, top) = ranges(picture)
     x, y = np.linspace(left, right, POINTS), np.linspace(bottom, top, POINTS)
     with np.errstate(over="ignore", invalid="ignore"):
-        values = merit(picture.M, picture.q, np.array(np.meshgrid(x, y)))
+        values = merit(matrices.dense(picture.problem.M), picture.problem.q, np.array(np.meshgrid(x, y)))
     values = np.nan_to_num(values, nan=np.inf, posinf=np.finfo(float).max)
     most = float(values.max()) or 1.0
     least = max(float(values.min()), DEPTH * most)
@@ -402,7 +305,7 @@ def _merit(axes: Axes, picture: Trajectories) -> None:
     axes.set(xlim=(left, right), ylim=(bottom, top), xlabel="$x_1$", ylabel="$x_2$")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(TICKS))
-    axes.set_title(fitted(picture.title, FONT, COLUMN - 1.2))
+    axes.set_title(fitted(wording.title(picture.problem), FONT, COLUMN - 1.2))
     bar = axes.figure.colorbar(filled, ax=axes, pad=0.02, aspect=30)
     bar.set_ticks(LogLocator(10, subs=(1, 2, 5), numticks=8))
     bar.ax.yaxis.set_major_formatter("{x:g}")
@@ -419,51 +322,30 @@ def _path(axes: Axes, path: Trajectory, look: Look) -> None:
 
 
 def _points(axes: Axes, picture: Trajectories) -> None:
-    for start in dict.fromkeys(path.x[0] for path in picture.paths if path.x):
+    for start in dict.fromkeys(tuple(path.x[0]) for path in picture.paths if path.x):
         axes.plot(*start, linestyle="", zorder=6, **START)
-    for solution in dict.fromkeys(picture.solutions):
+    for solution in dict.fromkeys(map(tuple, picture.solutions)):
         axes.plot(*solution, linestyle="", zorder=7, **SOLUTION)
 
 
-def _labels(figure: Figure, axes: Axes, picture: Trajectories, chosen: Looks) -> None:
-    """Label the quadrants in the corners, and a few iterates with their numbers, in axes whose unit is the point."""
-    width, height = axes.bbox.width * 72 / figure.dpi, axes.bbox.height * 72 / figure.dpi
-    above = figure.add_axes(axes.get_position().bounds, frameon=False, xlim=(0, width), ylim=(0, height), zorder=10)
-    above.set_axis_off()
-    drawing = Drawing(above)
-    for corner, next_corner in pairwise((0j, complex(width), complex(width, height), 1j * height, 0j)):
-        drawing.take_line(corner, next_corner)
+def _numbers(axes: Axes, picture: Trajectories, chosen: Looks) -> None:
+    """Label the quadrants in the corners, and a few iterates with their numbers, apart from each other and from the
+    corners."""
     for members in SETS:
         right, top = 1 in members, 2 in members
-        sides: dict[str, Any] = {"ha": "right" if right else "left", "va": "top" if top else "bottom"}
-        place = complex(width - INSET if right else INSET, height - INSET if top else INSET)
-        above.text(place.real, place.imag, variables(members), fontsize=FONT, path_effects=[OUTLINE], **sides)
-        drawing.take(place + np.add.outer((-1 if right else 1) * ACROSS, (-1j if top else 1j) * UP).ravel())
-
-    def at(points: Sequence[Pair]) -> Any:
-        """Return the places of points of the plane, in points from the lower left corner; none outside the axes."""
-        places = axes.transAxes.inverted().transform(axes.transData.transform(points)) * (width, height)
-        places[~((places >= 0) & (places <= (width, height))).all(axis=1)] = np.nan
-        return places[:, 0] + 1j * places[:, 1]
-
-    runs = [(path, at(path.x)) for path in picture.paths if path.x]
-    for mark in at([*picture.solutions, *(path.x[0] for path, _ in runs)]):
-        drawing.take(mark + 5 * MARK)
-    numbered: list[tuple[complex, str, str]] = []
-    for path, places in runs:
-        for start, end in pairwise(places):
-            if not np.isnan(end - start):
-                drawing.take_line(start, end)
-        for k, place in zip(path.k, places, strict=True):
-            is_wanted = not np.isnan(place) and (k in NUMBERS or k == path.k[-1] > 0)
-            if is_wanted and all(abs(place - other) >= LABELS_APART for other, _, _ in numbered):
-                numbered.append((place, str(k), chosen[path.name, path.label].color))
-                drawing.take(place + 3 * MARK)
-    everywhere = np.concatenate([places for _, places in runs]) if runs else np.empty(0)
-    for place, number, color in numbered:
-        drawing.label(number, place, math.pi / 4)
-        text = above.texts[-1]
-        text.set(color=color, path_effects=[OUTLINE], fontsize=SMALL_FONT)
-        written = complex(*text.get_position())
-        if np.nanmin(np.abs(everywhere - written)) < NEARER * abs(place - written):
-            text.remove()  # it would seem to be the number of another iterate
+        inwards = (-INSET if right else INSET, -INSET if top else INSET)
+        style: dict[str, Any] = {"ha": "right" if right else "left", "va": "top" if top else "bottom"}
+        style |= {"xycoords": "axes fraction", "textcoords": "offset points", "path_effects": [OUTLINE], "zorder": 9}
+        axes.annotate(variables(members), (right, top), inwards, **style)
+    low, high = np.transpose(ranges(picture))
+    numbered: list[Any] = []
+    for path in picture.paths:
+        for k, x in zip(path.k, path.x, strict=True):
+            place = (np.array(x) - low) / (high - low)
+            is_wanted = (k in NUMBERS or k == path.k[-1] > 0) and bool(((place > 0) & (place < 0.95)).all())
+            is_free = all(np.abs(place - other).max() >= LABELS_APART for other in numbered)
+            if is_wanted and is_free and (np.abs(place - 0.5) < (0.3, 0.35)).any():
+                numbered.append(place)
+                look: dict[str, Any] = {"color": chosen[path.name, path.label].color, "fontsize": SMALL_FONT}
+                look |= {"textcoords": "offset points", "path_effects": [OUTLINE], "zorder": 9}
+                axes.annotate(str(k), (x[0], x[1]), (4, 4), **look)

@@ -1,20 +1,17 @@
-"""Runs as figures, with one legend below all axes, which names every method once.
+"""Runs and paths of solutions as figures, with one legend below all axes.
 
 The figure of convergence has one row per problem, with the error against run time on the left and against the iteration
-on the right. Curves have few markers, a ring around each point beyond the axes, and a cross where a run failed. The
-figure of a benchmark has the performance profile, error against run time, and the growth of time with n.
-
-The solutions along a path: z(t), or x of a program, as lines that break at the breakpoints, and the objective.
-
-If there are few lines, the legend names them; if there are many, all are thin. A jump, where t is constant, is dashed;
-a ring marks a turn. If the side of a row of a quadratic program varies, the second panel shows the frontier: the side
-against the objective.
+on the right. Curves have few markers, a ring around each point beyond the axes, and a cross where a run failed. That of
+a benchmark has the performance profile, error against run time, and the growth of time with n. That of a path has z(t),
+or x of a program, with a dashed line for a jump and a ring for a turn, and the objective, or the frontier if the side
+of a row varies.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -23,27 +20,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter
 
-from lcpcli.report.figures import data
-from lcpcli.report.figures.data import Curve, DrawnPoint, Growth, GrowthPanel, Panel, Profile, Range, Response
-from lcpcli.report.figures.style import (
-    BEYOND,
-    FONT,
-    GREY,
-    METHODS,
-    PAGE_HEIGHT,
-    PEERS,
-    RAMP,
-    ROW,
-    SIGNS,
-    UNSOLVED,
-    WIDTH,
-    Entry,
-    Look,
-    Looks,
-    add_legend,
-    fitted,
-    looks,
-)
+from lcpcli.parametric.path import Path
+from lcpcli.report import path_terms, wording
+from lcpcli.report.figures import data, style
+from lcpcli.report.figures.data import Curve, DrawnPoint, Growth, Panel, Profile, Range
+from lcpcli.report.figures.style import FONT, GREY, ROW, WIDTH, Entry, Look, Looks, add_legend, fitted, looks
+from lcpcli.report.path_terms import Terms
+from lcpcli.report.wording import title_and_size
 
 MEASURES = {"error": r"error $\|z - z^*\|_\infty$", "residual": r"residual $\|\min(z, Mz + q)\|_\infty$"}
 MOST_MARKERS = 12  # on a curve: enough to follow it where curves cross, few enough to see the line
@@ -53,11 +36,10 @@ UNEVEN = 20  # the ratio of the longest to the shortest run from which on the ax
 
 
 def draw_convergence(panels: Sequence[Panel]) -> Figure:
-    """Draw the figure of at least one panel."""
     chosen = looks((curve.name, curve.label) for panel in panels for curve in panel.curves)
-    figure = Figure(figsize=(WIDTH, min(ROW * len(panels), PAGE_HEIGHT)))
+    figure = Figure(figsize=(WIDTH, min(ROW * len(panels), style.PAGE_HEIGHT)))
     counts = [[max(curve.counts) for curve in panel.curves if curve.counts] for panel in panels]
-    is_logarithmic = any(map(_is_uneven, counts))
+    is_logarithmic = any(own and max(own) >= max(100, UNEVEN * min(own) + 1) for own in counts)
     rows = figure.subplots(len(panels), 2, sharey="row", squeeze=False)
     for (left, right), panel, longest in zip(rows, panels, counts, strict=True):
         _against_time(left, panel, chosen, WIDTH)
@@ -92,11 +74,6 @@ def _log_axis(axes: Axes, which: str, span: Range, room: float = ROOM) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def _is_uneven(longest: Sequence[int]) -> bool:
-    """Return whether the longest run would hide the shortest on an even axis. longest : the last k of each run."""
-    return max(longest, default=0) >= 100 and max(longest) > UNEVEN * max(min(longest), 1)
-
-
 def _iteration_axis(axes: Axes, most: int, is_logarithmic: bool) -> Range:
     """Count iterations on the x axis up to the largest number, evenly or by powers of ten."""
     if is_logarithmic:
@@ -124,9 +101,9 @@ def _draw_run(axes: Axes, points: Sequence[DrawnPoint], look: Look, solved: bool
     above: dict[str, Any] = {"color": look.color, "clip_on": False}
     axes.plot(xs[sorted(marked)], ys[sorted(marked)], linestyle="", clip_on=False, zorder=3, **look.points)
     if ringed:
-        axes.plot(xs[ringed], ys[ringed], label=BEYOND, zorder=4, **above, **SIGNS[BEYOND])
+        axes.plot(xs[ringed], ys[ringed], label=style.BEYOND, zorder=4, **above, **style.SIGNS[style.BEYOND])
     if not solved:
-        axes.plot(xs[-1], ys[-1], label=UNSOLVED, zorder=5, **above, **SIGNS[UNSOLVED])
+        axes.plot(xs[-1], ys[-1], label=style.UNSOLVED, zorder=5, **above, **style.SIGNS[style.UNSOLVED])
 
 
 def _marks(at: Any, turn: int) -> list[int]:
@@ -141,37 +118,33 @@ def _marks(at: Any, turn: int) -> list[int]:
 
 
 def _drawn(chosen: Looks, panels: Sequence[Panel], others: Sequence[Profile | Growth] = ()) -> Looks:
-    """Return the looks of the runs that have a curve in the figure."""
     curves = (curve for panel in panels for curve in panel.curves)
     entries = [*others, *(curve for curve in curves if any(error is not None for error in curve.errors))]
     names = {(entry.name, entry.label) for entry in entries}
     return {key: look for key, look in chosen.items() if key in names}
 
 
-EXPONENTS = 10  # in a column, as many as the height of the axes has room for
-EXPONENT_COLUMN = 0.48  # of the length of the data's range of n, for a column of exponents with their margins
 DOUBLINGS = 12  # on a profile's abscissa at most, for ticks at powers of 2, not of 10: the labels of more would touch
 
 
-def draw_bench(profiles: Sequence[Profile], panels: Sequence[Panel], growth_panels: Sequence[GrowthPanel]) -> Figure:
+def draw_bench(profiles: Sequence[Profile], panels: Sequence[Panel], growths: Mapping[str, Sequence[Growth]]) -> Figure:
     """Draw the figure: axes in two columns; if their number is odd, the first ones are as wide as the figure."""
-    growths = [growth for panel in growth_panels for growth in panel.growths]
-    runs = [curve for panel in panels for curve in panel.curves]
-    entries: list[Profile | Curve | Growth] = [*profiles, *runs, *growths]
+    grown, runs = list(chain.from_iterable(growths.values())), [curve for panel in panels for curve in panel.curves]
+    entries: list[Profile | Curve | Growth] = [*profiles, *runs, *grown]
     chosen = looks((one.name, one.label) for one in entries)
-    count = bool(profiles) + len(panels) + len(growth_panels)
+    count = bool(profiles) + len(panels) + len(growths)
     places = [0] * (count % 2) + list(range(count))
     rows = len(places) // 2
-    figure = Figure(figsize=(WIDTH if count > 1 else WIDTH / 2, min(ROW * rows, PAGE_HEIGHT)))
+    figure = Figure(figsize=(WIDTH if count > 1 else WIDTH / 2, min(ROW * rows, style.PAGE_HEIGHT)))
     mosaic: dict[int, Axes] = figure.subplot_mosaic([places[i : i + 2] for i in range(0, len(places), 2)])
     free = (mosaic[i] for i in range(count))
     if profiles:
         _profile(next(free), profiles, chosen)
     for panel in panels:
         _against_time(next(free), panel, chosen, WIDTH / 2)
-    for growth_panel in growth_panels:
-        _growth(next(free), growth_panel, chosen)
-    return add_legend(figure, _drawn(chosen, panels, [*profiles, *growths]))
+    for family, own in growths.items():
+        _growth(next(free), family, own, chosen)
+    return add_legend(figure, _drawn(chosen, panels, [*profiles, *grown]))
 
 
 def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
@@ -181,12 +154,16 @@ def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
     axes.set_title(f"{title}, {max(len(profile.ratios) for profile in profiles)} problems")
     xlabel = "run time (s)" if in_seconds else "time / time of the fastest solver"
     axes.set(xlabel=xlabel, ylabel="share of problems solved")
-    least, most = _time_axis(axes, profiles) if in_seconds else (1.0, _ratio_axis(axes, profiles))
+    across = data.times(seconds for profile in profiles for seconds in profile.ratios)
+    if in_seconds:
+        _log_axis(axes, "x", across, 0.0)
+    else:
+        across = _ratio_axis(axes, profiles)
     axes.set_ylim(-0.03, 1.03)
     axes.yaxis.set_major_locator(FixedLocator([0, 0.2, 0.4, 0.6, 0.8, 1]))
     for profile in profiles:
         look = chosen[profile.name, profile.label]
-        xs = sorted({least, *(ratio for ratio in profile.ratios if ratio < math.inf), most})
+        xs = sorted({*across, *(ratio for ratio in profile.ratios if ratio < math.inf)})
         ys = [sum(ratio <= x for ratio in profile.ratios) / max(len(profile.ratios), 1) for x in xs]
         axes.plot(xs, ys, drawstyle="steps-post", zorder=2, **look.line)
         every = math.ceil((len(xs) - 1) / (MOST_MARKERS - 1))
@@ -194,142 +171,128 @@ def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
         axes.plot(xs, ys, markevery=marks, linestyle="", clip_on=False, zorder=3, **look.points)
 
 
-def _time_axis(axes: Axes, profiles: Sequence[Profile]) -> Range:
-    """Make the abscissa logarithmic, around all times; return its range."""
-    across = data.times(seconds for profile in profiles for seconds in profile.ratios)
+def _ratio_axis(axes: Axes, profiles: Sequence[Profile]) -> Range:
+    """Make the abscissa logarithmic, from 1 to a little more than the largest ratio; return its range."""
+    largest = max((r for profile in profiles for r in profile.ratios if r < math.inf), default=1.0)
+    across = Range(1.0, max(largest, 2.0) ** 1.05)
     _log_axis(axes, "x", across, 0.0)
+    if math.log2(across.high) <= DOUBLINGS:
+        axes.set_xscale("log", base=2, subs=[])
+        axes.xaxis.set_major_locator(LogLocator(2, numticks=8))
+        axes.xaxis.set_major_formatter("{x:.0f}")
     return across
 
 
-def _ratio_axis(axes: Axes, profiles: Sequence[Profile]) -> float:
-    """Make the abscissa logarithmic, from 1 to a little more than the largest ratio; return the end of the axis."""
-    largest = max((r for profile in profiles for r in profile.ratios if r < math.inf), default=1.0)
-    most: float = max(largest, 2.0) ** 1.05
-    if math.log2(most) > DOUBLINGS:
-        _log_axis(axes, "x", Range(1.0, most), 0.0)
-        return most
-    axes.set_xscale("log", base=2, subs=[])
-    axes.set_xlim(1.0, most)
-    axes.xaxis.set_major_locator(LogLocator(2, numticks=8))
-    axes.xaxis.set_major_formatter("{x:.0f}")
-    return most
-
-
-def _growth(axes: Axes, panel: GrowthPanel, chosen: Looks) -> None:
-    """Draw median run times with their quartiles, and on the right the fitted exponents of n, in the order of the
-    lines.
-
-    Lines are the fitted powers of n; times without a fit are connected.
-    """
-    axes.set_title(fitted(panel.title, FONT, WIDTH / 2 - 1.0))
+def _growth(axes: Axes, family: str, growths: Sequence[Growth], chosen: Looks) -> None:
+    """Draw median run times with their quartiles, the fitted powers of n as lines, or times without a fit connected,
+    and on the right the fitted exponents in the order of the lines."""
+    axes.set_title(fitted(family, FONT, WIDTH / 2 - 1.0))
     axes.set(xlabel="$n$", ylabel="run time (s)")
-    lines = []
-    for one in panel.growths:
-        line = list(zip(one.n, one.seconds, strict=True))
+    entries, times = [], [t for one in growths for t in (*one.lower, *one.upper)]
+    for one in growths:
+        look, line = chosen[one.name, one.label], list(zip(one.n, one.seconds, strict=True))
         if one.fit is not None:
             line = [(n, one.fit.coefficient * n**one.fit.exponent) for n in (min(one.n), max(one.n))]
-        lines.append((one, chosen[one.name, one.label], line))
-    columns = math.ceil(sum(one.fit is not None for one in panel.growths) / EXPONENTS)
-    across = data.times(n for one in panel.growths for n in one.n)
-    right = across.high * (across.high / across.low) ** (EXPONENT_COLUMN * columns)
-    across = across._replace(high=right)
-    up = data.times(t for one, _, line in lines for t in (*one.lower, *one.upper, *(y for _, y in line)))
-    _log_axis(axes, "x", across)
-    _log_axis(axes, "y", up)
-    entries = []
-    for one, look, line in lines:
+            exponent = rf"$n^{{{one.fit.exponent:.2f} \pm {one.fit.margin:.2f}}}$"
+            entries.append((-line[-1][1], exponent, Line2D([], [], linestyle="", **look.points)))
+        times += [t for _, t in line]
         axes.plot(*zip(*line, strict=True), zorder=2, **look.line)
         axes.vlines(one.n, one.lower, one.upper, color=look.color, linewidth=look.width, zorder=2)
-        points = data.inside(one.n, one.seconds, across, up)
-        axes.plot([p.x for p in points], [p.y for p in points], linestyle="", clip_on=False, zorder=3, **look.points)
-        if one.fit is not None:
-            sample = Line2D([], [], linestyle="", **look.points)
-            entries.append((line[-1][1], sample, rf"$n^{{{one.fit.exponent:.2f} \pm {one.fit.margin:.2f}}}$"))
+        axes.plot(one.n, one.seconds, linestyle="", clip_on=False, zorder=3, **look.points)
+    _log_axis(axes, "x", data.times(n for one in growths for n in one.n))
+    _log_axis(axes, "y", data.times(times))
     if entries:
-        _, samples, exponents = zip(*sorted(entries, key=lambda entry: -entry[0]), strict=True)
-        spaces: dict[str, Any] = {"handlelength": 1, "columnspacing": 1, "handletextpad": 0.4}
-        axes.legend(samples, exponents, loc="center right", ncols=columns, **spaces)
+        _, exponents, samples = zip(*sorted(entries, key=lambda entry: entry[0]), strict=True)
+        place: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1, 0.5)}
+        axes.legend(samples, exponents, handlelength=1, handletextpad=0.4, labelspacing=0.2, **place)
 
 
-COLORS = [look.color for name, look in (*METHODS.items(), *PEERS.items()) if name != "auto"][:12]
+COLORS = [look.color for name, look in (*style.METHODS.items(), *style.PEERS.items()) if name != "auto"][:12]
 MOST_NAMED = len(COLORS)  # lines in the legend
 MOST_RULES = 60  # breakpoints with a vertical rule and markers; more would be a grey area
 TICKS = 6  # intervals on an axis at most
+SAMPLES = 24  # of the objective on a piece, on which it is a parabola
+MOST_SAMPLES = 4000  # on a path, more than a figure shows
 RULE: dict[str, Any] = {"color": "0.85", "linewidth": 0.5, "zorder": 0}
 JUMP: dict[str, Any] = {"linestyle": (0, (3, 2))}
 TURN: dict[str, Any] = {"marker": "o", "markersize": 7, "markerfacecolor": "none", "markeredgewidth": 0.8}
 THIN: dict[str, Any] = {"linewidth": 0.5, "alpha": 0.8}
 
 
-def draw(picture: Response) -> Figure:
-    """Draw the figure: one panel, or two for a program."""
-    has_objective = picture.objective is not None
+def draw(path: Path, chosen: Sequence[str] = ()) -> Figure:
+    """Draw the components of z along a path that are not always 0, or of a program those of x, or the chosen unknowns
+    and multipliers instead, as for `wording.places`; and the objective of a program."""
+    terms = Terms(path)
+    moving, program = terms.moving, terms.program
+    across = _across(terms, path.t)
     figure = Figure(figsize=(WIDTH, ROW + 0.15))
-    panels = figure.subplots(1, 1 + has_objective, squeeze=False)[0]
-    entries = _solutions(panels[0], picture)
-    panels[0].set_title(fitted(picture.title, FONT, WIDTH - 1.0))
-    if has_objective:
-        _objective(panels[1], picture)
-    return add_legend(figure, {}, entries) if entries else figure
+    panels = figure.subplots(1, 1 + (program is not None), squeeze=False)[0]
+    word = f" ({moving.word})" if moving and moving.word else ""
+    label = fitted(moving.name + word, FONT, WIDTH / 3) if moving else "$t$"
+    entries = _solutions(panels[0], terms, across, chosen)
+    panels[0].set_title(fitted(title_and_size(path.problem), FONT, WIDTH - 1.0))
+    panels[0].set_xlabel(label)
+    if program is not None:
+        is_frontier = terms.is_quadratic and moving is not None and moving.what.startswith("row")
+        _objective(panels[1], terms, across, label, is_frontier)
+    for axis in (axis for axes in panels for axis in (axes.xaxis, axes.yaxis)):
+        axis.set_major_locator(MaxNLocator(TICKS, steps=[1, 2, 5, 10]))
+    return add_legend(figure, {}, entries)
 
 
-def _solutions(axes: Axes, picture: Response) -> list[Entry]:
-    across, is_named = np.array(picture.across), len(picture.lines) <= MOST_NAMED
+def _across(terms: Terms, t: Any) -> Any:
+    return np.array(list(map(terms.moved, t.tolist())), dtype=float) if terms.moving else t
+
+
+def _solutions(axes: Axes, terms: Terms, across: Any, chosen: Sequence[str]) -> list[Entry]:
+    path, program, names, z = terms.path, terms.program, terms.names(), terms.path.z
+    if chosen:
+        shown, z = wording.places(names, chosen), np.array(list(map(terms.values, z)))
+    else:
+        shown = np.flatnonzero(z[:, : program.variables if program else None].any(axis=0)).tolist()
+    is_named = len(shown) <= MOST_NAMED
     is_marked = is_named and len(across) <= MOST_RULES
-    entries, turns = list[Entry](), list(picture.turns)
-    for i, (name, values) in enumerate(zip(picture.names, picture.lines, strict=True)):
-        look = Look(COLORS[i % len(COLORS)], RAMP[i % len(RAMP)])
-        style = look.line if is_named else look.line | THIN
-        _line(axes, across, np.array(values), picture.jumps, style)
+    entries, turns = list[Entry](), path_terms.turns(path)
+    for i, place in enumerate(shown):
+        look, values = Look(COLORS[i % len(COLORS)], style.RAMP[i % len(style.RAMP)]), z[:, place]
+        _line(axes, across, values, path.jumps, look.line if is_named else look.line | THIN)
         points = {**look.points, "markersize": 3, "linestyle": ""} if is_marked else {}
         if is_marked:
             axes.plot(across, values, zorder=3, **points)
         if is_named:
-            entries.append((Line2D([], [], **{**points, **look.line, "linestyle": "-"}), name))
+            entries.append((Line2D([], [], **{**points, **look.line, "linestyle": "-"}), names[place]))
         if turns:
-            axes.plot(across[turns], np.array(values)[turns], linestyle="", color=GREY, **TURN)
+            axes.plot(across[turns], values[turns], linestyle="", color=GREY, **TURN)
     if len(across) <= MOST_RULES:
         for place in np.unique(across):
             axes.axvline(place, **RULE)
-    symbol = "x" if picture.objective is not None else "z"
-    axes.set(xlabel=_label(picture), ylabel=symbol if is_named else f"{symbol}, {len(picture.lines)} components")
-    _ticks(axes)
+    symbol = "z" if program is None else "x"
+    axes.set_ylabel(symbol if is_named else f"{symbol}, {len(shown)} components")
     jump, turn = Line2D([], [], color=GREY, **JUMP), Line2D([], [], linestyle="", color=GREY, **TURN)
-    signs = ((jump, "jump", picture.jumps), (turn, "turn", picture.turns))
+    signs = ((jump, "jump", path.jumps), (turn, "turn", turns))
     return entries + [(sign, text) for sign, text, places in signs if len(places)]
 
 
-def _line(axes: Axes, across: Any, values: Any, jumps: Any, style: dict[str, Any]) -> None:
+def _line(axes: Axes, across: Any, values: Any, jumps: Any, line: dict[str, Any]) -> None:
     """Draw a component; the pieces on which t stands still are dashed."""
     whole = np.insert(np.stack((across, values)), np.array(jumps, dtype=int) + 1, math.nan, axis=1)
-    axes.plot(*whole, zorder=2, **style)
+    axes.plot(*whole, zorder=2, **line)
     for k in jumps:
-        axes.plot(across[k : k + 2], values[k : k + 2], zorder=2, **{**style, **JUMP})
+        axes.plot(across[k : k + 2], values[k : k + 2], zorder=2, **{**line, **JUMP})
 
 
-def _objective(axes: Axes, picture: Response) -> None:
-    places, values = np.array(picture.objective).reshape(-1, 2).T
-    pairs = [(places, values), (np.array(picture.across), values[:: _stride(picture)])]
-    names = {"xlabel": _label(picture), "ylabel": "objective"}
-    if picture.is_frontier:
-        pairs = [(y, x) for x, y in pairs]
-        names = {"xlabel": names["ylabel"], "ylabel": names["xlabel"]}
+def _objective(axes: Axes, terms: Terms, across: Any, label: str, is_frontier: bool) -> None:
+    """Draw the objective of a program, a parabola on each piece, against what moves, or the frontier in its place."""
+    path, parts = terms.path, max(min(SAMPLES, MOST_SAMPLES // max(len(across) - 1, 1)) - 1, 1)
+    steps = np.arange(parts * (len(across) - 1) + 1) / parts
+    before, corners = steps.astype(int), np.column_stack((path.t, path.z))
+    share, after = (steps - before)[:, np.newaxis], np.minimum(before + 1, len(across) - 1)
+    points = (1 - share) * corners[before] + share * corners[after]
+    values = np.array([terms.objective(point[0], point[1:]) for point in points])
+    pairs, names = [(_across(terms, points[:, 0]), values), (across, values[::parts])], [label, "objective"]
+    if is_frontier:
+        pairs, names = [(y, x) for x, y in pairs], names[::-1]
     axes.plot(*pairs[0], zorder=2, color="black", linewidth=1.3)
-    if len(picture.across) <= MOST_RULES:
+    if len(across) <= MOST_RULES:
         axes.plot(*pairs[1], zorder=3, color="black", linestyle="", marker="o", markersize=3)
-    axes.set(**names)
-    _ticks(axes)
-
-
-def _stride(picture: Response) -> int:
-    assert picture.objective is not None
-    return max((len(picture.objective) - 1) // max(len(picture.across) - 1, 1), 1)
-
-
-def _label(picture: Response) -> str:
-    return f"${picture.abscissa}$" if picture.abscissa == "t" else fitted(picture.abscissa, FONT, WIDTH / 3)
-
-
-def _ticks(axes: Axes) -> None:
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MaxNLocator(TICKS, steps=[1, 2, 5, 10]))
+    axes.set(xlabel=names[0], ylabel=names[1])

@@ -3,9 +3,6 @@ the output as bytes.
 
 The colours are Okabe and Ito's (Color Universal Design, 2008) and Tol's (Colour schemes, SRON 2021), some darkened, so
 that the methods' lightness rises in steps of about ten, which distinguishes them in grey. Peers have hollow markers.
-
-The legend names every run once, and each value of a grid of runs once: the runs of one method that differ by two
-options, as their labels say, such as shi:p=100,k-star=5.
 """
 
 from __future__ import annotations
@@ -15,7 +12,6 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from io import BytesIO
 from itertools import cycle
 from typing import Any, TypeAlias
@@ -29,56 +25,6 @@ from matplotlib.lines import Line2D
 from matplotlib.textpath import text_to_path
 
 from lcpcli.errors import visible
-
-FEWEST_RUNS = 3  # of a grid: two runs that differ by two options are easier to tell apart by their labels
-
-
-@dataclass(frozen=True)
-class Grid:
-    """The runs of one method, in rows by one option and in columns by another.
-
-    options : the names of the two options. values : the values of each, in the order in which they appear.
-    places : the row and the column of each run, by its label; a grid need not be full.
-    """
-
-    options: tuple[str, str]
-    values: tuple[list[str], list[str]]
-    places: dict[str, tuple[int, int]]
-
-
-def grids(entries: Iterable[tuple[str, str]]) -> dict[str, Grid]:
-    """Return the grid of each name whose runs make one. entries : names and labels."""
-    return {name: grid for name, own in _labels(entries).items() if (grid := grid_of(own)) is not None}
-
-
-def _labels(entries: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
-    labels: dict[str, list[str]] = {}
-    for name, label in dict.fromkeys(entries):
-        labels.setdefault(name, []).append(label)
-    return labels
-
-
-def grid_of(labels: Sequence[str]) -> Grid | None:
-    """Return the grid of runs of one method with these labels; None if these do not all set the same two options, or
-    if one of the options has the same value in all."""
-    settings = [_settings(label) for label in labels]
-    names = {tuple(own) for own in settings}
-    if len(labels) < FEWEST_RUNS or len(names) > 1 or len(settings[0]) != 2:
-        return None
-    first, second = settings[0]
-    values = [list(dict.fromkeys(own[name] for own in settings)) for name in (first, second)]
-    if min(map(len, values)) < 2:
-        return None
-    places = [(values[0].index(own[first]), values[1].index(own[second])) for own in settings]
-    return Grid((first, second), (values[0], values[1]), dict(zip(labels, places, strict=True)))
-
-
-def _settings(label: str) -> dict[str, str]:
-    """Return the values of the options that a label sets, by name; an addition such as scale may stand alone."""
-    parts = label.partition(":")[2].split(",")
-    pairs = [part.partition("=")[::2] for part in parts if part]
-    return {name: value or "true" for name, value in pairs}
-
 
 FONT = 8  # points, as in the captions of a journal
 SMALL_FONT = 7  # points, of ticks, legends and notes: a point less than the titles
@@ -185,14 +131,13 @@ SHADES = 1024  # from white over a colour to black: neighbours differ by less th
 
 
 def looks(entries: Iterable[tuple[str, str]]) -> Looks:
-    """Return the look of each (name, label), which depends on the name; several labels of one name share its hue.
-
-    Two labels have the same marker, full and half full; more labels have different markers, and colours from light to
-    dark. The runs of a grid have a colour for each value of one option, from light to dark, and a marker for each of
-    the other option.
-    Names that are not of methods or peers take the spare looks in the order in which they appear.
-    """
-    labels = _labels(entries)
+    """Return the look of each (name, label), which depends on the name; several labels of one name share its hue. Two
+    have the same marker, full and half full; more have different markers, and colours from light to dark; the runs of a
+    grid a colour for each value of one option, and a marker for each of the other one. Names that are not of methods or
+    peers take the spare looks in the order in which they appear."""
+    labels: dict[str, list[str]] = {}
+    for name, label in dict.fromkeys(entries):
+        labels.setdefault(name, []).append(label)
     others = [name for name in labels if name not in METHODS and name not in PEERS]
     known = METHODS | PEERS | dict(zip(others, cycle(SPARE), strict=False))
     chosen: Looks = {}
@@ -200,8 +145,7 @@ def looks(entries: Iterable[tuple[str, str]]) -> Looks:
         look = known[name]
         runs = [look, replace(look, fill="left", width=0.8)][: len(own)]
         if len(own) > len(runs):
-            grid, elsewhere = grid_of(own), {known[other].marker for other in labels if other != name}
-            places = grid.places.values() if grid else [(i, i) for i in range(len(own))]
+            places, elsewhere = places_of(own), {known[other].marker for other in labels if other != name}
             colors = shades(look.color, 1 + max(row for row, _ in places))
             markers = [marker for marker in RAMP if marker not in elsewhere] or RAMP
             runs = [
@@ -212,8 +156,19 @@ def looks(entries: Iterable[tuple[str, str]]) -> Looks:
     return chosen
 
 
+def places_of(labels: Sequence[str]) -> list[tuple[int, int]]:
+    """Return a row and a column for each run of one method: by the values of the two options that all labels set, if
+    both vary, as in shi:p=100,k-star=5; else each run has a row and a column of its own."""
+    parts = ((part.partition("=")[::2] for part in label.partition(":")[2].split(",") if part) for label in labels)
+    settings = list(map(dict, parts))
+    if len({tuple(own) for own in settings}) == 1 and len(settings[0]) == 2:
+        values = [list(dict.fromkeys(column)) for column in zip(*(own.values() for own in settings), strict=True)]
+        if min(map(len, values)) > 1:
+            return [(values[0].index(one), values[1].index(other)) for one, other in (o.values() for o in settings)]
+    return [(i, i) for i in range(len(labels))]
+
+
 def shades(color: str, count: int, pale: float = PALE, deep: float = DEEP) -> list[str]:
-    """Return `count` shades of a colour, from light to dark in even steps of lightness (CIE L*)."""
     ramp = LinearSegmentedColormap.from_list("", ["white", color, "black"], SHADES)(np.arange(SHADES))[:, :3]
     linear = np.where(ramp <= 0.04045, ramp / 12.92, ((ramp + 0.055) / 1.055) ** 2.4)
     lightness = 116 * np.cbrt(linear @ (0.2126, 0.7152, 0.0722)) - 16
@@ -221,7 +176,6 @@ def shades(color: str, count: int, pale: float = PALE, deep: float = DEEP) -> li
 
 
 def context() -> AbstractContextManager[None]:
-    """Return a context with the settings of these figures; the user's own settings are restored at its end."""
     return matplotlib.style.context(SETTINGS, after_reset=True)
 
 
@@ -235,22 +189,18 @@ def file(draw: Callable[[], Figure], form: str, title: str, provenance: Sequence
     return buffer.getvalue()
 
 
-@lru_cache
-def extent(text: str, size: float, formulas: bool = True) -> tuple[float, float]:
-    """Return the width and height of a text in points. formulas : whether $ begins a formula."""
-    font = FontProperties(family=FAMILY, size=size)
-    width, height, _ = text_to_path.get_text_width_height_descent(text, font, ismath=formulas and "$" in text)
-    return float(width), float(height)
-
-
 def fitted(text: str, size: float, inches: float) -> str:
     """Return a text on one line, cut to `inches`; ? replaces characters that the font lacks, and $ is literal."""
-    glyphs = get_font(findfont(FontProperties(family=FAMILY))).get_charmap()
+    font = FontProperties(family=FAMILY, size=size)
+    glyphs = get_font(findfont(font)).get_charmap()
     text = "".join(c if ord(c) in glyphs else "?" for c in visible(text))
-    points = 72 * inches
-    if extent(text, size, False)[0] > points:
-        most = bisect_right(range(len(text)), points, key=lambda n: extent(text[:n] + "...", size, False)[0])
-        text = text[: most - 1].rstrip() + "..."
+
+    def width(n: int) -> float:
+        shown = text if n == len(text) else text[:n] + "..."
+        return float(text_to_path.get_text_width_height_descent(shown, font, ismath=False)[0])
+
+    if width(len(text)) > 72 * inches:
+        text = text[: bisect_right(range(len(text)), 72 * inches, key=width) - 1].rstrip() + "..."
     return text.replace("$", r"\$")
 
 
@@ -261,60 +211,24 @@ SIGNS: dict[str, dict[str, Any]] = {  # by their labels, which no other artist i
     UNSOLVED: {"linestyle": "", "marker": "x", "markersize": 8, "markeredgewidth": 1.3},
 }
 Entry: TypeAlias = tuple[Line2D, str]
-EMPTY: Entry = (Line2D([], [], linestyle=""), "")
 
 
 def add_legend(figure: Figure, chosen: Looks, others: Sequence[Entry] = ()) -> Figure:
-    """Add a legend in as many columns as there is room for, by whose height the figure grows.
-
-    chosen : the looks of the runs that are drawn. others : further samples with their names.
-    """
+    """Add a legend in as many columns as there is room for, by whose height the figure grows. others : further
+    samples."""
     figure.align_labels()
     signs = {label for axes in figure.axes for label in axes.get_legend_handles_labels()[1]}
-    found = grids(chosen)
-    blocks = [block for name, grid in found.items() for block in _blocks(name, grid, chosen)]
-    entries = [(Line2D([], [], **(look.points | look.line)), run) for (name, run), look in chosen.items()]
-    entries = [entry for (name, _), entry in zip(chosen, entries, strict=True) if name not in found]
+    entries = [(Line2D([], [], **(look.points | look.line)), run) for (_, run), look in chosen.items()]
     entries += [*others, *((Line2D([], [], color=GREY, **sign), text) for text, sign in SIGNS.items() if text in signs)]
-    arrangements = _arrangements(blocks, entries)
-    for arranged, columns in arrangements:
-        legend = figure.legend(
-            [handle for handle, _ in arranged], ["-"] * len(arranged), loc="outside lower center", ncols=columns
-        )
-        for drawn, (_, text) in zip(legend.get_texts(), arranged, strict=True):
+    handles, count = [handle for handle, _ in entries], len(entries)
+    for columns in sorted({math.ceil(count / rows) for rows in range(1, count + 1)}, reverse=True):
+        legend = figure.legend(handles, ["-"] * count, loc="outside lower center", ncols=columns)
+        for drawn, (_, text) in zip(legend.get_texts(), entries, strict=True):
             # matplotlib 3.7 leaves out a label given above that begins with _
             drawn.set_text(fitted(text, SMALL_FONT, figure.get_figwidth() - SAMPLE))
         size = legend.get_window_extent()
-        if size.width <= figure.bbox.width or (arranged, columns) == arrangements[-1]:
+        if size.width <= figure.bbox.width or columns == 1:
             figure.set_figheight(figure.get_figheight() + size.height / figure.dpi)
             break
         legend.remove()
     return figure
-
-
-def _blocks(name: str, grid: Grid, chosen: Looks) -> list[list[Entry]]:
-    """Return two columns of the legend: the colours of the values of one option, the markers of those of the other."""
-    looks = {place: chosen[name, label] for label, place in grid.places.items()}
-    colors = {row: look for (row, _), look in looks.items()}
-    markers = {column: look for (_, column), look in looks.items()}
-    samples = [
-        [Line2D([], [], **colors[row].line) for row in range(len(colors))],
-        [Line2D([], [], linestyle="", **markers[column].points | {"color": GREY}) for column in range(len(markers))],
-    ]
-    titles = [(EMPTY[0], f"{name}: {option}") for option in grid.options]
-    named = [list(zip(own, values, strict=True)) for own, values in zip(samples, grid.values, strict=True)]
-    return [[title, *own] for title, own in zip(titles, named, strict=True)]
-
-
-def _arrangements(blocks: Sequence[Sequence[Entry]], entries: Sequence[Entry]) -> list[tuple[list[Entry], int]]:
-    """Return ways to arrange the legend, from many short columns to few long ones: the entries, column by column, and
-    the number of columns. Each block is a column of its own."""
-    if not blocks:
-        numbers = {math.ceil(len(entries) / rows) for rows in range(1, len(entries) + 1)}
-        return [(list(entries), number) for number in sorted(numbers, reverse=True)]
-    least, ways = max(map(len, blocks)), []
-    for rows in range(least, max(least, len(entries)) + 1):
-        columns = [*blocks, *(entries[i : i + rows] for i in range(0, len(entries), rows))]
-        padded = [[*column, *[EMPTY] * (rows - len(column))] for column in columns]
-        ways.append(([entry for column in padded for entry in column], len(columns)))
-    return ways
