@@ -102,7 +102,7 @@ def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool
 def _answers(inputs: Inputs, read: InputProblem | InputModel, solution: str) -> list[Candidate]:
     """Return the proposed solutions, of a model of AMPL also those in a .sol file."""
     from lcpcli.files import beside
-    from lcpcli.files.log import Sought
+    from lcpcli.files.proposed_solutions import Sought
     from lcpcli.solving import checking
 
     (first, *_), problem = inputs.files, read.problem
@@ -111,7 +111,7 @@ def _answers(inputs: Inputs, read: InputProblem | InputModel, solution: str) -> 
         from lcpcli.files.proposed_solutions import Candidate
 
         return [Candidate("solution", Model(None, first).solution_in(solution))]
-    sought = Sought(first, read.digests, problem.name)
+    sought = Sought(first, problem.name)
     return beside.read_candidates(solution, checking.lengths(problem), sought, lambda: problem.names)
 
 

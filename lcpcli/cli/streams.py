@@ -22,8 +22,7 @@ from lcpcli.cli.request import Request
 from lcpcli.cli.terminal import STANDARD, Line, emit, shows_progress
 from lcpcli.cli.workers import Task, TaskRecord, elsewhere
 from lcpcli.errors import LCPError, OptionError, count
-from lcpcli.files import log
-from lcpcli.files.atomic_write import gradual_writing, refuse_unwritable
+from lcpcli.files.atomic_write import gradual_writing, open_log, refuse_unwritable
 from lcpcli.files.contents import place
 from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.files.formats import LINES
@@ -75,7 +74,7 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
 def _log(works: Iterator[Work], path: str, task: Task, tally: _Tally) -> None:
     """Add records to a log, each as soon as it is known; skip the problems with records in a resumed log."""
     request, given, ends = task.request, options_of(task.request), Counter[Kind]()
-    with log.open_log(path, anew=not request.resume) as book:
+    with open_log(path, anew=not request.resume) as book:
         past = dict(_known(record, given) for record in book.records()) if request.resume else {}
         left = missing(tally.counted(works), given, past, ends)
         with _records(task, left, in_order=False) as records:

@@ -21,8 +21,7 @@ from lcpcli.files.contents import STANDARD_INPUT, Fetch, content_of, decode, par
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import form_of, kind_in, load
 from lcpcli.files.json_format import load as loaded
-from lcpcli.files.log import Sought, first_of
-from lcpcli.files.proposed_solutions import Candidate
+from lcpcli.files.proposed_solutions import Candidate, Sought, first_of
 from lcpcli.files.reading import LINE, Names, in_order, vector_in
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.box import WORDS, Box, in_words

@@ -34,7 +34,7 @@ class Source(NamedTuple):
     """The place of a problem.
 
     file : the file of the problem, or of q; None without a file. item : in a file with several problems, the number of
-    the line or of the column of q, from 1. mark : the further fields of its record in a log (`files/log.py`).
+    the line or of the column of q, from 1. mark : the further fields of its record in a log (`files/atomic_write.py`).
     """
 
     file: str | None = None

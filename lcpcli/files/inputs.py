@@ -67,10 +67,6 @@ class Input(NamedTuple):
     def digests(self) -> list[str]:  # the digest of its problem as written
         return [digest(*self.contents)]
 
-    def any_digests(self) -> list[str]:
-        """Return the digests of the problem as a file of its own and as a line of a file."""
-        return [*self.digests, digest(*(content.strip() for content in self.contents))]
-
     def read(self) -> Problem:
         """Read the problem; a ProblemError names the file."""
         if self.fault is not None:

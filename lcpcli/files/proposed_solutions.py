@@ -2,7 +2,7 @@
 
 A proposed solution is a result in JSON or CSV as `lcp solve` writes it, a list in JSON, or a row or column of numbers;
 the output of `lcp solve --all` has several solutions. Among several results in JSON lines, the result for the problem
-is found by its file, digest or name; else the first is read. For a game, strategies may be given, in JSON under row and
+is found by its file or name; else the first is read. For a game, strategies may be given, in JSON under row and
 column. Besides decimals, fractions like 15/29 are read, in JSON as strings. If a result has exact vectors, these are
 read.
 
@@ -12,16 +12,18 @@ the first is taken. A table without a header has z, or z and w, after an index: 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from itertools import chain
+from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from lcpcli.errors import ProblemError, count, kind
 from lcpcli.files.contents import decode, within
 from lcpcli.files.csv_format import cells_of, delimiter_of, is_header, is_number, lines_of
 from lcpcli.files.json_format import load
-from lcpcli.files.log import Sought, record_of
 from lcpcli.model.arrays import FROM_0
 from lcpcli.rational.numbers import fraction, ratio
 
@@ -56,6 +58,58 @@ class Candidate(NamedTuple):
     claim: str = ""
     rows: int | None = None
     remark: str = ""
+
+
+class Sought(NamedTuple):
+    """The file and the name of the problem whose result is sought."""
+
+    path: str = ""
+    name: str = ""
+
+
+def record_of(text: str, problem: Sought) -> tuple[str, str]:
+    """Return one of several results, one per line: that of the problem by its file, else the name of its file or its
+    own name; if none is, `first_of` them, with a remark. Raise ProblemError if several are, or if none is in a log.
+    Return any other text as it is, without a remark."""
+    lines = [line for line in text.split("\n") if line.strip()]
+    if len(lines) < 2 or not all(line.lstrip().startswith("{") for line in lines[:2]):
+        return text, ""
+    own = all_records = [(_object(line), line) for line in lines]
+    path = Path(problem.path)
+    tests: list[tuple[str, Callable[[str], bool]]] = [
+        ("file", lambda file: Path(file).absolute() == path.absolute()),
+        ("file", lambda file: Path(file).name == path.name),
+        ("problem", lambda name: name == problem.name),
+    ]
+    is_found = False
+    for key, is_own in tests:
+        if matches := [each for each in own if is_own(str(each[0].get(key) or ""))]:
+            own, is_found = matches, True
+        if len(own) == 1:
+            return own[0][1], ""
+    if is_found or all(record.get("file") and record.get("digest") for record, _ in all_records):
+        hint = "give the line of one as a file of its own"
+        raise ProblemError("", f"has {len(own) if is_found else 'no'} results for {problem.name}", hint)
+    first = first_of("\n".join(lines))
+    which = f"for {_object(first).get('problem') or 'a problem'}: none is for {problem.name}"
+    return first, f"the first of {len(lines)} results is checked, {which}"
+
+
+def first_of(text: str) -> str:
+    """Return the result of the first problem, the one with the least number, from results with one in each line; else
+    the first line."""
+    lines = text.split("\n")
+    given = [_object(line).get("number") for line in lines]
+    numbers = [own if isinstance(own, int) else at for at, own in enumerate(given, 1)]
+    return lines[numbers.index(min(numbers))]
+
+
+def _object(line: str | bytes) -> dict[str, Any]:
+    """Return the object in a line; an empty one if there is none."""
+    with suppress(ValueError, RecursionError):
+        found = json.loads(line)
+        return found if isinstance(found, dict) else {}
+    return {}
 
 
 def of_json(content: bytes, lengths: Lengths, problem: Sought) -> list[Candidate]:

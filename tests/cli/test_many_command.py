@@ -18,7 +18,7 @@ import pytest
 
 import lcpcli
 from lcpcli.cli.request import Request
-from lcpcli.files import log
+from lcpcli.files import atomic_write
 from lcpcli.files.inputs import Input, inputs
 from lcpcli.gallery import families
 from lcpcli.solving import proof
@@ -332,7 +332,7 @@ def test_each_problem_that_an_option_does_not_fit_is_named(lcp: Lcp, folder: Pat
 @pytest.mark.parametrize("option", ["--output", "--resume"])
 def test_a_log_that_another_run_writes_is_left_to_it(option: str, lcp: Lcp, written: Path) -> None:
     before = written.read_text()
-    with log.open_log("log.jsonl", anew=False):
+    with atomic_write.open_log("log.jsonl", anew=False):
         assert_refused(lcp(*BOTH, option, "log.jsonl"), "log.jsonl: is being written by another run")
     assert written.read_text() == before
 

@@ -21,7 +21,7 @@ import pytest
 from lcpcli import Problem, read, write
 from lcpcli.cli import streams
 from lcpcli.errors import LCPError, OptionError, ProblemError
-from lcpcli.files import atomic_write, log
+from lcpcli.files import atomic_write
 from lcpcli.files.atomic_write import write_whole
 
 from ..cli.conftest import Lcp, assert_refused
@@ -253,7 +253,10 @@ def test_a_log_is_left_to_a_run_that_has_read_it_and_waits(
 
     @contextmanager
     def late(*arguments: Any, **others: Any) -> Iterator[Any]:
-        with pytest.raises(OptionError, match="is being written by another run"), log.open_log("log.jsonl", anew=False):
+        with (
+            pytest.raises(OptionError, match="is being written by another run"),
+            atomic_write.open_log("log.jsonl", anew=False),
+        ):
             pass
         refused.append(True)
         with usual(*arguments, **others) as held:
@@ -298,6 +301,6 @@ def test_a_file_that_is_replaced_just_before_it_is_locked_is_opened_again(
 def test_a_log_that_was_never_begun_leaves_no_file(lcp: Lcp, folder: Path) -> None:
     outcome = lcp("solve", "three.jsonl", "-o", "log.jsonl", "--jobs", "0")
     assert outcome.code == 2
-    with pytest.raises(OSError, match="nothing"), log.open_log("log.jsonl", anew=True):
+    with pytest.raises(OSError, match="nothing"), atomic_write.open_log("log.jsonl", anew=True):
         raise OSError("nothing")
     assert not (folder / "log.jsonl").exists()
