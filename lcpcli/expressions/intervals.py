@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.expressions.graph import Functions
+from lcpcli.expressions.tape import Arithmetic
 from lcpcli.typing import Indices, Mask, Vector
 
 EPS = float(np.finfo(float).eps)
@@ -48,27 +49,10 @@ def _unless(undefined: Any, found: Vector) -> Vector:
     return np.where(undefined, np.nan, found)
 
 
-def constants(values: Sequence[Any]) -> Vector:
-    """Return intervals around Fractions, or around doubles."""
-    nearest = np.array([float(value) for value in values])
-    is_exact = [
-        not np.isfinite(double) or Fraction(double) == value for double, value in zip(nearest, values, strict=True)
-    ]
-    return np.where(is_exact, nearest, _outward(nearest, nearest))
-
-
 def add(a: Any, b: Any) -> Vector:
     """Return a + b."""
     a, b = hull(a), hull(b)
     return _outward(a[0] + b[0], a[1] + b[1])
-
-
-def sums(terms: Vector, starts: Indices) -> Vector:
-    """Return the sums of terms from each of the starts up to the next one."""
-    sizes = np.diff(np.append(starts, terms.shape[-1]))
-    lower, upper = np.add.reduceat(terms, starts, axis=-1)
-    error = sizes * EPS * np.add.reduceat(np.abs(terms), starts, axis=-1)
-    return _outward(lower - error[0], upper + error[1])
 
 
 def product(a: Any, b: Any) -> Vector:
@@ -231,15 +215,20 @@ FUNCTIONS: Functions = {
 }
 
 
-class Intervals:
-    """Intervals, for `tape.Tape`."""
+class Intervals(Arithmetic):
+    """Intervals, which bound the constants of a graph, Fractions or doubles."""
 
     functions = FUNCTIONS
 
     def constants(self, values: Sequence[Any]) -> Vector:
-        """Return intervals around Fractions, or around doubles."""
-        return constants(values)
+        nearest = np.array([float(value) for value in values])
+        is_exact = [
+            not np.isfinite(double) or Fraction(double) == value for double, value in zip(nearest, values, strict=True)
+        ]
+        return np.where(is_exact, nearest, _outward(nearest, nearest))
 
     def sums(self, terms: Vector, starts: Indices) -> Vector:
-        """Return the sums of terms from each of the starts up to the next one."""
-        return sums(terms, starts)
+        sizes = np.diff(np.append(starts, terms.shape[-1]))
+        lower, upper = np.add.reduceat(terms, starts, axis=-1)
+        error = sizes * EPS * np.add.reduceat(np.abs(terms), starts, axis=-1)
+        return _outward(lower - error[0], upper + error[1])

@@ -19,7 +19,7 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, count
 from lcpcli.expressions.intervals import Intervals
-from lcpcli.expressions.tape import DoublePrecision
+from lcpcli.expressions.tape import Arithmetic
 from lcpcli.files.contents import content_of, decode, place, within
 from lcpcli.files.fields import LARGEST_DENSE, made
 from lcpcli.files.formats import Number
@@ -47,7 +47,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     model = _model(content, isinstance(number, Doubles))
     if not model.is_linear:
         raise ProblemError("", *NONLINEAR)
-    order = Functions(model, DoublePrecision()).order
+    order = Functions(model, Arithmetic()).order
     remarks = filter(None, [model.remark, LEFT_OUT if model.objective else ""])
     n, rows = model.graph.n, [model.graph.parts(model.rows[place]) for place in order]
     entries = [(i, *term) for i, row in enumerate(rows) for term in row.terms]
@@ -176,7 +176,7 @@ class Model:
 
     @cached_property
     def _functions(self) -> Functions:
-        return Functions(self.model, DoublePrecision())
+        return Functions(self.model, Arithmetic())
 
     @cached_property
     def _intervals(self) -> Functions:

@@ -16,7 +16,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count
 from lcpcli.expressions.graph import Graph
-from lcpcli.expressions.tape import SUM, Arithmetic, DoublePrecision, Jacobian, Tape
+from lcpcli.expressions.tape import SUM, Arithmetic, Jacobian, Tape
 from lcpcli.files.fields import LARGEST_DENSE
 from lcpcli.files.nl_bounds import BOTH, Conditions, kinds_of
 from lcpcli.files.nl_segments import MEANINGS, Header, Linear, Segments, Side, Term
@@ -86,7 +86,7 @@ class NlModel(NamedTuple):
     def operators(self) -> dict[str, int]:
         """Return how often each operator but sums occurs in the rows, the most frequent one first."""
         found = dict[str, int]()
-        for group in Tape(self.graph, self.rows, DoublePrecision()).groups:
+        for group in Tape(self.graph, self.rows, Arithmetic()).groups:
             if group.operator != SUM:
                 found[group.operator] = found.get(group.operator, 0) + len(group.nodes)
         return dict(sorted(found.items(), key=lambda each: -each[1]))
