@@ -22,7 +22,7 @@ from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import form_of, kind_in, load
 from lcpcli.files.json_format import load as loaded
 from lcpcli.files.proposed_solutions import Candidate, Sought, first_of
-from lcpcli.files.reading import LINE, Names, in_order, vector_in
+from lcpcli.files.reading import LINE, Names, require_order, vector_in
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.box import WORDS, Box, in_words
 from lcpcli.model.problem import Problem
@@ -122,7 +122,8 @@ def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any
         return float(entry) if "inf" in entry.casefold() else number(fraction(entry))
 
     def parse(content: bytes) -> Any:
-        form, content = form_of(text, content), in_order(text, content, names)
+        require_order(text, content, names)
+        form = form_of(text, content)
         if form == "matrix_market_format" or kind_in(form).has_no_vector:
             return vector_in(f"--{name}", text, content).tolist()
         held = load(form).values(f"--{name}", content, float if number is float else as_written)
@@ -167,7 +168,7 @@ def read_start(field: str, path: str, n: int, box: Box | None = None, names: Nam
         form = form_of(path, content)
         if form != "csv_format" and not (form == "json_format" and content.lstrip().startswith(b"{")):
             return vector_in(field, path, content, n, names=names)
-        content = in_order(path, content, names)
+        require_order(path, content, names)
         try:
             z, w = _result_in(form, content, n, f"{field}: ")
         except ProblemError as error:
@@ -191,7 +192,8 @@ def read_candidates(path: str, lengths: Mapping[int, str], problem: Sought, name
         if form == "json_format":
             return proposed_solutions.of_json(content, lengths, problem)
         if form == "csv_format":
-            found = [each._replace(w=None) for each in proposed_solutions.of_table(in_order(path, content, names))]
+            require_order(path, content, names)
+            found = [each._replace(w=None) for each in proposed_solutions.of_table(content)]
         else:
             found = [proposed_solutions.Candidate("solution", fractions_of(vector_in("z", path, content)))]
         for each in found:

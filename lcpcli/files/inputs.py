@@ -227,8 +227,8 @@ def _with_next(path: str, content: bytes, left: list[str], of_folders: Collectio
     columns = None
     if M is not None:
         names = partial(reading.names_in, path, content, shared or {})
-        ordered = within(place(q_path), reading.in_order, q_path, q_content, names)
-        columns = within(place(q_path), _columns, q_path, ordered, M.shape[0])
+        within(place(q_path), reading.require_order, q_path, q_content, names)
+        columns = within(place(q_path), _columns, q_path, q_content, M.shape[0])
     if columns is not None and form_of(path, content) == form_of(q_path, q_content) == "csv_format":
         from lcpcli.files.csv_format import refuse_two_meanings
 

@@ -22,7 +22,7 @@ from typing import Any, Literal, NamedTuple
 
 from lcpcli.errors import ProblemError, count, kind
 from lcpcli.files.contents import decode, within
-from lcpcli.files.csv_format import cells_of, delimiter_of, is_header, is_number, lines_of
+from lcpcli.files.csv_format import grid_of, is_number
 from lcpcli.files.json_format import load
 from lcpcli.model.arrays import FROM_0
 from lcpcli.rational.numbers import fraction, ratio
@@ -195,23 +195,19 @@ def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Frac
 
 def of_table(content: bytes) -> list[Candidate]:
     """Return the candidates in CSV: several if the table lists all solutions of a problem."""
-    lines = lines_of(content)
-    rows = [(k, _cells(k, line)) for k, line in lines]
-    header: list[str] = []
-    if rows and is_header(rows[0][1]):
-        (at, first), *others = lines
-        mark = delimiter_of(first)
-        header = [name.casefold() for name in _cells(at, first, mark)]
-        rows = [(k, _cells(k, line, mark, len(header))) for k, line in others]
+    grid = grid_of(content)
+    header, rows = [name.casefold() for name in grid.header], [(k, [*map(str.strip, row)]) for k, row in grid.rows]
+    if header and len(header) != len(rows[0][1]):
+        fault = f"has {count(len(header), 'name')} above {count(len(rows[0][1]), 'column')}"
+        raise ProblemError(f"line {grid.top}", fault, "give each column one name")
+    if grid.commas:
+        rows = [(k, [own if is_number(own := cell.replace(",", ".", 1)) else cell for cell in row]) for k, row in rows]
     if set(header) >= STRATEGY or set(header) >= VERTEX:
         return _several(header, rows)
-    if len(rows) > 1 and max(len(row) for _, row in rows) > 1:
+    if (len(rows) > 1 and len(rows[0][1]) > 1) or (len(header) > 1 and "z" in header):
         places = [header.index(name) for name in RUN if name in header]
-        runs = [[row[j] for j in places if j < len(row)] for _, row in rows]
-        first_run = [each for each, run in zip(rows, runs, strict=True) if run == runs[0]]
+        first_run = [(k, row) for k, row in rows if all(row[j] == rows[0][1][j] for j in places)]
         return [_table(header or _columns(rows), first_run)]
-    if len(header) > 1 and "z" in header:
-        return [_table(header, rows)]
     cells = [(f"line {k}, column {j}", cell) for k, row in rows for j, cell in enumerate(row, 1) if cell]
     return [Candidate("solution", [within(at, ratio, cell) for at, cell in cells])]
 
@@ -219,7 +215,6 @@ def of_table(content: bytes) -> list[Candidate]:
 def _several(header: Sequence[str], rows: Rows) -> list[Candidate]:
     """Return the candidates in the output of lcp solve --all: each vertex, or each equilibrium with its
     probabilities."""
-    _require_alike(header, rows)
     of_game = set(header) >= STRATEGY
     keys = [header.index(name) for name in (["equilibrium"] if of_game else ["piece", "number"])]
     groups: dict[tuple[str, ...], Rows] = {}
@@ -243,27 +238,6 @@ def _column(name: str, names: Sequence[str], rows: Rows) -> list[Fraction]:
     return [within(f"line {k}, column {j + 1}", ratio, row[j]) for k, row in rows]
 
 
-def _require_alike(names: Sequence[str], rows: Rows) -> None:
-    for k, row in rows:
-        if len(row) != len(names):
-            fault = f"has {count(len(row), 'column')} instead of {len(names)}"
-            raise ProblemError(f"line {k}", fault, "give every line the same number of columns")
-
-
-def _cells(number: int, line: str, delimiter: str = "", width: int = 1) -> list[str]:
-    """Return the cells of a line with this number. Below a header of `width` cells, cells between delimiters may have
-    spaces or be empty."""
-    is_below = bool(delimiter) and delimiter in line
-    mark = delimiter if is_below else delimiter_of(line) or " "
-    cells = [cell.strip() for cell in cells_of(number, line, mark, strict=False)]
-    while len(cells) > (width if is_below else 1) and not cells[-1]:
-        cells.pop()
-    parts = cells if is_below else [part for cell in cells for part in (cell.split() or [""])]
-    if mark in ";\t":  # delimiters beside which a decimal comma is unambiguous
-        return [other if is_number(other := part.replace(",", ".", 1)) else part for part in parts]
-    return parts
-
-
 def _columns(rows: Rows) -> list[str]:
     """Return the names of the columns of a table without a header."""
     width = len(rows[0][1])
@@ -278,7 +252,6 @@ def _columns(rows: Rows) -> list[str]:
 def _table(names: Sequence[str], rows: Rows) -> Candidate:
     if "z" not in names:
         raise ProblemError("", "has no column headed z", HINT)
-    _require_alike(names, rows)
     if "component" in names:
         rows = _in_order("component", names, rows)
     return Candidate("solution", _column("z", names, rows), w=_column("w", names, rows) if "w" in names else None)

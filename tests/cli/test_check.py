@@ -156,7 +156,7 @@ def test_rounded_proof_is_corrected_and_an_exact_one_is_not(checked: Lcp, tmp_pa
         ("0 a 2 3", "line 1, column 2: has 'a', not a number"),
         ("0 1/0 2 3", "not a fraction"),
         ("1 2\n3 4\n", "2 rows and 2 columns without a header"),
-        ("# nothing", "z: has 0 entries"),
+        ("# nothing", "contains no numbers"),
         ("", "is empty"),
         ("[0, null, 1, 2]", "[1]: is null"),
         ('{"w": [0]}', "without z"),
