@@ -19,27 +19,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.expressions.graph import BRANCHES, DOUBLES, Graph, Sum, has_derivative, partials
+from lcpcli.expressions.graph import BRANCHES, Arithmetic, Graph, Sum, has_derivative, partials
 from lcpcli.typing import Indices, Vector
 
 SUM = "sum"  # in place of an operator
-
-
-class Arithmetic:
-    """Numbers to compute with, in arrays whose last axis counts nodes: doubles, in arrays of shape (m,).
-
-    functions : those of `DOUBLES` for these numbers.
-    """
-
-    functions = DOUBLES
-
-    def constants(self, values: Sequence[Any]) -> Vector:
-        """Return the constants of a graph as numbers."""
-        return np.array([float(value) for value in values])
-
-    def sums(self, terms: Vector, starts: Indices) -> Vector:
-        """Return the sums of terms from each of the starts up to the next one."""
-        return np.add.reduceat(terms, starts)
 
 
 class Group(NamedTuple):

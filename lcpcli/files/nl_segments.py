@@ -223,8 +223,8 @@ class Segments:
 
     common : linear part and expression of each common expression, by its number. rows, linear : expression and linear
     part of each row, by its number. objectives, slopes : of each objective, whether it is maximized and its expression,
-    and its linear part. sides, bounds : of rows and variables. complements : of a row, the variable, and the number
-    that says which bounds it has. start : values of variables.
+    and its linear part. sides, bounds : of rows and variables. complements : of a variable, the row that
+    complements it, and the number that says which bounds it has. start : values of variables.
     """
 
     header: Header
@@ -356,7 +356,10 @@ class _Reader:
             bounds, variable = tokens.integer(), tokens.integer() - 1
             if not 0 <= variable < self._header.variables:
                 raise tokens.error(f"complements variable {variable + 1} of {self._header.variables}", COUNTS)
-            self._found.complements[row] = variable, bounds
+            other, _ = self._found.complements.setdefault(variable, (row, bounds))
+            if other != row:
+                fault = f"complements v{variable}, and so does C{other}"
+                raise ProblemError(f"C{row}", fault, "give each row a variable of its own")
             return 0, 0
         if kind not in SIDES:
             raise tokens.error(f"has {quoted(kind)} in place of the kind of a bound", "the kinds are 0 to 5")
