@@ -215,10 +215,10 @@ class Inputs(NamedTuple):
 
         if not isinstance(work, QColumns):
             single = self._single(work)
-            if single.problem.may_have_far_bounds:
-                from lcpcli.files import beside
+            if single.problem.may_have_far_bounds and self.infinity is None:
+                from lcpcli.model import far_bounds
 
-                if far := beside.remark(single.problem, self.bounds):
+                if far := far_bounds.remark(single.problem):
                     single.remarks.append(f"{work.sources[0].file}: {far}")
             if remark := _remark_on_table(work, single.problem):
                 single.remarks.append(f"{work.sources[0].file}: {remark}")

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from lcpcli import Trace, read, run
-from lcpcli.files import contents, proposed_solutions
+from lcpcli.files import beside, contents
 from lcpcli.report import plotting
 from lcpcli.report.figures.data import Panel
 from lcpcli.report.result_csv import PROGRAM_COLUMNS
@@ -72,7 +72,7 @@ READ = {
 @pytest.mark.parametrize("kind", READ)
 def test_check_reads_the_tables_that_people_have(kind: str, lcp: Lcp, folder: Path) -> None:
     (folder / "z.csv").write_text(READ[kind])
-    assert proposed_solutions.of_table(READ[kind].encode())[0].values == [0, Fraction(15, 29), Fraction(17, 29), 0]
+    assert beside.of_table(READ[kind].encode())[0].values == [0, Fraction(15, 29), Fraction(17, 29), 0]
     assert lcp("check", EXAMPLE, "z.csv", "--exact").code == 0
 
 
