@@ -10,7 +10,7 @@ that is not defined everywhere (R. E. Moore, R. B. Kearfott and M. J. Cloud, Int
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeAlias
 
@@ -100,10 +100,6 @@ def _over_root(f: Functions, radicand: Any, sign: float = 1.0) -> list[Any]:
     return [f["quotient"](sign, f["sqrt"](radicand))]
 
 
-def _of_power(f: Functions, a: Any, b: Any, v: Any) -> list[Any]:
-    return [f["product"](b, f["^"](a, f["add"](b, -1.0))), f["product"](v, f["log"](a))]
-
-
 def _of_angle(f: Functions, a: Any, b: Any, _: Any) -> list[Any]:
     square = f["add"](f["power"](a, 2), f["power"](b, 2))
     return [f["quotient"](b, square), _minus(f, f["quotient"](a, square))]
@@ -112,7 +108,7 @@ def _of_angle(f: Functions, a: Any, b: Any, _: Any) -> list[Any]:
 _PARTIALS: Mapping[str, Callable[..., list[Any]]] = {
     "product": lambda _, a, b, __: [b, a],
     "quotient": lambda f, _, b, v: [f["quotient"](1.0, b), _minus(f, f["quotient"](v, b))],
-    "^": _of_power,
+    "^": lambda f, a, b, v: [f["product"](b, f["^"](a, f["add"](b, -1.0))), f["product"](v, f["log"](a))],
     "exp": lambda _, __, v: [v],
     "log": lambda f, a, _: [f["quotient"](1.0, a)],
     "log10": lambda f, a, _: [f["quotient"](1.0, f["product"](a, f["log"](f["number"](10))))],
@@ -183,6 +179,16 @@ class Graph:
         node = self.node(number)
         return [part for part, _ in node.terms] if isinstance(node, Sum) else node.arguments
 
+    def below(self, roots: Iterable[int]) -> set[int]:
+        """Return the nodes that the roots depend on, with these."""
+        found, waiting = set[int](), list(roots)
+        while waiting:
+            number = waiting.pop()
+            if number not in found:
+                found.add(number)
+                waiting += self.arguments(number) if number >= self.n else ()
+        return found
+
     def _add(self, node: Sum | Operation) -> int:
         number = self._known.get(node)
         if number is None:
@@ -235,7 +241,7 @@ class Graph:
             return self._product(arguments, values)
         if operator == "quotient" and values[1] is not None:
             return self._over(arguments[0], values[1])
-        if operator == "^" and values[1] is not None and self._is_whole(values[1]):
+        if operator == "^" and values[1] is not None and abs(values[1]) < LARGEST_POWER and int(values[1]) == values[1]:
             return self._power(arguments[0], int(values[1]))
         if None in values or self.is_exact:
             return self._add(Operation(operator, arguments))
@@ -255,9 +261,6 @@ class Graph:
             raise ProblemError("", "divides by the constant 0", "correct the model")
         parts = self.parts(argument)
         return self.sum([(part, own / divisor) for part, own in parts.terms], parts.constant / divisor)
-
-    def _is_whole(self, exponent: Constant) -> bool:
-        return bool(abs(exponent) < LARGEST_POWER) and int(exponent) == exponent
 
     def _power(self, base: int, exponent: int) -> int:
         value = self.value(base)
@@ -346,31 +349,24 @@ def power(a: Vector, exponent: int) -> Vector:
 
 def general_power(a: Vector, b: Any) -> Vector:
     """Return a to the power of b, for a >= 0."""
-    found: Vector = increasing(np.exp, least=0.0)(product(b, logarithm(np.log)(hull(a))))
+    found: Vector = monotone(np.exp, least=0.0)(product(b, monotone(np.log, 0.0)(hull(a))))
     return found
 
 
-def increasing(function: Callable[..., Any], least: float = -np.inf, greatest: float = np.inf) -> Callable[..., Any]:
-    """Return an increasing function for intervals. least, greatest : bounds on its values."""
+def monotone(
+    function: Callable[..., Any],
+    low: float = -np.inf,
+    high: float = np.inf,
+    least: float = -np.inf,
+    greatest: float = np.inf,
+    sign: int = 1,
+) -> Callable[..., Any]:
+    """Return a monotone function for intervals, with the sign of its derivative, that is defined from low to high and
+    has values from least to greatest."""
 
     def enclosed(a: Vector) -> Vector:
-        found = _around(function(a))
-        return np.clip(found, least, greatest)
-
-    return enclosed
-
-
-def logarithm(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a logarithm for intervals."""
-    return lambda a: _unless(a[0] < 0, _around(function(np.maximum(a, 0.0))))
-
-
-def within(function: Callable[..., Any], low: float, high: float, sign: int = 1) -> Callable[..., Any]:
-    """Return a monotone function for intervals, with the sign of its derivative, that is defined from low to high."""
-
-    def enclosed(a: Vector) -> Vector:
-        found = function(np.clip(a, low, high))[::sign]
-        return _unless((a[0] < low) | (a[1] > high), _around(found))
+        found = _around(function(np.clip(a, low, high))[::sign])
+        return _unless((a[0] < low) | (a[1] > high), np.clip(found, least, greatest))
 
     return enclosed
 
@@ -403,7 +399,7 @@ def tangent(a: Vector) -> Vector:
 
 def angle(y: Vector, x: Vector) -> Vector:
     """Return the angle of the point (x, y), in detail only where x > 0."""
-    right = increasing(np.arctan)(quotient(y, x))
+    right = monotone(np.arctan)(quotient(y, x))
     circle = _around(np.broadcast_to([[-np.pi], [np.pi]], right.shape))
     return np.where(x[0] > 0, right, _unless(np.isnan(y).any(axis=0) | np.isnan(x).any(axis=0), circle))
 
@@ -438,22 +434,22 @@ FUNCTIONS: Functions = {
     "abs": absolute,
     "min": np.minimum,
     "max": np.maximum,
-    "exp": increasing(np.exp, least=0.0),
-    "log": logarithm(np.log),
-    "log10": logarithm(np.log10),
-    "sqrt": within(np.sqrt, 0.0, np.inf),
+    "exp": monotone(np.exp, least=0.0),
+    "log": monotone(np.log, 0.0),
+    "log10": monotone(np.log10, 0.0),
+    "sqrt": monotone(np.sqrt, 0.0),
     "sin": lambda a: _wave(a, np.pi / 2, np.sin),
     "cos": lambda a: _wave(a, 0.0, np.cos),
     "tan": tangent,
-    "sinh": increasing(np.sinh),
-    "cosh": lambda a: increasing(np.cosh, least=1.0)(absolute(a)),
-    "tanh": increasing(np.tanh, -1.0, 1.0),
-    "asin": within(np.arcsin, -1.0, 1.0),
-    "acos": within(np.arccos, -1.0, 1.0, sign=-1),
-    "atan": increasing(np.arctan),
-    "asinh": increasing(np.arcsinh),
-    "acosh": within(np.arccosh, 1.0, np.inf),
-    "atanh": within(np.arctanh, -1.0, 1.0),
+    "sinh": monotone(np.sinh),
+    "cosh": lambda a: monotone(np.cosh, least=1.0)(absolute(a)),
+    "tanh": monotone(np.tanh, least=-1.0, greatest=1.0),
+    "asin": monotone(np.arcsin, -1.0, 1.0),
+    "acos": monotone(np.arccos, -1.0, 1.0, sign=-1),
+    "atan": monotone(np.arctan),
+    "asinh": monotone(np.arcsinh),
+    "acosh": monotone(np.arccosh, 1.0),
+    "atanh": monotone(np.arctanh, -1.0, 1.0),
     "atan2": angle,
     "<": _relation(lambda a, b: a[1] < b[0], lambda a, b: a[0] < b[1]),
     "<=": _relation(lambda a, b: a[1] <= b[0], lambda a, b: a[0] <= b[1]),

@@ -51,7 +51,8 @@ class Tape:
     def __init__(self, graph: Graph, rows: Sequence[int], arithmetic: Arithmetic) -> None:
         self.graph, self.arithmetic = graph, arithmetic
         self.parts = [graph.parts(row) for row in rows]
-        needed = self._needed(part for own in self.parts for part, _ in own.terms)
+        below = graph.below(part for own in self.parts for part, _ in own.terms)
+        needed = sorted(number for number in below if number >= graph.n)
         fixed = [number for number in needed if graph.value(number) is not None]
         self._constants = arithmetic.constants([1, *map(graph.value, fixed)])  # the first one is for sums
         self.places = {number: place for place, number in enumerate(chain(range(graph.n), [-1], fixed))}
@@ -60,16 +61,6 @@ class Tape:
         for (_, operator, exponent), nodes in groupby(self._in_levels(needed), self._levels.__getitem__):
             self._append(operator, exponent, list(nodes))
         self.total = self._sums(self.parts, Group(SUM, 0, len(self.places), ()))
-
-    def _needed(self, roots: Iterable[int]) -> list[int]:
-        """Return the nodes that the roots depend on, but for unknowns, arguments first."""
-        found, waiting = set[int](), list(roots)
-        while waiting:
-            number = waiting.pop()
-            if number >= self.graph.n and number not in found:
-                found.add(number)
-                waiting += self.graph.arguments(number)
-        return sorted(found)
 
     def _in_levels(self, needed: Iterable[int]) -> list[int]:
         """Return the nodes that are no constants in the order of evaluation."""

@@ -43,6 +43,8 @@ LEFT_OUT = "its objective counts only in lcp solve, for a single model"
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     """Return M, q, the bounds and as names the variables of a linear model; raise ProblemError for another one."""
+    from scipy.sparse import csr_array
+
     model = _model(content, isinstance(number, Doubles))
     if not model.is_linear:
         raise ProblemError("", *NONLINEAR)
@@ -52,7 +54,8 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     entries = [(i, *term) for i, row in enumerate(rows) for term in row.terms]
     of = number.of if isinstance(number, Doubles) else float
     i, j, values = zip(*entries, strict=True) if entries else ((), (), ())
-    parts = {"M": _matrix(n, i, j, [of(value) for value in values]), "q": np.array([of(row.constant) for row in rows])}
+    M = csr_array((np.array([of(value) for value in values], float), (i, j)), shape=(n, n))
+    parts = {"M": M.toarray() if n <= LARGEST_DENSE else M, "q": np.array([of(row.constant) for row in rows])}
     parts |= {"lower": _ends(model.lower, of), "upper": _ends(model.upper, of)}
     return {**parts, "names": model.names, "note": "; ".join(remarks)}
 
@@ -69,13 +72,6 @@ def _decimal(text: str) -> Any:
     """Return a number with all its decimals; infinities and nan as doubles."""
     double = float(text)
     return fraction(text) if isfinite(double) else double
-
-
-def _matrix(n: int, rows: Sequence[int], columns: Sequence[int], values: Sequence[float]) -> Matrix:
-    from scipy.sparse import csr_array
-
-    matrix = csr_array((np.array(values, float), (rows, columns)), shape=(n, n))
-    return matrix.toarray() if n <= LARGEST_DENSE else matrix
 
 
 def read_nl(path: str | os.PathLike[str]) -> NonlinearProblem:

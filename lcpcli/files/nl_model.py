@@ -368,14 +368,7 @@ class Conditions:
         return found
 
     def _unknowns_in(self, nodes: Iterable[int]) -> set[int]:
-        """Return the unknowns on which nodes depend."""
-        found, waiting = set[int](), list(nodes)
-        while waiting:
-            number = waiting.pop()
-            if number not in found:
-                found.add(number)
-                waiting += self.graph.arguments(number) if number >= self.graph.n else ()
-        return {number for number in found if number < self.graph.n}
+        return {number for number in self.graph.below(nodes) if number < self.graph.n}
 
     def _drop_implied(self, x: int, stated: int = 0) -> bool:
         """Drop the bounds of x that are not stated and that other conditions imply; return whether none is left."""
