@@ -24,7 +24,6 @@ BRANCHES = {"if", "min", "max", "abs"}  # with derivatives that are 0 whatever b
 
 
 def _true(relation: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a relation with the values 1.0 and 0.0."""
     return lambda a, b: relation(a, b).astype(float)
 
 
@@ -211,7 +210,6 @@ class Graph:
         return node if isinstance(node, Sum) else Sum(((number, 1),), 0)
 
     def constant(self, value: Constant) -> int:
-        """Return the node of a constant."""
         return self._add(Sum((), value))
 
     def value(self, number: int) -> Constant | None:
@@ -281,12 +279,10 @@ MARGIN = 1e-6  # of places between extrema
 
 
 def number(value: float) -> Vector:
-    """Return the interval of a double."""
     return np.array([[value], [value]], dtype=float)
 
 
 def hull(value: Any) -> Vector:
-    """Return an interval, or the interval of a double."""
     return number(value) if np.ndim(value) == 0 else np.asarray(value)
 
 
@@ -306,7 +302,6 @@ def _unless(undefined: Any, found: Vector) -> Vector:
 
 
 def add(a: Any, b: Any) -> Vector:
-    """Return a + b."""
     a, b = hull(a), hull(b)
     return _outward(a[0] + b[0], a[1] + b[1])
 
@@ -332,14 +327,12 @@ def quotient(a: Any, b: Any) -> Vector:
 
 
 def absolute(a: Vector) -> Vector:
-    """Return |a|."""
     crosses = (a[0] < 0) & (a[1] > 0)
     ends = np.abs(a)
     return np.stack([np.where(crosses, 0.0, ends.min(axis=0)), ends.max(axis=0)])
 
 
 def power(a: Vector, exponent: int) -> Vector:
-    """Return a to the power of an integer."""
     if exponent < 0:
         return quotient(1.0, power(a, -exponent))
     base = absolute(a) if exponent % 2 == 0 else a

@@ -85,7 +85,6 @@ class Tape:
         self.groups.append(group)
 
     def indices(self, numbers: Iterable[int]) -> Indices:
-        """Return the places of nodes."""
         return np.array([self.places[number] for number in numbers], np.intp)
 
     def _sums(self, parts: Sequence[Sum], group: Group) -> Group:
@@ -106,7 +105,6 @@ class Tape:
         return values
 
     def values(self, x: Vector) -> Vector:
-        """Return the values of the rows."""
         return self.of(self.total, self.nodes(x))
 
     def of(self, group: Group, values: Vector) -> Vector:

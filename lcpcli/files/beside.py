@@ -423,7 +423,6 @@ def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Frac
 
 
 def of_table(content: bytes) -> list[Candidate]:
-    """Return the candidates in CSV: several if the table lists all solutions of a problem."""
     grid = grid_of(content)
     header, rows = [name.casefold() for name in grid.header], [(k, [*map(str.strip, row)]) for k, row in grid.rows]
     if header and len(header) != len(rows[0][1]):
@@ -442,8 +441,6 @@ def of_table(content: bytes) -> list[Candidate]:
 
 
 def _several(header: Sequence[str], rows: Rows) -> list[Candidate]:
-    """Return the candidates in the output of lcp solve --all: each vertex, or each equilibrium with its
-    probabilities."""
     of_game = set(header) >= STRATEGY
     keys = [header.index(name) for name in (["equilibrium"] if of_game else ["piece", "number"])]
     groups: dict[tuple[str, ...], Rows] = {}
@@ -468,7 +465,6 @@ def _column(name: str, names: Sequence[str], rows: Rows) -> list[Fraction]:
 
 
 def _columns(rows: Rows) -> list[str]:
-    """Return the names of the columns of a table without a header."""
     width = len(rows[0][1])
     first = [row[0] for _, row in rows]
     indexed = any(first == [str(i) for i in range(start, start + len(rows))] for start in (0, 1))

@@ -128,7 +128,6 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
 
 
 def can_head(names: Sequence[str]) -> bool:
-    """Return whether a header keeps these names of the unknowns."""
     are_free = not {name.casefold() for name in names} & RESERVED
     return are_free and all(map(HEADING.fullmatch, names)) and bool(_names(list(names)))
 
@@ -335,7 +334,6 @@ NAME = re.compile(r"[^\W\d]")  # begins like a name
 
 
 def cells_of(number: int, line: str, delimiter: str) -> list[str]:
-    """Return the cells of a line with this number."""
     if not delimiter:
         line, delimiter = " ".join(line.split()), " "
     if '"' not in line:

@@ -148,7 +148,6 @@ def nonlinear_in(path: str, content: bytes) -> Model | None:
 
 
 def digest(*contents: bytes) -> str:
-    """Return a short text that identifies the contents."""
     from hashlib import blake2b
 
     found = blake2b(digest_size=8)

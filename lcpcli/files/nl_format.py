@@ -117,14 +117,12 @@ class Model:
         self.remark = in_names(path, self.model.remark)
 
     def solution_in(self, path: str) -> list[Fraction]:
-        """Return the values of the unknowns in a .sol file."""
         header = self.model.header
         values = within(place(path), values_in, content_of(path, WHOLE), header.variables)
         return [values[variable] for variable in self.model.unknowns]
 
     @cached_property
     def problem(self) -> Problem | NonlinearProblem:
-        """Return the problem, a Problem if it is linear."""
         if not self.model.is_linear:
             return self.nonlinear
         linear = made(fields(self._content) | {"names": self.names, "note": self.remark})
@@ -148,13 +146,11 @@ class Model:
         return LinearObjective(own, sense, Fraction(constant))
 
     def exactly(self) -> ExactProblem:
-        """Return the problem of a linear model with its decimals as written."""
         assert isinstance(self.problem, Problem)
         return ExactProblem(self.problem, *exact_parts_in("nl_format", self._content))
 
     @cached_property
     def nonlinear(self) -> NonlinearProblem:
-        """Return the problem as a nonlinear one."""
         if self.model.objective is not None:
             raise ProblemError("", *NO_OBJECTIVE)
         lower, upper = np.array(self.model.lower, float), np.array(self.model.upper, float)

@@ -72,7 +72,6 @@ class NlModel(NamedTuple):
 
     @property
     def is_linear(self) -> bool:
-        """Return whether all expressions are linear."""
         n = self.graph.n
         return all(part < n for row in self.rows for part, _ in self.graph.parts(row).terms)
 
@@ -148,7 +147,6 @@ def _ends(where: str, low: Any, high: Any) -> Side:
 
 
 def _objective(segments: Segments, expressions: _Expressions) -> tuple[str, int] | None:
-    """Return the objective that is not constant; raise ProblemError if there are several."""
     found = list[tuple[str, int]]()
     for number, (is_maximized, terms) in segments.objectives.items():
         node = expressions.node(segments.slopes.get(number, {}), terms, 0)
@@ -178,7 +176,6 @@ class _Expressions:
         self.graph, self._nodes = graph, nodes
 
     def define(self, number: int, linear: Linear, terms: Sequence[Term]) -> None:
-        """Add a common expression."""
         self._nodes[number] = self.graph.share(self.node(linear, terms, 0))
 
     def node(self, linear: Linear, terms: Sequence[Term], constant: Any) -> int:
@@ -260,7 +257,6 @@ class Affine(NamedTuple):
     constant: Fraction
 
     def of(self, slope: Fraction, constant: Fraction) -> Affine:
-        """Return slope times this, plus a constant."""
         return Affine(self.i, slope * self.slope, slope * self.constant + constant)
 
     def range(self, ends: Ends) -> Ends:

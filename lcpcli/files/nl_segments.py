@@ -50,7 +50,6 @@ class TextTokens:
         self._constant = constant
 
     def error(self, fault: str, hint: str = "") -> ProblemError:
-        """Return the error at the token that was read last."""
         return ProblemError(f"line {self._lines[self._next - 1]}" if self._next else "", fault, hint)
 
     def code(self) -> str:
@@ -86,7 +85,6 @@ class TextTokens:
             raise self.error(f"has {quoted(word)} in place of a number", COUNTS) from None
 
     def kind(self) -> str:
-        """Return the digit for the kind of a bound."""
         return self._word()
 
     def name(self) -> str:
@@ -240,7 +238,6 @@ class Segments:
 
 
 def segments_in(content: bytes, constant: Constant) -> Segments:
-    """Return the content of a file. constant : returns the number that a text stands for."""
     *lines, rest = [*content.split(b"\n", HEADER_LINES), *[b""] * HEADER_LINES][: HEADER_LINES + 1]
     header = _header(lines)
     if header.order:
@@ -284,7 +281,6 @@ class _Reader:
         self._entries = 0
 
     def read(self) -> Segments:
-        """Return the content of the file."""
         found, header, integer = self._found, self._header, self._tokens.integer
         while code := self._tokens.code():
             if code in "CO":

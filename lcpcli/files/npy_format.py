@@ -30,7 +30,6 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
 
 
 def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001
-    """Return the array, as a vector if it has one row or one column."""
     return flat(_array(content))
 
 

@@ -47,7 +47,6 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
 
 
 def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001
-    """Return the array named `field`, or the only array."""
     return named(field, _arrays(content))
 
 
