@@ -17,7 +17,7 @@ import json
 import math
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
@@ -267,7 +267,7 @@ RUN = ("problem", "method")  # the columns that tell one result from another
 HINT = "give one row or one column, a table with a column headed z, or a result in JSON"
 
 Lengths = Mapping[int, str]  # what may be given, by its length
-Rows = list[tuple[int, list[str]]]
+Rows = list[tuple[int, dict[str, str]]]  # the number of a line, and its cells by column
 
 
 class Candidate(NamedTuple):
@@ -424,73 +424,67 @@ def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Frac
 
 def of_table(content: bytes) -> list[Candidate]:
     grid = grid_of(content)
-    header, rows = [name.casefold() for name in grid.header], [(k, [*map(str.strip, row)]) for k, row in grid.rows]
-    if header and len(header) != len(rows[0][1]):
-        fault = f"has {count(len(header), 'name')} above {count(len(rows[0][1]), 'column')}"
+    header, lines = [name.casefold() for name in grid.header], [(k, [*map(str.strip, row)]) for k, row in grid.rows]
+    width = len(lines[0][1])
+    if header and len(header) != width:
+        fault = f"has {count(len(header), 'name')} above {count(width, 'column')}"
         raise ProblemError(f"line {grid.top}", fault, "give each column one name")
     if grid.commas:
-        rows = [(k, [own if is_number(own := cell.replace(",", ".", 1)) else cell for cell in row]) for k, row in rows]
-    if set(header) >= STRATEGY or set(header) >= VERTEX:
-        return _several(header, rows)
-    if (len(rows) > 1 and len(rows[0][1]) > 1) or (len(header) > 1 and "z" in header):
-        places = [header.index(name) for name in RUN if name in header]
-        first_run = [(k, row) for k, row in rows if all(row[j] == rows[0][1][j] for j in places)]
-        return [_table(header or _columns(rows), first_run)]
-    cells = [(f"line {k}, column {j}", cell) for k, row in rows for j, cell in enumerate(row, 1) if cell]
-    return [Candidate("solution", [within(at, ratio, cell) for at, cell in cells])]
+        lines = [
+            (k, [own if is_number(own := cell.replace(",", ".", 1)) else cell for cell in row]) for k, row in lines
+        ]
+    if width == 1 or (len(lines) == 1 and "z" not in header):
+        cells = [(f"line {k}, column {j}", cell) for k, row in lines for j, cell in enumerate(row, 1) if cell]
+        return [Candidate("solution", [within(at, ratio, cell) for at, cell in cells])]
+    header = header or _columns([row for _, row in lines])
+    rows = [(k, dict(zip(header, row, strict=True))) for k, row in lines]
+    for columns, keys, made in ((STRATEGY, ("equilibrium",), _strategies), (VERTEX, ("piece", "number"), _solution)):
+        if columns <= set(header):
+            groups: dict[tuple[str, ...], Rows] = {}
+            for k, row in rows:
+                if row.get("kind", "vertex") == "vertex":
+                    groups.setdefault(tuple(row[name] for name in keys), []).append((k, row))
+            if not groups:
+                raise ProblemError("", "has no solution", "give a solution to check")
+            return [made(own) for own in groups.values()]
+    return [_solution([(k, row) for k, row in rows if all(row.get(name) == rows[0][1].get(name) for name in RUN)])]
 
 
-def _several(header: Sequence[str], rows: Rows) -> list[Candidate]:
-    of_game = set(header) >= STRATEGY
-    keys = [header.index(name) for name in (["equilibrium"] if of_game else ["piece", "number"])]
-    groups: dict[tuple[str, ...], Rows] = {}
-    for k, row in rows:
-        if of_game or row[header.index("kind")] == "vertex":
-            groups.setdefault(tuple(row[j] for j in keys), []).append((k, row))
-    if not groups:
-        raise ProblemError("", "has no solution", "give a solution to check")
-    return [(_strategies if of_game else _table)(header, own) for own in groups.values()]
-
-
-def _strategies(names: Sequence[str], rows: Rows) -> Candidate:
-    player = names.index("player")
-    own = [[each for each in rows if (each[1][player] == "row") == is_first] for is_first in (True, False)]
-    values = [_column("probability", names, _in_order("strategy", names, part)) for part in own]
-    return Candidate("solution", values[0] + values[1], rows=len(values[0]))
-
-
-def _column(name: str, names: Sequence[str], rows: Rows) -> list[Fraction]:
-    j = names.index(name)
-    return [within(f"line {k}, column {j + 1}", ratio, row[j]) for k, row in rows]
-
-
-def _columns(rows: Rows) -> list[str]:
-    width = len(rows[0][1])
-    first = [row[0] for _, row in rows]
+def _columns(rows: list[list[str]]) -> list[str]:
+    """Return the names of the columns of a table without a header."""
+    width, first = len(rows[0]), [row[0] for row in rows]
     indexed = any(first == [str(i) for i in range(start, start + len(rows))] for start in (0, 1))
-    named = not any(is_number(entry) for entry in first)
-    if width in (2, 3) and (indexed or named):
+    if width in (2, 3) and (indexed or not any(map(is_number, first))):
         return ["index", "z", "w"][:width]
     raise ProblemError("", f"has {len(rows)} rows and {width} columns without a header", HINT)
 
 
-def _table(names: Sequence[str], rows: Rows) -> Candidate:
-    if "z" not in names:
+def _strategies(rows: Rows) -> Candidate:
+    own = [[each for each in rows if (each[1]["player"] == "row") == is_first] for is_first in (True, False)]
+    values = [_column("probability", _in_order("strategy", part)) for part in own]
+    return Candidate("solution", values[0] + values[1], rows=len(values[0]))
+
+
+def _solution(rows: Rows) -> Candidate:
+    if "z" not in rows[0][1]:
         raise ProblemError("", "has no column headed z", HINT)
-    if "component" in names:
-        rows = _in_order("component", names, rows)
-    return Candidate("solution", _column("z", names, rows), w=_column("w", names, rows) if "w" in names else None)
+    rows = _in_order("component", rows) if "component" in rows[0][1] else rows
+    return Candidate("solution", _column("z", rows), w=_column("w", rows) if "w" in rows[0][1] else None)
 
 
-def _in_order(name: str, names: Sequence[str], rows: Rows) -> Rows:
+def _column(name: str, rows: Rows) -> list[Fraction]:
+    return [within(f"line {k}, column {[*row].index(name) + 1}", ratio, row[name]) for k, row in rows]
+
+
+def _in_order(name: str, rows: Rows) -> Rows:
     """Return the rows in the order of their components, which are in the column `name`, each once."""
-    place = names.index(name)
-    wanted, by_component = dict.fromkeys(str(i) for i in range(1, len(rows) + 1)), dict[str, tuple[int, list[str]]]()
-    for k, row in rows:
-        here = row[place]
-        if here not in wanted or here in by_component:
-            missing = next(i for i in wanted if i not in {row[place] for _, row in rows})
-            fault = f"has component {here!r}{' again' * (here in by_component)}, while {missing} is missing"
-            raise ProblemError(f"line {k}, column {place + 1}", fault, f"give each of 1 to {len(rows)} once")
-        by_component[here] = (k, row)
-    return [by_component[i] for i in wanted]
+    given = [row[name] for _, row in rows]
+    wanted = dict.fromkeys(str(i) for i in range(1, len(rows) + 1))
+    if set(given) != set(wanted):
+        first = {here: i for i, here in reversed([*enumerate(given)])}
+        missing = next(i for i in wanted if i not in first)
+        at = next(i for i, here in enumerate(given) if here not in wanted or first[here] < i)
+        fault = f"has component {given[at]!r}{' again' * (given[at] in wanted)}, while {missing} is missing"
+        k, row = rows[at]
+        raise ProblemError(f"line {k}, column {[*row].index(name) + 1}", fault, f"give each of 1 to {len(rows)} once")
+    return [rows[i] for i in sorted(range(len(rows)), key=lambda i: int(given[i]))]
