@@ -19,7 +19,7 @@ from lcpcli.options import TOL
 from lcpcli.report.document import RECORD_MEANINGS
 
 if TYPE_CHECKING:
-    from lcpcli.files.proposed_solutions import Candidate
+    from lcpcli.files.beside import Candidate
     from lcpcli.inspection.inspection import Inspection
     from lcpcli.inspection.nonlinear import NonlinearInspection
     from lcpcli.model.nonlinear import NonlinearProblem
@@ -102,17 +102,15 @@ def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool
 def _answers(inputs: Inputs, read: InputProblem | InputModel, solution: str) -> list[Candidate]:
     """Return the proposed solutions, of a model of AMPL also those in a .sol file."""
     from lcpcli.files import beside
-    from lcpcli.files.log import Sought
     from lcpcli.solving import checking
 
     (first, *_), problem = inputs.files, read.problem
     if solution.casefold().endswith(".sol") and first.casefold().endswith(".nl"):
+        from lcpcli.files.beside import Candidate
         from lcpcli.files.nl_format import Model
-        from lcpcli.files.proposed_solutions import Candidate
 
         return [Candidate("solution", Model(None, first).solution_in(solution))]
-    sought = Sought(first, read.digests, problem.name)
-    return beside.read_candidates(solution, checking.lengths(problem), sought, lambda: problem.names)
+    return beside.read_candidates(solution, checking.lengths(problem), (first, problem.name), lambda: problem.names)
 
 
 def _verification(

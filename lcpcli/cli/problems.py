@@ -43,21 +43,18 @@ class InputProblem(NamedTuple):
 
     exactly : reads the numbers of the problem as written. remarks : lines on wrong known solutions, which are dropped,
     and on bounds that may stand for infinite ones. length : returns the number of bytes of the problem's text.
-    digests : returns the digests that its record in a log may have.
     """
 
     problem: Problem
     exactly: Callable[[], ExactProblem]
     remarks: list[str]
     length: Callable[[], int] = int
-    digests: Callable[[], list[str]] = list
 
 
 class InputModel(NamedTuple):
-    """A nonlinear problem from the input, with the digests that its record in a log may have."""
+    """A nonlinear problem from the input."""
 
     problem: NonlinearProblem
-    digests: Callable[[], list[str]]
     remarks: Sequence[str] = ()
     exactly: None = None
 
@@ -210,7 +207,7 @@ class Inputs(NamedTuple):
             raise ProblemError(others[0], f"is not needed: {work.sources[0].file} is a model", NOT_SECOND)
         refuse_beside("a nonlinear model", {flag(name): value for name, value in self.bounds.items()})
         remarks = [f"{work.sources[0].file}: {model.remark}"] if model.remark else []
-        return InputModel(model.nonlinear, cache(work.any_digests), remarks)
+        return InputModel(model.nonlinear, remarks)
 
     def problems(self, work: Work) -> Iterator[InputProblem]:
         """Yield the problems of an input, which must be linear."""
@@ -218,10 +215,10 @@ class Inputs(NamedTuple):
 
         if not isinstance(work, QColumns):
             single = self._single(work)
-            if single.problem.may_have_far_bounds:
-                from lcpcli.files import beside
+            if single.problem.may_have_far_bounds and self.infinity is None:
+                from lcpcli.model import far_bounds
 
-                if far := beside.remark(single.problem, self.bounds):
+                if far := far_bounds.remark(single.problem):
                     single.remarks.append(f"{work.sources[0].file}: {far}")
             if remark := _remark_on_table(work, single.problem):
                 single.remarks.append(f"{work.sources[0].file}: {remark}")
@@ -263,7 +260,7 @@ class Inputs(NamedTuple):
             data.problem = problem
             return data
 
-        return InputProblem(problem, exactly, remarks, work.length, cache(work.any_digests))
+        return InputProblem(problem, exactly, remarks, work.length)
 
 
 def _remark_on_table(work: Input, problem: Problem) -> str:

@@ -5,18 +5,16 @@ How a run of many problems is resumed: which problems are in its log, and which 
 
 from __future__ import annotations
 
-import itertools
 import time
-from array import array
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, closing, contextmanager, nullcontext, suppress
-from functools import cached_property, partial
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from lcpcli.cli.declarations import COMPARE, STARTS, refuse_beside
+from lcpcli.cli.declarations import COMPARE, refuse_beside
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, of_several, of_status
 from lcpcli.cli.output import Output, refuse
 from lcpcli.cli.problems import tell
@@ -24,17 +22,12 @@ from lcpcli.cli.request import Request
 from lcpcli.cli.terminal import STANDARD, Line, emit, shows_progress
 from lcpcli.cli.workers import Task, TaskRecord, elsewhere
 from lcpcli.errors import LCPError, OptionError, count
-from lcpcli.files import log
-from lcpcli.files.atomic_write import gradual_writing, refuse_unwritable
-from lcpcli.files.contents import Source, place
+from lcpcli.files.atomic_write import gradual_writing, open_log, refuse_unwritable
+from lcpcli.files.contents import place
 from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.files.formats import LINES
 from lcpcli.files.inputs import QColumns, Work, digest
-from lcpcli.files.log import Log
-from lcpcli.methods.registry import NONLINEAR, OPTIONS
-from lcpcli.options import AUTO
 from lcpcli.report import result_formats
-from lcpcli.report.wording import finite
 from lcpcli.solving.answer import word_of
 from lcpcli.solving.result import Status
 
@@ -79,29 +72,15 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
 
 
 def _log(works: Iterator[Work], path: str, task: Task, tally: _Tally) -> None:
-    """Write records to a log, each as soon as it is known; skip the problems with records in a resumed log."""
-    request = task.request
-    options, past = hidden_options(request), Past(request.inputs.files)
-    with log.open_log(path, anew=not request.resume) as book:
-        if request.resume:
-            past.read(book, task, options)
-        left = _beginning(past.rest(with_marks(tally.counted(works), options)), book.reopen)
+    """Add records to a log, each as soon as it is known; skip the problems with records in a resumed log."""
+    request, given, ends = task.request, options_of(task.request), Counter[Kind]()
+    with open_log(path, anew=not request.resume) as book:
+        past = dict(_known(record, given) for record in book.records()) if request.resume else {}
+        left = missing(tally.counted(works), given, past, ends)
         with _records(task, left, in_order=False) as records:
-            if not request.resume:
-                book.clear()
             tally.write(records, book.add, with_progress=shows_progress(request.quiet))
         tally.read_on(left, request)
-        tally.ends = Counter(past.ends) + tally.ends
-        if not tally.ending:
-            book.end(past.has_replaced)
-
-
-def _beginning(works: Iterator[Work], begin: Callable[[], object]) -> Iterator[Work]:
-    """Yield the inputs; call `begin` before the first one."""
-    for number, work in enumerate(works):
-        if not number:
-            begin()
-        yield work
+        tally.ends = ends + tally.ends
 
 
 class _Tally:
@@ -185,148 +164,74 @@ def _records(task: Task, works: Iterator[Work], in_order: bool) -> Iterator[Iter
         yield elsewhere(task, works, pool, in_order)
 
 
-HIDDEN = (*BOUND_OPTIONS, "game", *STARTS, "sequence", "bound", "trace", "every")  # options that a result does not show
+OF_RUN = (*BOUND_OPTIONS, "game", "exact", "bound", "sequence", "trace", "every")  # options on which records depend
 MARKED_TOGETHER = 4096  # q of one M whose marks are made at once: many, to share the cost; few, not to delay the first
-FARTHEST_AHEAD = 2**20  # problems by which a record may be ahead of all before it; more is damage, and takes memory
-HINT = "give the same files, or begin a new log"
+HINT = "give the same files, delete its line to solve it again, or begin a new log"
+
+Kind = tuple[str, int]  # how a run ended: a word and an exit code
+Past = dict[int, tuple[str, Kind]]  # by the number of a problem, its digest and how its run ended
 
 
-def hidden_options(request: Request) -> dict[str, str]:
-    """Return the options on which a result depends without showing them, with digests of the files that they name."""
-    given = {**request.inputs._asdict(), **request.own, **request._asdict()}
-    texts = {name: str(given[name]) for name in HIDDEN if given.get(name) not in (None, False)}
+def options_of(request: Request) -> dict[str, str]:
+    """Return the options on which records depend, as texts, with digests of the files that they name."""
+    given = {**request.inputs._asdict(), **request._asdict()}
+    given = {name: given[name] for name in OF_RUN if given[name] not in (None, False)}
+    given |= {"method": request.variants[0], **request.own, **vars(request.limits)}
+    texts = {name: str(value) for name, value in given.items()}
     for name, text in texts.items():
         if text and Path(text).is_file():
             texts[name] = f"{text} (digest {digest(Path(text).read_bytes())})"
     return texts
 
 
-def with_marks(works: Iterator[Work], options: Mapping[str, str]) -> Iterator[Work]:
-    """Yield the inputs with the marks of their records in a log. options : as from `hidden_options`."""
-    numbers = itertools.count(1)
+def missing(works: Iterator[Work], given: Mapping[str, str], past: Past, ends: Counter[Kind]) -> Iterator[Work]:
+    """Yield the inputs that a log lacks, with the marks of their records; raise OptionError if it is not a log of them.
+
+    given : the options. past : what the log has. ends : counts how the runs of these problems ended.
+    """
+    number = 0
     for whole in works:
         parts: Iterable[Work] = [whole]
         if isinstance(whole, QColumns):
             parts = (whole.part(at, at + MARKED_TOGETHER) for at in range(0, len(whole.names), MARKED_TOGETHER))
         for work in parts:
-            marks = [{"number": next(numbers), "digest": each, "given": options} for each in work.digests]
-            yield work._replace(marks=marks)
+            marks: list[dict[str, Any]]
+            marks = [{"number": i, "digest": own, "given": given} for i, own in enumerate(work.digests, number + 1)]
+            are_new = [mark["number"] not in past for mark in marks]
+            for source, mark in zip(work.sources, marks, strict=True):
+                number = mark["number"]
+                own, kind = past.pop(number, (mark["digest"], None))
+                if own != mark["digest"]:
+                    raise OptionError("--resume", f"has a problem other than {source} as number {number}", HINT)
+                ends.update([kind] if kind else [])
+            marked = work._replace(marks=marks)
+            if isinstance(marked, QColumns):
+                stretches = [list(own) for is_new, own in groupby(range(len(marks)), are_new.__getitem__) if is_new]
+                yield from (marked.part(own[0], own[-1] + 1) for own in stretches)
+            elif are_new[0]:
+                yield marked
+    if past:
+        fault = f"has a result of problem {max(past)}, but the last problem is number {number}"
+        raise OptionError("--resume", fault, HINT)
 
 
-class Past:
-    """The problems that a log has, by number: the place in the input, the digest, and how the run ended.
-
-    files : of the input. kinds : the ways in which runs ended, a word and an exit code each. has_replaced : whether
-    some of the problems are solved again, as they have changed.
-    """
-
-    def __init__(self, files: Sequence[str]) -> None:
-        self.kinds: list[tuple[str, int] | None] = [None]
-        self.has_replaced = False
-        self._seen = 0  # problems in the input until now
-        self._are_distinct = len(set(files)) == len(files)  # then each place has one number
-        self._ends = array("B", [0])  # by number, as positions in kinds: 17 bytes for each problem
-        self._places, self._digests = array("Q", [0]), array("Q", [0])
-
-    @property
-    def ends(self) -> Iterator[tuple[str, int]]:
-        """Yield for each record that still counts, of the problems that `rest` has read, how its problem ended."""
-        return (kind for at in self._ends[: self._seen + 1] if (kind := self.kinds[at]) is not None)
-
-    def read(self, log: Log, task: Task, options: Mapping[str, str]) -> None:
-        """Read the records of a log; raise OptionError if it belongs to another task or to other options."""
-        request = task.request
-        (variant,) = request.variants
-        now: dict[str, Any] = {"method": variant.method, "exact": request.exact}
-        now |= {name: value for name, value in request.own.items() if name in OPTIONS} | variant.options
-        now |= {name: finite(value) for name, value in vars(request.limits).items()}
-        for number, record in log.records():
-            place = Source(record["file"], record["item"])
-            try:
-                kind = _kind(record)
-                _refuse_other_options(record, now, options)
-                self._add(number, place, int(record["digest"], 16), kind)
-            except OptionError:
-                raise
-            except (KeyError, TypeError, ValueError, OverflowError, AttributeError):
-                fault = f"has a record of {place} that is damaged"
-                raise OptionError("--resume", fault, "begin a new log") from None
-
-    def rest(self, works: Iterator[Work]) -> Iterator[Work]:
-        """Yield the inputs whose marks the log does not have; raise OptionError if it is not a log of these inputs."""
-        for work in works:
-            missing = [not self._has(source) for source in work.sources]
-            self._seen += len(missing)
-            if isinstance(work, QColumns):
-                stretches = groupby(range(len(missing)), missing.__getitem__)
-                numbers = [list(stretch) for is_missing, stretch in stretches if is_missing]
-                yield from (work.part(stretch[0], stretch[-1] + 1) for stretch in numbers)
-            elif missing[0]:
-                yield work
-        if self._seen < len(self._ends) - 1:
-            fault = f"has a result of problem {len(self._ends) - 1}, but the last problem is number {self._seen}"
-            raise OptionError("--resume", fault, HINT)
-
-    @cached_property
-    def _later(self) -> frozenset[int]:
-        """Return the places with higher numbers than the first problem that the log lacks."""
-        return frozenset(self._places[self._seen :])
-
-    def _add(self, number: int, place: Source, its_digest: int, kind: tuple[str, int]) -> None:
-        more = number + 1 - len(self._ends)
-        if number < 1 or more > FARTHEST_AHEAD:
-            raise ValueError
-        for values in (self._ends, self._places, self._digests):
-            values.extend([0] * more)
-        self.has_replaced |= self._ends[number] != 0
-        if kind not in self.kinds:
-            self.kinds.append(kind)
-        self._ends[number] = self.kinds.index(kind)
-        self._places[number], self._digests[number] = _hash(place), its_digest
-
-    def _has(self, source: Source) -> bool:
-        assert source.mark is not None
-        number = source.mark["number"]
-        if number >= len(self._ends) or not self._ends[number]:
-            if self._are_distinct and _hash(source) in self._later:
-                raise OptionError("--resume", f"has {source} as another problem than number {number}", HINT)
-            return False
-        if self._places[number] != _hash(source):
-            fault = f"has a problem other than {source} as number {number}"
-            raise OptionError("--resume", fault, HINT)
-        if self._digests[number] == int(source.mark["digest"], 16):
-            return True
-        self.has_replaced, self._ends[number] = True, 0
-        return False
-
-
-def _hash(place: Source) -> int:
-    return int(digest(repr((place.file, place.item)).encode()), 16)
-
-
-def _refuse_other_options(record: Mapping[str, Any], now: Mapping[str, Any], options: Mapping[str, str]) -> None:
-    given = record["given"]
-    _refuse_differences({**dict.fromkeys(options), **given}, {**dict.fromkeys(given), **options})
-    if record.get("method") is None:  # it was not solved
-        return
-    then = {**record, **record["options"], "exact": record["exact"] is not None}
-    if now["method"] == AUTO and record["method"] in NONLINEAR:  # which auto stands for
-        then["method"] = AUTO
-    _refuse_differences(then, now)
-
-
-def _refuse_differences(then: Mapping[str, Any], now: Mapping[str, Any]) -> None:
-    for name, value in now.items():
-        if then[name] != value:
-            before, here = ("none" if each is None else each for each in (then[name], value))
-            fault = f"was written with {name.replace('_', ' ')} {before}, but here it is {here}"
+def _known(record: Mapping[str, Any], given: Mapping[str, str]) -> tuple[int, tuple[str, Kind]]:
+    """Return the number of the problem of a record, its digest and how its run ended; raise OptionError if the record
+    was written with other options."""
+    number, word, exact = record["number"], record["status"], record["exact"]
+    try:
+        then = {**dict.fromkeys(given, "none"), **record["given"]}
+        now = {**dict.fromkeys(then, "none"), **given}
+        if other := next((name for name in now if then[name] != now[name]), None):
+            fault = f"was written with {other.replace('_', ' ')} {then[other]}, but here it is {now[other]}"
             raise OptionError("--resume", fault, "give the same options, or begin a new log")
-
-
-def _kind(record: Mapping[str, Any]) -> tuple[str, int]:
-    word = record["status"]
-    if word == result_formats.BAD_INPUT:
-        return word, BAD_INPUT
-    unproved = record["exact"] is not None and record["exact"]["status"] is None
-    code = NOT_SOLVED if unproved else of_status(Status[word.upper()])
-    return word_of(word, (record.get("answer") or {}).get("proved")), code
+        if number < 1:
+            raise TypeError
+        code = BAD_INPUT
+        if word != result_formats.BAD_INPUT:
+            code = of_status(Status[word.upper()]) if exact is None or exact["status"] else NOT_SOLVED
+            word = word_of(word, (record["answer"] or {}).get("proved"))
+        return number, (record["digest"], (word, code))
+    except (KeyError, TypeError, AttributeError):
+        fault = f"has a record of {record['file']} that is damaged"
+        raise OptionError("--resume", fault, "begin a new log") from None

@@ -15,40 +15,14 @@ from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from heapq import heappop, heappush
 from itertools import chain, groupby
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.expressions.graph import BRANCHES, DOUBLES, Functions, Graph, Sum, has_derivative, partials
+from lcpcli.expressions.graph import BRANCHES, Arithmetic, Graph, Sum, has_derivative, partials
 from lcpcli.typing import Indices, Vector
 
 SUM = "sum"  # in place of an operator
-
-
-class Arithmetic(Protocol):
-    """Numbers to compute with, in arrays whose last axis counts nodes."""
-
-    @property
-    def functions(self) -> Functions:
-        """Return the functions of `operators.DOUBLES` for these numbers."""
-
-    def constants(self, values: Sequence[Any]) -> Vector:
-        """Return the constants of a graph as numbers."""
-
-    def sums(self, terms: Vector, starts: Indices) -> Vector:
-        """Return the sums of terms from each of the starts up to the next one."""
-
-
-class DoublePrecision:
-    """Doubles, in arrays of shape (m,)."""
-
-    functions = DOUBLES
-
-    def constants(self, values: Sequence[Any]) -> Vector:
-        return np.array([float(value) for value in values])
-
-    def sums(self, terms: Vector, starts: Indices) -> Vector:
-        return np.add.reduceat(terms, starts)
 
 
 class Group(NamedTuple):
@@ -77,7 +51,8 @@ class Tape:
     def __init__(self, graph: Graph, rows: Sequence[int], arithmetic: Arithmetic) -> None:
         self.graph, self.arithmetic = graph, arithmetic
         self.parts = [graph.parts(row) for row in rows]
-        needed = self._needed(part for own in self.parts for part, _ in own.terms)
+        below = graph.below(part for own in self.parts for part, _ in own.terms)
+        needed = sorted(number for number in below if number >= graph.n)
         fixed = [number for number in needed if graph.value(number) is not None]
         self._constants = arithmetic.constants([1, *map(graph.value, fixed)])  # the first one is for sums
         self.places = {number: place for place, number in enumerate(chain(range(graph.n), [-1], fixed))}
@@ -86,16 +61,6 @@ class Tape:
         for (_, operator, exponent), nodes in groupby(self._in_levels(needed), self._levels.__getitem__):
             self._append(operator, exponent, list(nodes))
         self.total = self._sums(self.parts, Group(SUM, 0, len(self.places), ()))
-
-    def _needed(self, roots: Iterable[int]) -> list[int]:
-        """Return the nodes that the roots depend on, but for unknowns, arguments first."""
-        found, waiting = set[int](), list(roots)
-        while waiting:
-            number = waiting.pop()
-            if number >= self.graph.n and number not in found:
-                found.add(number)
-                waiting += self.graph.arguments(number)
-        return sorted(found)
 
     def _in_levels(self, needed: Iterable[int]) -> list[int]:
         """Return the nodes that are no constants in the order of evaluation."""
@@ -120,7 +85,6 @@ class Tape:
         self.groups.append(group)
 
     def indices(self, numbers: Iterable[int]) -> Indices:
-        """Return the places of nodes."""
         return np.array([self.places[number] for number in numbers], np.intp)
 
     def _sums(self, parts: Sequence[Sum], group: Group) -> Group:
@@ -141,7 +105,6 @@ class Tape:
         return values
 
     def values(self, x: Vector) -> Vector:
-        """Return the values of the rows."""
         return self.of(self.total, self.nodes(x))
 
     def of(self, group: Group, values: Vector) -> Vector:

@@ -1,8 +1,13 @@
-"""Output to files: completely or not at all, and by one run at a time where the system has locks."""
+"""Output to files: completely or not at all, and by one run at a time where the system has locks.
+
+A log of results in JSON lines grows by one record at a time, and an interrupted run can be resumed from it. After the
+fields of a result, each record has the number of its problem in the run, a digest of the problem, and the options.
+"""
 
 from __future__ import annotations
 
 import errno
+import json
 import os
 import shutil
 import stat
@@ -11,7 +16,7 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from io import BytesIO
 from pathlib import Path
-from typing import IO, TypeAlias
+from typing import IO, Any, TypeAlias
 
 from lcpcli.errors import OptionError
 from lcpcli.interrupts import deferring_signals
@@ -188,3 +193,68 @@ def _lock(file: IO[bytes], name: str) -> None:
         raise OptionError(name, "is being written by another run", "wait until it ends, or name another file") from None
     except (ImportError, OSError):  # a system or a file system without locks
         return
+
+
+OPENING = b'{"version":'
+UNFINISHED = "interrupted"  # the status of a record that is made again
+FIELDS = {"file", "item", "status", "exact", "number", "digest", "given"}  # of a record
+EXPECTED = "name a file that lcp solve -o FILE.jsonl has begun"
+
+
+class Log:
+    """A log that no other run reads or writes until it is closed."""
+
+    def __init__(self, path: str, file: IO[bytes]) -> None:
+        self._path, self._file = path, file
+
+    def add(self, text: str) -> None:
+        """Add a record, which is in the file when the call returns."""
+        with naming(self._path):
+            self._file.write(text.encode("utf-8", errors="backslashreplace"))
+            self._file.flush()
+
+    def records(self) -> Iterator[Mapping[str, Any]]:
+        """Yield the finished records; raise OptionError if the file is not a log.
+
+        An unfinished end, which is a line that was cut off or the record of an interrupted run, is removed.
+        """
+        if not Path(self._path).is_file():
+            raise OptionError(self._path, "is not a file", EXPECTED)
+        finished = place = 0
+        for at, line in enumerate(self._file, 1):
+            text = line.rstrip(b"\0")  # a power failure may leave zeros
+            if not line.endswith(b"\n") and (text.startswith(OPENING) or OPENING.startswith(text)):
+                break  # the line is incomplete
+            record = None
+            with suppress(ValueError, RecursionError):
+                record = json.loads(line)
+            if not isinstance(record, dict) or not record.keys() >= FIELDS:
+                raise OptionError(self._path, f"is not a log of results (line {at})", EXPECTED)
+            place += len(line)
+            if record["status"] != UNFINISHED:
+                finished = place
+                yield record
+        with naming(self._path):
+            self._file.seek(finished)
+            self._file.truncate()
+
+
+@contextmanager
+def open_log(path: str, anew: bool) -> Iterator[Log]:
+    """Open a context with a log, which is created if it is missing. anew : whether OptionError is raised if it has
+    records."""
+    with naming(path):
+        file = open_alone(path, path)
+    is_empty = Path(path).is_file() and not Path(path).stat().st_size
+    try:
+        if anew and Path(path).is_file() and not is_empty:
+            raise OptionError(path, "has results", f"go on with --resume {path}, or delete it to begin again")
+        yield Log(path, file)
+    except BaseException:
+        with suppress(OSError):
+            if is_empty and not Path(path).stat().st_size:
+                Path(path).unlink()
+        raise
+    finally:
+        with naming(path):
+            file.close()  # closing tries again to write what could not be written

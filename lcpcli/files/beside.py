@@ -1,30 +1,39 @@
 """Bounds, starting points, states and solutions given in addition to a problem, as numbers or words, or in files.
 
 Numbers may be typed in place of a file name: 1,0,15/29 or "1 0 2.5" or "[1, 0]".
+A proposed solution, a z to be verified or a Farkas vector, with all digits, is a result in JSON or CSV as `lcp solve`
+writes it, a list in JSON, or a row or column of numbers; the output of `lcp solve --all` has several solutions. Among
+several results in JSON lines, the result for the problem is found by its file or name; else the first is read. For a
+game, strategies may be given, in JSON under row and column. Besides decimals, fractions like 15/29 are read, in JSON as
+strings. If a result has exact vectors, these are read.
+
+In a CSV table with a header, the columns z and w are read; a column `component` gives the order, and of several results
+the first is taken. A table without a header has z, or z and w, after an index: 0, 1, 2, ..., or 1, 2, 3, ..., or names.
 """
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import re
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
+from itertools import chain
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from lcpcli.errors import ParameterError, ProblemError, kind, quoted
-from lcpcli.files import proposed_solutions
+from lcpcli.errors import ParameterError, ProblemError, count, kind, quoted
 from lcpcli.files.contents import STANDARD_INPUT, Fetch, content_of, decode, parsed, place, within
+from lcpcli.files.csv_format import grid_of, is_number
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import form_of, kind_in, load
-from lcpcli.files.json_format import load as loaded
-from lcpcli.files.log import Sought, first_of
-from lcpcli.files.proposed_solutions import Candidate
-from lcpcli.files.reading import LINE, Names, in_order, vector_in
-from lcpcli.model.arrays import as_vector
+from lcpcli.files.json_format import load as load_json
+from lcpcli.files.reading import LINE, Names, require_order, vector_in
+from lcpcli.model.arrays import FROM_0, as_vector
 from lcpcli.model.box import WORDS, Box, in_words
 from lcpcli.model.problem import Problem
 from lcpcli.model.start import basis_of_words
@@ -81,28 +90,16 @@ def _with_bounds(problem: Problem, values: Mapping[str, Any], given: Mapping[str
         raise ProblemError(f"{option}{where}", error.fault, error.hint) from None
 
 
-def remark(problem: Problem, given: Mapping[str, Any]) -> str:
-    """Return the line on bounds that may stand for infinite ones; "" if there are none or if --infinity is given."""
-    if given["infinity"] is not None:
-        return ""
-    from lcpcli.model.far_bounds import remark
-
-    return remark(problem)
-
-
 def with_exact_bounds(data: ExactProblem, problem: Problem, given: Mapping[str, Any], fetch: Fetch) -> ExactProblem:
     """Return the exact data of the problem that `with_bounds` returned, with the bounds as written."""
-
-    def exact(value: Any) -> Fraction | None:
-        return None if value is None or value in (math.inf, -math.inf) else number_of(value)
-
     if problem.origin is not None and problem is not data.problem:  # whose rows' sides may be in M and q
         return (data.of_floats if data.are_floats() else data.of_decimals)(problem)
     for name in BOUNDS:
         bounds: Bounds = getattr(data, name)
         if given[name] is not None:
             values = _values(name, given[name], fetch, Fraction, lambda: problem.names)
-            bounds = list(map(exact, values if isinstance(values, list) else data.n * [values]))
+            values = values if isinstance(values, list) else data.n * [values]
+            bounds = [None if value in (None, math.inf, -math.inf) else number_of(value) for value in values]
         ends = np.broadcast_to(getattr(problem, name), data.n)
         setattr(data, name, [value if math.isfinite(end) else None for value, end in zip(bounds, ends, strict=True)])
     return data
@@ -123,7 +120,8 @@ def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any
         return float(entry) if "inf" in entry.casefold() else number(fraction(entry))
 
     def parse(content: bytes) -> Any:
-        form, content = form_of(text, content), in_order(text, content, names)
+        require_order(text, content, names)
+        form = form_of(text, content)
         if form == "matrix_market_format" or kind_in(form).has_no_vector:
             return vector_in(f"--{name}", text, content).tolist()
         held = load(form).values(f"--{name}", content, float if number is float else as_written)
@@ -168,7 +166,7 @@ def read_start(field: str, path: str, n: int, box: Box | None = None, names: Nam
         form = form_of(path, content)
         if form != "csv_format" and not (form == "json_format" and content.lstrip().startswith(b"{")):
             return vector_in(field, path, content, n, names=names)
-        content = in_order(path, content, names)
+        require_order(path, content, names)
         try:
             z, w = _result_in(form, content, n, f"{field}: ")
         except ProblemError as error:
@@ -190,22 +188,22 @@ def read_candidates(path: str, lengths: Mapping[int, str], problem: Sought, name
     def parse(content: bytes) -> list[Candidate]:
         form = "csv_format" if numbers else form_of(path, content)
         if form == "json_format":
-            return proposed_solutions.of_json(content, lengths, problem)
+            return of_json(content, lengths, problem)
         if form == "csv_format":
-            found = [each._replace(w=None) for each in proposed_solutions.of_table(in_order(path, content, names))]
+            require_order(path, content, names)
+            found = [each._replace(w=None) for each in of_table(content)]
         else:
-            found = [proposed_solutions.Candidate("solution", fractions_of(vector_in("z", path, content)))]
+            found = [Candidate("solution", fractions_of(vector_in("z", path, content)))]
         for each in found:
             if each.rows is None:
-                proposed_solutions.of_length("z", each.values, lengths)
+                of_length("z", each.values, lengths)
         return found
 
     return parsed(path, LINE, parse, None if numbers is None else lambda *_: " ".join(numbers).encode())
 
 
 def read_states(given: str, problem: Problem) -> list[str]:
-    """Return the states, one for each variable, given in words or in a file; raise ProblemError if some are missing or
-    impossible."""
+    """Return the states, one for each variable, given in words or in a file, of a basis that the problem has."""
     is_file = os.path.exists(given)
     words = given.replace(",", " ").split()
     if not is_file and not set(words) & set(WORDS.values()):
@@ -222,8 +220,7 @@ def read_states(given: str, problem: Problem) -> list[str]:
 
 @np.errstate(all="ignore")
 def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
-    """Return the states in a file: its list, the list in a result, or, for a result without one, the states of z and
-    w."""
+    """Return the states in a file: its list, the list in a result, or else the states of z and w in a result."""
     form = form_of(path, content)
     if form not in ("csv_format", "json_format"):
         raise ProblemError("", "has no states", STATES_HINT)
@@ -243,14 +240,14 @@ def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
 def _result_in(form: str, content: bytes, n: int, before: str = "") -> tuple[Vector, Vector | None]:
     """Return z and w of a result, the first of several; w may be None in CSV. before : the prefix of messages."""
     if form == "csv_format":
-        first = proposed_solutions.of_table(content)[0]
+        first = of_table(content)[0]
         if first.rows is not None:
-            raise ProblemError("", "has no column headed z", proposed_solutions.HINT)
+            raise ProblemError("", "has no column headed z", HINT)
         z, w = (None if values is None else rounded(values) for values in (first.values, first.w))
     else:
         data = _first_in(content)
         if not {"z", "w"} <= set(data):
-            raise ProblemError("", "is an object without z and w", proposed_solutions.EXPECTED)
+            raise ProblemError("", "is an object without z and w", EXPECTED_RESULT)
         z, w = data["z"], data["w"]
     return as_vector(f"{before}z", z, n), None if w is None else as_vector(f"{before}w", w, n)
 
@@ -260,4 +257,234 @@ def _first_in(content: bytes) -> Any:
     record of the first problem."""
     text = decode(content)
     are_several = text.strip().partition("\n")[2].lstrip().startswith("{")
-    return loaded(first_of(text.strip()) if are_several else text)
+    return load_json(first_of(text.strip()) if are_several else text)
+
+
+EXPECTED_RESULT = "give a list of numbers, or what lcp solve --format json prints"
+VERTEX = {"piece", "kind", "number", "component", "z"}  # the columns of a table of all solutions
+STRATEGY = {"equilibrium", "player", "strategy", "probability"}  # the columns of a table of all equilibria
+RUN = ("problem", "method")  # the columns that tell one result from another
+HINT = "give one row or one column, a table with a column headed z, or a result in JSON"
+
+Lengths = Mapping[int, str]  # what may be given, by its length
+Rows = list[tuple[int, dict[str, str]]]  # the number of a line, and its cells by column
+
+
+class Candidate(NamedTuple):
+    """A proposed solution or proof of infeasibility, to be verified.
+
+    kind : "solution" for a z, strategies of a game one after the other, or another vector, identified by its length;
+        "answer" for x, or x and y, in the program's own sense; "farkas" for a y that should prove that there is no
+        solution.
+    values : the entries, with all digits.
+    exact : whether the values come from exact arithmetic, unrounded.
+    w : the w given with z; with values that are not exact, only in CSV.
+    claim : a claim of the result that the vector cannot verify; "" if there is none.
+    rows : the number of values of the row player's strategy, where it is given separately; else None.
+    remark : which of several results this is, if another one may have been meant; else "".
+    """
+
+    kind: Literal["solution", "answer", "farkas"]
+    values: list[Fraction]
+    exact: bool = False
+    w: list[Fraction] | None = None
+    claim: str = ""
+    rows: int | None = None
+    remark: str = ""
+
+
+Sought = tuple[str, str]  # the file and the name of the problem whose result is sought
+
+
+def record_of(text: str, problem: Sought) -> tuple[str, str]:
+    """Return one of several results, one per line: that of the problem by its file, else the name of its file or its
+    own name; if none is, `first_of` them, with a remark. Raise ProblemError if several are, or if none is in a log.
+    Return any other text as it is, without a remark."""
+    lines = [line for line in text.split("\n") if line.strip()]
+    if len(lines) < 2 or not all(line.lstrip().startswith("{") for line in lines[:2]):
+        return text, ""
+    own = all_records = [(_object(line), line) for line in lines]
+    file, name = problem
+    tests: list[tuple[str, Callable[[str], bool]]] = [
+        ("file", lambda own: os.path.abspath(own) == os.path.abspath(file)),
+        ("file", lambda own: os.path.basename(own) == os.path.basename(file)),
+        ("problem", lambda own: own == name),
+    ]
+    is_found = False
+    for key, is_own in tests:
+        if matches := [each for each in own if is_own(str(each[0].get(key) or ""))]:
+            own, is_found = matches, True
+        if len(own) == 1:
+            return own[0][1], ""
+    if is_found or all(record.get("file") and record.get("digest") for record, _ in all_records):
+        hint = "give the line of one as a file of its own"
+        raise ProblemError("", f"has {len(own) if is_found else 'no'} results for {name}", hint)
+    first = first_of("\n".join(lines))
+    which = f"for {_object(first).get('problem') or 'a problem'}: none is for {name}"
+    return first, f"the first of {len(lines)} results is checked, {which}"
+
+
+def first_of(text: str) -> str:
+    """Return the result of the first problem, the one with the least number, from results with one in each line; else
+    the first line."""
+    lines = text.split("\n")
+    given = [_object(line).get("number") for line in lines]
+    numbers = [own if isinstance(own, int) else at for at, own in enumerate(given, 1)]
+    return lines[numbers.index(min(numbers))]
+
+
+def _object(line: str | bytes) -> dict[str, Any]:
+    """Return the object in a line; an empty one if there is none."""
+    with suppress(ValueError, RecursionError):
+        found = json.loads(line)
+        return found if isinstance(found, dict) else {}
+    return {}
+
+
+def of_json(content: bytes, lengths: Lengths, problem: Sought) -> list[Candidate]:
+    """Return the candidates in a JSON text: several if it is the output of lcp solve --all.
+
+    lengths : the possible lengths of a candidate, n first. problem : the problem, whose result is taken of several.
+    """
+    text, remark = record_of(decode(content), problem)
+    data = load_json(text, fraction)
+    solutions = data.get("solutions") if isinstance(data, dict) and "z" not in data else None
+    if not isinstance(solutions, list):
+        return [_candidate(data, lengths)._replace(remark=remark)]
+    if not solutions:
+        raise ProblemError("solutions", "is empty", "give a solution to check")
+    own = ((each.get("equilibrium") or each) if isinstance(each, dict) else each for each in solutions)
+    return [within(f"solutions[{i}]", _candidate, each, lengths) for i, each in enumerate(own)]
+
+
+def _candidate(data: Any, lengths: Lengths) -> Candidate:
+    n = next(iter(lengths))
+    if isinstance(data, list):
+        return Candidate("solution", _numbers("", data, lengths))
+    if not isinstance(data, dict):
+        raise ProblemError("", f"is {kind(data)}", EXPECTED_RESULT)
+    if "z" not in data and {"row", "column"} <= set(data):
+        row, column = (_entries(player, data[player]) for player in ("row", "column"))
+        return Candidate("solution", [*row, *column], rows=len(row))
+    if "z" not in data and isinstance(sets := data.get("information_sets"), list):
+        own = (each.get("probabilities") if isinstance(each, dict) else each for each in sets)
+        each_set = (_entries(f"information_sets[{i}].probabilities", values) for i, values in enumerate(own))
+        return Candidate("solution", of_length("information_sets", [*chain.from_iterable(each_set)], lengths))
+    answer, exact, certificate = (
+        data[key] if isinstance(data.get(key), dict) else {} for key in ("answer", "exact", "certificate")
+    )
+    if "x" in lengths.values() and not (isinstance(data.get("z"), list) and len(data["z"]) == n):
+        both, k = [*lengths, *lengths][-2:]
+        for at, part in (("", data), ("answer.", answer)):
+            if part.get("x") is not None:
+                values = _numbers(f"{at}x", part["x"], {k: "x"})
+                if part.get("y") is not None:
+                    values += _numbers(f"{at}y", part["y"], {both - k: "y"})
+                return Candidate("answer", values)
+    if "z" not in data:
+        raise ProblemError("", "is an object without z", EXPECTED_RESULT)
+    of_z = {n: "z"}
+    y, z, w = (_numbers(f"exact.{key}", exact[key], of_z) if exact.get(key) is not None else None for key in "yzw")
+    if y or z:
+        return Candidate("farkas" if y else "solution", y or z or [], exact=True, w=None if y else w)
+    if certificate.get("kind") == "farkas":
+        return Candidate("farkas", _numbers("certificate.vector", certificate.get("vector"), of_z))
+    of_search = "the result says that there is none, by exhaustion, which has no certificate to check; solve it again"
+    claim = of_search * (certificate.get("kind") == "exhaustion")
+    return Candidate("solution", _numbers("z", data["z"], of_z), claim=claim)
+
+
+def _numbers(field: str, values: Any, lengths: Lengths) -> list[Fraction]:
+    return of_length(field or "z", _entries(field, values), lengths)
+
+
+def _entries(field: str, values: Any) -> list[Fraction]:
+    if not isinstance(values, list):
+        raise ProblemError(field, f"is {kind(values)}", "give a list of numbers")
+    found = []
+    for i, value in enumerate(values):
+        if not isinstance(value, (Fraction, str)):
+            hint = f"give a number, or a fraction as a string {FROM_0}"
+            raise ProblemError(f"{field}[{i}]", f"is {kind(value)}", hint)
+        found.append(within(f"{field}[{i}]", ratio, value) if isinstance(value, str) else value)
+    return found
+
+
+def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Fraction]:
+    """Return the values; raise ProblemError if their number is not one of the lengths."""
+    if len(values) in lengths:
+        return values
+    n, own = next(iter(lengths.items()))
+    fault = f"has {count(len(values), 'entry')} for {own if own.endswith('strategies') else count(n, 'unknown')}"
+    if len(lengths) == 1:
+        raise ProblemError(field, fault, "make them agree")
+    allowed = [f"{size} for {what}" for size, what in sorted(lengths.items())]
+    raise ProblemError(field, fault, f"give {', '.join(allowed[:-1])} or {allowed[-1]}")
+
+
+def of_table(content: bytes) -> list[Candidate]:
+    grid = grid_of(content)
+    header, lines = [name.casefold() for name in grid.header], [(k, [*map(str.strip, row)]) for k, row in grid.rows]
+    width = len(lines[0][1])
+    if header and len(header) != width:
+        fault = f"has {count(len(header), 'name')} above {count(width, 'column')}"
+        raise ProblemError(f"line {grid.top}", fault, "give each column one name")
+    if grid.commas:
+        lines = [
+            (k, [own if is_number(own := cell.replace(",", ".", 1)) else cell for cell in row]) for k, row in lines
+        ]
+    if width == 1 or (len(lines) == 1 and "z" not in header):
+        cells = [(f"line {k}, column {j}", cell) for k, row in lines for j, cell in enumerate(row, 1) if cell]
+        return [Candidate("solution", [within(at, ratio, cell) for at, cell in cells])]
+    header = header or _columns([row for _, row in lines])
+    rows = [(k, dict(zip(header, row, strict=True))) for k, row in lines]
+    for columns, keys, made in ((STRATEGY, ("equilibrium",), _strategies), (VERTEX, ("piece", "number"), _solution)):
+        if columns <= set(header):
+            groups: dict[tuple[str, ...], Rows] = {}
+            for k, row in rows:
+                if row.get("kind", "vertex") == "vertex":
+                    groups.setdefault(tuple(row[name] for name in keys), []).append((k, row))
+            if not groups:
+                raise ProblemError("", "has no solution", "give a solution to check")
+            return [made(own) for own in groups.values()]
+    return [_solution([(k, row) for k, row in rows if all(row.get(name) == rows[0][1].get(name) for name in RUN)])]
+
+
+def _columns(rows: list[list[str]]) -> list[str]:
+    """Return the names of the columns of a table without a header."""
+    width, first = len(rows[0]), [row[0] for row in rows]
+    indexed = any(first == [str(i) for i in range(start, start + len(rows))] for start in (0, 1))
+    if width in (2, 3) and (indexed or not any(map(is_number, first))):
+        return ["index", "z", "w"][:width]
+    raise ProblemError("", f"has {len(rows)} rows and {width} columns without a header", HINT)
+
+
+def _strategies(rows: Rows) -> Candidate:
+    own = [[each for each in rows if (each[1]["player"] == "row") == is_first] for is_first in (True, False)]
+    values = [_column("probability", _in_order("strategy", part)) for part in own]
+    return Candidate("solution", values[0] + values[1], rows=len(values[0]))
+
+
+def _solution(rows: Rows) -> Candidate:
+    if "z" not in rows[0][1]:
+        raise ProblemError("", "has no column headed z", HINT)
+    rows = _in_order("component", rows) if "component" in rows[0][1] else rows
+    return Candidate("solution", _column("z", rows), w=_column("w", rows) if "w" in rows[0][1] else None)
+
+
+def _column(name: str, rows: Rows) -> list[Fraction]:
+    return [within(f"line {k}, column {[*row].index(name) + 1}", ratio, row[name]) for k, row in rows]
+
+
+def _in_order(name: str, rows: Rows) -> Rows:
+    """Return the rows in the order of their components, which are in the column `name`, each once."""
+    given = [row[name] for _, row in rows]
+    wanted = dict.fromkeys(str(i) for i in range(1, len(rows) + 1))
+    if set(given) != set(wanted):
+        first = {here: i for i, here in reversed([*enumerate(given)])}
+        missing = next(i for i in wanted if i not in first)
+        at = next(i for i, here in enumerate(given) if here not in wanted or first[here] < i)
+        fault = f"has component {given[at]!r}{' again' * (given[at] in wanted)}, while {missing} is missing"
+        k, row = rows[at]
+        raise ProblemError(f"line {k}, column {[*row].index(name) + 1}", fault, f"give each of 1 to {len(rows)} once")
+    return [rows[i] for i in sorted(range(len(rows)), key=lambda i: int(given[i]))]

@@ -6,7 +6,7 @@ import codecs
 import math
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import IO, TYPE_CHECKING, Any, NamedTuple, TypeVar
 
@@ -34,7 +34,7 @@ class Source(NamedTuple):
     """The place of a problem.
 
     file : the file of the problem, or of q; None without a file. item : in a file with several problems, the number of
-    the line or of the column of q, from 1. mark : the further fields of its record in a log (`files/log.py`).
+    the line or of the column of q, from 1. mark : the further fields of its record in a log (`files/atomic_write.py`).
     """
 
     file: str | None = None
@@ -49,7 +49,6 @@ NO_SOURCE = Source()
 
 
 def shipped_path(name: str) -> str:
-    """Return the path of a shipped problem's file."""
     from pathlib import Path
 
     package = Path(__file__).parent.parent
@@ -85,26 +84,23 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
 
     inside: list[Path] = []
     with suppress(OSError):
-        inside = sorted(Path(folder).iterdir())
-    inside = [entry for entry in inside if not entry.name.startswith(".")]
+        inside = [entry for entry in sorted(Path(folder).iterdir()) if not entry.name.startswith(".")]
     files = [
         file for file in inside if file.name.casefold().endswith(PROBLEMS) and (file.is_file() or file.is_symlink())
     ]
     others = [entry for entry in inside if entry not in files and entry.suffix not in BESIDE]
-    if files and others:
-        kind = "folders, or without the suffix of a problem"
-        tell(f"{folder}: {count(len(others), 'entry')} left out ({kind}): {_some(others)}")
     results = []
     for file in files:
         with suppress(OSError), file.open("rb") as content:  # an error is reported when the file is read
             results += [file] * is_result(content.read(HEAD))
-    if results:
-        tell(f"{folder}: {count(len(results), 'file')} left out (results of lcp, not problems): {_some(results)}")
+    for left, noun, kind in (
+        (others if files else [], "entry", "folders, or without the suffix of a problem"),
+        (results, "file", "results of lcp, not problems"),
+    ):
+        if left:
+            names = ", ".join(file.name for file in left[:MOST_NAMED]) + ", ..." * (len(left) > MOST_NAMED)
+            tell(f"{folder}: {count(len(left), noun)} left out ({kind}): {names}")
     return [str(file) for file in files if file not in results]
-
-
-def _some(files: Sequence[Path]) -> str:
-    return ", ".join(file.name for file in files[:MOST_NAMED]) + ", ..." * (len(files) > MOST_NAMED)
 
 
 def refuse_folder(path: str) -> None:

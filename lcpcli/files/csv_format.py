@@ -7,13 +7,8 @@ has the names of the unknowns, if q is in the table too. Blank lines, lines that
 skipped, and so are a title above the table and empty cells at its end. Any line endings are accepted.
 A header whose first name is empty, as pandas writes it, or that is a column short, as R writes it, marks the first
 column as an index, which is skipped too; so does one whose first name has only
-names below it or, in a problem with one column too many, 0, 1, 2, ... or 1, 2, 3, ... If the index has the names of the
-header in another order, the rows are put in the order of the header. The decimal mark is a point or, if commas do not
-separate the columns, a comma.
-
-Numbers in CSV, put in the order of the unknowns if their labels are the names of these.
-
-The cells of a table in CSV: numbers, absent bounds, names and labels.
+names below it or, in a problem with one column too many, 0, 1, 2, ... or 1, 2, 3, ... Labels that are the names of the
+unknowns in another order are refused. The decimal mark is a point or, if commas do not separate the columns, a comma.
 """
 
 from __future__ import annotations
@@ -65,8 +60,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     """Return M and q in n rows of n + 1 columns, or M alone in n rows of n, and what a header names."""
     rows, places, header, labels = table_of(content, number)
     unknowns = [name for name in header if name not in ("q", *BOUNDS)][: len(labels)]  # q may have another heading
-    if (order := places_of(labels, unknowns)) is not None:
-        rows = [rows[i] for i in order]
+    refuse_other_order(labels, unknowns)
     n, first = len(rows), [row[0] for row in rows]
     is_long = bool(header) and 0 not in places.values() and len(rows[0]) == n + (len(places) or 1) + 1
     if is_long and first in (list(range(n)), list(range(1, n + 1))):  # the column only counts rows
@@ -134,7 +128,6 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
 
 
 def can_head(names: Sequence[str]) -> bool:
-    """Return whether a header keeps these names of the unknowns."""
     are_free = not {name.casefold() for name in names} & RESERVED
     return are_free and all(map(HEADING.fullmatch, names)) and bool(_names(list(names)))
 
@@ -169,31 +162,61 @@ def is_header(cells: list[str]) -> bool:
     return not any(is_number(cell) or NUMERIC.match(cell) for cell in cells)
 
 
-def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds: bool = False) -> Table:
-    """Return the table in a text. all_bounds : whether all numbers are bounds; then a header may name anything."""
+class Grid(NamedTuple):
+    """The cells of a table in a text.
+
+    header : the cells of the header, in the line `top`; empty if there is none. rows : the cells below it, by line.
+    indexed : whether the first column is an index. commas : whether commas are decimal marks.
+    """
+
+    top: int
+    header: list[str]
+    rows: list[tuple[int, list[str]]]
+    indexed: bool
+    commas: bool
+
+
+def grid_of(content: bytes, all_bounds: bool = False) -> Grid:
+    """Return the cells of the table in a text. all_bounds : whether all of them are bounds, which may be absent."""
     lines = lines_of(content)
     if not lines:
         raise ProblemError("", "contains no numbers", "give one row per line")
     lines = lines[_has_title(lines) :]
     delimiter = delimiter_of(lines[0][1])
-    below = [(number, cells_of(number, line, delimiter)) for number, line in in_time(lines)]
+    rows = [(number, cells_of(number, line, delimiter)) for number, line in in_time(lines)]
     if delimiter.strip() and not all_bounds:
-        below = _without_empty_ends(below)
-    top, first = below[0]
-    if is_header(first) and {len(row) for _, row in below[1:]} == {len(first) + 1}:
-        below[0] = top, (first := ["", *first])  # of a header that leaves out the index, as R writes it
-    indexed = _heads_an_index(first, [row[0] for _, row in below[1:]])
-    places: dict[str, int] = {}
-    header: list[str] = []
-    if indexed or (is_header(first) and not (all_bounds and any(map(is_absent, first)))):
-        header = [name.strip() for name in first[indexed:]]
-        places = {} if all_bounds else _places(top, header)
-        if "q" in header[:-1] and not (places or all_bounds):
-            place = f"line {top}, column {header.index('q') + indexed + 1}"
-            raise ProblemError(place, "is headed q, which must be the last column", "reorder the columns")
-        del below[0]
+        rows = _without_empty_ends(rows)
+    top, first = rows[0]
+    if is_header(first) and {len(row) for _, row in rows[1:]} == {len(first) + 1}:
+        first = ["", *first]  # of a header that leaves out the index, as R writes it
+    indexed = _heads_an_index(first, [row[0] for _, row in rows[1:]])
+    has_header = indexed or (is_header(first) and not (all_bounds and any(map(is_absent, first))))
+    rows = rows[has_header:]
+    if not rows:
+        raise ProblemError("", "contains a header and no numbers", "give one row per line below it")
+    commas = delimiter != "," and any("," in line for _, line in lines[len(lines) - len(rows) :])
+    widths = [(number, len(row)) for number, row in rows]
+    for line, columns in [*widths[:1], *[(top, len(first))] * indexed]:  # the header is asked last
+        for number, own in widths:
+            if own != columns:
+                fault = f"has {count(own, 'column')} where line {line} has {columns}"
+                raise ProblemError(f"line {number}", fault, "give every line the same number of columns")
+    return Grid(top, [cell.strip() for cell in first] if has_header else [], rows, indexed, commas)
+
+
+def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds: bool = False) -> Table:
+    """Return the table in a text. all_bounds : whether all numbers are bounds; then a header may name anything."""
+    top, header, below, indexed, commas = grid_of(content, all_bounds)
+    header = header[indexed:]
+    places = {} if all_bounds or not header else _places(top, header)
+    if "q" in header[:-1] and not (places or all_bounds):
+        place = f"line {top}, column {header.index('q') + indexed + 1}"
+        raise ProblemError(place, "is headed q, which must be the last column", "reorder the columns")
+    columns = len(below[0][1]) - indexed
+    if (places and len(header) != columns) or len(header) == columns + 1:  # one of more names is a title
+        fault = f"has {count(len(header), 'name')} above {count(columns, 'column')}"
+        raise ProblemError(f"line {top}", fault, "give each column one name")
     bounds = {places[name] + indexed + 1 for name in BOUNDS if name in places}
-    commas = delimiter != "," and any("," in line for _, line in lines[len(lines) - len(below) :])
     may_be_plain = number_of is float and not commas and b"_" not in content  # float reads 1_000
     rows: list[list[Any]] = []
     for number, row in below:
@@ -205,18 +228,6 @@ def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds
                 for i, cell in enumerate(cells, 1 + indexed)
             ]
         )
-    widths = [(number, len(row)) for (number, _), row in zip(below, rows, strict=True)]
-    expected = [*widths[:1], *[(top, len(header))] * bool(places or indexed)]  # the header is asked last
-    for line, columns in expected:
-        for number, own in widths:
-            if own != columns:
-                fault = f"has {count(own, 'column')} where line {line} has {columns}"
-                raise ProblemError(f"line {number}", fault, "give every line the same number of columns")
-    if rows and len(header) == len(rows[0]) + 1:  # one of more names is a title
-        fault = f"has {count(len(header), 'name')} above {count(len(rows[0]), 'column')}"
-        raise ProblemError(f"line {top}", fault, "give each column one name")
-    if not rows:
-        raise ProblemError("", "contains a header and no numbers", "give one row per line below it")
     return Table(rows, places, header, [row[0].strip() for _, row in below] if indexed else [])
 
 
@@ -262,8 +273,11 @@ def _heads_an_index(header: list[str], below: list[str]) -> bool:
     """Return whether the first line is a header whose first column is an index: this column has no name, as pandas
     writes it, or a name with only names below it, and the other columns have names or are numbered from 0."""
     first, *others = (name.strip() for name in header)
-    is_index = not first or (below and all(map(is_name, (first, *below))))
-    return bool(is_index and others) and all(name == str(i) or NAME.match(name) for i, name in enumerate(others))
+    is_named = bool(first)
+    if not others or (is_named and not (below and all(map(is_name, (first, *below))))):
+        return False
+    may_be_numbered = not is_named or len(others) > 1  # as A,0 may be a label and a number
+    return all((may_be_numbered and name == str(i)) or NAME.match(name) for i, name in enumerate(others))
 
 
 def _numbering(rows: list[list[Any]]) -> str:
@@ -296,37 +310,36 @@ def remark(problem: Problem) -> str:
     return f"the first column of M is {numbers}, ...; if it numbers the rows, add a header with an empty first cell"
 
 
-def in_order(content: bytes, names: Callable[[], Sequence[str]]) -> bytes:
-    """Return a table below a header with its rows, if these are labelled, or the columns of its only row in the order
-    of these names; any other text, such as a result, as it is. names : returns the names, if there are labels."""
+def require_order(content: bytes, names: Callable[[], Sequence[str]]) -> None:
+    """Raise ProblemError if the rows of a table below a header, or the columns of its only row, are labelled by these
+    names in another order. names : returns the names, if there are labels; a result has none."""
     first = lines_of(content[:HEAD])[:1]
-    mark = delimiter_of(first[0][1]) if first else ""
-    header = cells_of(*first[0], mark) if first else []
-    if len(header) < 2 or not is_header(header) or "component" in header or not (own := names()) or not all(own):
-        return content
-    (_, heading), *lines = lines_of(content)
-    rows = [cells_of(number, line, mark) for number, line in lines]
-    if {len(row) for row in rows} != {len(header)}:
-        return content
-    if (found := places_of([row[0] for row in rows], own)) is not None:
-        return "\n".join([heading, *(lines[i][1] for i in found)]).encode()
-    if len(rows) == 1 and (found := places_of(header, own)) is not None:
-        return (mark or " ").join(rows[0][i] for i in found).encode()
-    return content
+    header = cells_of(*first[0], delimiter_of(first[0][1])) if first else []
+    if len(header) > 1 and is_header(header) and "component" not in header and (own := names()):
+        grid = grid_of(content, all_bounds=True)
+        refuse_other_order([row[0] for _, row in grid.rows], own)
+        refuse_other_order(grid.header * (len(grid.rows) == 1), own)
+
+
+def refuse_other_order(labels: Sequence[str], names: Sequence[str]) -> None:
+    """Raise ProblemError if labels are some of the names of the unknowns, or all in another order."""
+    own = [label.strip() for label in labels]
+    if own != list(names) and set(own) & set(names) - {""} and len(set(names)) == len(names):
+        other = next((label for label, name in zip(own, names, strict=False) if label != name), own[-1])
+        fault = f"has the label {quoted(other)} where another unknown is meant by its place"
+        raise ProblemError("", fault, f"put the rows in the order {', '.join(names)}, or leave the labels out")
 
 
 NAME = re.compile(r"[^\W\d]")  # begins like a name
 
 
-def cells_of(number: int, line: str, delimiter: str, strict: bool = True) -> list[str]:
-    """Return the cells of a line with this number. strict : whether quotation marks must match, and blanks before a
-    cell do not belong to it."""
+def cells_of(number: int, line: str, delimiter: str) -> list[str]:
     if not delimiter:
         line, delimiter = " ".join(line.split()), " "
     if '"' not in line:
         return line.split(delimiter)
     try:
-        return next(csv.reader([line], delimiter=delimiter, skipinitialspace=strict, strict=strict))
+        return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True))
     except csv.Error:
         most, fault = csv.field_size_limit(), "its quotation marks do not match"
         if len(line) > most:
@@ -380,18 +393,3 @@ def value_of(entry: str, line: int, column: int, commas: bool, number_of: Callab
         elif RATIO.fullmatch(entry.strip()):
             hint = "write the fraction as a decimal"
     raise ProblemError(f"line {line}, column {column}", fault, hint)
-
-
-def places_of(labels: Sequence[str], names: Sequence[str]) -> list[int] | None:
-    """Return where each name is among the labels. Return None, so that positions count, if the labels are in this order
-    or have nothing to do with the names; raise ProblemError if only some of them are names."""
-    own = [label.strip() for label in labels]
-    if own == list(names) or not set(own) & set(names) or len(set(names)) < len(names):
-        return None
-    if sorted(own) == sorted(names):
-        return [own.index(name) for name in names]
-    other = next((label for label in own if label not in names), own[0])
-    fault = f"has the label {quoted(other)}, which is not the name of an unknown"
-    if other in names:
-        fault = f"has {len(own)} labels for {len(names)} unknowns"
-    raise ProblemError("", fault, "give each unknown once, by its name, or leave the labels out")

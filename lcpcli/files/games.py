@@ -165,7 +165,6 @@ def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[st
 
 
 def _row(values: Sequence[str]) -> str:
-    """Return a row of payoffs in JSON, with all digits, fractions as texts."""
     return f"[{', '.join(json.dumps(value) if '/' in value else str(Decimal(value)) for value in values)}]"
 
 

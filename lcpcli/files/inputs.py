@@ -67,10 +67,6 @@ class Input(NamedTuple):
     def digests(self) -> list[str]:  # the digest of its problem as written
         return [digest(*self.contents)]
 
-    def any_digests(self) -> list[str]:
-        """Return the digests of the problem as a file of its own and as a line of a file."""
-        return [*self.digests, digest(*(content.strip() for content in self.contents))]
-
     def read(self) -> Problem:
         """Read the problem; a ProblemError names the file."""
         if self.fault is not None:
@@ -152,7 +148,6 @@ def nonlinear_in(path: str, content: bytes) -> Model | None:
 
 
 def digest(*contents: bytes) -> str:
-    """Return a short text that identifies the contents."""
     from hashlib import blake2b
 
     found = blake2b(digest_size=8)
@@ -231,8 +226,8 @@ def _with_next(path: str, content: bytes, left: list[str], of_folders: Collectio
     columns = None
     if M is not None:
         names = partial(reading.names_in, path, content, shared or {})
-        ordered = within(place(q_path), reading.in_order, q_path, q_content, names)
-        columns = within(place(q_path), _columns, q_path, ordered, M.shape[0])
+        within(place(q_path), reading.require_order, q_path, q_content, names)
+        columns = within(place(q_path), _columns, q_path, q_content, M.shape[0])
     if columns is not None and form_of(path, content) == form_of(q_path, q_content) == "csv_format":
         from lcpcli.files.csv_format import refuse_two_meanings
 

@@ -34,7 +34,6 @@ MOST_VARIABLES = 6  # that a message names, to keep it on one line
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
-    """Return the fields of a problem among the variables of a file."""
     variables = _variables(content)
     known = {name: values for name, values in variables.items() if name in KNOWN}
     if "M" not in variables and kind_of(known):
@@ -57,7 +56,6 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
 
 
 def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001
-    """Return the variable named `field`, or the only variable."""
     return named(field, _variables(content))
 
 
@@ -130,12 +128,10 @@ def checked(content: bytes) -> bytes:
 
 
 def damaged(fault: str) -> NoReturn:
-    """Raise the ProblemError for a damaged file."""
     raise ProblemError("", f"is not a MAT file ({fault})", "is it cut off? save it again, in MATLAB with -v7")
 
 
 def _elements(content: bytes, order: str) -> Iterator[Element]:
-    """Yield the elements in a part of a file."""
     at = 0
     while at + 8 <= len(content):
         kind, size = struct.unpack_from(f"{order}II", content, at)
@@ -151,7 +147,6 @@ def _elements(content: bytes, order: str) -> Iterator[Element]:
 
 
 def _arrays(content: bytes, order: str) -> Iterator[Element]:
-    """Yield the elements that are arrays, also from compressed elements."""
     for element in _elements(content, order):
         if element.kind == COMPRESSED:
             yield from _arrays(uncompressed(element.data, ZLIB)[0], order)
@@ -217,7 +212,6 @@ def _integers(element: Element, order: str) -> np.ndarray[tuple[int], np.dtype[n
 
 
 def _check_version_4(content: bytes) -> None:
-    """Raise ProblemError unless a file consists of arrays of version 4."""
     at = 0
     order = "<" if content[:4] == b"\0" * 4 or struct.unpack_from("<i", content)[0] in range(5000) else ">"
     while at < len(content):

@@ -48,7 +48,6 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
 
 
 def values(field: str, content: bytes, number: Number = float) -> Any:
-    """Return a vector from a matrix of one row or one column."""
     matrix = _matrix(field, unpacked(content), number)
     rows, columns = matrix.shape
     if rows and 1 not in (rows, columns):

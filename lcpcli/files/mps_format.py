@@ -354,7 +354,6 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
 
 
 def new_names(problem: Problem) -> dict[str, str]:
-    """Return the names of rows and columns that differ in MPS, each with its name in MPS."""
     given = ((getattr(problem.origin, key), letter) for key, letter in (("columns", "x"), ("rows", "r")))
     both = [pair for own, letter in given for pair in zip(own, names(own, letter), strict=True)]
     return {name: other for name, other in both if name and name != other}

@@ -1,9 +1,7 @@
 """Models in AMPL's .nl format, in text or in binary: complementarity conditions, and equations for free variables.
 
-D. M. Gay, Writing .nl files (2005), and Hooking your solver to AMPL (1997).
-
-The .sol files in which solvers answer AMPL and what else writes .nl files (D. M. Gay, Hooking your solver to AMPL,
-1997, section 5).
+D. M. Gay, Writing .nl files (2005), and Hooking your solver to AMPL (1997), whose section 5 has the .sol files in which
+solvers answer AMPL and what else writes .nl files.
 """
 
 from __future__ import annotations
@@ -17,20 +15,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count
-from lcpcli.expressions.intervals import Intervals
-from lcpcli.expressions.tape import DoublePrecision
+from lcpcli.expressions.graph import Arithmetic, Intervals
+from lcpcli.expressions.tape import Jacobian, Tape
 from lcpcli.files.contents import content_of, decode, place, within
 from lcpcli.files.fields import LARGEST_DENSE, made
 from lcpcli.files.formats import Number
-from lcpcli.files.nl_model import Functions, NlModel, model_of
+from lcpcli.files.nl_model import NlModel, model_of
 from lcpcli.files.nl_segments import Header, in_names, named, names_beside, segments_in, whole
 from lcpcli.files.reading import WHOLE, exact_parts_in, name_of
 from lcpcli.model.nonlinear import Enclosure, NonlinearProblem
 from lcpcli.model.problem import Problem
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import Doubles, fraction
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Indices, Matrix, Vector
 
 NONLINEAR = "is a nonlinear model", "see lcp help models for what takes it"
 NO_OBJECTIVE = (
@@ -44,16 +43,19 @@ LEFT_OUT = "its objective counts only in lcp solve, for a single model"
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     """Return M, q, the bounds and as names the variables of a linear model; raise ProblemError for another one."""
+    from scipy.sparse import csr_array
+
     model = _model(content, isinstance(number, Doubles))
     if not model.is_linear:
         raise ProblemError("", *NONLINEAR)
-    order = Functions(model, DoublePrecision()).order
+    order = Functions(model, Arithmetic()).order
     remarks = filter(None, [model.remark, LEFT_OUT if model.objective else ""])
     n, rows = model.graph.n, [model.graph.parts(model.rows[place]) for place in order]
     entries = [(i, *term) for i, row in enumerate(rows) for term in row.terms]
     of = number.of if isinstance(number, Doubles) else float
     i, j, values = zip(*entries, strict=True) if entries else ((), (), ())
-    parts = {"M": _matrix(n, i, j, [of(value) for value in values]), "q": np.array([of(row.constant) for row in rows])}
+    M = csr_array((np.array([of(value) for value in values], float), (i, j)), shape=(n, n))
+    parts = {"M": M.toarray() if n <= LARGEST_DENSE else M, "q": np.array([of(row.constant) for row in rows])}
     parts |= {"lower": _ends(model.lower, of), "upper": _ends(model.upper, of)}
     return {**parts, "names": model.names, "note": "; ".join(remarks)}
 
@@ -70,13 +72,6 @@ def _decimal(text: str) -> Any:
     """Return a number with all its decimals; infinities and nan as doubles."""
     double = float(text)
     return fraction(text) if isfinite(double) else double
-
-
-def _matrix(n: int, rows: Sequence[int], columns: Sequence[int], values: Sequence[float]) -> Matrix:
-    from scipy.sparse import csr_array
-
-    matrix = csr_array((np.array(values, float), (rows, columns)), shape=(n, n))
-    return matrix.toarray() if n <= LARGEST_DENSE else matrix
 
 
 def read_nl(path: str | os.PathLike[str]) -> NonlinearProblem:
@@ -122,14 +117,12 @@ class Model:
         self.remark = in_names(path, self.model.remark)
 
     def solution_in(self, path: str) -> list[Fraction]:
-        """Return the values of the unknowns in a .sol file."""
         header = self.model.header
         values = within(place(path), values_in, content_of(path, WHOLE), header.variables)
         return [values[variable] for variable in self.model.unknowns]
 
     @cached_property
     def problem(self) -> Problem | NonlinearProblem:
-        """Return the problem, a Problem if it is linear."""
         if not self.model.is_linear:
             return self.nonlinear
         linear = made(fields(self._content) | {"names": self.names, "note": self.remark})
@@ -144,21 +137,20 @@ class Model:
             return None
         exact = _model(self._content, is_exact=True)
         assert exact.objective is not None
-        terms, constant = exact.graph.parts(exact.objective.node)
+        sense, node = exact.objective
+        terms, constant = exact.graph.parts(node)
         if any(part >= exact.graph.n for part, _ in terms):
             raise ProblemError("", *NOT_LINEAR)
         costs = dict(terms)
         own = [Fraction(costs.get(i, 0)) for i in range(exact.graph.n)]
-        return LinearObjective(own, exact.objective.sense, Fraction(constant))
+        return LinearObjective(own, sense, Fraction(constant))
 
     def exactly(self) -> ExactProblem:
-        """Return the problem of a linear model with its decimals as written."""
         assert isinstance(self.problem, Problem)
         return ExactProblem(self.problem, *exact_parts_in("nl_format", self._content))
 
     @cached_property
     def nonlinear(self) -> NonlinearProblem:
-        """Return the problem as a nonlinear one."""
         if self.model.objective is not None:
             raise ProblemError("", *NO_OBJECTIVE)
         lower, upper = np.array(self.model.lower, float), np.array(self.model.upper, float)
@@ -176,7 +168,7 @@ class Model:
 
     @cached_property
     def _functions(self) -> Functions:
-        return Functions(self.model, DoublePrecision())
+        return Functions(self.model, Arithmetic())
 
     @cached_property
     def _intervals(self) -> Functions:
@@ -184,6 +176,96 @@ class Model:
 
     def _enclosure(self, lower: Vector, upper: Vector) -> Enclosure:
         return self._intervals.enclosure(lower, upper)
+
+
+class Functions:
+    """The functions of a model in an arithmetic; those of the rows that complement an unknown come first on the tape.
+
+    order : of each unknown the place of its row on the tape; by default equations are paired with the unknowns that are
+    left by the entries of the Jacobian at the start.
+    """
+
+    def __init__(self, model: NlModel, arithmetic: Arithmetic, order: Indices | None = None) -> None:
+        self.n = model.graph.n
+        self._tape = Tape(model.graph, model.rows, arithmetic)
+        self._jacobian = Jacobian(self._tape)
+        self.order = self._paired(model) if order is None else order
+        row_of = np.empty(self.n, np.intp)
+        row_of[self.order] = np.arange(self.n)
+        rows = row_of[self._jacobian.rows]
+        self._entries = np.lexsort((self._jacobian.columns, rows))
+        self._rows, self._columns = rows[self._entries], self._jacobian.columns[self._entries]
+        self._ends = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=self.n))])
+
+    @np.errstate(all="ignore")
+    def _paired(self, model: NlModel) -> Indices:
+        free, first = np.array(model.free, np.intp), len(model.complements)
+        place = np.full(self.n, -1)
+        place[free] = np.arange(free.size)
+        rows, columns = self._jacobian.rows - first, place[self._jacobian.columns]
+        own = (rows >= 0) & (columns >= 0)
+        values = self._jacobian.entries(model.start)[own] if own.any() else np.empty(0)
+        order = np.empty(self.n, np.intp)
+        order[sorted(model.complements)] = np.arange(first)
+        order[free] = first + paired(free.size, rows[own], columns[own], values)
+        return order
+
+    def F(self, z: Vector) -> Vector:
+        return self._tape.values(z)[..., self.order]
+
+    def J(self, z: Vector) -> Matrix:
+        return self._matrix(self._entries_at(z))
+
+    def _entries_at(self, z: Vector) -> Vector:
+        return self._jacobian.entries(z)[..., self._entries]
+
+    def _matrix(self, entries: Vector) -> Matrix:
+        if self.n <= LARGEST_DENSE:
+            matrix = np.zeros((self.n, self.n))
+            matrix[self._rows, self._columns] = entries
+            return matrix
+        from scipy.sparse import csr_array
+
+        return csr_array((entries, self._columns, self._ends), shape=(self.n, self.n))
+
+    @np.errstate(all="ignore")
+    def enclosure(self, lower: Vector, upper: Vector) -> Enclosure:
+        """Return bounds on F and on the Jacobian over a box, if the arithmetic is that of intervals."""
+        box = np.stack([lower, upper])
+        return Enclosure(*self.F(box), *map(self._matrix, self._entries_at(box)))
+
+
+LEAST = 2.0**-500  # stands for entries that happen to be 0, or are undefined
+
+
+def paired(n: int, rows: Indices, columns: Indices, values: Vector) -> Indices:
+    """Return for each of n free variables its equation: as many pairs as possible at entries of the Jacobian, of which
+    the product is as large as possible, relative to the largest entries of the rows; what is left is paired in order.
+
+    rows, columns, values : the entries. Every pairing has the same solutions, as an equation has to hold whatever its
+    variable is; entries on the diagonal help the methods. (I. S. Duff and J. Koster, On algorithms for permuting large
+    entries to the diagonal of a sparse matrix, 2001.)
+    """
+    with imports:
+        from scipy.sparse import csr_array
+        from scipy.sparse.csgraph import min_weight_full_bipartite_matching
+
+    # Integers, as with rounding errors in the costs the matching may not end.
+    sizes = np.rint(np.log2(np.clip(np.nan_to_num(np.abs(values), nan=LEAST), LEAST, 1 / LEAST)))
+    largest = np.full(n, np.log2(LEAST))
+    np.maximum.at(largest, rows, sizes)
+    costs = 1.0 + largest[rows] - sizes
+    own = np.arange(n)
+    unpaired = n * (1.0 + costs.max(initial=0.0))  # of a row, and of a column, without a partner
+    i = np.concatenate([rows, own, n + own, n + columns])
+    j = np.concatenate([columns, n + own, own, n + rows])
+    weights = np.concatenate([costs, np.full(2 * n, unpaired), np.ones(len(rows))])
+    _, found = min_weight_full_bipartite_matching(csr_array((weights, (i, j)), shape=(2 * n, 2 * n)))
+    equations = np.full(n, -1)
+    is_paired = found[:n] < n
+    equations[found[:n][is_paired]] = own[is_paired]
+    equations[equations < 0] = own[~is_paired]
+    return equations
 
 
 WITH_TOLERANCE = "3"  # as the second option: a tolerance stands behind the options

@@ -1,27 +1,28 @@
 """The complementarity problem of an .nl file: its unknowns, and the function that belongs to each of them.
 
-F, its Jacobian and enclosures of both, for the unknowns of an .nl file.
-
-Equations, and the free variables to which they belong in a mixed complementarity problem.
+A condition x >= 0 complements F >= 0 of a variable with both bounds means l <= x <= u complementary to F, unless
+another condition, such as that of the multiplier of the upper bound, implies the bound that is not stated. A bounded
+variable without a condition may be tied by an equation to the variable or to the function of one, as where a modeling
+language introduces a variable for an expression: its bounds then belong to that condition.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from functools import cached_property
+from math import inf, isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count
-from lcpcli.expressions.graph import Graph
-from lcpcli.expressions.tape import SUM, Arithmetic, DoublePrecision, Jacobian, Tape
-from lcpcli.files.fields import LARGEST_DENSE
-from lcpcli.files.nl_bounds import BOTH, Conditions, kinds_of
+from lcpcli.expressions.graph import Arithmetic, Graph
+from lcpcli.expressions.tape import SUM, Tape
+from lcpcli.files.contents import within
 from lcpcli.files.nl_segments import MEANINGS, Header, Linear, Segments, Side, Term
-from lcpcli.model.nonlinear import Enclosure
-from lcpcli.typing import Indices, Matrix, Vector
+from lcpcli.rational.numbers import rounded
+from lcpcli.typing import Vector
 
 _Parts = list[tuple[int, Any]]  # the nodes of a sum with their coefficients
 
@@ -36,21 +37,14 @@ LOST = (
 )
 
 
-class Objective(NamedTuple):
-    """An expression, by its node, to be minimized or maximized: sense is "min" or "max"."""
-
-    sense: str
-    node: int
-
-
 class NlModel(NamedTuple):
     """A complementarity problem in n unknowns.
 
     graph, complements, equations : the expressions of the rows that complement an unknown, by the unknown, and of the
     equations. lower, upper, start : bounds and first values of the unknowns. free : the unknowns without a row, as many
     as there are equations. unknowns : of each unknown the variable in the file. fixed : the values of all variables
-    that are no unknowns, by number. objective : None if there is none, or a constant one. remark : on bounds that count
-    though no condition states them, else "".
+    that are no unknowns, by number. objective : "min" or "max", and the node of an expression; None if there is none,
+    or a constant one. remark : on bounds that count though no condition states them, else "".
     """
 
     header: Header
@@ -63,7 +57,7 @@ class NlModel(NamedTuple):
     start: Vector
     unknowns: Sequence[int]
     fixed: Mapping[int, float]
-    objective: Objective | None
+    objective: tuple[str, int] | None
     remark: str
 
     @property
@@ -78,7 +72,6 @@ class NlModel(NamedTuple):
 
     @property
     def is_linear(self) -> bool:
-        """Return whether all expressions are linear."""
         n = self.graph.n
         return all(part < n for row in self.rows for part, _ in self.graph.parts(row).terms)
 
@@ -86,7 +79,7 @@ class NlModel(NamedTuple):
     def operators(self) -> dict[str, int]:
         """Return how often each operator but sums occurs in the rows, the most frequent one first."""
         found = dict[str, int]()
-        for group in Tape(self.graph, self.rows, DoublePrecision()).groups:
+        for group in Tape(self.graph, self.rows, Arithmetic()).groups:
             if group.operator != SUM:
                 found[group.operator] = found.get(group.operator, 0) + len(group.nodes)
         return dict(sorted(found.items(), key=lambda each: -each[1]))
@@ -103,8 +96,7 @@ def model_of(segments: Segments, is_exact: bool = False) -> NlModel:
     """Return the problem; raise ProblemError if it is no square complementarity problem. is_exact : whether the numbers
     in the segments are Fractions."""
     bounds = [_ends(f"v{i}", *side) for i, side in enumerate(segments.bounds)]
-    partners = _partners(segments)
-    fixed = {i: low for i, (low, high) in enumerate(bounds) if low == high and i not in partners}
+    fixed = {i: low for i, (low, high) in enumerate(bounds) if low == high and i not in segments.complements}
     unknowns = [i for i in range(len(bounds)) if i not in fixed]
     graph = Graph(len(unknowns), is_exact)
     place = {variable: i for i, variable in enumerate(unknowns)}
@@ -113,17 +105,17 @@ def model_of(segments: Segments, is_exact: bool = False) -> NlModel:
     for number, (linear, terms) in segments.common.items():
         expressions.define(len(bounds) + number, linear, terms)
     equations, complements = list[int](), dict[int, int]()
-    row_of = {row: variable for variable, row in partners.items()}
+    row_of = {row: variable for variable, (row, _) in segments.complements.items()}
     for row, (low, high) in enumerate(segments.sides):
         linear, terms = segments.linear.get(row, {}), segments.rows[row]
         if row in row_of:
-            complements[place[row_of[row]]] = _in_row(row, expressions, linear, terms, 0)
+            complements[place[row_of[row]]] = within(f"C{row}", expressions.node, linear, terms, 0)
         elif low is not None or high is not None:
             if low != high:
                 raise ProblemError(f"C{row}", "is an inequality that complements no variable", UNCOMPLEMENTED)
-            equations.append(_in_row(row, expressions, linear, terms, -low))
+            equations.append(within(f"C{row}", expressions.node, linear, terms, -low))
     names = [f"v{variable}" for variable in unknowns]
-    stated = {place[variable]: segments.complements[row][1] for variable, row in partners.items()}
+    stated = {place[variable]: kind for variable, (_, kind) in segments.complements.items()}
     conditions = Conditions(graph, complements, stated, equations, [bounds[i] for i in unknowns], names)
     conditions.settle()
     free = [i for i in range(len(unknowns)) if i not in complements]
@@ -148,29 +140,18 @@ def model_of(segments: Segments, is_exact: bool = False) -> NlModel:
 
 
 def _ends(where: str, low: Any, high: Any) -> Side:
-    low, high = -math.inf if low is None else low, math.inf if high is None else high
-    if not low <= high or low == math.inf or high == -math.inf:
+    low, high = -inf if low is None else low, inf if high is None else high
+    if not low <= high or low == inf or high == -inf:
         raise ProblemError(where, f"has the bounds {float(low):g} and {float(high):g}", "correct them")
     return low, high
 
 
-def _partners(segments: Segments) -> dict[int, int]:
-    partners: dict[int, int] = {}
-    for row, (variable, _) in segments.complements.items():
-        if variable in partners:
-            fault = f"complements v{variable}, and so does C{partners[variable]}"
-            raise ProblemError(f"C{row}", fault, "give each row a variable of its own")
-        partners[variable] = row
-    return partners
-
-
-def _objective(segments: Segments, expressions: _Expressions) -> Objective | None:
-    """Return the objective that is not constant; raise ProblemError if there are several."""
-    found = list[Objective]()
+def _objective(segments: Segments, expressions: _Expressions) -> tuple[str, int] | None:
+    found = list[tuple[str, int]]()
     for number, (is_maximized, terms) in segments.objectives.items():
         node = expressions.node(segments.slopes.get(number, {}), terms, 0)
-        if not expressions.is_constant(node):
-            found.append(Objective("max" if is_maximized else "min", node))
+        if expressions.graph.value(node) is None:
+            found.append(("max" if is_maximized else "min", node))
     if len(found) > 1:
         raise ProblemError("", f"has {len(found)} objectives", "keep one")
     return found[0] if found else None
@@ -188,31 +169,19 @@ def _refuse_others(conditions: Conditions, free: Sequence[int], equations: int) 
         raise ProblemError(conditions.names[i], "has bounds but no row that it complements", hint)
 
 
-def _in_row(row: int, expressions: _Expressions, linear: Linear, terms: Sequence[Term], constant: Any) -> int:
-    try:
-        return expressions.node(linear, terms, constant)
-    except ProblemError as error:
-        raise error.inside(f"C{row}") from None
-
-
 class _Expressions:
     """The expressions of a file in a graph. nodes : of each variable the unknown, or the constant if it is fixed."""
 
     def __init__(self, graph: Graph, nodes: dict[int, int]) -> None:
-        self._graph, self._nodes = graph, nodes
+        self.graph, self._nodes = graph, nodes
 
     def define(self, number: int, linear: Linear, terms: Sequence[Term]) -> None:
-        """Add a common expression."""
-        self._nodes[number] = self._graph.share(self.node(linear, terms, 0))
-
-    def is_constant(self, node: int) -> bool:
-        """Return whether an expression has the same value everywhere."""
-        return self._graph.value(node) is not None
+        self._nodes[number] = self.graph.share(self.node(linear, terms, 0))
 
     def node(self, linear: Linear, terms: Sequence[Term], constant: Any) -> int:
         """Return the sum of an expression, of multiples of variables and of a constant."""
         parts = [(self._nodes[variable], factor) for variable, factor in linear.items()]
-        return self._graph.sum([*parts, (self._expression(terms), 1)], constant)
+        return self.graph.sum([*parts, (self._expression(terms), 1)], constant)
 
     def _expression(self, terms: Sequence[Term]) -> int:
         found: list[_Parts] = []
@@ -220,14 +189,14 @@ class _Expressions:
             if letter == "o":
                 found.append(self._apply(MEANINGS[value][0], [found.pop() for _ in range(size)]))
             elif letter == "p":
-                found.append([(self._piecewise_linear(value[::2], value[1::2], self._graph.sum(found.pop())), 1)])
+                found.append([(self._piecewise_linear(value[::2], value[1::2], self.graph.sum(found.pop())), 1)])
             else:
-                found.append([(self._nodes[value] if letter == "v" else self._graph.constant(value), 1)])
-        return self._graph.sum(found.pop())
+                found.append([(self._nodes[value] if letter == "v" else self.graph.constant(value), 1)])
+        return self.graph.sum(found.pop())
 
     def _apply(self, name: str, arguments: Sequence[_Parts]) -> _Parts:
         """Return the value of an operator as a sum, so that sums of sums become nodes only once."""
-        graph = self._graph
+        graph = self.graph
         if name not in COMPARING:
             self._refuse_infinite(node for part in arguments for node, _ in part)
         if name in ("+", "-", "sum", "negative"):
@@ -253,14 +222,14 @@ class _Expressions:
         return [(found, 1)]
 
     def _refuse_infinite(self, nodes: Iterable[int]) -> None:
-        for value in filter(None, map(self._graph.value, nodes)):
-            if not math.isfinite(value):
+        for value in filter(None, map(self.graph.value, nodes)):
+            if not isfinite(value):
                 fault = f"computes with the constant {float(value):g}, so that it is finite nowhere"
                 raise ProblemError("", fault, DIVIDED)
 
     def _piecewise_linear(self, slopes: Sequence[Any], breakpoints: Sequence[Any], argument: int) -> int:
         """Return the function with these slopes between the breakpoints that is 0 at 0: a sum of kinks."""
-        graph, zero = self._graph, self._graph.constant(0)
+        graph, zero = self.graph, self.graph.constant(0)
         parts, constant = [(argument, slopes[0])], 0
         for place, left, right in zip(breakpoints, slopes, slopes[1:], strict=False):
             kink = graph.apply("max", graph.sum([(argument, 1)], -place), zero)
@@ -269,91 +238,249 @@ class _Expressions:
         return graph.sum(parts, constant)
 
 
-class Functions:
-    """The functions of a model in an arithmetic; those of the rows that complement an unknown come first on the tape.
+LOWER, UPPER, BOTH = 1, 2, 3
+WORDS = {0: "no bounds", LOWER: "a lower bound", UPPER: "an upper bound", BOTH: "both bounds"}
+Ends = tuple[Any, Any]  # bounds: Fractions, or infinite
+NONE: Ends = (-inf, inf)
+LOST_ENDS = (
+    "if it is inequality(l, e, u) of an expression in Pyomo, which loses the bounds, write a variable y with "
+    "Var(bounds=(l, u)), the constraint y == e and complements(y >= l, F >= 0); else write an equation"
+)
+SIGNS: dict[int, Ends] = {LOWER: (0, inf), UPPER: (-inf, 0)}  # of the function, by the only bound of its unknown
 
-    order : of each unknown the place of its row on the tape; by default equations are paired with the unknowns that are
-    left by the entries of the Jacobian at the start.
+
+class Affine(NamedTuple):
+    """slope z_i + constant, for an unknown i."""
+
+    i: int
+    slope: Fraction
+    constant: Fraction
+
+    def of(self, slope: Fraction, constant: Fraction) -> Affine:
+        return Affine(self.i, slope * self.slope, slope * self.constant + constant)
+
+    def range(self, ends: Ends) -> Ends:
+        """Return the bounds of the value if z_i is within its own."""
+        sign = 1 if self.slope > 0 else -1
+        found = [self.slope * end + self.constant if _is_finite(end) else sign * end for end in ends]
+        return min(found), max(found)
+
+    def domain(self, ends: Ends) -> Ends:
+        """Return the bounds of z_i if the value is within some."""
+        return Affine(self.i, 1 / self.slope, -self.constant / self.slope).range(ends)
+
+
+def kinds_of(low: Any, high: Any) -> int:
+    """Return which bounds are finite."""
+    return LOWER * bool(low > -inf) + UPPER * bool(high < inf)
+
+
+class Conditions:
+    """The conditions of a model, and the bounds of its unknowns, which `settle` makes agree.
+
+    graph, equations : of the model. complements, stated : the expression of each unknown's condition, and which bounds
+    the condition states. lower, upper : the bounds of the unknowns. names : of the unknowns. read : for each variable
+    with bounds that its condition does not state the bounds that count.
     """
 
-    def __init__(self, model: NlModel, arithmetic: Arithmetic, order: Indices | None = None) -> None:
-        self.n = model.graph.n
-        self._tape = Tape(model.graph, model.rows, arithmetic)
-        self._jacobian = Jacobian(self._tape)
-        self.order = self._paired(model) if order is None else order
-        row_of = np.empty(self.n, np.intp)
-        row_of[self.order] = np.arange(self.n)
-        rows = row_of[self._jacobian.rows]
-        self._entries = np.lexsort((self._jacobian.columns, rows))
-        self._rows, self._columns = rows[self._entries], self._jacobian.columns[self._entries]
-        self._ends = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=self.n))])
+    def __init__(
+        self,
+        graph: Graph,
+        complements: dict[int, int],
+        stated: Mapping[int, int],
+        equations: Sequence[int],
+        bounds: Sequence[Ends],
+        names: Sequence[str],
+    ) -> None:
+        self.graph, self.equations, self.names = graph, equations, names
+        self.complements, self.bounds, self.read = complements, list(bounds), dict[int, Ends]()
+        self._stated, self._owners = dict(stated), dict[int, int]()
 
-    @np.errstate(all="ignore")
-    def _paired(self, model: NlModel) -> Indices:
-        free, first = np.array(model.free, np.intp), len(model.complements)
-        place = np.full(self.n, -1)
-        place[free] = np.arange(free.size)
-        rows, columns = self._jacobian.rows - first, place[self._jacobian.columns]
-        own = (rows >= 0) & (columns >= 0)
-        values = self._jacobian.entries(model.start)[own] if own.any() else np.empty(0)
-        order = np.empty(self.n, np.intp)
-        order[sorted(model.complements)] = np.arange(first)
-        order[free] = first + paired(free.size, rows[own], columns[own], values)
-        return order
+    def settle(self) -> None:
+        """Give the bounds of unknowns without a condition to those to which they are tied, then find which bounds the
+        conditions mean; raise ProblemError if one states a bound that its variable does not have."""
+        bounded = [x for x, ends in enumerate(self.bounds) if x not in self.complements and kinds_of(*ends)]
+        for x in [x for x in bounded if not self._drop_implied(x)]:
+            self._give_bounds(x)
+        for x, stated in self._stated.items():
+            low, high = self.bounds[x]
+            own = kinds_of(low, high)
+            if own == stated == 0:
+                self._refuse_lost(x)
+            if low < high and stated not in (own, BOTH):
+                self._settle(x, stated, own)
 
-    def F(self, z: Vector) -> Vector:
-        return self._tape.values(z)[..., self.order]
+    def remark(self) -> str:
+        """Return the remark on bounds that count though no condition states them; "" if there are none."""
+        if not self.read:
+            return ""
+        (x, (low, high)), *others = self.read.items()
+        lower, upper = f"{_double(low):g} <= " if low > -inf else "", f" <= {_double(high):g}" if high < inf else ""
+        more = f", and likewise for {count(len(others), 'other variable')}" if others else ""
+        return (
+            f"{lower}{self.names[x]}{upper} is complementary to the expression of its condition, which states "
+            f"fewer bounds than the variable has{more}"
+        )
 
-    def J(self, z: Vector) -> Matrix:
-        return self._matrix(self._entries_at(z))
+    def _settle(self, x: int, stated: int, own: int) -> None:
+        """Drop the bounds of x that are not stated if other conditions imply them, else let them count."""
+        if stated & ~own or stated not in WORDS:
+            said, has = (WORDS.get(each, f"the kind {each} of bounds") for each in (stated, own))
+            fault = f"is complemented with {said}, but has {has}"
+            raise ProblemError(
+                self.names[x], fault, "state the bounds of the variable in its complementarity condition"
+            )
+        if not self._drop_implied(x, stated):
+            owner = self._owners.get(x, x)
+            self.read[owner] = self._tied(x)[owner].range(self._ends(x))
 
-    def _entries_at(self, z: Vector) -> Vector:
-        return self._jacobian.entries(z)[..., self._entries]
+    def _refuse_lost(self, x: int) -> None:
+        """Raise ProblemError if an unknown without bounds complements just another one, and each of them occurs else
+        only in an equation that defines it, which is what Pyomo leaves of the bounds of an expression."""
+        terms, constant = self.graph.parts(self.complements[x])
+        u = terms[0][0] if len(terms) == 1 and not constant else x
+        if u == x or u >= self.graph.n or u in self.complements or kinds_of(*self.bounds[u]):
+            return
+        own, other = self._definition(x), self._definition(u, self.complements[x])
+        if own is not None and other is not None and own != other:
+            raise ProblemError(self.names[x], f"is complementary to {self.names[u]}, and neither has bounds", LOST_ENDS)
 
-    def _matrix(self, entries: Vector) -> Matrix:
-        if self.n <= LARGEST_DENSE:
-            matrix = np.zeros((self.n, self.n))
-            matrix[self._rows, self._columns] = entries
-            return matrix
-        from scipy.sparse import csr_array
+    def _definition(self, x: int, condition: int | None = None) -> int | None:
+        """Return the equation that is x or -x plus terms of other unknowns, if x occurs in no other row but this
+        condition; else None."""
+        rows = [row for row in self._rows_with.get(x, ()) if row != condition]
+        if len(rows) != 1 or rows[0] not in self.equations:
+            return None
+        terms = self.graph.parts(rows[0]).terms
+        is_plain = any(part == x and abs(factor) == 1 for part, factor in terms)
+        return rows[0] if is_plain and x not in self._unknowns_in(part for part, _ in terms if part != x) else None
 
-        return csr_array((entries, self._columns, self._ends), shape=(self.n, self.n))
+    @cached_property
+    def _rows_with(self) -> dict[int, list[int]]:
+        found = dict[int, list[int]]()
+        for row in (*self.equations, *self.complements.values()):
+            for x in self._unknowns_in([row]):
+                found.setdefault(x, []).append(row)
+        return found
 
-    @np.errstate(all="ignore")
-    def enclosure(self, lower: Vector, upper: Vector) -> Enclosure:
-        """Return bounds on F and on the Jacobian over a box, if the arithmetic is that of intervals."""
-        box = np.stack([lower, upper])
-        return Enclosure(*self.F(box), *map(self._matrix, self._entries_at(box)))
+    def _unknowns_in(self, nodes: Iterable[int]) -> set[int]:
+        return {number for number in self.graph.below(nodes) if number < self.graph.n}
+
+    def _drop_implied(self, x: int, stated: int = 0) -> bool:
+        """Drop the bounds of x that are not stated and that other conditions imply; return whether none is left."""
+        (low, high), implied, own = self.bounds[x], self._implied(x), self._ends(x)
+        if not stated & LOWER and own[0] <= implied[0]:
+            low = -inf
+        if not stated & UPPER and implied[1] <= own[1]:
+            high = inf
+        self.bounds[x] = low, high
+        return kinds_of(low, high) == stated
+
+    def _give_bounds(self, x: int) -> None:
+        """Give the bounds of an unknown without a condition to a condition on it, if there is one."""
+        if (found := self._condition_on(x)) is None:
+            return
+        (y, value), own = found, self._ends(x)
+        if y in self._tied(x) and value == self._tied(x)[y]:
+            (low, high), ends = self._ends(y), value.range(own)
+            self._set(y, (max(low, ends[0]), min(high, ends[1])))
+            self.bounds[x], self._owners[y] = NONE, x
+        else:
+            self._exchange(x, y, value)
+
+    def _condition_on(self, x: int) -> tuple[int, Affine] | None:
+        """Return the unknown of the condition that x takes part in but for a shift and the sign, and the side of this
+        condition that is x: the unknown itself, or its function. The best one has a bound of x itself."""
+        sides = [(y, value, self._ends(y)) for y, value in self._tied(x).items() if y in self.complements]
+        for y, value in self._functions_of(x):
+            if kinds_of(*self.bounds[y]) == self._stated[y] in SIGNS:
+                sides.append((y, value, SIGNS[self._stated[y]]))
+        own = [end for end in self._ends(x) if _is_finite(end)]
+        fit = [(y, value, any(end in own for end in value.domain(ends))) for y, value, ends in sides]
+        fit = sorted((side for side in fit if abs(side[1].slope) == 1), key=lambda side: not side[2])
+        return fit[0][:2] if fit else None
+
+    def _exchange(self, x: int, y: int, function: Affine) -> None:
+        """Let x take the place of y, which complements a function of x."""
+        low, high = self.bounds[y]
+        sign = 1 if function.slope > 0 else -1
+        self.complements[x] = self.graph.sum([(y, sign)], -sign * (low if low > -inf else high))
+        implied, own = function.domain(SIGNS[self._stated[y]]), self._ends(x)
+        self._set(x, (max(implied[0], own[0]), min(implied[1], own[1])))
+        self.bounds[y] = NONE
+        del self.complements[y], self._stated[y]
+        self.read[x], self._stated[x] = self.bounds[x], BOTH
+
+    def _implied(self, x: int) -> Ends:
+        """Return the bounds of x that other conditions imply, by their unknowns and by the signs of their functions."""
+        sides = [(y, value, self._ends(y)) for y, value in self._tied(x).items() if y in self.complements]
+        sides += [(y, value, SIGNS.get(kinds_of(*self.bounds[y]), NONE)) for y, value in self._functions_of(x)]
+        domains = [value.domain(ends) for y, value, ends in sides if y != x]
+        return max((low for low, _ in domains), default=-inf), min((high for _, high in domains), default=inf)
+
+    def _functions_of(self, x: int) -> Iterator[tuple[int, Affine]]:
+        """Yield the unknowns whose conditions have functions of x alone, which are affine, with these."""
+        for u, value in self._tied(x).items():
+            for y, slope, constant in self._single.get(u, ()):
+                if y in self.complements:
+                    yield y, value.of(slope, constant)
+
+    @cached_property
+    def _single(self) -> dict[int, list[tuple[int, Fraction, Fraction]]]:
+        """For each unknown the conditions whose functions are slope times it, plus a constant, and no more."""
+        found = dict[int, list[tuple[int, Fraction, Fraction]]]()
+        for y, node in self.complements.items():
+            terms, constant = self.graph.parts(node)
+            if len(terms) == 1 and terms[0][0] < self.graph.n and isfinite(terms[0][1]) and isfinite(constant):
+                found.setdefault(terms[0][0], []).append((y, _fraction(terms[0][1]), _fraction(constant)))
+        return found
+
+    def _tied(self, x: int) -> dict[int, Affine]:
+        """Return the unknowns that equations in two unknowns each make functions of x, as these, x first."""
+        found = {x: Affine(x, Fraction(1), Fraction(0))}
+        for u in (reached := [x]):
+            for v, slope, constant in self._relations.get(u, ()):
+                if v not in found:
+                    found[v] = found[u].of(slope, constant)
+                    reached.append(v)
+        return found
+
+    @cached_property
+    def _relations(self) -> dict[int, list[tuple[int, Fraction, Fraction]]]:
+        """For each unknown the others that an equation makes slope times it, plus a constant."""
+        found = dict[int, list[tuple[int, Fraction, Fraction]]]()
+        for node in self.equations:
+            terms, constant = self.graph.parts(node)
+            if len(terms) == 2 and all(u < self.graph.n and isfinite(factor) for u, factor in (*terms, (0, constant))):
+                for (u, a), (v, b) in (terms, terms[::-1]):
+                    ratio = -_fraction(a) / _fraction(b)
+                    found.setdefault(u, []).append((v, ratio, -_fraction(constant) / _fraction(b)))
+        return found
+
+    def _ends(self, x: int) -> Ends:
+        low, high = self.bounds[x]
+        return _fraction(low), _fraction(high)
+
+    def _set(self, x: int, ends: Ends) -> None:
+        if ends[0] > ends[1]:
+            fault = f"has the bounds {_double(ends[0]):g} and {_double(ends[1]):g} by its complementarity condition"
+            raise ProblemError(self.names[x], fault, "correct them")
+        low, high = map(_double, ends)
+        exact = tuple(end if isfinite(double) else double for end, double in zip(ends, (low, high), strict=True))
+        self.bounds[x] = (exact[0], exact[1]) if self.graph.is_exact else (low, high)
 
 
-LEAST = 2.0**-500  # stands for entries that happen to be 0, or are undefined
+def _is_finite(value: Any) -> bool:
+    return isinstance(value, Fraction) or isfinite(value)
 
 
-def paired(n: int, rows: Indices, columns: Indices, values: Vector) -> Indices:
-    """Return for each of n free variables its equation: as many pairs as possible at entries of the Jacobian, of which
-    the product is as large as possible, relative to the largest entries of the rows; what is left is paired in order.
+def _double(value: Any) -> float:
+    """Return the nearest double; infinity beyond their range."""
+    return float(rounded([value])[0]) if isinstance(value, Fraction) else float(value)
 
-    rows, columns, values : the entries. Every pairing has the same solutions, as an equation has to hold whatever its
-    variable is; entries on the diagonal help the methods. (I. S. Duff and J. Koster, On algorithms for permuting large
-    entries to the diagonal of a sparse matrix, 2001.)
-    """
-    with imports:
-        from scipy.sparse import csr_array
-        from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
-    # Integers, as with rounding errors in the costs the matching may not end.
-    sizes = np.rint(np.log2(np.clip(np.nan_to_num(np.abs(values), nan=LEAST), LEAST, 1 / LEAST)))
-    largest = np.full(n, np.log2(LEAST))
-    np.maximum.at(largest, rows, sizes)
-    costs = 1.0 + largest[rows] - sizes
-    own = np.arange(n)
-    unpaired = n * (1.0 + costs.max(initial=0.0))  # of a row, and of a column, without a partner
-    i = np.concatenate([rows, own, n + own, n + columns])
-    j = np.concatenate([columns, n + own, own, n + rows])
-    weights = np.concatenate([costs, np.full(2 * n, unpaired), np.ones(len(rows))])
-    _, found = min_weight_full_bipartite_matching(csr_array((weights, (i, j)), shape=(2 * n, 2 * n)))
-    equations = np.full(n, -1)
-    is_paired = found[:n] < n
-    equations[found[:n][is_paired]] = own[is_paired]
-    equations[equations < 0] = own[~is_paired]
-    return equations
+def _fraction(value: Any) -> Any:
+    """Return the decimals of a number as a Fraction; infinity as it is."""
+    if not isfinite(value):
+        return value
+    return Fraction(repr(value)) if isinstance(value, float) else Fraction(value)

@@ -50,7 +50,6 @@ class TextTokens:
         self._constant = constant
 
     def error(self, fault: str, hint: str = "") -> ProblemError:
-        """Return the error at the token that was read last."""
         return ProblemError(f"line {self._lines[self._next - 1]}" if self._next else "", fault, hint)
 
     def code(self) -> str:
@@ -86,7 +85,6 @@ class TextTokens:
             raise self.error(f"has {quoted(word)} in place of a number", COUNTS) from None
 
     def kind(self) -> str:
-        """Return the digit for the kind of a bound."""
         return self._word()
 
     def name(self) -> str:
@@ -223,8 +221,8 @@ class Segments:
 
     common : linear part and expression of each common expression, by its number. rows, linear : expression and linear
     part of each row, by its number. objectives, slopes : of each objective, whether it is maximized and its expression,
-    and its linear part. sides, bounds : of rows and variables. complements : of a row, the variable, and the number
-    that says which bounds it has. start : values of variables.
+    and its linear part. sides, bounds : of rows and variables. complements : of a variable, the row that
+    complements it, and the number that says which bounds it has. start : values of variables.
     """
 
     header: Header
@@ -240,7 +238,6 @@ class Segments:
 
 
 def segments_in(content: bytes, constant: Constant) -> Segments:
-    """Return the content of a file. constant : returns the number that a text stands for."""
     *lines, rest = [*content.split(b"\n", HEADER_LINES), *[b""] * HEADER_LINES][: HEADER_LINES + 1]
     header = _header(lines)
     if header.order:
@@ -284,7 +281,6 @@ class _Reader:
         self._entries = 0
 
     def read(self) -> Segments:
-        """Return the content of the file."""
         found, header, integer = self._found, self._header, self._tokens.integer
         while code := self._tokens.code():
             if code in "CO":
@@ -356,7 +352,10 @@ class _Reader:
             bounds, variable = tokens.integer(), tokens.integer() - 1
             if not 0 <= variable < self._header.variables:
                 raise tokens.error(f"complements variable {variable + 1} of {self._header.variables}", COUNTS)
-            self._found.complements[row] = variable, bounds
+            other, _ = self._found.complements.setdefault(variable, (row, bounds))
+            if other != row:
+                fault = f"complements v{variable}, and so does C{other}"
+                raise ProblemError(f"C{row}", fault, "give each row a variable of its own")
             return 0, 0
         if kind not in SIDES:
             raise tokens.error(f"has {quoted(kind)} in place of the kind of a bound", "the kinds are 0 to 5")

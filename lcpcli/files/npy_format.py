@@ -30,7 +30,6 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
 
 
 def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001
-    """Return the array, as a vector if it has one row or one column."""
     return flat(_array(content))
 
 
@@ -51,35 +50,30 @@ def flat(array: Any) -> Any:
     return array.ravel() if array.ndim == 2 and (1 in array.shape or array.shape == (0, 0)) else array
 
 
-def checked(name: str, reopen: Callable[[], IO[bytes]], size: int) -> Any:
+def array_in(file: IO[bytes], size: int, name: str = "") -> Any:
     """Return the array in a file of this size. If the header declares an array of objects, or an array that does not
-    fit the size of the file, it is refused before memory is allocated.
-
-    The file is opened twice, as parts of archives cannot be rewound.
-    """
+    fit the size of the file, it is refused before memory is allocated."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # about files written by Python 2, which are fine
-        with reopen() as file:
-            read_header = npy.read_array_header_1_0 if npy.read_magic(file) == (1, 0) else npy.read_array_header_2_0
-            shape, _, dtype = read_header(file)
-            length = size - file.tell()
-        if dtype.hasobject:
-            raise ProblemError(name, "is an array of objects", "save it as an array of numbers or a text")
-        if math.prod(shape) * dtype.itemsize != length:
-            declared = " x ".join(map(str, shape)) or "one number"
-            hint = f"save it again with numpy.save{'z' * bool(name)}"
-            raise ProblemError(name, f"is declared as {declared} of {dtype.name} but has {length} bytes", hint)
-        refuse_beyond_memory(name, shape, dtype.itemsize)
-        with reopen() as file:
-            array = npy.read_array(file, allow_pickle=False)
-        if dtype.kind == "U" and (np.frombuffer(array.tobytes(), dtype.str[0] + "u4") > LARGEST_CHARACTER).any():
-            raise ProblemError(name, "is a text of characters that do not exist", "save it again")
-        return array
+        read_header = npy.read_array_header_1_0 if npy.read_magic(file) == (1, 0) else npy.read_array_header_2_0
+        shape, is_by_columns, dtype = read_header(file)
+    length = size - file.tell()
+    if dtype.hasobject:
+        raise ProblemError(name, "is an array of objects", "save it as an array of numbers or a text")
+    if math.prod(shape) * dtype.itemsize != length:
+        declared = " x ".join(map(str, shape)) or "one number"
+        hint = f"save it again with numpy.save{'z' * bool(name)}"
+        raise ProblemError(name, f"is declared as {declared} of {dtype.name} but has {length} bytes", hint)
+    refuse_beyond_memory(name, shape, dtype.itemsize)
+    array = np.ndarray(shape, dtype, file.read(), order="F" if is_by_columns else "C").copy("K")
+    if dtype.kind == "U" and (np.frombuffer(array.tobytes(), dtype.str[0] + "u4") > LARGEST_CHARACTER).any():
+        raise ProblemError(name, "is a text of characters that do not exist", "save it again")
+    return array
 
 
 def _array(content: bytes) -> Any:
     try:
-        return checked("", lambda: io.BytesIO(content), len(content))
+        return array_in(io.BytesIO(content), len(content))
     except (ProblemError, MemoryError):
         raise
     except Exception:  # numpy does not document what a broken file may raise

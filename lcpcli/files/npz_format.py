@@ -11,7 +11,6 @@ from __future__ import annotations
 import io
 import zipfile
 from collections.abc import Mapping
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ from lcpcli.errors import ProblemError, quoted
 from lcpcli.files.contents import refuse_mostly_absent, within
 from lcpcli.files.fields import KEYS, MATRICES, kind_of, refuse_unknown
 from lcpcli.files.formats import Exact, Number
-from lcpcli.files.npy_format import checked, named, of_arrays, text, written
+from lcpcli.files.npy_format import array_in, named, of_arrays, text, written
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import fit
 from lcpcli.typing import Matrix
@@ -48,7 +47,6 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
 
 
 def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001
-    """Return the array named `field`, or the only array."""
     return named(field, _arrays(content))
 
 
@@ -67,15 +65,15 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa
 
 def _arrays(content: bytes) -> dict[str, Any]:
     """Return the arrays of an archive by name; an array larger than the data stored for it is refused."""
-    arrays: dict[str, Any] = {}
-    name = ""
+    arrays, name = dict[str, Any](), ""
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             for member in archive.infolist():
                 name = member.filename.removesuffix(".npy")
                 if name in arrays:
                     raise ProblemError(name, "occurs twice", "keep one")
-                arrays[name] = checked(name, partial(archive.open, member), member.file_size)
+                with archive.open(member) as file:
+                    arrays[name] = array_in(file, member.file_size, name)
     except (ProblemError, MemoryError):
         raise
     except Exception:  # zipfile, its decompressors and numpy do not document what a broken file may raise

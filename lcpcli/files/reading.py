@@ -128,21 +128,21 @@ def names_in(path: str, content: bytes, fields: Mapping[str, Any]) -> Sequence[s
     return table.header if len(table.header) == len(table.rows) else ()
 
 
-def in_order(path: str, content: bytes, names: Names) -> bytes:
-    """Return a file of numbers in the order of these names, by which it may be labelled; see `csv_format`."""
-    if form_of(path, content) != "csv_format":
-        return content
-    from lcpcli.files import csv_format
+def require_order(path: str, content: bytes, names: Names) -> None:
+    """Raise ProblemError if a file of numbers is labelled by these names in another order."""
+    if form_of(path, content) == "csv_format":
+        from lcpcli.files import csv_format
 
-    return csv_format.in_order(content, names)
+        csv_format.require_order(content, names)
 
 
 def vector_in(
     field: str, path: str, content: bytes, n: int | None = None, number: Number = float, names: Names = tuple
 ) -> Vector:
     """Return the vector in a file's content. n : the length of the vector; None for any length. names : of its entries,
-    as for `in_order`."""
-    form, content = form_of(path, content), in_order(path, content, names)
+    as for `require_order`."""
+    require_order(path, content, names)
+    form = form_of(path, content)
     if fault := kind_in(form).has_no_vector:
         raise ProblemError("", fault, "name a file that holds a vector")
     return as_vector(field, _called(form, "values", field, content, number), n)
@@ -164,11 +164,7 @@ def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactPart
     """Return the numbers, as written, of contents that `problem_of` has accepted."""
     parts = within(place(paths[0]), exact_parts_in, form_of(paths[0], contents[0]), contents[0], len(paths) == 2)
     if len(paths) == 2:
-
-        def names() -> Sequence[str]:
-            return names_in(paths[0], contents[0], fields_in(paths[0], contents[0]))
-
-        parts = parts._replace(q=within(place(paths[1]), exact_vector_in, "q", paths[1], contents[1], None, names))
+        parts = parts._replace(q=within(place(paths[1]), exact_vector_in, "q", paths[1], contents[1]))
     return parts
 
 

@@ -41,7 +41,6 @@ def write(problem: Problem, path: str | os.PathLike[str], *, as_program: bool = 
 
 
 def write_as(found: Written[Problem], path: str, as_program: bool) -> None:
-    """Write a problem as `write` does; formats of text keep the numbers as written."""
     ending = ending_of(path)
     if found.rounded.bounds and formats.FORMATS[ending.casefold()].keeps == formats.M_AND_Q:
         raise ProblemError(path, "cannot hold the bounds of z", f"use {', '.join(formats.COMPLETE)} or .csv")

@@ -147,7 +147,7 @@ COLUMNS = [
     of_columns("crossed", "a,b,q,lower,upper\n2,0,-1,0,1\n0,2,-1,2,1\n", " lower[1]:", "above upper[1]"),
     of_columns("wide", "a,b,c,q,lower\n2,0,0,-1,0\n0,2,0,-1,0\n", "2 rows and 3 columns of M"),
     of_columns("without-header", "2,0,-1,0,1\n0,2,-1,0,1\n", "2 rows of 5 columns", "q, lower and upper"),
-    of_columns("cut-to-the-index", ",a,q\nx\n", "line 2:", "0 columns where line 1 has 2"),
+    of_columns("cut-to-the-index", ",a,q\nx\n", "line 2:", "1 column where line 1 has 3"),
 ]
 GIVEN = [
     of_line(

@@ -17,7 +17,7 @@ import pytest
 from lcpcli import Result
 from lcpcli.bench import timing as benching
 from lcpcli.errors import ProblemError
-from lcpcli.files import beside, log, reading
+from lcpcli.files import beside, reading
 from lcpcli.solving import driver as driver
 
 from ..bad_input.kinds import COORDINATES, CSV, FILES, GOOD, JSON, MATRICES, STANDARD_INPUT, Kind
@@ -134,7 +134,9 @@ ARCHIVES = {
 
 @pytest.mark.parametrize("content", ARCHIVES.values(), ids=ARCHIVES)
 @pytest.mark.parametrize(
-    "read", [reading.read, lambda path: beside.read_candidates(path, 2, log.Sought())], ids=["problem", "answer"]
+    "read",
+    [reading.read, lambda path: beside.read_candidates(path, 2, ("", ""))],
+    ids=["problem", "answer"],
 )
 def test_broken_archive_is_told_in_one_short_line(read: Callable[[str], Any], content: bytes, tmp_path: Path) -> None:
     file = tmp_path / "p.npz"

@@ -244,7 +244,7 @@ def test_interrupted_sequence_goes_on_from_its_log(lcp: Lcp, monkeypatch: pytest
         outcome = lcp("solve", "steps", "--sequence", "-o", "log.jsonl")
     told = "lcp: 2 of 4 problems: 2 solved; interrupted; go on with --resume log.jsonl\n"
     assert (outcome.code, outcome.err) == (130, told)
-    assert_refused(lcp("solve", "steps", "--resume", "log.jsonl"), "was written with sequence True")
+    assert_refused(lcp("solve", "steps", "--resume", "log.jsonl"), "sequence True, but here it is none")
     assert lcp("solve", "steps", "--sequence", "--resume", "log.jsonl").err == "lcp: 4 problems: 4 solved\n"
     found = [json.loads(line) for line in Path("log.jsonl").read_text().splitlines()]
     assert [record["number"] for record in found] == [1, 2, 3, 4]

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from lcpcli import Trace, read, run
-from lcpcli.files import contents, proposed_solutions
+from lcpcli.files import beside, contents
 from lcpcli.report import plotting
 from lcpcli.report.figures.data import Panel
 from lcpcli.report.result_csv import PROGRAM_COLUMNS
@@ -72,14 +72,14 @@ READ = {
 @pytest.mark.parametrize("kind", READ)
 def test_check_reads_the_tables_that_people_have(kind: str, lcp: Lcp, folder: Path) -> None:
     (folder / "z.csv").write_text(READ[kind])
-    assert proposed_solutions.of_table(READ[kind].encode())[0].values == [0, Fraction(15, 29), Fraction(17, 29), 0]
+    assert beside.of_table(READ[kind].encode())[0].values == [0, Fraction(15, 29), Fraction(17, 29), 0]
     assert lcp("check", EXAMPLE, "z.csv", "--exact").code == 0
 
 
 REFUSED = {
     "component,z\n1,0\n2,1\n3,1\n5,0\n": "line 5, column 1: has component '5', while 4 is missing",
     "component,z\n1,0\n2,1\n2,1\n4,0\n": "line 4, column 1: has component '2' again, while 3 is missing",
-    "node,z\nA,0\nB\nC,1\nD,0\n": "line 3: has 1 column instead of 2",
+    "node,z\nA,0\nB\nC,1\nD,0\n": "line 3: has 1 column where line 2 has 2",
     "node,z\nA,0\nB,x\nC,1\nD,0\n": "line 3, column 2: has 'x', not a number",
     "node,y\nA,0\nB,1\nC,1\nD,0\n": "has no column headed z",
     "5,0\n7,1\n8,1\n9,0\n": "4 rows and 2 columns without a header",
@@ -194,6 +194,6 @@ def test_wrong_solution_among_others_in_csv_is_told_apart(
 def test_file_without_solutions_or_of_strategies_is_refused_where_a_z_is_asked_for(lcp: Lcp, folder: Path) -> None:
     assert folder.is_dir()
     lcp("solve", "none.json", "--all", "--format", "csv", "-o", "none.csv")
-    assert "none.csv: has no solution" in lcp("check", "none.json", "none.csv").err
+    assert "none.csv: contains a header and no numbers" in lcp("check", "none.json", "none.csv").err
     lcp("solve", "both.json", "--all", "--format", "csv", "-o", "game.csv")
     assert "no column headed z" in lcp("solve", "both.json", "--z0", "game.csv").err

@@ -1,5 +1,5 @@
 """The unknowns of a problem may have names, which files keep and tables show. Rows and columns of CSV that are labelled
-by these count by them, as data frames do; a model may have its q elsewhere."""
+by these in another order are refused; a model may have its q elsewhere."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from ..conftest import Outcome
 NAMES = ["a", "b", "c"]
 M = {"M": [[4, -1, 0], [-1, 4, -1], [0, -1, 4]], "names": NAMES}
 RIGHT = [0.25, 0.0, 0.75]  # for q = (-1, 2, -3)
-WHOLE = ",a,b,c,q\nb,-1,4,-1,2\nc,0,-1,4,-3\na,4,-1,0,-1\n"  # a cycle, whose inverse is another one
-MATRIX = ",a,b,c\nc,0,-1,4\na,4,-1,0\nb,-1,4,-1\n"
-Q = ",q\nc,-3\na,-1\nb,2\n"
+WHOLE = ",a,b,c,q\na,4,-1,0,-1\nb,-1,4,-1,2\nc,0,-1,4,-3\n"
+MATRIX = ",a,b,c\na,4,-1,0\nb,-1,4,-1\nc,0,-1,4\n"
+Q = ",q\na,-1\nb,2\nc,-3\n"
 
 
 NAMED: dict[str, Any] = {"name": "market", "M": [[2, 1], [1, 2]], "q": [-5, -6], "names": ["north sea", "süd"]}
@@ -35,10 +35,11 @@ FILE = "market.json"
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
-    texts = {"whole": WHOLE, "matrix": MATRIX, "q": Q, "row": "c,b,a\n-3,2,-1\n", "blank": "name q\nc -3\na -1\nb 2\n"}
+    texts = {"whole": WHOLE, "matrix": MATRIX, "q": Q, "row": "a,b,c\n-1,2,-3\n", "blank": "name q\na -1\nb 2\nc -3\n"}
     texts |= {"numbered": ",q\n0,-1\n1,2\n2,-3\n", "others": ",q\nx,-1\ny,2\nu,-3\n"}  # which do not count
-    texts["short"] = '"a" "b" "c" "q"\n"b" -1 4 -1 2\n"a" 4 -1 0 -1\n"c" 0 -1 4 -3\n'
-    texts["bounded"] = ",q,a,upper,b,c\nc,-3,0,9,-1,4\na,-1,4,7,-1,0\nb,2,-1,8,4,-1\n"
+    texts["short"] = '"a" "b" "c" "q"\n"a" 4 -1 0 -1\n"b" -1 4 -1 2\n"c" 0 -1 4 -3\n'
+    texts["bounded"] = ",q,a,upper,b,c\na,-1,4,7,-1,0\nb,2,-1,8,4,-1\nc,-3,0,9,-1,4\n"
+    texts |= {"mixed": ",a,b,c,q\nb,-1,4,-1,2\nc,0,-1,4,-3\na,4,-1,0,-1\n", "swapped": "c,b,a\n-3,2,-1\n"}
     for name, text in (texts | {"plain": "-5\n3.3\n"}).items():
         Path(f"{name}.csv").write_text(text)
     objects = {"m": M, "p": M | {"q": [-1, 2, -3]}, "market": NAMED, "model": MODEL}
@@ -51,33 +52,30 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize(
     "names", ["whole", "short", "bounded", "matrix q", "m q", "m row", "m blank", "m numbered", "m others"]
 )
-def test_numbers_belong_to_the_unknowns_that_their_labels_name(names: str, lcp: Lcp) -> None:
+def test_labels_may_be_the_names_of_the_unknowns_in_their_order(names: str, lcp: Lcp) -> None:
     files = [f"{name}.{'json' if name == 'm' else 'csv'}" for name in names.split()]
     record = json.loads(lcp("solve", *files, "--exact", "--format", "json").out)
     assert record["z"] == pytest.approx(RIGHT)
     assert record["exact"]["z"] == ["1/4", "0", "3/4"]
 
 
-def test_bounds_starts_directions_and_answers_do_too(lcp: Lcp, folder: Path) -> None:
-    (folder / "upper.csv").write_text(",upper\nc,0.5\na,none\nb,7\n")
-    record = json.loads(lcp("solve", "p.json", "--upper", "upper.csv", "--format", "json").out)
-    assert record["z"] == pytest.approx([0.25, 0, 0.5])
-    (folder / "z.csv").write_text(",z\nc,0.75\na,0.25\nb,0\n")
-    assert lcp("check", "p.json", "z.csv").code == 0
-    start = ("--method", "fixed-point", "--max-iterations", "0", "--format", "json")
-    assert json.loads(lcp("solve", "p.json", "--z0", "z.csv", *start).out)["z"] == pytest.approx(RIGHT)
-    (folder / "d.csv").write_text(",d\nc,0\na,1\nb,0\n")
-    path = json.loads(lcp("path", "p.json", "--direction", "d.csv", "--to", "2", "--format", "json").out)
-    assert path["z"][-1] == pytest.approx([0, 0, 0.75])
+@pytest.mark.parametrize("line", ["solve mixed.csv", "solve m.json swapped.csv", "solve m.json other.csv"])
+def test_labels_that_would_put_numbers_elsewhere_are_refused(line: str, lcp: Lcp, folder: Path) -> None:
+    for labels in ("cab", "abd", "abca"):
+        (folder / "other.csv").write_text(",q\n" + "".join(f"{label},1\n" for label in labels))
+        assert_refused(
+            lcp(*line.split()), "has the label ", "put the rows in the order a, b, c, or leave the labels out"
+        )
 
 
 @pytest.mark.parametrize(
-    ("labels", "fault"),
-    [("abd", "has the label 'd', which is not the name of an unknown"), ("abca", "has 4 labels for 3 unknowns")],
+    "line", ["solve p.json --upper", "solve p.json --z0", "check p.json", "path p.json --to 2 --direction"]
 )
-def test_labels_of_which_only_some_are_names_are_refused(labels: str, fault: str, lcp: Lcp, folder: Path) -> None:
-    (folder / "other.csv").write_text(",q\n" + "".join(f"{label},1\n" for label in labels))
-    assert_refused(lcp("solve", "m.json", "other.csv"), f"lcp: other.csv: {fault}; ")
+def test_bounds_starts_directions_and_answers_keep_the_order_too(line: str, lcp: Lcp, folder: Path) -> None:
+    (folder / "v.csv").write_text(",z\na,0.25\nb,0\nc,0.75\n")
+    assert lcp(*line.split(), "v.csv").code == 0
+    (folder / "v.csv").write_text(",z\nc,0.75\na,0.25\nb,0\n")
+    assert_refused(lcp(*line.split(), "v.csv"), "has the label 'c' where another unknown is meant by its place")
 
 
 def test_a_sign_or_a_fraction_that_is_no_number_is_said_as_what_it_is(lcp: Lcp, folder: Path) -> None:
@@ -98,7 +96,7 @@ def test_several_q_belong_to_a_file_of_M_with_bounds_and_names(ending: str, lcp:
         np.savez(folder / "alone.npz", **given)
     else:
         savemat(folder / "alone.mat", given | {"names": np.array(given["names"], dtype=object)})
-    (folder / "qs.csv").write_text(",base,tax\nc,-3,-3\na,-1,1\nb,2,2\n")
+    (folder / "qs.csv").write_text(",base,tax\na,-1,1\nb,2,2\nc,-3,-3\n")
     lines = lcp("solve", f"alone.{ending}", "qs.csv", "--format", "json").out.splitlines()
     records = [json.loads(line) for line in lines]
     assert [record["z"] for record in records] == [pytest.approx([0.25, 0, 0.5]), pytest.approx([-0.25, 0, 0.5])]
