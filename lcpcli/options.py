@@ -188,7 +188,9 @@ class Limits:
     time_limit: float = TIME_LIMIT.value
 
     def __post_init__(self) -> None:
-        check(LIMITS, vars(self))
+        for option in LIMITS:
+            if (value := getattr(self, option.name)) is not option.default:
+                option.check(value)
 
 
 DEFAULTS = Limits()

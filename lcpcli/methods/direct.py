@@ -13,7 +13,7 @@ Block pivoting on many dense problems with an M each, all at once, with the answ
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -136,7 +136,9 @@ class Safeguard:
 
 def as_dense(problem: Problem) -> Problem:
     """Return the problem with M dense, without its origin if M was not."""
-    return replace(problem, M=matrices.dense(problem.M), origin=None) if is_sparse(problem.M) else problem
+    if not is_sparse(problem.M):
+        return problem
+    return as_sparse(problem, matrices.dense(problem.M)).knowing(origin=None)
 
 
 def as_sparse(problem: Problem, M: Matrix) -> Problem:

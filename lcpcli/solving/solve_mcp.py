@@ -348,7 +348,7 @@ def _pivoted(
         z, _, states = path.point()
         z = problem.box.project(z)
         if path.end == SOLVED and not _is_close(problem, z, NEARLY):
-            z = solution_at(problem, path)
+            z, _ = solution_at(problem, path.reduction.M, z, states)
         if _is_close(problem, z, CLOSE):
             return z, states
     return None
