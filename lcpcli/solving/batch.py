@@ -22,7 +22,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.model.right_hand_sides import Stack
 from lcpcli.options import Limits
 from lcpcli.solving import direct_run
-from lcpcli.solving.call import LIMITS, run
+from lcpcli.solving.call import SolverOptions, run
 from lcpcli.solving.result import Result
 from lcpcli.typing import Indices, Mask, Vector
 from lcpcli.verify.point import Criterion, Point
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from lcpcli.model.right_hand_sides import Block
     from lcpcli.solving.derivatives import BatchDerivative, BatchGradient
 
+BLOCK_OPTIONS = {*SolverOptions.__annotations__, "interrupts", "compiled"}  # with which problems are solved together
 FEW_TOGETHER = 12  # unknowns up to which all bounded problems together take less time than kernels for each
 
 Unsolved: TypeAlias = Literal["raise", "nan"]
@@ -62,7 +63,7 @@ class Batch(Sequence[Result]):
             len(stack)
             and stack.n <= MOST_UNKNOWNS
             and method == "auto"
-            and given.keys() <= {*LIMITS, "threads", "interrupts", "compiled"}
+            and given.keys() <= BLOCK_OPTIONS
             and not (given["compiled"] and _take_less_time_apart(stack))
         ):
             fast = direct_run.compiled() if given["compiled"] and stack.box.is_orthant else None

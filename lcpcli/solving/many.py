@@ -22,7 +22,7 @@ from lcpcli.model.right_hand_sides import Block, Columns, Stack, dimensions
 from lcpcli.options import THREADS, Limits
 from lcpcli.solving import batch, direct_run
 from lcpcli.solving.batch import Batch
-from lcpcli.solving.call import COMMON_OPTIONS, LIMITS, refuse_unknown_options, run
+from lcpcli.solving.call import COMMON_OPTIONS, RunOptions, SolverOptions, chosen, run
 from lcpcli.solving.result import Result
 from lcpcli.solving.solver import SequenceSteps, Solver
 from lcpcli.typing import BoundLike, Mask, Vector
@@ -32,6 +32,8 @@ from lcpcli.verify.point import Criterion, Point
 if TYPE_CHECKING:
     from types import ModuleType
 
+    from typing_extensions import Unpack
+
     from lcpcli.model.problem import Problem
 
 AUTO = "auto"
@@ -39,7 +41,6 @@ FEWEST_COLUMNS = 4  # fewer columns are faster by themselves
 FIRST_BLOCK, BLOCK_GROWTH = 64, 4  # columns of the first block, so that results come soon, and growth of the next ones
 BLOCK_NUMBERS = 1 << 16  # in each array of a block, so that a few arrays stay in the cache
 ROUTES: tuple[tuple[str, ...], ...] = ((AUTO,), ("newton",), ("gradient", "newton"))
-BLOCK_OPTIONS = {*LIMITS, "threads", "interrupts", "compiled"}  # with which columns are solved in blocks
 
 
 @overload
@@ -51,7 +52,7 @@ def solve_many(
     lower: BoundLike = 0.0,
     upper: BoundLike = math.inf,
     infinity: float = math.inf,
-    **options: Any,
+    **options: Unpack[RunOptions],
 ) -> Batch: ...
 
 
@@ -64,7 +65,8 @@ def solve_many(
     lower: BoundLike = 0.0,
     upper: BoundLike = math.inf,
     infinity: float = math.inf,
-    **options: Any,
+    sequence: bool = False,
+    **options: Unpack[RunOptions],
 ) -> Iterator[Result]: ...
 
 
@@ -77,7 +79,7 @@ def solve_many(
     upper: BoundLike = math.inf,
     infinity: float = math.inf,
     sequence: bool = False,
-    **options: Any,
+    **options: Unpack[RunOptions],
 ) -> Iterator[Result] | Batch:
     """Solve many problems: one result for each of some Problems, or for each column of Q with one M, in order.
 
@@ -131,14 +133,13 @@ def solve_many(
     """
     if isinstance(Q, str):
         Q, method = None, Q
-    given = {name: value for name, value in options.items() if value is not None}
     kept = {*methods.SWITCHES, "compiled"}
+    given = chosen(options, COMMON_OPTIONS, method)
     given = {name: value for name, value in given.items() if value is not False or name in kept}
-    refuse_unknown_options(method, given)
     methods.check(method, {name: value for name, value in given.items() if name not in COMMON_OPTIONS})
     if "threads" in given:
         THREADS.check(given["threads"])
-    limits = Limits(**{name: given[name] for name in LIMITS if name in given})
+    limits = Limits.taken_from({**given})
     if Q is None:
         _refuse_as_problems(M, lower=lower, upper=upper, infinity=infinity)
         if sequence:
@@ -152,7 +153,7 @@ def solve_many(
     if dimensions(M) == 3:
         return Batch(Stack(M, Q, lower, upper, infinity), method, limits, given)
     columns = Columns(M, Q, lower, upper, infinity)
-    if method != AUTO or not given.keys() <= BLOCK_OPTIONS or columns.k < FEWEST_COLUMNS:
+    if method != AUTO or not given.keys() <= batch.BLOCK_OPTIONS or columns.k < FEWEST_COLUMNS:
         return _one_by_one(columns.problems(), method, given)
     if is_sparse(columns.M) or columns.n >= LONG_LU:  # a step for a block takes too long for time limits and Ctrl-C
         return one_after_another(columns, given)
@@ -175,7 +176,7 @@ def _sequence(M: Any, Q: Iterator[Any], method: str, given: dict[str, Any], **bo
 
 def _refuse_in_sequence(method: str, names: Set[str], what: str, hint: str) -> None:
     """Raise ParameterError for another method than auto, and for options that a Solver does not have."""
-    for name in [*sorted(names - {*LIMITS, "threads"}), *["method"] * (method != AUTO)]:
+    for name in [*sorted(names - SolverOptions.__annotations__.keys()), *["method"] * (method != AUTO)]:
         raise ParameterError(name, f"has no effect on {what}", hint)
 
 
