@@ -163,34 +163,6 @@ def lemke(structure: Structure) -> Stage:
     return stages.limited(stages.begin("lemke", structure.problem, structure.x0), MAX_PIVOTS * structure.problem.n)
 
 
-def first_attempts(structure: Structure) -> Stage:
-    """Make the attempts of interior that give up early."""
-    with imports:
-        from lcpcli.methods.interior import FIRST_ATTEMPTS, attempts
-    return attempts(structure.thin, FIRST_ATTEMPTS)
-
-
-def further_attempts(structure: Structure) -> Stage:
-    """Make the attempts of interior that follow these."""
-    with imports:
-        from lcpcli.methods.interior import FURTHER_ATTEMPTS, attempts
-    return attempts(structure.thin, FURTHER_ATTEMPTS)
-
-
-def few_nodes(structure: Structure) -> Stage:
-    """Examine a few nodes of the tree of milp, which take about as long as Lemke's path."""
-    with imports:
-        from lcpcli.methods.milp import FEW_ENTRIES, first_nodes
-    return first_nodes(structure.problem, FEW_ENTRIES)
-
-
-def first_nodes(structure: Structure) -> Stage:
-    """Examine the first nodes of the tree of milp."""
-    with imports:
-        from lcpcli.methods.milp import FIRST_ENTRIES, first_nodes
-    return first_nodes(structure.problem, FIRST_ENTRIES)
-
-
 BRIEFLY_LINEAR = by(
     "linear.linear", lambda s: (s.given, max(SIMPLEX_EFFORT_BY_ORDER * s.problem.n**3, LEAST_SIMPLEX_EFFORT))
 )
@@ -284,7 +256,7 @@ BRIEF = (
     Row(
         *("milp", "a few nodes", f"there are at most {MOST_FOR_MILP} unknowns, and perhaps no solution"),
         _has_few_nodes,
-        few_nodes,
+        by("milp.few_nodes"),
     ),
 )
 LATER = (
@@ -301,7 +273,7 @@ LATER = (
     Row(
         *("interior", "two attempts", "M + M' is positive semidefinite, or M has the structure of a contact problem"),
         lambda s: s.is_semidefinite or s.is_frictional,
-        first_attempts,
+        by("interior.first_attempts", lambda s: (s.thin,)),
     ),
     Row(
         *("newton", "Chandrasekaran's method", "M is large and sparse, and no entry off the diagonal is positive"),
@@ -317,7 +289,7 @@ LATER = (
     Row(
         *("interior", "further attempts", "M + M' is positive semidefinite"),
         lambda s: s.is_semidefinite,
-        further_attempts,
+        by("interior.further_attempts", lambda s: (s.thin,)),
     ),
     Row(
         *("newton", "", "there are zeros on the diagonal of M"),
@@ -333,7 +305,7 @@ LATER = (
     Row(
         *("milp", "first nodes", f"there are at most {factors.MOST_NUMPY_ROWS} unknowns, and it applies to any M"),
         lambda s: s.problem.n <= factors.MOST_NUMPY_ROWS,
-        first_nodes,
+        by("milp.first_nodes"),
         first_round=2,
     ),
     Row(

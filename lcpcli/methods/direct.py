@@ -134,6 +134,10 @@ class Safeguard:
         self.left, self.single = self.left[rows], self.single[rows]
 
 
+FIELDS = {field.name for field in fields(Problem)}
+FIELDS_OF_LCP = {*FIELDS, "reference_z", "q_ref", "q_error"}  # with what follows from z >= 0
+
+
 def as_dense(problem: Problem) -> Problem:
     """Return the problem with M dense, without its origin if M was not."""
     if not is_sparse(problem.M):
@@ -145,7 +149,8 @@ def as_sparse(problem: Problem, M: Matrix) -> Problem:
     """Return the problem with its M in another form."""
     if M is problem.M:
         return problem
-    return Problem.of_fields({field.name: getattr(problem, field.name) for field in fields(problem)} | {"M": M})
+    kept = FIELDS_OF_LCP if problem.box.is_orthant else FIELDS
+    return Problem.of_fields({name: value for name, value in vars(problem).items() if name in kept}, M=M)
 
 
 def may_be_program(problem: Problem) -> bool:
