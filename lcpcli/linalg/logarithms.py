@@ -319,16 +319,18 @@ def _banded(
 
 
 def _components(used: Mask, entries: Vector) -> tuple[Indices, Indices, int]:
-    """Return the components of the rows and of the columns that have entries, and their number, by breadth-first
-    search; entries : `used` as numbers, whose products show soon if there is only one."""
+    """Return the components of the rows and of the columns that have entries, and their number: by breadth-first search
+    or, for few rows, by powers of the matrix of rows that share a column; entries : `used` as numbers."""
     n, count = used.shape[0], 0
-    reached = entries[0]
-    for _ in range(FEW_LEVELS):
-        rows = entries @ reached
-        reached = rows @ entries
-        if np.count_nonzero(rows) == np.count_nonzero(reached) == n:
-            return np.zeros(n, dtype=np.intp), np.zeros(n, dtype=np.intp), 1
     rows, columns = np.full((2, n), -1, dtype=np.intp)
+    if n <= MOST_DENSE:
+        linked, before = entries @ entries.T + np.eye(n) > 0, 0
+        while before < (before := np.count_nonzero(linked)):
+            linked = linked @ linked
+        first = linked.argmax(axis=1)
+        roots = first == np.arange(n)
+        rows, count = (np.cumsum(roots) - 1)[first], np.count_nonzero(roots)
+        columns = np.where(used.any(axis=0), rows[used.argmax(axis=0)], -1)
     for i in range(n):
         if rows[i] >= 0:
             continue
