@@ -324,12 +324,12 @@ def _components(used: Mask, entries: Vector) -> tuple[Indices, Indices, int]:
     n, count = used.shape[0], 0
     rows, columns = np.full((2, n), -1, dtype=np.intp)
     if n <= MOST_DENSE:
-        linked, before = entries @ entries.T + np.eye(n) > 0, 0
-        while before < (before := np.count_nonzero(linked)):
+        linked, before = entries @ entries.T + np.eye(n) > 0, -1
+        while before != (before := int(np.count_nonzero(linked))):
             linked = linked @ linked
         first = linked.argmax(axis=1)
         roots = first == np.arange(n)
-        rows, count = (np.cumsum(roots) - 1)[first], np.count_nonzero(roots)
+        rows, count = (np.cumsum(roots) - 1)[first], int(np.count_nonzero(roots))
         columns = np.where(used.any(axis=0), rows[used.argmax(axis=0)], -1)
     for i in range(n):
         if rows[i] >= 0:
