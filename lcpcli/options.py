@@ -187,8 +187,16 @@ class Limits:
     max_iterations: int = int(MAX_ITERATIONS.value)
     time_limit: float = TIME_LIMIT.value
 
+    @classmethod
+    def taken_from(cls, options: dict[str, Any]) -> Limits:
+        """Return the limits among some options, which are then without them."""
+        own = {name: options.pop(name) for name in ("tol", "max_iterations", "time_limit") if name in options}
+        return cls(**own) if own else DEFAULTS
+
     def __post_init__(self) -> None:
-        check(LIMITS, vars(self))
+        for option in LIMITS:
+            if (value := getattr(self, option.name)) is not option.default:
+                option.check(value)
 
 
 DEFAULTS = Limits()

@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
+from importlib import import_module
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -23,9 +24,8 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
 from lcpcli.methods.direct import FEW_INDEX_STEPS, MOST_AS_DENSE, MOST_PIVOTED, may_be_program
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, SLOW, dense_route, newton
-from lcpcli.methods.newton import without_w as newton_without_w
 from lcpcli.methods.registry import METHODS
-from lcpcli.methods.stages import Iterate, Stage, Stalled, advance, ended
+from lcpcli.methods.stages import Iterate, Stage, Stalled, advance
 from lcpcli.model.problem import Problem
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
@@ -45,6 +45,8 @@ SETTLED_CHANGES = 3  # of state in a step of newton: so few do not end it
 MOST_BAND_STEPS = 5  # of newton with factors of a band: it settles in these, or takes as many as there are unknowns
 MOST_SMALL_BAND_STEPS = 25  # the same for a small M, where other attempts take longer
 
+Begin: TypeAlias = Callable[[Structure], Stage]
+
 
 class Row(NamedTuple):
     """An attempt.
@@ -58,7 +60,7 @@ class Row(NamedTuple):
     part: str
     reason: str
     applies: Callable[[Structure], bool]
-    begin: Callable[[Structure], Stage]
+    begin: Begin
     share: Callable[[Structure], float] = lambda _: math.inf
     first_round: int = 0
 
@@ -79,6 +81,18 @@ def _has_few_nodes(structure: Structure) -> bool:
     return FEW_UNKNOWNS < n <= MOST_FOR_MILP and not (is_mixed or structure.is_semidefinite)
 
 
+def by(place: str, given: Callable[[Structure], tuple[Any, ...]] = lambda s: (s.problem,)) -> Begin:
+    """Return how an attempt begins: by a function of the room of methods, loaded at that time, of what is given."""
+
+    def begin(structure: Structure) -> Stage:
+        module, _, function = place.partition(".")
+        with imports:
+            found: Callable[..., Stage] = getattr(import_module(f"lcpcli.methods.{module}"), function)
+        return found(*given(structure))
+
+    return begin
+
+
 def newton_while_fast(structure: Structure) -> Stage:
     """Run newton until a step changes more than NEWTON_SETTLING_FACTOR of the states that the last step changed.
 
@@ -94,24 +108,6 @@ def newton_while_fast(structure: Structure) -> Stage:
             return Stalled(SLOW)
         most = max(NEWTON_SETTLING_FACTOR * changes, SETTLED_CHANGES)
     return step
-
-
-def eliminated(structure: Structure) -> Stage:
-    """Eliminate one unknown after another of a tridiagonal M-matrix."""
-    with imports:
-        from lcpcli.methods.z_matrix import eliminated
-    return eliminated(structure.problem)
-
-
-def newton_in_band(structure: Structure) -> Stage:
-    """Run newton for MOST_BAND_STEPS while it settles fast."""
-    return stages.limited(newton_while_fast(structure), MOST_BAND_STEPS)
-
-
-def basic_in_band(structure: Structure) -> Stage:
-    """Run newton from w = 0 for as many steps with factors of a narrow band as take no longer than coarse versions of
-    a small M."""
-    return stages.limited(all_basic(structure), MOST_SMALL_BAND_STEPS)
 
 
 def usual_newton(structure: Structure) -> Stage:
@@ -134,11 +130,6 @@ def _single_exchanges(structure: Structure) -> int:
     return FEW_INDEX_STEPS if _is_hasty(structure.problem) else LEAST_INDEX_STEPS
 
 
-def without_w(structure: Structure) -> Stage:
-    """Solve M z = -q once."""
-    return newton_without_w(structure.problem)
-
-
 def all_basic(structure: Structure) -> Stage:
     """Solve M z = -q, and exchange the signs that are wrong.
 
@@ -157,45 +148,6 @@ def from_basic_zeros(structure: Structure) -> Stage:
     return newton(problem, np.where(problem.q <= 0, 0.5, -0.5), _single_exchanges(structure), _is_hasty(problem))
 
 
-def of_z_matrix(structure: Structure) -> Stage:
-    """Run Chandrasekaran's method."""
-    with imports:
-        from lcpcli.methods.z_matrix import z_matrix
-    return z_matrix(structure.problem)
-
-
-def sparse(structure: Structure) -> Stage:
-    """Run the route for sparse M; where there are zeros on the diagonal, only the part that needs no factors."""
-    with imports:
-        from lcpcli.methods.active_set import sparse_route
-    problem = structure.problem
-    return sparse_route(problem, structure.x0, krylov_only=not problem.M.diagonal().all())
-
-
-def convex_program(structure: Structure) -> Stage:
-    """Solve a convex program by PIQP."""
-    with imports:
-        from lcpcli.methods.convex_program import convex_program
-    return convex_program(structure.given)
-
-
-def linear(structure: Structure, effort: float = math.inf) -> Stage:
-    """Run linear, for a proof of infeasibility, or for the solution if M is skew-symmetric."""
-    with imports:
-        from lcpcli.methods.linear import linear
-    return linear(structure.given, max(effort, LEAST_SIMPLEX_EFFORT))
-
-
-def half_linear(structure: Structure) -> Stage:
-    """Run linear with iterations by the entries of M, as it takes far fewer than interior, or far more."""
-    return linear(structure, SIMPLEX_EFFORT * structure.problem.M.nnz)
-
-
-def briefly_linear(structure: Structure) -> Stage:
-    """Run linear: where the first attempts of interior stall, there is often no solution, as an LP shows at once."""
-    return linear(structure, SIMPLEX_EFFORT_BY_ORDER * structure.problem.n**3)
-
-
 def pivoted(structure: Structure) -> Stage:
     """Follow Lemke's path to its end without iterates in between."""
     with imports:
@@ -211,83 +163,34 @@ def lemke(structure: Structure) -> Stage:
     return stages.limited(stages.begin("lemke", structure.problem, structure.x0), MAX_PIVOTS * structure.problem.n)
 
 
-def pure_equilibrium(structure: Structure) -> Stage:
-    """Look for an equilibrium of a bimatrix game in pure strategies."""
-    with imports:
-        from lcpcli.methods.bimatrix import pure_equilibrium
-    return pure_equilibrium(structure.problem, structure.game)
-
-
-def lemke_howson(structure: Structure) -> Stage:
-    """Follow the paths of Lemke and Howson from several labels."""
-    with imports:
-        from lcpcli.methods.bimatrix import lemke_howson
-    return ended(Stalled()) if structure.game is None else lemke_howson(structure.problem, structure.game)
-
-
-def interior(structure: Structure) -> Stage:
-    """Make all attempts of interior."""
-    return stages.begin("interior", structure.problem, structure.x0)
-
-
-def first_attempts(structure: Structure) -> Stage:
-    """Make the attempts of interior that give up early."""
-    with imports:
-        from lcpcli.methods.interior import FIRST_ATTEMPTS, attempts
-    return attempts(structure.thin, FIRST_ATTEMPTS)
-
-
-def further_attempts(structure: Structure) -> Stage:
-    """Make the attempts of interior that follow these."""
-    with imports:
-        from lcpcli.methods.interior import FURTHER_ATTEMPTS, attempts
-    return attempts(structure.thin, FURTHER_ATTEMPTS)
-
-
-def reflections(structure: Structure) -> Stage:
-    """Search by reflections."""
-    return stages.begin("reflections", structure.problem, structure.x0)
-
-
-def few_nodes(structure: Structure) -> Stage:
-    """Examine a few nodes of the tree of milp, which take about as long as Lemke's path."""
-    with imports:
-        from lcpcli.methods.milp import FEW_ENTRIES, first_nodes
-    return first_nodes(structure.problem, FEW_ENTRIES)
-
-
-def first_nodes(structure: Structure) -> Stage:
-    """Examine the first nodes of the tree of milp."""
-    with imports:
-        from lcpcli.methods.milp import FIRST_ENTRIES, first_nodes
-    return first_nodes(structure.problem, FIRST_ENTRIES)
-
-
+BRIEFLY_LINEAR = by(
+    "linear.linear", lambda s: (s.given, max(SIMPLEX_EFFORT_BY_ORDER * s.problem.n**3, LEAST_SIMPLEX_EFFORT))
+)
 FIRST = (
     Row(
         *("piqp", "", "M may be that of a convex program, and the package PIQP is installed"),
         lambda s: may_be_program(s.given),
-        convex_program,
+        by("convex_program.convex_program", lambda s: (s.given,)),
     ),
     Row(
         *("linear", "of half of the variables", "M is large, sparse and skew-symmetric, as for a linear program"),
         lambda s: s.program == "linear",
-        half_linear,
+        by("linear.linear", lambda s: (s.given, max(SIMPLEX_EFFORT * s.problem.M.nnz, LEAST_SIMPLEX_EFFORT))),
     ),
     Row(
         *("elimination", "", "M is tridiagonal, and no entry off the diagonal is positive"),
         lambda s: s.is_tridiagonal,
-        eliminated,
+        by("z_matrix.eliminated"),
     ),
     Row(
         *("newton", "while it settles fast", "the entries of M are near the diagonal, so that its factors cost little"),
         lambda s: s.is_narrow and not s.program,
-        newton_in_band,
+        lambda s: stages.limited(newton_while_fast(s), MOST_BAND_STEPS),
     ),
     Row(
         *("newton", "from w = 0", "its factors cost little, and no entry off the diagonal is positive"),
         lambda s: s.is_narrow and s.problem.n <= MOST_AS_DENSE and s.is_z_matrix,
-        basic_in_band,
+        lambda s: stages.limited(all_basic(s), MOST_SMALL_BAND_STEPS),
     ),
     Row(
         *("newton", "from w = 0 where q <= 0", "no entry off the diagonal is positive, and some of q are 0"),
@@ -297,12 +200,12 @@ FIRST = (
     Row(
         *("sparse", "products with M, coarse versions of M, factors", "M is large and sparse, of no convex program"),
         lambda s: s.is_large_and_sparse and not s.program,
-        sparse,
+        by("active_set.sparse_route", lambda s: (s.problem, s.x0, not s.problem.M.diagonal().all())),
     ),
     Row(
         *("pure", "", "M is that of a bimatrix game, most of which have an equilibrium in pure strategies"),
         lambda s: s.game is not None,
-        pure_equilibrium,
+        by("bimatrix.pure_equilibrium", lambda s: (s.problem, s.game)),
     ),
     Row(
         *("newton", "while it settles fast", "there are bounds, and zeros on the diagonal of M"),
@@ -317,7 +220,7 @@ FIRST = (
     Row(
         *("newton", "at w = 0", "M is dense, and a solution with w = 0 has no definite states where z is at bounds"),
         lambda s: not (s.is_large_and_sparse or s.is_z_matrix) and (s.is_unsure or not s.is_no_p_matrix),
-        without_w,
+        by("newton.without_w"),
     ),
     Row(
         *("newton", "from w = 0", "no entry off the diagonal is positive, and all on it are"),
@@ -331,7 +234,7 @@ FIRST = (
             "no entry off the diagonal is positive, and z >= 0 alone is asked for",
         ),
         lambda s: s.has_no_positive_links and not (s.problem.is_mixed or _is_too_large_for_fractions(s)),
-        of_z_matrix,
+        by("z_matrix.z_matrix"),
     ),
     Row(
         *("lemke", "", "there are few unknowns, with numbers of usual size"),
@@ -343,17 +246,17 @@ BRIEF = (
     Row(
         *("lemke-howson", "from several labels", "M is that of a bimatrix game"),
         lambda s: s.game is not None,
-        lemke_howson,
+        by("bimatrix.lemke_howson", lambda s: (s.problem, s.game)),
     ),
     Row(
         *("linear", "few iterations", "no known property of M excludes that the problem is infeasible"),
         lambda s: s.problem.n <= MOST_EARLY_LINEAR and not (s.is_semidefinite or _has_few_nodes(s)),
-        briefly_linear,
+        BRIEFLY_LINEAR,
     ),
     Row(
         *("milp", "a few nodes", f"there are at most {MOST_FOR_MILP} unknowns, and perhaps no solution"),
         _has_few_nodes,
-        few_nodes,
+        by("milp.few_nodes"),
     ),
 )
 LATER = (
@@ -370,23 +273,23 @@ LATER = (
     Row(
         *("interior", "two attempts", "M + M' is positive semidefinite, or M has the structure of a contact problem"),
         lambda s: s.is_semidefinite or s.is_frictional,
-        first_attempts,
+        by("interior.first_attempts", lambda s: (s.thin,)),
     ),
     Row(
         *("newton", "Chandrasekaran's method", "M is large and sparse, and no entry off the diagonal is positive"),
         lambda s: s.has_no_positive_links and _is_too_large_for_fractions(s) and not s.problem.is_mixed,
-        of_z_matrix,
+        by("z_matrix.z_matrix"),
     ),
     *BRIEF,
     Row(
         *("linear", "few iterations", "the problem may be infeasible"),
         lambda s: s.is_semidefinite and s.problem.n <= MOST_EARLY_LINEAR,
-        briefly_linear,
+        BRIEFLY_LINEAR,
     ),
     Row(
         *("interior", "further attempts", "M + M' is positive semidefinite"),
         lambda s: s.is_semidefinite,
-        further_attempts,
+        by("interior.further_attempts", lambda s: (s.thin,)),
     ),
     Row(
         *("newton", "", "there are zeros on the diagonal of M"),
@@ -396,13 +299,13 @@ LATER = (
     Row(
         *("linear", "", "the problem may be infeasible"),
         lambda s: s.problem.n > MOST_SURELY_LINEAR,
-        linear,
+        by("linear.linear", lambda s: (s.given,)),
         first_round=1,
     ),
     Row(
         *("milp", "first nodes", f"there are at most {factors.MOST_NUMPY_ROWS} unknowns, and it applies to any M"),
         lambda s: s.problem.n <= factors.MOST_NUMPY_ROWS,
-        first_nodes,
+        by("milp.first_nodes"),
         first_round=2,
     ),
     Row(
@@ -421,12 +324,12 @@ LATER = (
     Row(
         *("interior", "", "there are bounds, and M + M' is indefinite, as for programs that are not convex"),
         lambda s: s.problem.is_mixed and not s.is_semidefinite,
-        interior,
+        lambda s: stages.begin("interior", s.problem, s.x0),
     ),
     Row(
         *("reflections", "", f"there are at most {MOST_REFLECTED} unknowns, and it applies to any M"),
         lambda s: s.problem.n <= MOST_REFLECTED,
-        reflections,
+        lambda s: stages.begin("reflections", s.problem, s.x0),
         lambda _: LOOKS,
     ),
 )

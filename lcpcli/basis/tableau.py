@@ -85,12 +85,15 @@ def choose(
     n, noise = tableau.values.size, tableau.noise
     change = tableau.T[:, entering] * way
     rate = np.abs(change)
-    room = np.maximum(np.where(change < 0.0, tableau.values - tableau.lower, tableau.upper - tableau.values), 0.0)
+    room = np.where(change < 0.0, tableau.values - tableau.lower, tableau.upper - tableau.values)
+    np.maximum(room, 0.0, out=room)
     moves = rate > SMALL * tableau.growth[0]
-    ratios = np.where(moves, room, np.inf) / np.where(moves, rate, 1.0)
+    ratios = np.empty(n)
+    ratios.fill(np.inf)
+    np.divide(room, rate, where=moves, out=ratios)
     variable = tableau.nonbasic[entering]
     own = d[variable - n] if n <= variable < 2 * n else np.inf
-    least = min(ratios.min(), own)
+    least = min(np.minimum.reduce(ratios), own)
     if least == np.inf:
         return UNBOUNDED, 0.0
     fall = -change[cover_row]
@@ -102,7 +105,7 @@ def choose(
     if lexicographic:
         row = lexicographic_minimum(tableau, np.nonzero(tied)[0], change)
     else:
-        row = int(np.argmax(np.where(tied, rate, 0.0)))
+        row = int(np.where(tied, rate, 0.0).argmax())
     return row, ratios[row]
 
 
@@ -127,22 +130,22 @@ def shift(tableau: Tableau, entering: int, way: float, step: float) -> float:
     change = tableau.T[:, entering] * way
     rate, values = np.abs(change), tableau.values
     values += step * change
-    tableau.noise[:] = np.maximum(tableau.noise, NOISE * step * rate)
+    np.maximum(tableau.noise, NOISE * step * rate, out=tableau.noise)
     values[np.abs(values) <= ZERO * tableau.noise] = 0.0
-    return float(rate.max())
+    return float(np.maximum.reduce(rate))
 
 
 def move(tableau: Tableau, d: Vector, entering: int, way: float, row: int, step: float) -> tuple[int, float]:
     """Let the variable of a column enter and that of a row leave, or go over to its other bound; return the column
     that enters next, with the direction in which its variable moves, or NO_ROW once z_0 has left."""
     n = tableau.values.size
-    at_upper, variable = tableau.at_upper, tableau.nonbasic[entering]
+    at_upper, variable = tableau.at_upper, int(tableau.nonbasic[entering])
     fastest = shift(tableau, entering, way, step)
     if row == NO_ROW:
         pair = variable - n
         at_upper[pair] = not at_upper[pair]
     else:
-        leaving, change = tableau.basic[row], tableau.T[row, entering] * way
+        leaving, change = int(tableau.basic[row]), float(tableau.T[row, entering]) * way
         is_y = n <= variable < 2 * n
         growth = fastest / abs(change) * np.abs(tableau.T[row]).max()
         tableau.growth[0] = max(tableau.growth[0], growth)
@@ -158,7 +161,7 @@ def move(tableau: Tableau, d: Vector, entering: int, way: float, row: int, step:
         pair = leaving % n
         if leaving >= n:
             at_upper[pair] = change > 0.0
-    partner = tableau.column[pair]
+    partner = int(tableau.column[pair])
     tableau.column[pair] = entering
     return partner, -1.0 if at_upper[pair] else 1.0
 

@@ -92,8 +92,8 @@ def _options(words: Sequence[str]) -> dict[str, Any]:
 
 
 def _answer(model: Model, given: Mapping[str, Any]) -> Answer:
-    limits = Limits(**{option.name: given[option.name] for option in LIMITS if option.name in given})
-    others = {name: value for name, value in given.items() if name not in {option.name for option in LIMITS}}
+    others = {**given}
+    limits = Limits.taken_from(others)
     if isinstance(model.problem, NonlinearProblem):
         result = run_nonlinear(model.problem, limits=limits, interrupts="return", **others)
     elif RESTARTS.name in others:

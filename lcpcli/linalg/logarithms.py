@@ -28,7 +28,8 @@ MOST_CG_STEPS = 300  # for so many rows that elimination may take too long, and 
 THIN, THIN_CG_STEPS = 4, 32  # entries in a row of few symmetric ones, and their steps: elimination takes less then
 FEW_SYMMETRIC, LARGEST_ELIMINATED = 10_000, 100_000  # rows
 BAND = 5  # how far entries are from the diagonal in a band whose factors take less time than conjugate gradients
-MOST_DENSE = 64  # rows up to which the normal equations are dense
+FEW_LEVELS = 3  # of a breadth-first search, in which it reaches all rows of most matrices that have one component
+MOST_DENSE = 48  # rows up to which dense normal equations take no longer than conjugate gradients
 FEW_ROWS = 256  # of a dense M, for which products with it are tried without a look at its zeros
 DENSE, DENSE_CG_STEPS = 0.2, 30  # the share of entries from which products with them are dense, and the steps tried
 MOST_FACTORS = 1000  # numbers from 1 to 2 whose product is in range
@@ -89,7 +90,7 @@ def _sums(M: Vector) -> Vector:
 
 
 def _dense(M: Vector) -> Fitted | None:
-    """Return the fit for a dense M; None if many rows take many steps.
+    """Return the fit for a dense M; None if it takes conjugate gradients many steps.
 
     For few rows, the normal equations become regular if the vectors are added that are 1 in the rows and -1 in the
     columns of a component.
@@ -97,14 +98,15 @@ def _dense(M: Vector) -> Fitted | None:
     n, used = M.shape[0], M != 0
     entries, logarithms = used.astype(np.float64), np.log2(np.abs(M), where=used, out=np.zeros(M.shape))
     sums, counts = (np.array([each.sum(axis=1), each.sum(axis=0)]) for each in (logarithms, entries))
-    scaled = entries / np.multiply.outer(*map(_roots, counts))
-    times = [scaled.__matmul__, scaled.T.__matmul__]
-    *found, is_settled = conjugate_gradients([*sums], [*counts], times, DENSE_CG_STEPS)
-    if not is_settled and n > MOST_DENSE:
-        return None
-    row_part, column_part, parts = _components(used)
+    if n > MOST_DENSE:
+        scaled = entries / np.multiply.outer(*map(_roots, counts))
+        times = [scaled.__matmul__, scaled.T.__matmul__]
+        *found, is_settled = conjugate_gradients([*sums], [*counts], times, DENSE_CG_STEPS)
+        if not is_settled:
+            return None
+    row_part, column_part, parts = _components(used, entries)
     part = np.concatenate((row_part, column_part))
-    if not is_settled:
+    if n <= MOST_DENSE:
         signs = np.repeat((1.0, -1.0), n)
         N = (part[:, np.newaxis] == part) * np.outer(signs, signs) + np.diag(counts.ravel())
         N[:n, n:] += entries
@@ -316,11 +318,19 @@ def _banded(
     return x.ravel()
 
 
-def _components(used: Mask) -> tuple[Indices, Indices, int]:
-    """Return the components of the rows and of the columns that have entries, and their number, by breadth-first
-    search."""
+def _components(used: Mask, entries: Vector) -> tuple[Indices, Indices, int]:
+    """Return the components of the rows and of the columns that have entries, and their number: by breadth-first search
+    or, for few rows, by powers of the matrix of rows that share a column; entries : `used` as numbers."""
     n, count = used.shape[0], 0
     rows, columns = np.full((2, n), -1, dtype=np.intp)
+    if n <= MOST_DENSE:
+        linked, before = entries @ entries.T + np.eye(n) > 0, -1
+        while before != (before := int(np.count_nonzero(linked))):
+            linked = linked @ linked
+        first = linked.argmax(axis=1)
+        roots = first == np.arange(n)
+        rows, count = (np.cumsum(roots) - 1)[first], int(np.count_nonzero(roots))
+        columns = np.where(used.any(axis=0), rows[used.argmax(axis=0)], -1)
     for i in range(n):
         if rows[i] >= 0:
             continue

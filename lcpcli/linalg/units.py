@@ -14,6 +14,7 @@ Systems with a singular matrix: a solution, what all solutions share, and whethe
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -52,16 +53,16 @@ class Units:
     def largest_of_rows(self, values: Vector) -> Vector:
         """Return the largest value in each component, for values of rows, shape (..., n); minus infinity in an empty
         component."""
-        return self._largest(values, self._order_of_rows)
+        return self._largest(values, lambda: self._order_of_rows)
 
     def largest_of_columns(self, values: Vector) -> Vector:
         """Return the same for values of columns."""
-        return self._largest(values, self._order_of_columns)
+        return self._largest(values, lambda: self._order_of_columns)
 
-    def _largest(self, values: Vector, order: tuple[Indices, Indices, Indices]) -> Vector:
-        ordered, numbers, starts = order
+    def _largest(self, values: Vector, order: Callable[[], tuple[Indices, Indices, Indices]]) -> Vector:
         if self.parts == 1:
             return np.asarray(values.max(axis=-1, keepdims=True, initial=-np.inf))
+        ordered, numbers, starts = order()
         found = np.full((*values.shape[:-1], self.parts), -np.inf)
         found[..., numbers] = np.maximum.reduceat(values[..., ordered], starts, axis=-1)
         return found

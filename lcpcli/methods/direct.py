@@ -13,7 +13,7 @@ Block pivoting on many dense problems with an M each, all at once, with the answ
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -134,16 +134,23 @@ class Safeguard:
         self.left, self.single = self.left[rows], self.single[rows]
 
 
+FIELDS = {field.name for field in fields(Problem)}
+FIELDS_OF_LCP = {*FIELDS, "reference_z", "q_ref", "q_error"}  # with what follows from z >= 0
+
+
 def as_dense(problem: Problem) -> Problem:
     """Return the problem with M dense, without its origin if M was not."""
-    return replace(problem, M=matrices.dense(problem.M), origin=None) if is_sparse(problem.M) else problem
+    if not is_sparse(problem.M):
+        return problem
+    return as_sparse(problem, matrices.dense(problem.M)).knowing(origin=None)
 
 
 def as_sparse(problem: Problem, M: Matrix) -> Problem:
     """Return the problem with its M in another form."""
     if M is problem.M:
         return problem
-    return Problem.of_fields({field.name: getattr(problem, field.name) for field in fields(problem)} | {"M": M})
+    kept = FIELDS_OF_LCP if problem.box.is_orthant else FIELDS
+    return Problem.of_fields({name: value for name, value in vars(problem).items() if name in kept}, M=M)
 
 
 def may_be_program(problem: Problem) -> bool:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import islice
 
 import numpy as np
@@ -112,6 +112,10 @@ def attempts(
     except ProblemError:
         return Breakdown("numbers overflow in slack_form units")
     return (yield from run.attempts(settings, start_slack, regularization))
+
+
+first_attempts = partial(attempts, settings=FIRST_ATTEMPTS)
+further_attempts = partial(attempts, settings=FURTHER_ATTEMPTS)
 
 
 def at_point(problem: Problem, x: Vector, tried: Tried | None = None) -> Stage:

@@ -134,11 +134,14 @@ def _last(problem: Problem, path: LemkePath, step: str = "", z0: float | None = 
 
     def solve(left: Problem) -> Vector | None:
         own = path_to_end(left, path.follow, reduced(left))
-        return solution_at(left, own) if own.end == SOLVED else None
+        near, _, basis = own.point()
+        return solution_at(left, own.reduction.M, near, basis)[0] if own.end == SOLVED else None
 
-    z = settled(problem, solution_at(problem, path), solve)
+    near, _, basis = path.point()
+    z, is_settled = solution_at(problem, path.reduction.M, near, basis)
+    z = z if is_settled else settled(problem, z, solve)
     x = problem.box.x_within(z, problem.w(z), problem.box.basis_at(z))
-    yield Iterate(x, None, step, path.pivots, basis=path.point()[2], z0=z0)
+    yield Iterate(x, None, step, path.pivots, basis=basis, z0=z0)
     return Finished()
 
 

@@ -6,6 +6,7 @@ The solution at a basis, as where Lemke's path ends, computed anew from M and q.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
@@ -34,8 +35,12 @@ def cover_of(cover: int | str, units: Vector) -> Vector:
     determines, so that rows which block at once for a vector of ones block one after another."""
     if cover == ONES:
         return units
-    found: Vector = 0.5 + generator(int(cover)).random(units.size)
-    return found
+    return _seeded_cover(int(cover), units.size)
+
+
+@lru_cache(maxsize=16)
+def _seeded_cover(seed: int, size: int) -> Vector:
+    return np.asarray(0.5 + generator(seed).random(size))
 
 
 class LemkePath:
@@ -115,27 +120,27 @@ class LemkePath:
 LITERAL_STEPS = 8  # exchanges of wrong signs at the end of a path
 
 
-def solution_at(problem: Problem, path: LemkePath) -> Vector:
-    """Return z of the basis at which a path has ended.
+def solution_at(problem: Problem, M: Vector, near: Vector, basis: States) -> tuple[Vector, bool]:
+    """Return z of the basis at which a path has ended near a z, for M as a dense array, and whether it violates no row
+    beyond rounding.
 
     Signs that are wrong beyond rounding belong to numbers so small beside others that z_0 left before they decided:
     they are exchanged, as long as that leads to a solution soon.
     """
-    near, _, basis = path.point()
-    box, M = problem.box, path.reduction.M
+    box = problem.box
     z = basic_solution(problem, near, basis, M)
     first = box.project(z)
-    if not violations(problem, first).rows.any():
-        return first
+    if not np.count_nonzero(violations(problem, first).rows):
+        return first, True
     solutions = BasicSolutions(problem)
     for _ in range(LITERAL_STEPS):
         w = np.where(basis == BASIC, 0.0, problem.w(z))
         violated = solutions.violated(BasicSolution(basis, z, w, box.wrong(z, w, basis), False))
         if not violated.any():
-            return box.project(z)
+            return box.project(z), False
         basis = box.exchanged(basis, violated, z)
         z = basic_solution(problem, box.project(z), basis, M)
-    return first
+    return first, False
 
 
 def confirmed(problem: Problem, basis: States, near: Vector | None) -> Stage:

@@ -234,10 +234,13 @@ def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method h
     return (yield from _decided(problem, _all_sets))
 
 
-def first_nodes(problem: Problem, entries: int) -> Stage:
+def first_nodes(problem: Problem, entries: int = FIRST_ENTRIES) -> Stage:
     """Examine the first nodes of the tree alone, as many as have so many entries of M in all; yield and return as
     `milp`."""
     return (yield from _decided(problem, partial(_of_tree, nodes=entries // problem.n**2 + 1), FIRST_EFFORT))
+
+
+few_nodes = partial(first_nodes, entries=FEW_ENTRIES)
 
 
 def _decided(

@@ -22,7 +22,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import generator
-from lcpcli.presolve.system import Bounds, Contradiction, Entries, Step, System, mask_of, summed
+from lcpcli.presolve.system import Bounds, Contradiction, Entries, Step, System, are_integers, mask_of, summed
 from lcpcli.typing import Indices, Mask, Vector
 
 CLEAR = 1e-9  # relative to the terms of a row: what is called positive, or inside bounds, is far above rounding
@@ -103,7 +103,8 @@ def rows_that_are_bounds(system: System) -> Iterator[Step]:
     in_rows = entries.part(mask_of(system.n, r)[entries.rows] & ~mask_of(system.n, k)[entries.columns])
     in_columns = entries.part(mask_of(system.n, j)[entries.columns] & ~mask_of(system.n, i)[entries.rows])
     q = system.q[r] + b * own
-    yield system.bound(Bounds(i, k, j, r, a, b, sign, own, active, at, q, in_rows, in_columns), lower, upper)
+    step = Bounds(are_integers(at), i, k, j, r, a, b, sign, own, active, at, q, in_rows, in_columns)
+    yield system.bound(step, lower, upper)
 
 
 def _bound_rows(system: System) -> tuple[Indices, Indices, Indices, Indices, Vector, Vector]:
@@ -399,7 +400,7 @@ def _assign(system: System) -> None:
         if pairs is None:
             return
         columns, rows = (np.array(each) for each in zip(*pairs, strict=True))
-        system.give(columns, rows)
+        system.pair(rows, columns)
         settled[columns] = True
 
 

@@ -8,7 +8,7 @@ of free variables are equations, and which of these belongs to which free variab
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -58,8 +58,14 @@ class Entries(NamedTuple):
         return summed(self.columns, self.values * y[self.rows], y.size)
 
 
-class Step(Protocol):
-    """What a rule has done at one time. Both ways back change vectors of shape (n,) in place."""
+@dataclass(frozen=True, eq=False)
+class Step:
+    """What a rule has done at one time. Both ways back change vectors of shape (n,) in place; by default nothing.
+
+    keeps_integers : whether integers have remained integers, so that nothing was rounded.
+    """
+
+    keeps_integers: bool
 
     def fill(self, z: Vector) -> None:
         """Set the z_j of the columns that were removed, from those that were left."""
@@ -67,13 +73,9 @@ class Step(Protocol):
     def carry(self, y: Vector) -> None:
         """Turn Farkas' y of the rows after the step, 0 for the removed ones, into that of the rows before it."""
 
-    @property
-    def keeps_integers(self) -> bool:
-        """Return whether integers have remained integers, so that nothing was rounded."""
-
 
 @dataclass(frozen=True, eq=False)
-class Known:
+class Known(Step):
     """Variables of known values. Their rows serve no proof."""
 
     columns: Indices
@@ -82,16 +84,9 @@ class Known:
     def fill(self, z: Vector) -> None:
         z[self.columns] = self.values
 
-    def carry(self, y: Vector) -> None:
-        pass
-
-    @property
-    def keeps_integers(self) -> bool:
-        return are_integers(self.values)
-
 
 @dataclass(frozen=True, eq=False)
-class Pivots:
+class Pivots(Step):
     """Equations a z_j + (other terms) + q = 0, each solved for a z_j, which is substituted in the other rows.
 
     in_rows, in_columns : the other entries of these rows, and of these columns.
@@ -111,13 +106,9 @@ class Pivots:
         """Let (M'y)_j be 0."""
         y[self.rows] = -self.in_columns.transposed_times(y)[self.columns] / self.pivots
 
-    @property
-    def keeps_integers(self) -> bool:
-        return bool((np.abs(self.pivots) == 1).all())
-
 
 @dataclass(frozen=True, eq=False)
-class Bounds:
+class Bounds(Step):
     """Rows a z_j + q_i that are at least 0 where z_k is at its only bound (sign 1; or at most 0, sign -1), while z_k
     appears nowhere but as b z_k in the row of z_j: the row is a bound of z_j, and z_k its multiplier.
 
@@ -152,26 +143,15 @@ class Bounds:
         share = -self.in_columns.transposed_times(y)[self.columns] / self.a
         y[self.rows] = np.where(self.active & (self.sign * share > 0), share, 0.0)
 
-    @property
-    def keeps_integers(self) -> bool:
-        return are_integers(self.at)
-
 
 @dataclass(frozen=True, eq=False)
-class Factors:
+class Factors(Step):
     """Rows times factors: of any sign for equations, positive for others; shape (n,)."""
 
     factors: Vector
 
-    def fill(self, z: Vector) -> None:
-        pass
-
     def carry(self, y: Vector) -> None:
         y *= self.factors
-
-    @property
-    def keeps_integers(self) -> bool:
-        return bool((np.abs(self.factors) == 1).all())
 
 
 ROUNDING = 8 * EPS  # relative to the terms of a sum
@@ -237,13 +217,13 @@ class System:
     def know(self, columns: Indices, values: Vector, rows: Indices | None = None) -> Known:
         """Remove variables of known values and, by default, their rows; else these rows, as many."""
         if rows is not None:
-            self._pair(rows, columns)
+            self.pair(rows, columns)
         z = np.zeros(self.n)
         z[columns] = values
         self.q += self.entries.times(z)
         self._add_terms(self.entries.absolute().times(np.abs(z)))
         self._remove(columns)
-        return Known(columns, values)
+        return Known(are_integers(values), columns, values)
 
     def pivot(self, rows: Indices, columns: Indices, pivots: Vector) -> Pivots:
         """Remove equations and variables; none of the equations has an entry in the column of another's variable. A
@@ -252,8 +232,8 @@ class System:
         of_row[rows], of_column[columns] = np.arange(rows.size), np.arange(rows.size)
         in_rows, in_columns = of_row[self.entries.rows] >= 0, of_column[self.entries.columns] >= 0
         others, own = self.entries.part(in_rows & ~in_columns), self.entries.part(in_columns & ~in_rows)
-        step = Pivots(rows, columns, pivots, self.q[rows], others, own)
-        self._pair(rows, columns)
+        step = Pivots(bool((np.abs(pivots) == 1).all()), rows, columns, pivots, self.q[rows], others, own)
+        self.pair(rows, columns)
         self._remove(columns)
         place = of_column[own.columns]
         factor = -own.values / pivots[place]
@@ -276,15 +256,11 @@ class System:
         entries = self.entries
         self.entries, self.q = entries._replace(values=entries.values * factors[entries.rows]), self.q * factors
         self.factors, self.terms = self.factors * factors, self.terms * np.abs(factors)
-        return Factors(factors)
-
-    def give(self, columns: Indices, rows: Indices) -> None:
-        """Make equations the rows of free variables, one each, without removing anything."""
-        self._pair(rows, columns)
+        return Factors(bool((np.abs(factors) == 1).all()), factors)
 
     def bound(self, step: Bounds, lower: Vector, upper: Vector) -> Bounds:
         """Remove rows that are bounds, with their multipliers, and set the bounds of the variables."""
-        self.give(step.columns, step.partners)
+        self.pair(step.partners, step.columns)
         self.lower, self.upper = lower, upper
         self.q[step.partners] = step.q
         self.terms[step.partners] += np.abs(step.b * step.own)
@@ -309,8 +285,8 @@ class System:
         self.keeps_all &= not sums[~left].any() and float(sizes.max()) <= LARGEST_ENTRY
         self.entries = whole.part(left)
 
-    def _pair(self, rows: Indices, columns: Indices) -> None:
-        """Exchange rows until each of these is the row of its column."""
+    def pair(self, rows: Indices, columns: Indices) -> None:
+        """Exchange rows, without removing any, until each of these is the row of its column."""
         moved = self.row_of[columns] != rows
         if not moved.any():
             return

@@ -22,7 +22,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.model.right_hand_sides import Stack
 from lcpcli.options import Limits
 from lcpcli.solving import direct_run
-from lcpcli.solving.call import LIMITS, run
+from lcpcli.solving.call import SolverOptions, run
 from lcpcli.solving.result import Result
 from lcpcli.typing import Indices, Mask, Vector
 from lcpcli.verify.point import Criterion, Point
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from lcpcli.model.right_hand_sides import Block
     from lcpcli.solving.derivatives import BatchDerivative, BatchGradient
 
+BLOCK_OPTIONS = {*SolverOptions.__annotations__, "interrupts", "compiled"}  # with which problems are solved together
+ROUTES: tuple[tuple[str, ...], ...] = (("auto",), ("newton",), ("gradient", "newton"))
 FEW_TOGETHER = 12  # unknowns up to which all bounded problems together take less time than kernels for each
 
 Unsolved: TypeAlias = Literal["raise", "nan"]
@@ -62,7 +64,7 @@ class Batch(Sequence[Result]):
             len(stack)
             and stack.n <= MOST_UNKNOWNS
             and method == "auto"
-            and given.keys() <= {*LIMITS, "threads", "interrupts", "compiled"}
+            and given.keys() <= BLOCK_OPTIONS
             and not (given["compiled"] and _take_less_time_apart(stack))
         ):
             fast = direct_run.compiled() if given["compiled"] and stack.box.is_orthant else None
@@ -73,10 +75,8 @@ class Batch(Sequence[Result]):
             result = self._result(i)
             if result is None:
                 result = run(stack.problem(i), method, **given)
+                result = result if self._rows is None else self._rows.with_share(result)
             self._results[i] = result
-            if self._rows is not None and result.parts is not self._rows.parts:  # its share counts too
-                parts = {part: s + self._rows.parts.get(part, 0.0) for part, s in result.parts.items()}
-                self._results[i] = replace(result, parts=parts)
             self.solved[i] = result.solved
             if result.solved:
                 self.z[i] = result.z
@@ -173,9 +173,7 @@ def _answers(
     stopwatch = Stopwatch(seconds, seconds())
     data = stack.M, stack.q, stack.largest
     if fast is not None:
-        rows = answers(stack, limits, stopwatch, lambda: fast.direct_many(*data, limits.tol))
-        rows.options["compiled"] = True
-        return rows
+        return answers(stack, limits, stopwatch, lambda: fast.direct_many(*data, limits.tol), compiled=True)
     return answers(stack, limits, stopwatch, lambda: direct_many(*data, limits.tol, stack.box))
 
 
@@ -204,38 +202,59 @@ class _RowResult(Result):
 class BlockAnswers:
     """The answers of pivoting to the problems of a block.
 
-    Z : the z of each, shape (m, n). found : what each is, and its steps, as `direct.direct_many` returns them,
-    shape (m, 2). parts : the share of each in the time. options : those in effect.
+    Z : the z of each, shape (m, n). kinds, steps : what each is, as `direct.direct_many` returns them, shape (m,).
+    by_gradient : which of them began with gradients. parts : the share of each in the time. options : those in effect.
     """
 
     def __init__(
-        self, block: Block | Stack, Z: Vector, found: Indices, limits: Limits, parts: dict[str, float]
+        self,
+        block: Block | Stack,
+        Z: Vector,
+        kinds: Indices,
+        steps: Indices,
+        limits: Limits,
+        stopwatch: Stopwatch,
+        by_gradient: Mask | bool = False,
     ) -> None:
-        self.block, self.Z, self.parts, self._limits = block, Z, parts, limits
-        most_steps = limits.max_iterations if sum(parts.values()) < limits.time_limit else -1
-        kinds = np.where(block.are_moderate & (found[:, 1] <= most_steps), found[:, 0], NOTHING)
+        self.parts = {part: spent / len(Z) for part, spent in stopwatch.parts.items()}
+        self.block, self.Z, self._limits = block, Z, limits
+        most_steps = limits.max_iterations if sum(self.parts.values()) < limits.time_limit else -1
+        kinds = np.where(block.are_moderate & (steps <= most_steps), kinds, NOTHING)
         self.certain: Mask = kinds == CERTAIN
-        self._kinds, self._steps = kinds.tolist(), found[:, 1].tolist()
+        self._kinds, self._steps = kinds.tolist(), steps.tolist()
+        self._routes = np.where(by_gradient, 2, np.minimum(steps, 1)).tolist()
         self.options = methods.options_in_force("auto", block.like, {})
 
     def result(self, i: int) -> Result | None:
         """Return the result of a row; None if its answer is no solution."""
-        kind, steps = self._kinds[i], self._steps[i]
+        kind = self._kinds[i]
         if kind == NOTHING:
             return None
-        solved = ("newton",) if steps else ("auto",), steps, self._limits, self.options.copy(), self.parts
+        solved = ROUTES[self._routes[i]], self._steps[i], self._limits, self.options.copy(), self.parts
         if kind == CERTAIN:
             return _RowResult.of_solution(*solved, _row=(self.block, i, self.Z))
         problem = self.block.problem(i)
         point = Point(Criterion(problem, self._limits.tol), self.Z[i])
         return Result.of_solution(*solved, problem=problem, point=point) if point.solves() else None
 
+    def with_share(self, result: Result) -> Result:
+        """Return the result of another run for a row, whose share of the time of the block counts too."""
+        return replace(result, parts={part: s + self.parts[part] for part, s in result.parts.items()})
+
 
 def answers(
-    block: Block | Stack, limits: Limits, stopwatch: Stopwatch, pivoting: Callable[[], tuple[Vector, Indices]]
+    block: Block | Stack,
+    limits: Limits,
+    stopwatch: Stopwatch,
+    pivoting: Callable[[], tuple[Vector, Indices]],
+    compiled: bool = False,
 ) -> BlockAnswers:
-    """Return the answers to the problems of a block, one or more, by a function that returns z and what they are."""
+    """Return the answers to the problems of a block, one or more, by a function that returns z and what they are with
+    their steps, shape (m, 2)."""
     stopwatch.count("setup")
     Z, found = pivoting()
     stopwatch.count("solve")
-    return BlockAnswers(block, Z, found, limits, {part: spent / len(Z) for part, spent in stopwatch.parts.items()})
+    rows = BlockAnswers(block, Z, found[:, 0], found[:, 1], limits, stopwatch)
+    if compiled:
+        rows.options["compiled"] = True
+    return rows

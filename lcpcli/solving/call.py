@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any, get_args
+from collections.abc import Collection, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypedDict, get_args
 
 import numpy as np
 
@@ -13,17 +13,72 @@ from lcpcli.errors import OptionError, ParameterError, likely
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import stored
 from lcpcli.model.problem import Problem, as_problem
-from lcpcli.options import DEFAULTS, Limits
+from lcpcli.options import Limits
 from lcpcli.solving import driver as driver
 from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Callback, Trace
 from lcpcli.typing import BoundLike, Interrupts, VectorLike
 
-STARTS, LIMITS = ("x0", "z0", "basis"), tuple(vars(DEFAULTS))
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
 RAISE: Interrupts = "raise"
 INTERRUPTS = get_args(Interrupts)
-COMMON_OPTIONS = (*STARTS, *LIMITS, "scale", "finish", "trace", "callback", "threads", "interrupts", "compiled")
-PASSED_ON = (*STARTS, "scale", "finish", "callback", "threads", "compiled")  # to the driver, unchanged
+
+
+class SolverOptions(TypedDict, total=False):
+    """The options of every solver, as `solve` explains them; None, too, stands for the default."""
+
+    tol: float | None
+    max_iterations: int | None
+    time_limit: float | None
+    threads: int | None
+
+
+class CallOptions(SolverOptions, total=False):
+    """The options of every call."""
+
+    trace: bool | Trace
+    callback: Callback | None
+    interrupts: Interrupts
+    compiled: bool | None
+
+
+class RunOptions(CallOptions, total=False):
+    """The options of `solve` and `run`: at first those of all methods, then those that methods declare."""
+
+    x0: VectorLike | None
+    z0: VectorLike | None
+    basis: Sequence[str] | None
+    scale: bool
+    finish: bool
+    presolve: bool | None
+    x1: VectorLike | None
+    p: float | None
+    k_star: int | None
+    rho: float | None
+    sigma: float | None
+    omega: float | str | None
+    anderson: int | None
+    start_slack: float | None
+    regularization: float | None
+    cover: int | str | None
+    ties: str | None
+    beta: float | None
+    walkers: int | None
+    seed: int | None
+
+
+class NonlinearOptions(CallOptions, total=False):
+    """The options of `solve_mcp`."""
+
+    proof: bool
+    restarts: int | None
+    difference_step: float | None
+
+
+COMMON_OPTIONS = (*methods.START_OPTIONS, *CallOptions.__annotations__, *methods.ADDITIONS)
+OF_PROBLEMS = ("name", "names", "solutions", "lower", "upper", "infinity")
 
 
 def solve(
@@ -34,20 +89,7 @@ def solve(
     lower: BoundLike = 0.0,
     upper: BoundLike = math.inf,
     infinity: float = math.inf,
-    x0: VectorLike | None = None,
-    z0: VectorLike | None = None,
-    basis: Sequence[str] | None = None,
-    tol: float | None = None,
-    max_iterations: int | None = None,
-    time_limit: float | None = None,
-    trace: bool | Trace = False,
-    callback: Callback | None = None,
-    threads: int | None = None,
-    scale: bool = False,
-    finish: bool = False,
-    interrupts: Interrupts = RAISE,
-    compiled: bool | None = None,
-    **options: Any,
+    **options: Unpack[RunOptions],
 ) -> Result:
     """Find z >= 0 with w = M z + q >= 0 and z'w = 0 or, with bounds, the z of `Problem`; arrays are never modified.
 
@@ -94,27 +136,13 @@ def solve(
     began = seconds()
     if method == "auto" and type(M) is np.ndarray and M.ndim == 2 and M.dtype == np.float64:
         M = stored(M)  # which needs no copy of M
-    return _run(Problem(M, q, lower=lower, upper=upper, infinity=infinity), began, locals())
+    return _run(Problem(M, q, lower=lower, upper=upper, infinity=infinity), method, options, began)
 
 
 def run(
     problem: Problem,
     method: str = "auto",
-    *,
-    x0: VectorLike | None = None,
-    z0: VectorLike | None = None,
-    basis: Sequence[str] | None = None,
-    tol: float | None = None,
-    max_iterations: int | None = None,
-    time_limit: float | None = None,
-    trace: bool | Trace = False,
-    callback: Callback | None = None,
-    threads: int | None = None,
-    scale: bool = False,
-    finish: bool = False,
-    interrupts: Interrupts = RAISE,
-    compiled: bool | None = None,
-    **options: Any,
+    **options: Unpack[RunOptions],
 ) -> Result:
     """Solve a Problem, for instance one from a file, as `solve` does, with the same options.
 
@@ -134,7 +162,7 @@ def run(
     lcpcli.errors.ParameterError: tol: 2 is out of range; it must be: 0 < tol < 1
     """
     began = seconds()
-    return _run(as_problem(problem), began, locals())
+    return _run(as_problem(problem), method, options, began)
 
 
 class Interrupted(KeyboardInterrupt):
@@ -166,39 +194,36 @@ def unless_interrupted(result: Result, interrupts: str) -> Result:
     return result
 
 
-def _run(problem: Problem, began: float, arguments: Mapping[str, Any]) -> Result:
-    """Run the method with the options among the arguments of `solve` or of `run`, by their names."""
-    method, own = arguments["method"], arguments["options"]
-    if own or arguments["interrupts"] != RAISE:
-        refuse_unknown_options(method, {**own, "interrupts": arguments["interrupts"]})
-    chosen = {name: value for name in PASSED_ON if (value := arguments[name]) is not None}
-    if own:
-        chosen |= {name: value for name, value in own.items() if value is not None}
-    limits = {name: value for name in LIMITS if (value := arguments[name]) is not None}
-    trace = arguments["trace"]
-    result = driver.run(
-        problem,
-        method,
-        limits=Limits(**limits) if limits else None,
-        trace=trace if isinstance(trace, Trace) else Trace() if trace else None,
-        began=began,
-        **chosen,
-    )
-    return unless_interrupted(result, arguments["interrupts"])
+def _run(problem: Problem, method: str, options: Mapping[str, object], began: float) -> Result:
+    given, interrupts = {}, RAISE
+    if options:
+        given = chosen(options, COMMON_OPTIONS, method)
+        interrupts = given.pop("interrupts", RAISE)
+        given["trace"] = trace_of(given.get("trace"))
+        given["limits"] = Limits.taken_from(given)
+    return unless_interrupted(driver.run(problem, method, began=began, **given), interrupts)
 
 
-def refuse_unknown_options(method: str, given: Mapping[str, Any]) -> None:
-    """Raise OptionError for a name that is not an option of any method, with the options that this method has, or
-    for a value of `interrupts` that is unknown."""
+def trace_of(wanted: bool | Trace | None) -> Trace | None:
+    """Return the trace that a call is to fill."""
+    return wanted if isinstance(wanted, Trace) else Trace() if wanted else None
+
+
+def chosen(options: Mapping[str, object], known: Collection[str], method: str = "", of: str = "") -> dict[str, Any]:
+    """Return the options that are given, as None is not. Raise OptionError for an unknown value of `interrupts`, and
+    for a name that is none of the known ones, nor of any method's options if there is a method: with what may be meant.
+
+    of : whose options they are, in words, if there is no method.
+    """
+    given = {name: value for name, value in options.items() if value is not None}
     if given.get("interrupts", RAISE) not in INTERRUPTS:
         raise ParameterError("interrupts", f"{given['interrupts']!r} is unknown", 'give "raise" or "return"')
-    names = [name for name in given if name not in COMMON_OPTIONS]
-    if not names:
-        return
-    known = [name for name in methods.parameters_of(method) if name not in COMMON_OPTIONS]
-    for name in names:
-        if name in ("name", "names", "solutions", "lower", "upper", "infinity"):
+    for name in (name for name in given if name not in known):
+        if method and name in OF_PROBLEMS:
             raise OptionError(name, "belongs to the problem", f"write Problem(M, q, {name}=...)")
-        if name not in {*known, *methods.OPTIONS, *methods.SWITCHES}:
-            hint = likely(name, (*known, *COMMON_OPTIONS), f"it has {', '.join((*known, *COMMON_OPTIONS))}")
-            raise OptionError(name, f"is not an option of {method}", hint)
+        own = methods.parameters_of(method) if method else []
+        if not method or name not in {*own, *methods.OPTIONS, *methods.SWITCHES}:
+            names = [*(each for each in own if each not in known), *known]
+            fault = f"is not an option of {method or of}"
+            raise OptionError(name, fault, likely(name, names, f"it has {', '.join(names)}"))
+    return given

@@ -54,14 +54,6 @@ def compiled() -> ModuleType | None:
     return compiled
 
 
-@cache
-def _mixed() -> Callable[[Problem, float], DirectAnswer | None]:
-    """Return the function of the compiled kernels for mixed problems, if they have been loaded."""
-    with imports:
-        from lcpcli.kernels.compiled_mixed import mixed
-    return mixed
-
-
 def judge(problem: Problem, z: Vector, tol: float) -> tuple[bool | None, Rows | None]:
     """Return what the kernels, if there are any, find of a z within its bounds for a problem with sparse M: whether it
     solves the problem, and its rows; None where they do not."""
@@ -268,7 +260,9 @@ def _answers(
 
 def mixed_answer(problem: Problem, tol: float) -> DirectAnswer | None:
     """Return the answer of the kernels to a mixed problem with few unknowns; None where they find none."""
-    return _mixed()(problem, tol)
+    with imports:
+        from lcpcli.kernels.compiled_mixed import mixed
+    return mixed(problem, tol)
 
 
 def _is_solution(problem: Problem, reference: Vector) -> bool:

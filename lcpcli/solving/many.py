@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Set, Sized
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Set, Sized
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
@@ -17,20 +16,21 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.block_pivoting import Frame, Pivoted, frame_of, in_given_variables, pivoted, refined
-from lcpcli.methods.direct import applies
-from lcpcli.model.right_hand_sides import Block, Columns, Stack, dimensions
+from lcpcli.methods.direct import CANDIDATE, CERTAIN, NOTHING, applies
+from lcpcli.model.right_hand_sides import Columns, Stack, dimensions
 from lcpcli.options import THREADS, Limits
 from lcpcli.solving import batch, direct_run
-from lcpcli.solving.batch import Batch
-from lcpcli.solving.call import COMMON_OPTIONS, LIMITS, refuse_unknown_options, run
+from lcpcli.solving.batch import Batch, BlockAnswers
+from lcpcli.solving.call import COMMON_OPTIONS, RunOptions, SolverOptions, chosen, run
 from lcpcli.solving.result import Result
 from lcpcli.solving.solver import SequenceSteps, Solver
 from lcpcli.typing import BoundLike, Mask, Vector
-from lcpcli.verify.measure import Measure, Rows
-from lcpcli.verify.point import Criterion, Point
+from lcpcli.verify.measure import Measure
 
 if TYPE_CHECKING:
     from types import ModuleType
+
+    from typing_extensions import Unpack
 
     from lcpcli.model.problem import Problem
 
@@ -38,8 +38,6 @@ AUTO = "auto"
 FEWEST_COLUMNS = 4  # fewer columns are faster by themselves
 FIRST_BLOCK, BLOCK_GROWTH = 64, 4  # columns of the first block, so that results come soon, and growth of the next ones
 BLOCK_NUMBERS = 1 << 16  # in each array of a block, so that a few arrays stay in the cache
-ROUTES: tuple[tuple[str, ...], ...] = ((AUTO,), ("newton",), ("gradient", "newton"))
-BLOCK_OPTIONS = {*LIMITS, "threads", "interrupts", "compiled"}  # with which columns are solved in blocks
 
 
 @overload
@@ -51,7 +49,7 @@ def solve_many(
     lower: BoundLike = 0.0,
     upper: BoundLike = math.inf,
     infinity: float = math.inf,
-    **options: Any,
+    **options: Unpack[RunOptions],
 ) -> Batch: ...
 
 
@@ -64,7 +62,8 @@ def solve_many(
     lower: BoundLike = 0.0,
     upper: BoundLike = math.inf,
     infinity: float = math.inf,
-    **options: Any,
+    sequence: bool = False,
+    **options: Unpack[RunOptions],
 ) -> Iterator[Result]: ...
 
 
@@ -77,7 +76,7 @@ def solve_many(
     upper: BoundLike = math.inf,
     infinity: float = math.inf,
     sequence: bool = False,
-    **options: Any,
+    **options: Unpack[RunOptions],
 ) -> Iterator[Result] | Batch:
     """Solve many problems: one result for each of some Problems, or for each column of Q with one M, in order.
 
@@ -131,14 +130,13 @@ def solve_many(
     """
     if isinstance(Q, str):
         Q, method = None, Q
-    given = {name: value for name, value in options.items() if value is not None}
     kept = {*methods.SWITCHES, "compiled"}
+    given = chosen(options, COMMON_OPTIONS, method)
     given = {name: value for name, value in given.items() if value is not False or name in kept}
-    refuse_unknown_options(method, given)
     methods.check(method, {name: value for name, value in given.items() if name not in COMMON_OPTIONS})
     if "threads" in given:
         THREADS.check(given["threads"])
-    limits = Limits(**{name: given[name] for name in LIMITS if name in given})
+    limits = Limits.taken_from({**given})
     if Q is None:
         _refuse_as_problems(M, lower=lower, upper=upper, infinity=infinity)
         if sequence:
@@ -152,7 +150,7 @@ def solve_many(
     if dimensions(M) == 3:
         return Batch(Stack(M, Q, lower, upper, infinity), method, limits, given)
     columns = Columns(M, Q, lower, upper, infinity)
-    if method != AUTO or not given.keys() <= BLOCK_OPTIONS or columns.k < FEWEST_COLUMNS:
+    if method != AUTO or not given.keys() <= batch.BLOCK_OPTIONS or columns.k < FEWEST_COLUMNS:
         return _one_by_one(columns.problems(), method, given)
     if is_sparse(columns.M) or columns.n >= LONG_LU:  # a step for a block takes too long for time limits and Ctrl-C
         return one_after_another(columns, given)
@@ -175,7 +173,7 @@ def _sequence(M: Any, Q: Iterator[Any], method: str, given: dict[str, Any], **bo
 
 def _refuse_in_sequence(method: str, names: Set[str], what: str, hint: str) -> None:
     """Raise ParameterError for another method than auto, and for options that a Solver does not have."""
-    for name in [*sorted(names - {*LIMITS, "threads"}), *["method"] * (method != AUTO)]:
+    for name in [*sorted(names - SolverOptions.__annotations__.keys()), *["method"] * (method != AUTO)]:
         raise ParameterError(name, f"has no effect on {what}", hint)
 
 
@@ -196,13 +194,10 @@ def _by_blocks(columns: Columns, limits: Limits, given: dict[str, Any]) -> Itera
     first, size, most = 0, FIRST_BLOCK, max(FIRST_BLOCK, BLOCK_NUMBERS // max(1, columns.n))
     while first < columns.k:
         last = min(first + size, columns.k)
-        block, share, solved = _solved(columns, first, last, limits, fast, threads=given.get("threads"))
+        rows = _solved(columns, first, last, limits, fast, threads=given.get("threads"))
         for i in range(last - first):
-            result = solved(i)
-            if result is None:  # its share of the time of the block counts too
-                result = run(block.problem(i), **given)
-                result = replace(result, parts={part: s + share[part] for part, s in result.parts.items()})
-            yield result
+            result = rows.result(i)
+            yield rows.with_share(run(rows.block.problem(i), **given)) if result is None else result
         first, size = last, min(size * BLOCK_GROWTH, most)
 
 
@@ -215,16 +210,13 @@ def _solved(
     limits: Limits,
     fast: ModuleType | None,
     threads: int | None,  # noqa: ARG001 (the decorator limits them)
-) -> tuple[Block, dict[str, float], Callable[[int], Result | None]]:
-    """Return columns first to last - 1, the share of each of them in the time, and a function that returns the result
-    of a row if pivoting has solved it: by the measures of the block, or else by the row's own."""
+) -> BlockAnswers:
+    """Return the answers to columns first to last - 1: by the measures of the block, or else by the row's own."""
     stopwatch = Stopwatch(seconds, seconds())
     block = columns.block(first, last)
     if fast is not None and block.box.is_orthant:
         data = columns.like.M[np.newaxis], block.q, np.array([columns.like.largest])
-        rows = batch.answers(block, limits, stopwatch, lambda: fast.direct_many(*data, limits.tol))
-        rows.options["compiled"] = True
-        return block, rows.parts, rows.result
+        return batch.answers(block, limits, stopwatch, lambda: fast.direct_many(*data, limits.tol), compiled=True)
     measure, frame = Measure(block), frame_of(block)
     ready: Mask = np.asarray((measure.reference_violations <= 0).all(axis=1))
     stopwatch.count("setup")
@@ -232,32 +224,15 @@ def _solved(
     found = pivoted(frame, ~ready, R, C, limits.max_iterations, lambda: stopwatch.elapsed() > limits.time_limit)
     z = in_given_variables(frame, found.z)
     stopwatch.count("solve")
-    given, solved = _refined(frame, measure, found, z, limits.tol)
-    solved = block.are_moderate & (ready | (found.ended & solved))
+    surely = ready | (found.ended & _refined(frame, measure, found, z, limits.tol))
     stopwatch.count("verify")
-    share = {part: spent / (last - first) for part, spent in stopwatch.parts.items()}
-    options = methods.options_in_force(AUTO, block.like, {})
-    routes = np.where(found.by_gradient, 2, np.minimum(found.steps, 1)).tolist()
-    steps, ended, surely = found.steps.tolist(), found.ended.tolist(), solved.tolist()
-
-    @np.errstate(all="ignore")
-    def result_of(i: int) -> Result | None:
-        if not ended[i] and not surely[i]:
-            return None
-        problem = block.problem(i)
-        criterion = Criterion(problem, limits.tol)
-        point = Point.of_solution(criterion, z[i], (given, i)) if surely[i] else Point(criterion, z[i])
-        if not point.solves():
-            return None
-        solved = ROUTES[routes[i]], steps[i], limits, options.copy(), share
-        return Result.of_solution(*solved, problem=problem, point=point)
-
-    return block, share, result_of
+    kinds = np.where(surely, CERTAIN, np.where(found.ended, CANDIDATE, NOTHING))
+    return BlockAnswers(block, z, kinds, found.steps, limits, stopwatch, found.by_gradient)
 
 
-def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: float) -> tuple[Rows, Mask]:
-    """Refine in place those z, of shape (m, n), whose residual may be more than rounding; return w and the terms of
-    all z, and which of these surely solve their problems, shape (m,)."""
+def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: float) -> Mask:
+    """Refine in place those z, of shape (m, n), whose residual may be more than rounding; return which of all z surely
+    solve their problems, shape (m,)."""
     given = measure.rows(z)
     solved = measure.surely_solves(z, given, min(tol, SMALL_DISTANCE))
     rows = (found.ended & ~solved).nonzero()[0]
@@ -268,11 +243,8 @@ def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: flo
         before, after = again.largest_ratio(z[rows], given.part(rows)), again.largest_ratio(better_z, better)
         solved[rows] = np.minimum(before, after) <= tol
         kept = after < before
-        rows = rows[kept]
-        z[rows] = better_z[kept]
-        for values, others in zip(given[:4], better[:4], strict=True):
-            values[rows] = others[kept]
-    return given._replace(grid=measure.grid(z)), solved
+        z[rows[kept]] = better_z[kept]
+    return solved
 
 
 def one_after_another(columns: Columns, given: dict[str, Any]) -> Iterator[Result]:

@@ -30,7 +30,7 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded
 from lcpcli.rational.tree import first_solution
 from lcpcli.solving import driver as driver
-from lcpcli.solving.call import RAISE, refuse_unknown_options, unless_interrupted
+from lcpcli.solving.call import RAISE, chosen, unless_interrupted
 from lcpcli.solving.result import Exact, Result, Status
 from lcpcli.typing import Interrupts, Vector
 from lcpcli.verify.certificate import Certificate, exact_certificate
@@ -80,7 +80,7 @@ def exact(problem: Problem, time_limit: float | None = None, interrupts: Interru
     """
     as_problem(problem)
     require()
-    refuse_unknown_options("auto", {"interrupts": interrupts})
+    chosen({"interrupts": interrupts}, ["interrupts"])
     limits = DEFAULTS if time_limit is None else Limits(time_limit=time_limit)
     result = driver.run(problem, "auto", limits=limits)
     result = prove(partial(ExactProblem.of_floats, problem), result)

@@ -38,7 +38,7 @@ from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS, Limits
 from lcpcli.solving import driver
-from lcpcli.solving.call import INTERRUPTS, RAISE, unless_interrupted
+from lcpcli.solving.call import RAISE, NonlinearOptions, chosen, trace_of, unless_interrupted
 from lcpcli.solving.direct_run import compiled as kernels
 from lcpcli.solving.direct_run import mixed_answer, uses_kernels
 from lcpcli.solving.loop import Loop
@@ -49,6 +49,8 @@ from lcpcli.verify.nonlinear_point import NonlinearCriterion, NonlinearPoint, pr
 
 if TYPE_CHECKING:
     from types import ModuleType
+
+    from typing_extensions import Unpack
 
 METHOD = "josephy-newton"
 MOVES = 1e-2, 1e-1, 1.0  # of all components of a start at which F is not finite
@@ -65,18 +67,8 @@ def solve_mcp(
     names: Sequence[str] = (),
     pattern: Any = None,
     jax: bool = False,
-    proof: bool = False,
-    restarts: int | None = None,
-    tol: float | None = None,
-    max_iterations: int | None = None,
-    time_limit: float | None = None,
-    trace: bool | Trace = False,
-    callback: Callback | None = None,
-    threads: int | None = None,
-    interrupts: Interrupts = RAISE,
-    compiled: bool | None = None,
     z0: VectorLike | None = None,
-    difference_step: float | None = None,
+    **options: Unpack[NonlinearOptions],
 ) -> Result:
     """Find l <= z <= u with F_i(z) >= 0 where z_i < u_i and F_i(z) <= 0 where z_i > l_i: a nonlinear complementarity
     problem or, where z_i has neither bound, an equation F_i(z) = 0.
@@ -142,12 +134,8 @@ def solve_mcp(
         if jax:
             F, J = by_jax(F, J)
         problem = NonlinearProblem(F, J, lower=lower, upper=upper, infinity=infinity, x0=x0, names=names)
-    given: dict[str, Any] = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
-    limits = Limits(**{name: value for name, value in given.items() if value is not None})
-    options: dict[str, Any] = {"callback": callback, "threads": threads, "interrupts": interrupts, "proof": proof}
-    options |= {"compiled": compiled, "difference_step": difference_step}
-    options |= {} if restarts is None else {"restarts": restarts}
-    return run_nonlinear(problem, pattern=pattern, began=began, limits=limits, trace=trace, **options)
+    given = chosen(options, NonlinearOptions.__annotations__, of="solve_mcp")
+    return run_nonlinear(problem, pattern=pattern, began=began, limits=Limits.taken_from(given), **given)
 
 
 def _refuse_given(values: Mapping[str, tuple[Any, Any]]) -> None:
@@ -180,8 +168,6 @@ def run_nonlinear(
     """
     if callback is not None and not callable(callback):
         raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")
-    if interrupts not in INTERRUPTS:
-        raise ParameterError("interrupts", f"{interrupts!r} is unknown", 'give "raise" or "return"')
     methods.check(METHOD, chosen)
     if difference_step is not None:
         if problem.J is not None:
@@ -190,7 +176,7 @@ def run_nonlinear(
             raise ParameterError("difference_step", f"{difference_step:g} is out of range", "give one between 0 and 1")
     fast = kernels() if uses_kernels(compiled, 1) else None
     in_force = {option.name: chosen.get(option.name, option.default) for option in methods.declared(METHOD).options}
-    kept = trace if isinstance(trace, Trace) else Trace() if trace else None
+    kept = trace_of(trace)
     stopwatch = Stopwatch(seconds, seconds() if began is None else began, 0 if kept is curve is None else MOST_LAPS)
     evaluations = Evaluations(problem, pattern, difference_step)
     start = _start(evaluations)
@@ -348,7 +334,7 @@ def _pivoted(
         z, _, states = path.point()
         z = problem.box.project(z)
         if path.end == SOLVED and not _is_close(problem, z, NEARLY):
-            z = solution_at(problem, path)
+            z, _ = solution_at(problem, path.reduction.M, z, states)
         if _is_close(problem, z, CLOSE):
             return z, states
     return None

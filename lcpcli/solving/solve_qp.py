@@ -6,15 +6,18 @@ from __future__ import annotations
 
 import math
 import warnings
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lcpcli.errors import OptionError
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.model.program import Program
 from lcpcli.model.reductions import from_qpsolvers
-from lcpcli.solving.call import run
+from lcpcli.solving.call import RunOptions, run
 from lcpcli.solving.result import Result
 from lcpcli.typing import BoundLike, Vector, VectorLike
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 
 def solve_qp(
@@ -29,7 +32,7 @@ def solve_qp(
     method: str = "auto",
     *,
     infinity: float = math.inf,
-    **options: Any,
+    **options: Unpack[RunOptions],
 ) -> Vector | None:
     """Return the x of shape (k,) that minimizes x'Px / 2 + q'x subject to Gx <= h, Ax = b and lb <= x <= ub; None if
     none is found, with a warning if only a stationary point is found, because P is not positive semidefinite.

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence, Sized
 from itertools import islice
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -32,10 +32,13 @@ from lcpcli.model.right_hand_sides import like_with
 from lcpcli.model.start import Start
 from lcpcli.options import Limits
 from lcpcli.solving import direct_run
-from lcpcli.solving.call import run
+from lcpcli.solving.call import SolverOptions, chosen, run
 from lcpcli.solving.direct_run import Session
 from lcpcli.solving.result import Result
 from lcpcli.typing import BoundLike, States, VectorLike
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 MOST_TRIED_BASES = 3  # basic solutions: if they are not enough, the states were not near
 CLOSE_COSINE = 0.9  # of the angle between two q, from which their solutions may have the same states
@@ -68,29 +71,23 @@ class Solver:
         lower: BoundLike = 0.0,
         upper: BoundLike = math.inf,
         infinity: float = math.inf,
-        tol: float | None = None,
-        max_iterations: int | None = None,
-        time_limit: float | None = None,
-        threads: int | None = None,
+        **options: Unpack[SolverOptions],
     ) -> None:
-        limits: dict[str, Any] = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
-        self._given: dict[str, Any] = {name: value for name, value in limits.items() if value is not None}
-        self._limits = Limits(**self._given)
-        if threads is not None:
-            self._given["threads"] = threads
-        self._last: Result | None = None
-        self._prepare(Problem(M, np.zeros(_order(M)), lower=lower, upper=upper, infinity=infinity))
-        self._infinity = infinity
+        given = chosen(options, SolverOptions.__annotations__, of="Solver")
+        self._begin(Problem(M, np.zeros(_order(M)), lower=lower, upper=upper, infinity=infinity), given, infinity)
 
     @classmethod
     def of(cls, like: Problem, options: dict[str, Any]) -> Solver:
         """Return a Solver for problems with the same M as this one."""
         solver = cls.__new__(cls)
-        solver._given, solver._infinity, solver._last = options, math.inf, None
         solver.compiled = direct_run.uses_kernels(options.get("compiled"), direct_run.MANY)
-        solver._limits = Limits(**{name: value for name, value in options.items() if name in vars(Limits())})
-        solver._prepare(like)
+        solver._begin(like, options)
         return solver
+
+    def _begin(self, like: Problem, options: dict[str, Any], infinity: float = math.inf) -> None:
+        self._given, self._infinity, self._limits = options, infinity, Limits.taken_from({**options})
+        self._last: Result | None = None
+        self._prepare(like)
 
     def _prepare(self, like: Problem) -> None:
         like = as_sparse(like, stored(like.M))

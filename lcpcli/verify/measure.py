@@ -318,7 +318,7 @@ def rounded_once(problem: Problem, z: Vector, rows: Indices) -> Vector | list[fl
     return [numbers.rounded_sum(*part, value) for value, part in zip(q.tolist(), parts, strict=True)]
 
 
-MOST_ROWS = 0.25  # of all rows: for more of them, the whole of |M| |z| costs little more
+MOST_ROWS = 0.25  # of all rows: for more of them, the whole of |M| |z| takes less time
 CERTAIN = 0.99  # of a cap by means of logarithms, which round
 
 
@@ -331,9 +331,12 @@ def decision(measure: Measure, z: Vector, w: Vector, tol: float) -> bool | None:
     row = int(excess.argmax())
     if excess[row] > 2 * tol * own[row] and _fails(problem, sizes, excess[row], row, np.inf, tol):
         return False
-    if _solves(problem, z, excess, own, sizes, tol):
+    rows, least = _open_rows(problem, z, excess, own, sizes, tol)
+    if not rows.size or (problem.M.all() and (least <= _least_caps(problem, rows)).all()):
         return True
     caps = measure.caps(z)
+    if (least <= caps[rows]).all():
+        return True
     row = int((excess / caps).argmax())
     return False if _fails(problem, sizes, excess[row], row, caps[row], tol) else None
 
@@ -346,22 +349,23 @@ def _fails(problem: Problem, sizes: Vector, excess: float, row: int, cap: float,
     return bool((excess - row_errors(M, sizes, terms) > allowed).all())
 
 
-def _solves(problem: Problem, z: Vector, excess: Vector, own: Vector, sizes: Vector, tol: float) -> bool:
-    """Return whether the point solves the problem beyond doubt."""
+def _open_rows(
+    problem: Problem, z: Vector, excess: Vector, own: Vector, sizes: Vector, tol: float
+) -> tuple[Indices, Vector]:
+    """Return the rows that |q|_i leaves open, and the least caps with which they are satisfied beyond doubt, infinite
+    where their terms are too small."""
     largest_error = ROW_ROUNDING * (own + problem.largest * float(sizes.sum())) + own.size * SMALLEST_NORMAL
     rows = (excess + largest_error > tol * own).nonzero()[0]
-    if rows.size > MOST_ROWS * own.size:
-        return False
-    own, M = own[rows], problem.M[rows]
+    M = problem.M
+    if rows.size <= MOST_ROWS * own.size:
+        own, M, excess = own[rows], M[rows], excess[rows]
+    else:
+        rows = np.arange(own.size)
     terms = own + absolute_product(M, sizes)
-    worst = excess[rows] + row_errors(M, z, terms)
+    worst = excess + row_errors(M, z, terms)
     left = (worst > tol * own).nonzero()[0]
-    if not left.size:
-        return True
-    worst, terms = worst[left], terms[left]
-    if (worst > tol * terms).any() or not problem.M.all():
-        return False
-    return bool((worst <= tol * _least_caps(problem, rows[left])).all())
+    rows, worst = rows[left], worst[left]
+    return rows, np.where(worst <= tol * terms[left], worst / tol, np.inf)
 
 
 def _least_caps(problem: Problem, rows: Indices) -> Vector:

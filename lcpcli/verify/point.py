@@ -115,7 +115,6 @@ class Point:
     negligible : the indices of entries of q that count as 0, as they are rounding of it (see `noise`).
     """
 
-    _place: tuple[Rows, int] | None = None
     _product: Vector | None = None
     negligible: Sequence[int] = ()
 
@@ -129,19 +128,14 @@ class Point:
         self._solves: bool | None = None
 
     @classmethod
-    def of_solution(cls, criterion: Criterion, z: Vector, place: tuple[Rows, int] | None = None) -> Point:
-        """Return a point that is known to solve the problem; with a place, its w and terms are those of a point of a
-        block."""
+    def of_solution(cls, criterion: Criterion, z: Vector) -> Point:
+        """Return a point that is known to solve the problem."""
         point = cls.__new__(cls)
         point.criterion, point.z, point._inside, point._beyond, point._solves = criterion, z, z, None, True
-        point._place = place
         return point
 
     @cached_property
     def _plain(self) -> Rows:
-        if self._place is not None:
-            block, i = self._place
-            return block.part(i)
         rows = self.criterion.measure.rows(self._inside, self._product)
         return rows._replace(error=np.where(rows.full_terms < LARGEST_ROUNDED, rows.error, np.inf))
 

@@ -4,8 +4,8 @@ anything is solved, so that a mistake shows whatever the problem is."""
 from __future__ import annotations
 
 import math
+import re
 from functools import partial
-from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -15,8 +15,9 @@ from scipy import sparse
 import lcpcli
 from lcpcli import Status
 from lcpcli.errors import OptionError
-from lcpcli.methods.registry import Method, options_of
+from lcpcli.methods.registry import METHODS, Method, options_of, parameters_of
 from lcpcli.options import Option
+from lcpcli.solving.call import COMMON_OPTIONS, NonlinearOptions, RunOptions, SolverOptions
 
 M = [[2.0, 1.0, 0.0], [1.0, 3.0, 1.0], [0.0, 1.0, 2.0]]
 Q = [-5.0, -6.0, 1.0]
@@ -47,11 +48,6 @@ def test_what_is_given_is_never_changed(method: str) -> None:
 
 
 def test_solve_and_run_take_the_same_options() -> None:
-    ours, theirs = (signature(function).parameters for function in (lcpcli.run, lcpcli.solve))
-    of_the_problem = ("problem", "M", "q", "lower", "upper", "infinity")
-    assert [item for item in ours.items() if item[0] not in of_the_problem] == [
-        item for item in theirs.items() if item[0] not in of_the_problem
-    ]
     for call in (partial(lcpcli.solve, M, Q), partial(lcpcli.run, lcpcli.Problem(M, Q))):
         assert (call().method, call().trace) == ("auto", None)
         assert call(max_iterations=0).status is Status.ITERATION_LIMIT
@@ -63,6 +59,31 @@ def test_solve_and_run_take_the_same_options() -> None:
         options = {"p": 1e9, "k_star": 3, "rho": 0.01, "sigma": 0.5, "x1": None}
         assert call(method="shi", **options).options == options
         assert call(method="fixed-point", omega=2.0, anderson=3).options == {"omega": 2.0, "anderson": 3}
+
+
+def test_options_for_type_checkers_are_those_of_the_calls_and_of_the_registry() -> None:
+    declared = {*RunOptions.__annotations__}
+    assert declared == {*COMMON_OPTIONS, *(name for method in METHODS for name in parameters_of(method))}
+    assert all(re.search(rf"\b{name}\b", lcpcli.solve.__doc__) for name in COMMON_OPTIONS)
+    assert all(re.search(rf"\b{name}\b", lcpcli.solve_mcp.__doc__) for name in NonlinearOptions.__annotations__)
+    assert all(re.search(rf"\b{name}\b", lcpcli.Solver.__doc__) for name in SolverOptions.__annotations__)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        partial(lcpcli.solve, M, Q),
+        partial(lcpcli.run, lcpcli.Problem(M, Q)),
+        partial(lcpcli.solve_many, M, np.transpose([Q])),
+        partial(lcpcli.solve_qp, M, Q),
+        partial(lcpcli.Solver, M),
+        partial(lcpcli.solve_mcp, lambda z: z - 1.0, x0=[0.0]),
+    ],
+    ids=lambda call: call.func.__name__,
+)
+def test_misspelt_option_is_refused_with_the_one_that_is_meant(call: Any) -> None:
+    with pytest.raises(OptionError, match=r"^time_limt: is not an option of .*; did you mean time_limit\?$"):
+        call(time_limt=3)
 
 
 def test_truth_of_a_result_is_refused() -> None:
