@@ -11,7 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import ExitStack, contextmanager, nullcontext, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 from importlib.machinery import ExtensionFileLoader
 from types import FrameType
@@ -80,17 +80,20 @@ def in_time(items: Iterable[Item]) -> Iterator[Item]:
 
 
 @contextmanager
-def handling(number: int, handler: Callable[[int, Any], None] | signal.Handlers) -> Iterator[None]:
-    """Open a context in which `handler` handles a signal."""
+def handling(number: int, handler: Callable[[int, Any], None] | signal.Handlers, usual: Any = None) -> Iterator[None]:
+    """Open a context in which `handler` handles a signal; if `usual` is given, only where that handles it otherwise."""
+    before = signal.getsignal(number)
+    is_set = usual in (None, before)
     try:
-        usual = signal.signal(number, handler)
+        if is_set:
+            signal.signal(number, handler)
     except ValueError:  # only the main thread may set handlers, and only it receives signals
-        yield
-        return
+        is_set = False
     try:
         yield
     finally:
-        signal.signal(number, usual)
+        if is_set:
+            signal.signal(number, before)
 
 
 @contextmanager
@@ -112,8 +115,7 @@ def terminable() -> Iterator[None]:
 
     with ExitStack() as stack:
         for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, signal.SIG_DFL)):
-            if signal.getsignal(number) is usual:
-                stack.enter_context(handling(number, end))
+            stack.enter_context(handling(number, end, usual))
         yield
 
 
@@ -153,19 +155,16 @@ def stopping() -> Iterator[list[int]]:
 @contextmanager
 def deferring_signals() -> Iterator[None]:
     """Open a context in which Ctrl-C and SIGTERM wait until it closes: nothing in it is left half done."""
-    received: list[int] = []
-    usual: dict[signal.Signals, Any] = {}
-    with suppress(ValueError):  # only the main thread may set handlers, and only it receives signals
-        for number in REQUESTS:
-            if signal.getsignal(number) is not None:  # otherwise it was not set from Python, and could not be restored
-                usual[number] = signal.signal(number, lambda number, _: received.append(number))
+    late: list[int] = []
     try:
-        yield
+        with ExitStack() as stack:
+            for number in REQUESTS:
+                if signal.getsignal(number) is not None:  # else it was not set from Python, and could not be restored
+                    stack.enter_context(handling(number, lambda number, _: late.append(number)))
+            yield
     finally:
-        for number, handler in usual.items():
-            signal.signal(number, handler)
-        for late in received:
-            signal.raise_signal(late)
+        for each in late:
+            signal.raise_signal(each)
 
 
 def interruptibly(call: Callable[[], Any]) -> Any:
@@ -202,7 +201,12 @@ def interruptibly(call: Callable[[], Any]) -> Any:
             if watch is not None:
                 watch()
     except BaseException:
-        _abandon(thread)
+        # Compiled code must not outlive the interpreter: HiGHS and SuperLU call back into it, and when it refuses,
+        # unwinding C++ aborts the process. A thread that is not a daemon would be waited for too, but Ctrl-C during
+        # that wait would then print a traceback and end in the same abort.
+        abandoned[:] = [*filter(threading.Thread.is_alive, abandoned), thread]
+        atexit.unregister(_await_abandoned)
+        atexit.register(_await_abandoned)
         raise
     if failure:
         raise failure[0]
@@ -219,38 +223,27 @@ def flush_compiled() -> None:
 
 
 @contextmanager
-def silent() -> Iterator[None]:
-    """Open a context in which compiled code cannot print to standard output, as HiGHS does whatever its options. It
-    does nothing where other threads run, which might print there meanwhile, or where there is no standard output."""
+def silent() -> Iterator[int | None]:
+    """Open a context in which compiled code cannot print to standard output, as HiGHS does whatever its options; yield
+    a copy of its file descriptor. It does nothing where other threads run, which might print there meanwhile, or where
+    there is no standard output."""
     try:
         copy = os.dup(1) if threading.active_count() == 1 else None
     except OSError:
         copy = None
     if copy is None:
-        yield
+        yield None
         return
     flush_compiled()
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)
     os.close(null)
     try:
-        yield
+        yield copy
     finally:
         flush_compiled()
         os.dup2(copy, 1)
         os.close(copy)
-
-
-def _abandon(thread: threading.Thread) -> None:
-    """Leave this thread running; only the exit of the interpreter waits for it.
-
-    Compiled code must not outlive the interpreter: HiGHS and SuperLU call back into it, and when it refuses, unwinding
-    C++ aborts the process. A thread that is not a daemon would be waited for too, but Ctrl-C during that wait would
-    then print a traceback and end in the same abort.
-    """
-    abandoned[:] = [*filter(threading.Thread.is_alive, abandoned), thread]
-    atexit.unregister(_await_abandoned)
-    atexit.register(_await_abandoned)
 
 
 def _await_abandoned() -> None:
@@ -259,8 +252,7 @@ def _await_abandoned() -> None:
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError, AttributeError):  # AttributeError: closed by the caller
             stream.flush()
-    is_usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    with handling(signal.SIGINT, signal.SIG_DFL) if is_usual else nullcontext():
+    with handling(signal.SIGINT, signal.SIG_DFL, signal.default_int_handler):
         for thread in abandoned:
             while thread.is_alive():
                 thread.join(WAIT)

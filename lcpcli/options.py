@@ -72,16 +72,14 @@ class Option(NamedTuple):
         """Raise ParameterError unless the value is of this option's kind and in its range."""
         if isinstance(value, str) and value in self.words:
             return
-        if not isinstance(value, numbers.Real) or isinstance(value, bool) or not self._admits(value):
-            raise ParameterError(self.name, f"{value} is out of range", f"it must be: {self.range}")
-
-    def _admits(self, given: numbers.Real) -> bool:
+        hint, is_number = f"it must be: {self.range}", isinstance(value, numbers.Real) and not isinstance(value, bool)
         try:
-            value = float(given)
+            number = float(value) if is_number else math.nan
         except OverflowError:
-            raise ParameterError(self.name, "is too large", f"it must be: {self.range}") from None
-        whole = self.kind is not int or (math.isfinite(value) and value == int(value))
-        return whole and not math.isnan(value) and self.admits(value)
+            raise ParameterError(self.name, "is too large", hint) from None
+        is_kind = number.is_integer() if self.kind is int else not math.isnan(number)
+        if not is_kind or not self.admits(number):
+            raise ParameterError(self.name, f"{value} is out of range", hint)
 
 
 def check(options: Iterable[Option], given: Mapping[str, Any]) -> None:

@@ -15,7 +15,6 @@ from lcpcli import clock, interrupts
 from lcpcli.cli.main import INTERRUPTED, NO_SOLUTION, NOT_SOLVED, SOLVED
 from lcpcli.cli.output import Output
 from lcpcli.cli.request import Request
-from lcpcli.cli.session import Outcome
 from lcpcli.enumeration import optimum as search
 from lcpcli.enumeration import search as sets
 from lcpcli.enumeration.search import refuse_large
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
     from lcpcli.files.nl_format import LinearObjective
 
 
-def outcome(request: Request, work: Work, output: Output) -> Outcome:
+def outcome(request: Request, work: Work, output: Output) -> int:
     """Search for every solution of a problem, with decimals as written; the exit code reports success if the list is
     complete or has reached --max-solutions."""
     (problem,) = request.inputs.problems(work)
@@ -43,12 +42,9 @@ def outcome(request: Request, work: Work, output: Output) -> Outcome:
     solution_set = _search(request, problem, str(work.sources[0]))
     report = solutions.report(solution_set, work.sources[0], request.exact, request.names)
     codes = {sets.TIME_LIMIT: NOT_SOLVED, sets.INTERRUPTED: INTERRUPTED, sets.UNSOLVABLE: NO_SOLUTION}
-
-    def draw() -> None:
-        output.destination.add(request.plot, lambda path: plotting.cones(solution_set, plotting.form_of(path)))
-
-    verdict = f"{work.sources[0]}: {solution_set.message}"
-    return Outcome(output.text_of(report), codes.get(solution_set.status, SOLVED), verdict, draw)
+    output.show(report.render, f"{work.sources[0]}: {solution_set.message}")
+    output.add(request.plot, lambda path: plotting.cones(solution_set, plotting.form_of(path)))
+    return codes.get(solution_set.status, SOLVED)
 
 
 def _search(request: Request, problem: InputProblem, where: str) -> sets.SolutionSet:
@@ -88,7 +84,7 @@ def objective_in(path: str) -> LinearObjective | None:
 
 def best_outcome(
     request: Request, work: Work, output: Output, objective: str | LinearObjective, sense: str = "min"
-) -> Outcome:
+) -> int:
     """Search for the best solution of a problem, with decimals as written; the exit code reports success if it is
     proved to be the best."""
     codes = {search.OPTIMAL: SOLVED, search.TIME_LIMIT: NOT_SOLVED, search.INTERRUPTED: INTERRUPTED}
@@ -118,5 +114,5 @@ def best_outcome(
         if signals and found.status == search.TIME_LIMIT:
             found = replace(found, status=search.INTERRUPTED)
     report = solutions.report(found, work.sources[0], request.exact, request.names)
-    verdict = f"{where}: {found.message(approximate)}"
-    return Outcome(output.text_of(report), codes.get(found.status, NO_SOLUTION), verdict)
+    output.show(report.render, f"{where}: {found.message(approximate)}")
+    return codes.get(found.status, NO_SOLUTION)

@@ -8,20 +8,19 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lcpcli import options
 from lcpcli.bench.suites import ALL, DEFAULT_METHODS, SUITES, budget_of, methods_of
 from lcpcli.cli import declarations
 from lcpcli.cli.command import Candidates, command, option
 from lcpcli.cli.declarations import refuse_beside
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
 from lcpcli.cli.output import Destination, require_plot, show
-from lcpcli.cli.problems import Inputs, same_file, settle_threads, tell, teller
+from lcpcli.cli.problems import Inputs, same_file, settle_threads, tell
 from lcpcli.cli.request import Request
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.errors import OptionError, count, listed
 from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
-from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TOL
+from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TIME_LIMIT, TOL
 from lcpcli.peers.registry import PEERS
 from lcpcli.report.document import MEANINGS as MEANINGS_OF_FORMATS
 
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
 FORMATS = {**MEANINGS_OF_FORMATS, "json": "the record, to resume from", "csv": "one row per measurement, all digits"}
 DEFAULT_SUITE = "quick"
 THREADS_OF_ALL = THREADS._replace(meaning="Threads for dense linear algebra, in all solvers; by default one.")
-TIME_LIMIT = options.TIME_LIMIT._replace(default=10.0, meaning="Time limit of each run.")
+OF_EACH_RUN = TIME_LIMIT._replace(default=10.0, meaning="Time limit of each run.")
 
 MEANINGS = {**{name: suite.meaning for name, suite in SUITES.items()}, ALL: "all of these"}
 PEER_GROUPS = {peer.partition("-")[0]: "all of these" for peer in PEERS if "-" in peer}
@@ -42,7 +41,7 @@ EXITS = {
     2: "usage or input error (one-line message)",
     130: "interrupted; --resume continues what -o has saved",
 }
-MEASURING = (TOL, TIME_LIMIT, ACCEPT, BUDGET)
+MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
 EPILOG = "Times are medians of repeated runs. A solution counts only if its recomputed residual is at most --accept."
 
 
@@ -85,7 +84,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     "a dash selects all solvers whose names begin with it.  [default: none]",
 )
 @declarations.numeric("Stopping", TOL)
-@declarations.numeric("Stopping", TIME_LIMIT)
+@declarations.numeric("Stopping", OF_EACH_RUN)
 @declarations.numeric("Measuring", ACCEPT)
 @declarations.numeric("Measuring", BUDGET)
 @declarations.numeric("Measuring", THREADS_OF_ALL)
@@ -102,12 +101,11 @@ def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Varian
     settle_threads((), request.threads)
     from lcpcli.files.atomic_write import refuse_unwritable, reserve
 
-    destination = Destination.of(request.form, request.output, quiet)
+    destination = Destination(request.form, request.output, quiet)
     outputs = {} if destination.path is None else {destination.path: destination.form}
     for path in filter(None, (request.output, request.plot)):
         refuse_unwritable(path)
-    if request.plot is not None:
-        require_plot(request.plot)
+    require_plot(request.plot)
     writes = list(outputs)
     if request.resume is not None and _read_record(request).pending():
         writes.append(request.resume)
@@ -161,7 +159,6 @@ def _new_record(request: Request) -> BenchRecord:
     from lcpcli.bench.record import Settings
 
     suites, infinity = request.inputs.files or (DEFAULT_SUITE,), request.inputs.infinity
-    options.check((*MEASURING, INFINITY), {**request._asdict(), "infinity": infinity})
     if request.time_limit == math.inf:
         raise OptionError("--time-limit", "is infinite", "give a number of seconds, the time counted for a failure")
     numbers = {number.name: number.default for number in MEASURING}
@@ -171,7 +168,12 @@ def _new_record(request: Request) -> BenchRecord:
     names = [str(variant) for variant in chosen]
     settings = Settings(**{name: float(value) for name, value in numbers.items() if value is not None})
     return timing.start(
-        suites, names, request.peers, settings, teller(request.quiet), None if infinity == math.inf else infinity
+        suites,
+        names,
+        request.peers,
+        settings,
+        partial(tell, quiet=request.quiet),
+        None if infinity == math.inf else infinity,
     )
 
 

@@ -6,16 +6,15 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from lcpcli import options
 from lcpcli.cli.command import argument, command, option
 from lcpcli.cli.declarations import FILES, OTHERS, numeric, problem_file, refuse_beside, reporting, with_bounds
 from lcpcli.cli.main import of_end
 from lcpcli.cli.output import Destination, refuse
-from lcpcli.cli.problems import InputModel, InputProblem, Inputs
+from lcpcli.cli.problems import Inputs
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files import contents
 from lcpcli.files.contents import place
-from lcpcli.options import TOL
+from lcpcli.options import INSPECTION_SECONDS, TIME_LIMIT, TOL
 from lcpcli.report.document import RECORD_MEANINGS
 
 if TYPE_CHECKING:
@@ -27,8 +26,8 @@ if TYPE_CHECKING:
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.verify.verification import Verification
 
-TIME_LIMIT = options.TIME_LIMIT._replace(
-    default=options.INSPECTION_SECONDS, meaning="End expensive computations after this many seconds."
+OF_INSPECTION = TIME_LIMIT._replace(
+    default=INSPECTION_SECONDS, meaning="End expensive computations after this many seconds."
 )
 
 
@@ -67,7 +66,6 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, **given: Any) 
         raise OptionError("FILE [Q_FILE] SOLUTION", f"stands for 2 or 3 files, not {len(paths)}", hint)
     if exact:
         refuse_beside("--exact", {"--tol": tol})
-    options.check((TOL,), {"tol": tol})
     destination = Destination.taken(given)
     inputs = Inputs.of(paths[:-1], others=paths[-1:], **given)
     inputs.prepare({"--output": destination.path})
@@ -82,35 +80,32 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, **given: Any) 
 
 
 def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool) -> list[Verification]:
-    read = inputs.read_any()
+    read = inputs.read(takes_models=True)
+    from lcpcli.files import beside
+    from lcpcli.solving import checking
+
     if read.exactly is None:
         refuse_beside("a nonlinear model", {"--exact": exact})
     data = read.exactly() if exact and read.exactly is not None else None
-    answers = _answers(inputs, read, solution)
+    first, problem = inputs.files[0], read.problem
+    if solution.casefold().endswith(".sol") and first.casefold().endswith(".nl"):
+        from lcpcli.files.beside import Candidate
+        from lcpcli.files.nl_format import Model
+
+        answers = [Candidate("solution", Model(None, first).solution_in(solution))]
+    else:
+        named = first, problem.name
+        answers = beside.read_candidates(solution, checking.lengths(problem), named, lambda: problem.names)
     if answers[0].remark:
         inputs.tell([f"{contents.place(solution)}: {answers[0].remark}"])
     try:
-        found = [_verification(read.problem, data, answer, tol) for answer in answers]
+        found = [_verification(problem, data, answer, tol) for answer in answers]
     except ProblemError as fault:
         raise fault.inside(contents.place(solution)) from None
     if len(found) == 1:
         return found
     places = (f"solution {i} of {len(found)}: " for i in range(1, len(found) + 1))
     return [replace(each, message=place + each.message) for place, each in zip(places, found, strict=True)]
-
-
-def _answers(inputs: Inputs, read: InputProblem | InputModel, solution: str) -> list[Candidate]:
-    """Return the proposed solutions, of a model of AMPL also those in a .sol file."""
-    from lcpcli.files import beside
-    from lcpcli.solving import checking
-
-    (first, *_), problem = inputs.files, read.problem
-    if solution.casefold().endswith(".sol") and first.casefold().endswith(".nl"):
-        from lcpcli.files.beside import Candidate
-        from lcpcli.files.nl_format import Model
-
-        return [Candidate("solution", Model(None, first).solution_in(solution))]
-    return beside.read_candidates(solution, checking.lengths(problem), (first, problem.name), lambda: problem.names)
 
 
 def _verification(
@@ -151,7 +146,7 @@ def _verification(
     "from 1; the indices of the JSON, from 0.",
 )
 @problem_file
-@numeric("Stopping", TIME_LIMIT)
+@numeric("Stopping", OF_INSPECTION)
 @option("Output", "--all", "whole", is_flag=True, help="Show everything; JSON and CSV always do.")
 @reporting(RECORD_MEANINGS)
 def inspect(file: str, q_file: str | None, time_limit: float | None, whole: bool, **given: Any) -> int:
@@ -160,13 +155,12 @@ def inspect(file: str, q_file: str | None, time_limit: float | None, whole: bool
     destination = Destination.taken(given)
     inputs = Inputs.of(list(filter(None, [file, q_file])), **given)
     inputs.prepare({"--output": destination.path})
-    options.check((TIME_LIMIT,), {"time_limit": time_limit})
     from lcpcli.inspection.inspection import inspect as inspected
     from lcpcli.inspection.nonlinear import inspect_nonlinear
     from lcpcli.model.problem import Problem
     from lcpcli.report import inspection_text
 
-    problem, seconds = inputs.read_any().problem, time_limit or TIME_LIMIT.value
+    problem, seconds = inputs.read(takes_models=True).problem, time_limit or OF_INSPECTION.value
     found: Inspection | NonlinearInspection
     if isinstance(problem, Problem):
         found = inspected(problem, seconds)

@@ -175,20 +175,17 @@ class Command(click.Command):
                 rows.extend(param.words.items())
             elif record := param.get_help_record(ctx):
                 rows.append((record[0], _brief(record[1])) if is_brief and param.name != "help" else record)
-        last = {HELP: tables.pop(HELP)}
+        lists = {heading: list(meanings.items()) for heading, meanings in self.lists.items() if not is_brief}
         codes = {code: meaning for code, meaning in self.exits.items() if not is_brief or code < SIGNALS}
-        exits = {"Exit codes": [(str(code), meaning) for code, meaning in codes.items()]} if codes else {}
+        if codes:
+            lists["Exit codes"] = [(str(code), meaning) for code, meaning in codes.items()]
+        helps = tables.pop(HELP)
         if is_brief:
             number = sum(isinstance(param, click.Option) for param in params)
             more = f"Show this message. lcp help {ctx.info_name} --all shows all {number} options"
             more += ", and lcp help METHOD a method and its options." if "--method" in self.common else "."
-            return {**tables, HELP: [(last[HELP][0][0], more)], **exits}
-        return {
-            **tables,
-            **last,
-            **{heading: list(meanings.items()) for heading, meanings in self.lists.items()},
-            **exits,
-        }
+            helps = [(helps[0][0], more)]
+        return {**tables, HELP: helps, **lists}
 
 
 def _brief(meaning: str) -> str:
@@ -266,16 +263,13 @@ class Group(Command, click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         if args[0] not in self.commands and not ctx.resilient_parsing:
-            raise OptionError("COMMAND", f"{quoted(args[0])} is unknown", self._suggest_command(args[0]))
+            from lcpcli.files import contents
+            from lcpcli.files.formats import PROBLEMS
+
+            is_problem = args[0] in ("-", *contents.shipped_problems()) or args[0].casefold().endswith(PROBLEMS)
+            hint = f"did you mean lcp solve {args[0]}?" if is_problem else likely(args[0], self.commands)
+            raise OptionError("COMMAND", f"{quoted(args[0])} is unknown", hint)
         return super().resolve_command(ctx, args)
-
-    def _suggest_command(self, given: str) -> str:
-        from lcpcli.files import contents
-        from lcpcli.files.formats import PROBLEMS
-
-        if given == "-" or given.casefold().endswith(PROBLEMS) or given in contents.shipped_problems():
-            return f"did you mean lcp solve {given}?"
-        return likely(given, self.commands)
 
 
 def _show_version(context: click.Context, _: click.Parameter, is_asked: bool) -> None:

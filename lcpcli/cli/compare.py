@@ -9,7 +9,6 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from lcpcli import options
 from lcpcli.cli import declarations
 from lcpcli.cli.command import EXITS, argument, command
 from lcpcli.cli.declarations import FILES, numeric, reporting
@@ -24,7 +23,7 @@ from lcpcli.options import Option
 from lcpcli.report.document import MEANINGS
 from lcpcli.report.wording import LEVELS
 
-AS_PUBLISHED = ("fixed-point", "shi")
+AS_PUBLISHED: tuple[str, ...] = ("fixed-point", "shi")
 
 
 @command(
@@ -58,19 +57,14 @@ def compare(files: Sequence[str], methods: Sequence[Variant], sweep: Sequence[st
     request = Request.of(files, examples, levels=LEVELS, sweep=sweep, **given)
     from lcpcli.cli.session import run
 
-    default = AS_PUBLISHED if methods else _that_apply(request.inputs.files)
+    default, files = AS_PUBLISHED, request.inputs.files
+    if not methods and all(file.casefold().endswith(".nl") for file in files):
+        from lcpcli.files.inputs import nonlinear_in
+
+        if all(nonlinear_in(file, contents.content_of(file, "")) for file in files):
+            default = tuple(NONLINEAR)
     chosen = declarations.chosen_variants(methods, sweep, default, request.own)
     return run(request._replace(variants=chosen, adds_auto=not (methods or sweep or request.own)))
-
-
-def _that_apply(files: Sequence[str]) -> Sequence[str]:
-    """Return the methods that are compared by default: those for nonlinear problems if all files have such models."""
-    if not all(file.casefold().endswith(".nl") for file in files):
-        return AS_PUBLISHED
-    from lcpcli.files.inputs import nonlinear_in
-
-    are_nonlinear = all(nonlinear_in(file, contents.content_of(file, "")) for file in files)
-    return tuple(NONLINEAR) if are_nonlinear else AS_PUBLISHED
 
 
 FORMATS = {**MEANINGS, "json": "an object for each run, for scripts", "csv": "a row for each run, all digits"}
@@ -110,7 +104,6 @@ SLOWER = Option(
 @reporting(FORMATS)
 def compare_runs(old: str, new: str, slower: float | None, **given: Any) -> int:
     """Compare how the runs in OLD and in NEW ended: status, iterations and time."""
-    options.check((SLOWER,), {"slower": slower})
     destination = Destination.taken(given)
     Inputs((old, new)).prepare({"--output": destination.path})
     from lcpcli.bench.comparison import Comparison

@@ -18,7 +18,6 @@ from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import WRITTEN
 from lcpcli.methods import variants
 from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OPTIONS, SWITCHES, meanings, options_of
-from lcpcli.methods.registry import declared as declared_method
 from lcpcli.methods.variants import Variant
 from lcpcli.options import EVERY, INFINITY, LIMITS, THREADS, Option
 from lcpcli.report.document import MEANINGS
@@ -52,15 +51,8 @@ class MethodChoice(Choice):
     def __init__(self) -> None:
         super().__init__(meanings())
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Variant:
-        if isinstance(value, Variant):
-            return value
-        name = value.partition(":")[0]
-        try:
-            declared_method(name)
-        except OptionError as error:
-            self.fail(f"{error.fault}; {error.hint}", param, ctx)
-        return variants.parse(value)
+    def convert(self, value: Any, param: Any, ctx: Any) -> Variant:  # noqa: ARG002
+        return value if isinstance(value, Variant) else variants.parse(value)
 
 
 def declared(*declarations: Declaration) -> Declaration:
@@ -69,13 +61,21 @@ def declared(*declarations: Declaration) -> Declaration:
 
 
 def numeric(heading: str, declared: Option) -> Declaration:
-    """Declare a numeric option under a heading; its value is None where it is not given."""
+    """Declare a numeric option under a heading; its value is in range, and None where it is not given."""
     default = "" if declared.default is None else f"; default {declared.written_default}"
     number = click.INT if declared.kind is int else click.FLOAT
     kind = (lambda v: v if v in declared.words else number.convert(v, None, None)) if declared.words else declared.kind
     meaning = f"{declared.meaning}  [{declared.range}{default}]"
     metavar = declared.range.split()[0].upper() if declared is INFINITY else declared.metavar
-    return option(heading, flag(declared.name), declared.name, type=kind, metavar=metavar, help=meaning)
+
+    def in_range(_: click.Context, __: click.Parameter, value: Any) -> Any:
+        if value is not None:
+            declared.check(value)
+        return value
+
+    return option(
+        heading, flag(declared.name), declared.name, type=kind, callback=in_range, metavar=metavar, help=meaning
+    )
 
 
 def vector_option(heading: str, name: str, kind: str, meaning: str) -> Declaration:
@@ -332,10 +332,10 @@ TABLE = {  # by what is asked for
 }
 
 
-def refuse_beside(mode: str, given: Mapping[str, Any]) -> None:
-    """Raise OptionError if one of some options has no effect in a mode, one of TABLE. given : the values of options by
-    flag; None, False and an empty tuple stand for one that is not given."""
-    for options, fault, hint in TABLE[mode]:
+def refuse_beside(mode: str, given: Mapping[str, Any], is_asked: bool = True) -> None:
+    """Raise OptionError if a mode, one of TABLE, is asked for beside an option without effect in it. given : the values
+    of options by flag; None, False and an empty tuple stand for one that is not given."""
+    for options, fault, hint in TABLE[mode] if is_asked else ():
         for name, value in given.items():
             if name in options and value is not None and value is not False and value != ():
                 raise OptionError(name, fault.format(mode=mode), hint)

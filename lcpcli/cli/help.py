@@ -90,7 +90,10 @@ def help(context: click.Context, topic: str | None, section: str | None, whole: 
             named.meta[WHOLE] = True
         click.echo(named.command.get_help(named))
     elif (page := PAGES.get(topic, PAGES.get(OTHER_WORDS.get(topic, "")))) is not None:
-        page = page if topic in PAGES and section is None else _sections(page, section or topic)
+        if topic not in PAGES or section is not None:  # the sections, without the title, whose headings have the word
+            has_word, (_, _, *parts) = _pattern(section or topic), SECTIONS.split(page)
+            own = [part for part in parts if has_word.search(folded(part.partition("\n")[0]))]
+            page = "\n".join(part.strip("\n") + "\n" for part in own) or page
         width, color = terminal()
         if width is not None:
             from lcpcli.report.terminal import page as formatted
@@ -110,14 +113,6 @@ def help(context: click.Context, topic: str | None, section: str | None, whole: 
         raise OptionError("TOPIC", f"{quoted(topic)} is unknown", hint)
 
 
-def _sections(page: str, word: str) -> str:
-    """Return the sections of a page, without its title, whose headings have a word, or the page if none has."""
-    has_word = re.compile(rf"(?<!\w){re.escape(folded(word))}(?!\w)")
-    _, _, *parts = SECTIONS.split(page)
-    own = [part for part in parts if has_word.search(folded(part.partition("\n")[0]))]
-    return "\n".join(part.strip("\n") + "\n" for part in own) or page
-
-
 def _options(context: click.Context, method: str) -> str:
     params = lcp.commands["solve"].params
     records = [param.get_help_record(context) for param in params if param.name in known_options(method)]
@@ -126,10 +121,13 @@ def _options(context: click.Context, method: str) -> str:
     return formatter.getvalue()
 
 
+def _pattern(word: str) -> re.Pattern[str]:
+    return re.compile(rf"(?<!\w){re.escape(folded(word))}(?!\w)")
+
+
 def _places(word: str) -> list[tuple[str, str]]:
     """Return the pages that have a word, each with the sections that do."""
-    has_word = re.compile(rf"(?<!\w){re.escape(folded(word))}(?!\w)")
-    found = []
+    has_word, found = _pattern(word), []
     for name, page in sorted(
         PAGES.items(), key=lambda each: (each[0] in LAST, -len(has_word.findall(folded(each[1]))))
     ):

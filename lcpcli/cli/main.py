@@ -1,6 +1,6 @@
 """The command lcp: start-up, and exit with one of the codes. Errors become one line on standard error and exit code 2.
 
-Only the standard library is imported before the handler for Ctrl-C is installed.
+Little more than the standard library is imported before the handler for Ctrl-C is installed.
 """
 
 from __future__ import annotations
@@ -63,8 +63,10 @@ def main() -> None:
     code, received = INTERRUPTED, list[int]()
     with contextlib.suppress(KeyboardInterrupt):
         try:
-            with _ending_at_once():
-                from lcpcli import interrupts
+            from lcpcli import interrupts
+
+            # Ctrl-C ends the process silently while there is nothing to report or to clean up.
+            with interrupts.handling(signal.SIGINT, lambda *_: os._exit(INTERRUPTED), signal.default_int_handler):
                 from lcpcli.cli.command import lcp as lcp
         except (ImportError, MemoryError) as error:
             sys.exit(_complain_of_loading(error))
@@ -83,48 +85,23 @@ def main() -> None:
 
 
 @contextlib.contextmanager
-def _ending_at_once() -> Iterator[None]:
-    """Let Ctrl-C end the process silently while there is nothing to report or to clean up."""
-    usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    try:
-        if usual:
-            signal.signal(signal.SIGINT, lambda *_: os._exit(INTERRUPTED))
-    except ValueError:  # only the main thread may set handlers, and only it receives signals
-        usual = False
-    yield
-    if usual:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
-@contextlib.contextmanager
 def _output_alone() -> Iterator[None]:
     """Open a context in which compiled code cannot print to standard output, as HiGHS does now and then whatever its
     options: sys.stdout writes to a copy of file descriptor 1, which itself is the null device."""
     from lcpcli import interrupts
 
     usual, own = sys.stdout, sys.__stdout__
-    try:
-        usual.flush()
-        copy = os.dup(1)
-    except (OSError, ValueError):  # there is no standard output, or it cannot be written, which the command will say
-        yield
-        return
-    null = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(null, 1)
-    os.close(null)
-    if own is not None and own is usual and own.fileno() == 1:
-        buffering = 1 if own.line_buffering else -1
-        stream = open(copy, "w", buffering, own.encoding, own.errors, closefd=False)  # noqa: SIM115
-        sys.stdout = sys.__stdout__ = stream  # type: ignore[misc]
-    try:
-        yield
-    finally:
-        with contextlib.suppress(OSError, ValueError):
-            sys.stdout.flush()
-        interrupts.flush_compiled()
-        sys.stdout, sys.__stdout__ = usual, own  # type: ignore[misc]
-        os.dup2(copy, 1)
-        os.close(copy)
+    with interrupts.silent() as copy:
+        if copy is not None and own is not None and own is usual and own.fileno() == 1:
+            buffering = 1 if own.line_buffering else -1
+            stream = open(copy, "w", buffering, own.encoding, own.errors, closefd=False)  # noqa: SIM115
+            sys.stdout = sys.__stdout__ = stream  # type: ignore[misc]
+        try:
+            yield
+        finally:
+            with contextlib.suppress(OSError, ValueError):
+                sys.stdout.flush()
+            sys.stdout, sys.__stdout__ = usual, own  # type: ignore[misc]
 
 
 def leave(code: int) -> NoReturn:
@@ -133,16 +110,10 @@ def leave(code: int) -> NoReturn:
     the interpreter: where a thread is to be awaited, or a profiler or a debugger watches."""
     from lcpcli.interrupts import abandoned
 
-    if any(map(threading.Thread.is_alive, [*abandoned, *reading])):
-        _end(code)
-    if threading.active_count() > 1 or sys.getprofile() or sys.gettrace():
-        sys.exit(code)
-    atexit._run_exitfuncs()  # as in children of multiprocessing, which end alike
-    _end(code)
-
-
-def _end(code: int) -> NoReturn:
-    """End the process without the interpreter's shutdown, which would require all threads to have ended."""
+    if not any(map(threading.Thread.is_alive, [*abandoned, *reading])):
+        if threading.active_count() > 1 or sys.getprofile() or sys.gettrace():
+            sys.exit(code)
+        atexit._run_exitfuncs()  # as in children of multiprocessing, which end alike
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(OSError, ValueError, AttributeError):  # AttributeError: closed by the caller
             stream.flush()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from lcpcli.cli.command import Choice, argument, command, option
 from lcpcli.cli.declarations import file_option, problem_file, problem_output, refuse_beside
 from lcpcli.cli.output import Destination, refuse
-from lcpcli.cli.problems import Inputs, teller, without_wrong_solutions
+from lcpcli.cli.problems import Inputs, tell, without_wrong_solutions
 from lcpcli.cli.terminal import emit
 from lcpcli.errors import OptionError, count, quoted
 from lcpcli.files.formats import ALL, COMPLETE, FORMATS, PROGRAM_SUFFIXES
@@ -110,7 +110,7 @@ def _show_list() -> int:
         rows.append((name, gallery.entry(name).matrices, " ".join(texts), meaning))
     families = Table(("family", "class of M", "parameters", "description"), [rows], range(4), range(1, 4))
     title = "The families of the gallery"
-    Destination.of("table", None).show(partial(typeset, Document(title, [Section(title, tables=[families])])))
+    Destination("table", None).show(partial(typeset, Document(title, [Section(title, tables=[families])])))
     return 0
 
 
@@ -160,11 +160,10 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
     write(written, output, inputs.quiet, as_program=True)
     if output is None:
         return 0
-    tell = teller(inputs.quiet)
     if left_out := losses(written.rounded, output):
         kept = FORMATS[Path(output).suffix.casefold()].keeps
         form = CONDITIONS.get(kind_of(written.rounded), "the format keeps only")
-        tell(f"{output}: {form} {kept}; left out: {', '.join(left_out)}")
+        tell(f"{output}: {form} {kept}; left out: {', '.join(left_out)}", inputs.quiet)
     if output.casefold().endswith(PROGRAM_SUFFIXES):
         from lcpcli.files.mps_format import new_names
 
@@ -172,10 +171,11 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
             old, new = next(iter(names.items()))
             needed = "as MPS needs unique names without spaces or control characters"
             change = f"{count(len(names), 'name')} had to be changed, {needed}"
-            tell(f"{output}: {change}: {quoted(old)} is {quoted(new)}{', and so on' * (len(names) > 1)}")
+            tell(f"{output}: {change}: {quoted(old)} is {quoted(new)}{', and so on' * (len(names) > 1)}", inputs.quiet)
     if is_rounded(written, output):
         endings = " or ".join(exact_endings(written.rounded))
-        tell(f"{output}: some numbers have more digits than doubles and were rounded; {endings} would keep them all")
+        change = f"some numbers have more digits than doubles and were rounded; {endings} would keep them all"
+        tell(f"{output}: {change}", inputs.quiet)
     return 0
 
 
@@ -223,7 +223,7 @@ def write(problem: Problem | Written[Problem], output: str | None, quiet: bool, 
         emit(writing.contents_of(written, "", ".json", as_program)[""].decode(), color=False)
     else:
         writing.write_as(written, output, as_program)
-        teller(quiet)(f"wrote {' and '.join(filter(None, (output, writing.file_of_q(output))))}")
+        tell(f"wrote {' and '.join(filter(None, (output, writing.file_of_q(output))))}", quiet)
 
 
 def losses(problem: Problem, output: str) -> list[str]:

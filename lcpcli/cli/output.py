@@ -6,11 +6,10 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-from lcpcli import options
 from lcpcli.cli.declarations import refuse_beside
-from lcpcli.cli.problems import teller
+from lcpcli.cli.problems import tell
 from lcpcli.cli.terminal import ITERATES, emit, size, terminal
 from lcpcli.errors import OptionError
 from lcpcli.options import EVERY
@@ -18,7 +17,6 @@ from lcpcli.report.document import FORMATS, SUFFIXES, TABLES
 
 if TYPE_CHECKING:
     from lcpcli.cli.request import AnyProblem, Request
-    from lcpcli.report.result_formats import Report
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace
     from lcpcli.typing import Indices
@@ -28,39 +26,27 @@ FEWEST_ROWS, SUMMARY_LINES = 8, 12  # rows shown even on a small screen; lines t
 MOST_POINTS = 400  # of one method in a figure, about one for each pixel across an axis
 
 
-class Destination(NamedTuple):
+class Destination:
     """Where a command shows its report.
 
     form, path : the format, and the file, None for standard output. quiet : whether nothing but errors is printed.
-    width, color : the width of a terminal, None for a file or a pipe, and whether it shows colours.
+    width, color : the width of a terminal, None for a file or a pipe, and whether it shows colours. silent : whether
+    the report is not shown.
     """
 
-    form: str
-    path: str | None
-    quiet: bool
-    width: int | None
-    color: bool
-
-    @classmethod
-    def of(cls, form: str | None, path: str | None, quiet: bool = False) -> Destination:
-        """Return the destination for --format, -o and --quiet; raise OptionError for a suffix without a format."""
+    def __init__(self, form: str | None, path: str | None, quiet: bool = False) -> None:
         hint = f"give --format {path}, or a name with a suffix"
         refuse(path in FORMATS, "--output", f"{path} is a format", hint)  # -o json would write a table to a file json
-        form = form or form_of(path)
-        width, color = (None, False) if path else terminal()
-        if form == "html":
+        self.form, self.path, self.quiet = form or form_of(path), path, quiet
+        self.width, color = (None, False) if path else terminal()
+        self.color, self.silent = color and self.form == "table", quiet and path is None
+        if self.form == "html":
             hush()
-        return cls(form, path, quiet, width, color and form == "table")
 
     @classmethod
     def taken(cls, given: dict[str, Any]) -> Destination:
         """Return the destination for the options of a command, from which --format and -o are taken away."""
-        return cls.of(given.pop("form"), given.pop("output"), given["quiet"])
-
-    @property
-    def silent(self) -> bool:
-        """Return whether the report is not shown."""
-        return self.quiet and self.path is None
+        return cls(given.pop("form"), given.pop("output"), given["quiet"])
 
     def show(self, render: Callable[[str, int | None, bool], str], verdict: str = "") -> None:
         """Show what `render` returns for the format, the width and whether there are colours; where it goes to a file,
@@ -68,36 +54,27 @@ class Destination(NamedTuple):
         if not self.silent:
             show(render(self.form, self.width, self.color), self.path, self.color)
         if verdict and self.path is not None:
-            teller(self.quiet)(verdict)
+            tell(verdict, self.quiet)
 
     def add(self, path: str | None, content: Callable[[str], str | bytes]) -> None:
         """Write a further file, such as a figure, with its content by its name, if it has one, and say so."""
         if path is not None:
             show(content(path), path)
-            teller(self.quiet)(f"wrote {path}")
+            tell(f"wrote {path}", self.quiet)
 
 
-class Output:
-    """The choice of what is shown, in which format and where, checked for consistency before any computation.
+class Output(Destination):
+    """The choice of what is shown of a request, in which format and where, checked for consistency before any
+    computation.
 
-    destination : where, and in which format. trace_path : the file of all iterates, if any.
-    with_iterates : whether the iterates are added to the output.
-    plot : the file of the figure, whose suffix gives its format, None for no figure.
-    paths : the file of the figure of paths, None for none.
-    levels : for a comparison, the relative errors whose first attainment is recorded.
+    trace_path : the file of all iterates, if any. with_iterates : whether the iterates are added to the output.
     """
 
     def __init__(self, request: Request) -> None:
-        options.check((EVERY,), {"every": request.every})
-        self.destination = Destination.of(request.form, request.output, request.quiet)
-        self.form, self.path, _, self.width, _ = self.destination
-        self.silent = self.destination.silent
-        self.plot, self.paths, self.levels, self._every = request.plot, request.paths, request.levels, request.every
-        self._names = request.names
-        self.trace_path = request.trace or None
-        names = [name for name in ("every", "columns") if getattr(request, name)]  # options that ask for iterates
-        asks = request.trace == ITERATES or (bool(names) and self.trace_path is None)
-        self.with_iterates = not self.silent and asks
+        super().__init__(request.form, request.output, request.quiet)
+        self.request, self.trace_path = request, request.trace or None
+        asks = request.trace == ITERATES or (bool(request.every or request.columns) and self.trace_path is None)
+        self.with_iterates = asks and not self.silent
         in_table = self.form in TABLES and not (request.sweep and self.form != "html")
         self._keeps_iterates = self.with_iterates or self.trace_path is not None or (in_table and not self.silent)
         modes = {
@@ -107,21 +84,18 @@ class Output:
             "no unknowns": bool(request.sweep) and self.form == "csv" and not self.with_iterates,
             "csv": self.form == "csv",
         }
-        given = request.given | {"--trace": request.trace == ITERATES}  # to the output, not to a file
-        for mode in (mode for mode, is_asked in modes.items() if is_asked):
-            refuse_beside(mode, given)
+        for mode, is_asked in modes.items():
+            refuse_beside(mode, request.given | {"--trace": request.trace == ITERATES}, is_asked)  # not to a file
         if self.trace_path is not None:
             _refuse_as_trace(self.trace_path)
-        if self.plot is not None:
-            require_plot(self.plot)
-        if self.paths is not None:
-            require_plot(self.paths, "paths")
+        require_plot(request.plot)
+        require_plot(request.paths, "paths")
 
     def traces(self, problem: AnyProblem) -> tuple[Trace | None, Trace | None]:
         """Return an empty trace for iterates that are shown or written, and an empty curve for the figure and for the
         levels; each keeps only what is needed."""
-        levels = self.levels if problem.solutions else ()
-        draws = self.plot is not None or self.paths is not None or self.form == "html"
+        request, levels = self.request, self.request.levels if problem.solutions else ()
+        draws = request.plot is not None or request.paths is not None or self.form == "html"
         has_curve = draws or bool(levels)
         if not (self._keeps_iterates or has_curve):
             return None, None
@@ -131,13 +105,13 @@ class Output:
 
         trace = curve = None
         if self._keeps_iterates and (self.form not in TABLES or self.trace_path is not None):
-            trace = Trace(self._every or 1)
+            trace = Trace(request.every or 1)
         elif self._keeps_iterates:
             trace = Trace(*self._selection(problem), residuals=not problem.solutions)
         if has_curve:
             every, most = (1, MOST_POINTS) if draws else (sys.maxsize, None)
             residuals = draws and not problem.solutions
-            curve = Trace(every, most, np.empty(0, dtype=np.intp), residuals, levels, self.paths is not None)
+            curve = Trace(every, most, np.empty(0, dtype=np.intp), residuals, levels, request.paths is not None)
         return trace, curve
 
     def with_visible_trace(self, result: Result) -> Result:
@@ -151,31 +125,29 @@ class Output:
 
     def draw(self, runs: Sequence[Sequence[Result]]) -> None:
         """Draw the runs, one panel per problem."""
-        if self.plot is None and self.paths is None:
+        plot, paths = self.request.plot, self.request.paths
+        if plot is None and paths is None:
             return
         from lcpcli.report import plotting
 
         form_of = plotting.form_of
-        self.destination.add(
-            self.paths, lambda path: plotting.paths(plotting.trajectories(runs), form_of(path, plotting.PATHS))
-        )
-        self.destination.add(self.plot, lambda path: plotting.convergence(plotting.panels(runs), form_of(path)))
-
-    def text_of(self, report: Report) -> str:
-        """Return a report in the format of the output; "" if nothing is shown."""
-        return "" if self.silent else report.render(self.form, self.width, self.destination.color)
+        self.add(paths, lambda path: plotting.paths(plotting.trajectories(runs), form_of(path, plotting.PATHS)))
+        self.add(plot, lambda path: plotting.convergence(plotting.panels(runs), form_of(path)))
 
     def _selection(self, problem: AnyProblem) -> tuple[int, int | None, Indices | None]:
         """Return the selection of a table: the step and the largest number of its iterates, and their components."""
         from lcpcli.report.tables import kept_components, room
 
-        components = kept_components(problem, room(self.form, self.width), self._names)
-        if self._every is not None:
-            return self._every, None, components
+        every, components = (
+            self.request.every,
+            kept_components(problem, room(self.form, self.width), self.request.names),
+        )
+        if every is not None:
+            return every, None, components
         if self.form == "html":
             return 1, MOST_POINTS, components
         most = MOST_ROWS
-        if self.form == "table" and self.width is not None and not self.levels:  # a screen holds them and the result
+        if self.form == "table" and self.width is not None and not self.request.levels:  # a screen has room for them
             most = min(MOST_ROWS, max(FEWEST_ROWS, size().lines - SUMMARY_LINES))
         return int(EVERY.value), most, components
 
@@ -186,8 +158,10 @@ def refuse(is_wrong: bool, where: str, fault: str, hint: str = "leave it out") -
         raise OptionError(where, fault, hint)
 
 
-def require_plot(file: str, option: str = "plot") -> None:
+def require_plot(file: str | None, option: str = "plot") -> None:
     """Refuse a figure of another suffix, or if the package that draws is missing."""
+    if file is None:
+        return
     from lcpcli.report import plotting
 
     plotting.require(option)

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-from lcpcli import options
 from lcpcli.cli import declarations
 from lcpcli.cli.command import EXITS, argument, command, option
 from lcpcli.cli.declarations import FILES, file_option, numeric, reporting, vector_option
 from lcpcli.cli.main import of_end
 from lcpcli.cli.output import Destination, refuse, require_plot
-from lcpcli.cli.problems import Inputs
+from lcpcli.cli.problems import InputProblem, Inputs
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files.contents import parsed, place, within
 from lcpcli.files.fields import BOUND_OPTIONS
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.parametric.path import Path
     from lcpcli.rational.exact_problem import ExactProblem
-    from lcpcli.typing import Vector
 
 Number: TypeAlias = "float | Fraction"
 FORMATS = {**MEANINGS, "json": "one object, for scripts", "csv": "a row for each breakpoint, with all digits"}
@@ -92,20 +90,26 @@ def path(
     destination, exact = Destination.taken(given), given.pop("exact")
     how = {name: given.pop(name) for name in (*BOUND_OPTIONS, "q", "quiet")} | {"game": False}
     refuse(direction is None and how["q"] is not None, "--q", "is for --direction", "name M, and the q of each problem")
-    inputs = _inputs(files, direction, how)
+    if direction is not None and not 1 <= len(files) <= 2:
+        hint = "give one problem: a file, or a file with M and one with q"
+        raise OptionError("--direction", f"takes 1 or 2 files, not {len(files)}", hint)
+    if direction is None and not 2 <= len(files) <= 3:
+        hint = "give two problems, or a file with M and two with q, or a problem and --direction"
+        raise OptionError("FROM TO", f"stands for 2 or 3 files, not {len(files)}", hint)
     whole = Inputs.of(files, **how, others=[direction] if direction else [])
+    inputs = [whole] if direction is not None else [Inputs.of([*files[:-2], each], **how) for each in files[-2:]]
     whole.prepare({"--output": destination.path, "--plot": plot})
-    options.check((*LIMITS, MAX_BREAKPOINTS), given)
     refuse(direction is not None and given["stop"] is None, "--direction", "has no end", "add --to, the last t")
     stop = given.pop("stop") or "1"
-    span = _span(given.pop("start") or "0", stop, exact)
-    if plot is not None:
-        require_plot(plot)
+    span = _number("--from", given.pop("start") or "0", exact), _number("--to", stop, exact)
+    fault = f"is {float(span[1]):g}, and the path begins at t = {float(span[0]):g}"
+    refuse(span[0] >= span[1], "--to", fault, "give a larger number")
+    require_plot(plot)
     asked = _values(at, *span, exact)
-    ends = [_End.of(each) for each in inputs]
+    ends = [each.read() for each in inputs]
     if direction is not None:
         d = _direction(direction, ends[0].problem)
-        ends = [within("--direction", ends[0].along, d, t) for t in span]
+        ends = [within("--direction", _along, ends[0], d, t) for t in span]
     file = place(inputs[-1].files[-1])
     files_read = [place(each.files[-1]) for each in inputs]
     if names:
@@ -120,25 +124,6 @@ def path(
     destination.show(path_formats.report(found, asked, files_read, names).render, f"{file}: {found.message}")
     destination.add(plot, lambda name: found.plot(show=names).content(plotting.form_of(name)))
     return code
-
-
-def _inputs(files: Sequence[str], direction: str | None, how: dict[str, Any]) -> list[Inputs]:
-    if direction is not None:
-        if not 1 <= len(files) <= 2:
-            hint = "give one problem: a file, or a file with M and one with q"
-            raise OptionError("--direction", f"takes 1 or 2 files, not {len(files)}", hint)
-        return [Inputs.of(files, **how)]
-    if not 2 <= len(files) <= 3:
-        hint = "give two problems, or a file with M and two with q, or a problem and --direction"
-        raise OptionError("FROM TO", f"stands for 2 or 3 files, not {len(files)}", hint)
-    return [Inputs.of([*files[:-2], each], **how) for each in files[-2:]]
-
-
-def _span(start: str, stop: str, exact: bool) -> tuple[Number, Number]:
-    first, last = _number("--from", start, exact), _number("--to", stop, exact)
-    fault = f"is {float(last):g}, and the path begins at t = {float(first):g}"
-    refuse(first >= last, "--to", fault, "give a larger number")
-    return first, last
 
 
 def _number(option: str, text: str, exact: bool) -> Number:
@@ -179,47 +164,31 @@ def _direction(text: str, problem: Problem) -> list[Fraction]:
     )
 
 
-class _End(NamedTuple):
-    """The problem at an end of the path, and what reads its numbers as written, for a path in fractions."""
+def _along(end: InputProblem, d: Sequence[Fraction], t: Number) -> InputProblem:
+    """Return the problem with q + t d."""
+    import numpy as np
 
-    problem: Problem
-    data: Callable[[], ExactProblem]
+    from lcpcli.rational.numbers import rounded
 
-    @classmethod
-    def of(cls, inputs: Inputs) -> _End:
-        read = inputs.read()
-        return cls(read.problem, read.exactly)
-
-    def along(self, d: Sequence[Fraction], t: Number) -> _End:
-        """Return the problem with q + t d."""
-        import numpy as np
-
-        from lcpcli.rational.numbers import rounded
-
-        with np.errstate(over="ignore"):
-            q = self.problem.q + float(t) * rounded(d)
-        problem = _with_q(self.problem, q)
-
-        def data() -> ExactProblem:
-            own = self.data()
-            rows = zip(own.constants, own.scales, d, strict=True)
-            moved = [Fraction(constant, scale) + Fraction(t) * change for constant, scale, change in rows]
-            return own.with_vectors(problem, moved, own.lower, own.upper)
-
-        return _End(problem, data)
-
-
-def _with_q(problem: Problem, q: Vector) -> Problem:
-    """Return the problem with another q; if it is not one of a program or a game any more, with the names only."""
+    with np.errstate(over="ignore"):
+        q = end.problem.q + float(t) * rounded(d)
     changed: dict[str, Any] = {"q": q, "solutions": (), "verdict": ""}
     try:
-        return replace(problem, **changed)
-    except ProblemError:
-        changed["names"] = problem.names if any(problem.names) else ()
-        return replace(problem, **changed, origin=None)
+        problem = replace(end.problem, **changed)
+    except ProblemError:  # it is not one of a program or a game any more
+        names = end.problem.names if any(end.problem.names) else ()
+        problem = replace(end.problem, **changed, names=names, origin=None)
+
+    def exactly() -> ExactProblem:
+        own: ExactProblem = end.exactly()
+        rows = zip(own.constants, own.scales, d, strict=True)
+        moved = [Fraction(constant, scale) + Fraction(t) * change for constant, scale, change in rows]
+        return own.with_vectors(problem, moved, own.lower, own.upper)
+
+    return InputProblem(problem, exactly, [])
 
 
-def _followed(ends: Sequence[_End], file: str, span: tuple[Any, Any], **given: Any) -> tuple[Path, int]:
+def _followed(ends: Sequence[InputProblem], file: str, span: tuple[Any, Any], **given: Any) -> tuple[Path, int]:
     """Follow the path; return it with the exit code. file : of the last problem."""
     from lcpcli.parametric.following import follow
     from lcpcli.parametric.path import INFEASIBLE, INTERRUPTED, Family
@@ -227,7 +196,7 @@ def _followed(ends: Sequence[_End], file: str, span: tuple[Any, Any], **given: A
     first, last = ends
 
     def data() -> tuple[ExactProblem, ExactProblem]:
-        own, other = first.data(), last.data()
+        own, other = first.exactly(), last.exactly()
         if not own.has_matrix_of(other):
             raise ProblemError("M", "differs between the two problems", "give two problems with one M")
         return own, other

@@ -11,154 +11,77 @@ import threading
 import time
 import warnings
 from collections.abc import Callable
-from concurrent.futures import BrokenExecutor, CancelledError, Future, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, CancelledError, Future, ProcessPoolExecutor
 from contextlib import suppress
-from multiprocessing import get_context, parent_process
-from typing import Any
+from multiprocessing import active_children, get_context, parent_process
+from typing import Any, TypeAlias
 
 from lcpcli.cli.problems import tell
 from lcpcli.errors import OptionError
-from lcpcli.interrupts import REQUESTS
+from lcpcli.interrupts import deferring_signals
 
+MOST_ON_WINDOWS = 61  # processes of an executor
 SECONDS_TO_CONNECT = 10  # to a scheduler, which answers within a second unless the address is wrong
 SECONDS_BETWEEN_COUNTS = 4.0  # of a scheduler's workers, which come and go seldom; a count costs a message
 SECONDS_ALONE = 9.0  # without workers until a warning: two counts, as workers that start connect late
 
 
-class Pool:
-    """A pool of processes.
+class Local:
+    """Processes on this machine. They are copies of this one, which start at once, where that is safe: on Linux, beside
+    no other threads, be it of linear algebra, and only up to one for each processor.
 
-    size : the number of processes. most : the largest number of inputs handed over to a process at once; their records
-    come back together. kill_error : the error of a future whose process was killed. end_errors : errors that mean that
-    no process is left. end : the error to report if none is left.
+    Like the workers of a cluster they have a size, the number of processes; the largest number of inputs handed over to
+    a process at once, whose records come back together; the error of a future whose process was killed; errors that
+    mean that no process is left, and the error to report then.
     """
 
-    most: int
-    size: int
-    kill_error: type[BaseException]
-    end_errors: tuple[type[Exception], ...]
-    end: OptionError
-
-    def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
-        """Have one of the processes call a function."""
-        raise NotImplementedError
-
-    def look(self) -> None:
-        """Count the processes again."""
-
-    def close(self) -> None:
-        """End the processes, whatever they are doing."""
-
-
-class Local(Pool):
-    """Processes on this machine, each served by a thread that hands problems over to it."""
-
-    most, kill_error, end_errors = sys.maxsize, BrokenExecutor, (OSError,)
+    most: int = sys.maxsize
+    kill_error: type[BaseException] = BrokenExecutor
+    end_errors: tuple[type[Exception], ...] = (OSError,)
     end = OptionError("--jobs", "no process could be started", "leave it out")
 
     def __init__(self, size: int) -> None:
-        self.size, self._threads, self._is_over = size, ThreadPoolExecutor(size), False
-        self._unused = _forked(size)
-        self._processes: dict[int, _Process] = {}  # by thread
+        are_safe = sys.platform == "linux" and len(os.listdir("/proc/self/task")) == 1 and size <= (os.cpu_count() or 1)
+        self.size = min(size, MOST_ON_WINDOWS) if sys.platform == "win32" else size
+        try:
+            self._executor = self._started("fork" if are_safe else "spawn")
+            self.submit(int)
+        except (OSError, NotImplementedError):  # there may be no semaphores
+            raise self.end from None
+
+    def _started(self, how: str) -> ProcessPoolExecutor:
+        return ProcessPoolExecutor(self.size, get_context(how), _leave_signals_to_parent)
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
-        return self._threads.submit(self._call, function, *arguments)
+        """Have one of the processes call a function."""
+        with deferring_signals():  # a new process is not ready for them
+            try:
+                return self._executor.submit(function, *arguments)
+            except BrokenExecutor:
+                self._executor = self._started("spawn")
+                return self._executor.submit(function, *arguments)
+
+    def look(self) -> None:
+        """End all processes if one was killed, as the executor does unless it waits for the rest of a result."""
+        if not all(each.is_alive() for each in list(self._executor._processes.values())):
+            self._kill()
 
     def close(self) -> None:
-        self._is_over = True
-        processes = [*self._unused, *self._processes.values()]
-        for each in processes:
-            each.process.terminate()
-        self._threads.shutdown(cancel_futures=True)
-        for each in processes:
-            each.process.join()
+        """End the processes, whatever they are doing."""
+        self._kill()
+        self._executor.shutdown(cancel_futures=True)
 
-    def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        """Call a function in the process of this thread; raise BrokenExecutor if the process is killed."""
-        own = threading.get_ident()
-        if own not in self._processes:
-            try:
-                self._processes[own] = self._unused.pop()
-            except IndexError:
-                self._processes[own] = _Process("spawn")
-        try:
-            if self._is_over:
-                raise EOFError
-            is_returned, outcome = self._processes[own].call(function, arguments)
-        except (EOFError, OSError):
-            self._processes.pop(own).end()
-            raise BrokenExecutor from None
-        if is_returned:
-            return outcome
-        raise outcome
+    def _kill(self) -> None:
+        for each in active_children():
+            each.kill()
+        results: Any = self._executor._result_queue
+        results._writer.close()  # where a process has written the beginning of a result, the rest is missing for ever
 
 
-class _Process:
-    """A process that calls functions, with the connection to it. start : how it is started, "spawn" or "fork"."""
-
-    def __init__(self, start: str) -> None:
-        context: Any = get_context(start)
-        self._connection, other_end = context.Pipe()
-        serve = _serve if start == "spawn" else _serve_forked
-        self.process = context.Process(target=serve, args=(other_end,), daemon=True)
-        self.process.start()
-        other_end.close()  # so that the end of the process ends the connection
-        self._function: Callable[..., Any] | None = None
-
-    def call(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[bool, Any]:
-        """Return whether a call returned, with its value or its error; raise EOFError or OSError if the process ends.
-
-        The process keeps the last function, as it may come with the options and the files of the whole run.
-        """
-        self._connection.send((None if function == self._function else function, arguments))
-        self._function = function
-        outcome: tuple[bool, Any] = self._connection.recv()
-        return outcome
-
-    def end(self) -> None:
-        self.process.terminate()
-        self.process.join()
-        self._connection.close()
-
-
-def _forked(size: int) -> list[_Process]:
-    """Return processes that are copies of this one, which start at once, up to one for each processor.
-
-    There are none where copies are unsafe: beside other threads, be it of linear algebra, or outside of Linux.
-    """
-    with suppress(OSError):
-        if sys.platform != "linux" or len(os.listdir("/proc/self/task")) > 1:
-            return []
-    processes: list[_Process] = []
-    usual = signal.pthread_sigmask(signal.SIG_BLOCK, REQUESTS)  # until the copy has its own handlers
-    try:
-        with suppress(OSError):
-            for _ in range(min(size, os.cpu_count() or 1)):
-                processes.append(_Process("fork"))
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, usual)
-    return processes
-
-
-def _serve_forked(connection: Any) -> None:
-    """Serve without the files of the parent, whose locks and ends would otherwise last as long as this process."""
-    parent = parent_process()
-    assert parent is not None
-    null = os.open(os.devnull, os.O_RDWR)
-    for number in map(int, os.listdir("/proc/self/fd")):
-        if number > 2 and number not in (null, connection.fileno(), parent.sentinel):
-            with suppress(OSError):  # the list itself was open
-                os.fstat(number)
-                os.dup2(null, number)
+def _leave_signals_to_parent() -> None:
+    """Leave Ctrl-C to the parent, and end with it, however it ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, REQUESTS)
-    _serve(connection)
-
-
-def _serve(connection: Any) -> None:
-    """Call the functions that arrive. Leave Ctrl-C to the parent, and end with the parent, however it ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
     assert parent is not None
 
@@ -167,23 +90,14 @@ def _serve(connection: Any) -> None:
         os._exit(1)
 
     threading.Thread(target=end_with_parent, daemon=True).start()
-    function: Any = None
-    with suppress(EOFError, OSError):  # the parent has closed it
-        while True:
-            other, arguments = connection.recv()
-            function = other or function
-            try:
-                outcome = True, function(*arguments)
-            except BaseException as error:
-                outcome = False, error
-            connection.send(outcome)
 
 
-class Cluster(Pool):
+class Cluster:
     """The workers of a Dask scheduler, which itself repeats the work of a killed worker. Handing over one problem takes
     the scheduler milliseconds."""
 
-    most, end_errors = 16, (OSError, CancelledError, RuntimeError)
+    most = 16
+    end_errors: tuple[type[Exception], ...] = (OSError, CancelledError, RuntimeError)
 
     def __init__(self, address: str) -> None:
         logging.disable(logging.ERROR)  # distributed reports every worker that comes or goes
@@ -192,10 +106,13 @@ class Cluster(Pool):
             from distributed import Client
             from distributed.comm.addressing import get_address_host_port
             from distributed.scheduler import KilledWorker
+            from distributed.security import Security
         except ImportError:
             hint = "pip install 'linear-complementarity[cluster]'"
             raise OptionError("--cluster", "needs distributed", hint) from None
-        _refuse_without_certificates(address)
+        if address.startswith("tls:") and Security().get_connection_args("client").get("ssl_context") is None:
+            hint = "set distributed.comm.tls.ca-file, client.cert and client.key there; see Dask's documentation on TLS"
+            raise OptionError("--cluster", f"{address} needs certificates, and Dask's configuration names none", hint)
         try:
             get_address_host_port(address)  # a client for an address of another form would take long to end
             self._client = Client(address, set_as_default=False, timeout=SECONDS_TO_CONNECT)
@@ -231,10 +148,4 @@ class Cluster(Pool):
             self._client.close()
 
 
-def _refuse_without_certificates(address: str) -> None:
-    """Raise OptionError for an address that needs certificates where Dask's configuration has none."""
-    from distributed.security import Security
-
-    if address.startswith("tls:") and Security().get_connection_args("client").get("ssl_context") is None:
-        hint = "set distributed.comm.tls.ca-file, client.cert and client.key there; see Dask's documentation on TLS"
-        raise OptionError("--cluster", f"{address} needs certificates, and Dask's configuration names none", hint)
+Pool: TypeAlias = Local | Cluster

@@ -7,15 +7,14 @@ import os
 import stat
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache, partial
 from itertools import chain, islice
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from lcpcli import options
 from lcpcli.cli.command import BEHIND_QUIET
 from lcpcli.cli.declarations import refuse_beside
 from lcpcli.cli.main import say
@@ -30,33 +29,24 @@ from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
     from lcpcli.files.inputs import Input, QColumns, Work
-    from lcpcli.model.nonlinear import NonlinearProblem
     from lcpcli.model.problem import Problem
     from lcpcli.rational.exact_problem import ExactProblem
 
-Found = TypeVar("Found", "InputProblem", "InputProblem | InputModel")
 LARGE_FILE = 8 * MANY_ROWS**2  # bytes: a dense matrix of that many rows as .npz; text takes 2 or 3 times as many
 
 
 class InputProblem(NamedTuple):
-    """A problem from the input.
+    """A problem from the input: a Problem, or a NonlinearProblem where these are taken.
 
-    exactly : reads the numbers of the problem as written. remarks : lines on wrong known solutions, which are dropped,
-    and on bounds that may stand for infinite ones. length : returns the number of bytes of the problem's text.
+    exactly : reads the numbers of a linear problem as written; None for a nonlinear one. remarks : lines on wrong known
+    solutions, which are dropped, and on bounds that may stand for infinite ones. length : returns the number of bytes
+    of the problem's text.
     """
 
-    problem: Problem
-    exactly: Callable[[], ExactProblem]
+    problem: Any
+    exactly: Any
     remarks: list[str]
     length: Callable[[], int] = int
-
-
-class InputModel(NamedTuple):
-    """A nonlinear problem from the input."""
-
-    problem: NonlinearProblem
-    remarks: Sequence[str] = ()
-    exactly: None = None
 
 
 class Inputs(NamedTuple):
@@ -122,23 +112,19 @@ class Inputs(NamedTuple):
 
                 refuse_unwritable(output)
 
-    def read(self) -> InputProblem:
-        """Read the problem in one file, in a file with M and one with q, or in two files with the payoffs of a game."""
-        return self._read(self._single)
+    def read(self, takes_models: bool = False) -> InputProblem:
+        """Read the problem in one file, in a file with M and one with q, or in two files with the payoffs of a game.
 
-    def read_any(self) -> InputProblem | InputModel:
-        """Read the problem as `read` does; it may be nonlinear."""
-        return self._read(lambda work: self._model(work) or self._single(work))
-
-    def _read(self, problem_in: Callable[[Input], Found]) -> Found:
+        takes_models : whether it may be nonlinear.
+        """
         from lcpcli.files import reading
         from lcpcli.files.games import game_in
         from lcpcli.files.inputs import Input
 
         with self.hint_at_game():
-            found = problem_in(
-                game_in(self.files) if self.game else Input(tuple(self.files), reading.contents_of(self.files))
-            )
+            paths = tuple(self.files)
+            work = game_in(self.files) if self.game else Input(paths, reading.contents_of(paths))
+            found = (self._model(work) if takes_models else None) or self._single(work)
         self.tell(found.remarks)
         self.hint_at_option(self.files)
         return found
@@ -150,8 +136,8 @@ class Inputs(NamedTuple):
 
     def tell(self, remarks: Sequence[str]) -> None:
         """Print remarks on the input on standard error."""
-        for remark in [] if self.quiet else remarks:
-            tell(remark)
+        for remark in remarks:
+            tell(remark, self.quiet)
 
     @contextmanager
     def hint_at_game(self) -> Iterator[None]:
@@ -187,14 +173,7 @@ class Inputs(NamedTuple):
             self.hint_at_option(first[0].paths)
         return chain(first, each), len(first) > 1 or isinstance(first[0], QColumns)
 
-    def any_problems(self, work: Work) -> Iterator[InputProblem | InputModel]:
-        """Yield the problems of an input, which may be nonlinear."""
-        from lcpcli.files.inputs import Input
-
-        model = self._model(work) if isinstance(work, Input) else None
-        yield from self.problems(work) if model is None else [model]
-
-    def _model(self, work: Input) -> InputModel | None:
+    def _model(self, work: Input) -> InputProblem | None:
         """Return the nonlinear problem in the file of an input; None if it has another one."""
         from lcpcli.files.inputs import nonlinear_in
         from lcpcli.files.reading import NOT_SECOND
@@ -207,21 +186,28 @@ class Inputs(NamedTuple):
             raise ProblemError(others[0], f"is not needed: {work.sources[0].file} is a model", NOT_SECOND)
         refuse_beside("a nonlinear model", {flag(name): value for name, value in self.bounds.items()})
         remarks = [f"{work.sources[0].file}: {model.remark}"] if model.remark else []
-        return InputModel(model.nonlinear, remarks)
+        return InputProblem(model.nonlinear, None, remarks)
 
-    def problems(self, work: Work) -> Iterator[InputProblem]:
-        """Yield the problems of an input, which must be linear."""
+    def problems(self, work: Work, takes_models: bool = False) -> Iterator[InputProblem]:
+        """Yield the problems of an input. takes_models : whether they may be nonlinear."""
         from lcpcli.files.inputs import QColumns
 
         if not isinstance(work, QColumns):
+            if takes_models and (model := self._model(work)):
+                yield model
+                return
             single = self._single(work)
             if single.problem.may_have_far_bounds and self.infinity is None:
                 from lcpcli.model import far_bounds
 
                 if far := far_bounds.remark(single.problem):
                     single.remarks.append(f"{work.sources[0].file}: {far}")
-            if remark := _remark_on_table(work, single.problem):
-                single.remarks.append(f"{work.sources[0].file}: {remark}")
+            is_file = len(work.contents) == 1 and work.line is None
+            if is_file and form_of(work.paths[0], work.contents[0]) == "csv_format":
+                from lcpcli.files import csv_format
+
+                if table := csv_format.remark(single.problem):
+                    single.remarks.append(f"{work.sources[0].file}: {table}")
             yield single
             return
         from lcpcli.rational.exact_problem import ExactProblem
@@ -263,15 +249,6 @@ class Inputs(NamedTuple):
         return InputProblem(problem, exactly, remarks, work.length)
 
 
-def _remark_on_table(work: Input, problem: Problem) -> str:
-    """Return the line on a table in CSV whose first column may be an index; "" for other problems."""
-    if len(work.contents) != 1 or work.line is not None or form_of(work.paths[0], work.contents[0]) != "csv_format":
-        return ""
-    from lcpcli.files import csv_format
-
-    return csv_format.remark(problem)
-
-
 def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:
     """Return the problem without its wrong known solutions, with remarks on these, and on a shipped problem that is
     read because no file has its name."""
@@ -285,14 +262,10 @@ def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[
     return vetted, [f"{place(file)}: {fault}" for fault in faults]
 
 
-def tell(line: str) -> None:
-    """Print a line about an input on standard error."""
-    say(f"lcp: {line}")
-
-
-def teller(quiet: bool) -> Callable[[str], None]:
-    """Return `tell`, or, if quiet, a function that prints nothing."""
-    return (lambda _: None) if quiet else tell
+def tell(line: str, quiet: bool = False) -> None:
+    """Print a line about an input on standard error, unless output is to be quiet."""
+    if not quiet:
+        say(f"lcp: {line}")
 
 
 def same_file(output: str, other: str) -> bool:
@@ -311,15 +284,11 @@ def settle_threads(files: Iterable[str], threads: int | None = None) -> None:
 
     threads : the requested number; only this replaces a number that the environment already has.
     """
-    options.check((options.THREADS,), {options.THREADS.name: threads})
     if threads is not None:
         os.environ.update(dict.fromkeys(VARIABLES, str(threads)))
-    elif not os.environ.get(GENERAL) and not any(_size(file) >= LARGE_FILE for file in files):
+    elif not os.environ.get(GENERAL) and not any(map(_is_large, files)):
         os.environ.update({name: os.environ.get(name) or "1" for name in VARIABLES})
 
 
-def _size(file: str) -> int:
-    """Return the bytes of a file; 0 if they cannot be known, as for a pipe."""
-    with suppress(OSError, ValueError):
-        return os.stat(file).st_size
-    return 0
+def _is_large(file: str) -> bool:
+    return os.path.exists(file) and os.path.getsize(file) >= LARGE_FILE

@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from lcpcli import options
 from lcpcli.cli.declarations import OF_METHODS, STARTS, refuse_beside
-from lcpcli.cli.problems import Inputs, tell, teller
+from lcpcli.cli.problems import Inputs, tell
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.clock import seconds
 from lcpcli.errors import OptionError, listed
 from lcpcli.files.contents import files_in
 from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.interrupts import within
-from lcpcli.methods.registry import METHODS, NONLINEAR, START_OPTIONS, declared, known_options, options_of
+from lcpcli.methods.registry import METHODS, NONLINEAR, START_OPTIONS, declared, known_options
 from lcpcli.methods.variants import Variant, labels
 from lcpcli.options import AUTO, LIMITS, Limits, wants_kernels
 from lcpcli.report.wording import flag
@@ -87,7 +87,7 @@ class Request(NamedTuple):
         Also set the number of threads, and refuse outputs that cannot be written and kernels that there are not.
         """
         wants_kernels()  # or its error, before anything is read
-        found = files_in(files, teller(given["quiet"])) or default
+        found = files_in(files, partial(tell, quiet=given["quiet"])) or default
         how = {name: given.pop(name) for name in ("q", *BOUND_OPTIONS, "game")}
         starts = [given[name] for name in STARTS if given.get(name) is not None]
         of_folders = set(found) - {*files, *default}
@@ -140,12 +140,17 @@ class Request(NamedTuple):
 
         def once(method: str, values: Values, again: bool, keeps: bool) -> Result:
             trace, curve = traces(problem) if keeps else (None, None)
+            own: dict[str, Any] = {"limits": limits, "trace": trace, "curve": curve, "compiled": compiled, **values}
             if not isinstance(problem, Problem):
-                return self._run_nonlinear(problem, {"curve": curve, "compiled": compiled, **values}, trace)
-            own = {"trace": trace, "curve": curve, "compiled": compiled and method == "auto", **values}
+                from lcpcli.solving.solve_mcp import run_nonlinear
+
+                z0 = own.pop("z0", None)
+                begun = problem if z0 is None else problem.starting_at(z0)
+                own |= {"trace": trace or False, "threads": self.threads, "proof": self.bound}
+                return run_nonlinear(begun, interrupts="return", **own)
             with Line() as line:
-                own |= {"limits": limits, "observe": line.tell if watched else None, "began": seconds()}
-                return driver.run(problem.anew() if again else problem, method, **own)
+                own |= {"compiled": compiled and method == "auto", "observe": line.tell if watched else None}
+                return driver.run(problem.anew() if again else problem, method, began=seconds(), **own)
 
         is_open = self.adds_auto
         for variant, label, values in zip(self.variants, labels(self.variants), chosen, strict=True):
@@ -179,9 +184,15 @@ class Request(NamedTuple):
         """Return for each method its options, with the given ones; raise OptionError if no method has a given one."""
         from lcpcli.model.problem import Problem
 
-        if not isinstance(problem, Problem):
-            return self._options_of_nonlinear(problem)
+        if is_nonlinear := not isinstance(problem, Problem):
+            for variant in self.variants:
+                if variant.method != AUTO and variant.method not in NONLINEAR:
+                    fault = f"{variant} solves linear problems only, and this model is nonlinear"
+                    raise OptionError("--method", fault, f"give {listed([*NONLINEAR])}")
+            refuse_beside("a nonlinear model", self.given)
         given = {name: _value(name, text, problem) for name, text in self.own.items()}
+        if is_nonlinear:
+            return [given | variant.options for variant in self.variants]
         first, *others = [name for name in START_OPTIONS if name in given] or [""]
         if others:
             raise OptionError(flag(others[0]), f"gives the starting point, and so does {flag(first)}", "leave one out")
@@ -193,28 +204,6 @@ class Request(NamedTuple):
             chosen.append({name: value for name, value in given.items() if name in own} | variant.options)
             options.check(declared(variant.method).options, chosen[-1])
         return chosen
-
-    def _options_of_nonlinear(self, problem: NonlinearProblem) -> list[Values]:
-        own = options_of(NONLINEAR)
-        for variant in self.variants:
-            if variant.method != AUTO and variant.method not in NONLINEAR:
-                fault = f"{variant} solves linear problems only, and this model is nonlinear"
-                raise OptionError("--method", fault, f"give {listed([*NONLINEAR])}")
-        refuse_beside("a nonlinear model", self.given)
-        given = {name: _value(name, text, problem) for name, text in self.own.items()}
-        options.check(own.values(), given)
-        return [given | variant.options for variant in self.variants]
-
-    def _run_nonlinear(self, problem: NonlinearProblem, values: Values, trace: Trace | None) -> Result:
-        """Solve the problem by the method for nonlinear ones, with a proof that a solution is near if --bound is given,
-        which needs the problem."""
-        from lcpcli.solving.solve_mcp import run_nonlinear
-
-        own: dict[str, Any] = {"limits": self.limits, "threads": self.threads, **values}
-        own |= {"trace": trace or False, "proof": self.bound}
-        if (z0 := own.pop("z0", None)) is not None:
-            problem = problem.starting_at(z0)
-        return run_nonlinear(problem, interrupts="return", **own)
 
     def _refuse(self, name: str, value: Any) -> None:
         """Raise OptionError for an option that none of the methods has, naming the methods that have it."""
@@ -259,12 +248,12 @@ def with_references(problems: Sequence[AnyProblem], limits: Limits) -> list[AnyP
     found = list[AnyProblem]()
     try:
         for problem in problems:
-            if not isinstance(problem, Problem):
+            if isinstance(problem, Problem):
+                with within(limits.time_limit):
+                    solved = reference.with_reference(problem)
+                found.append(others.with_all_references(solved))
+            else:
                 found.append(problem)
-                continue
-            with within(limits.time_limit):
-                solved = reference.with_reference(problem)
-            found.append(others.with_all_references(solved))
         return found
     except KeyboardInterrupt:
         tell("interrupted while solving for the reference of the errors, before the first run")

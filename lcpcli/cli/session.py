@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import chain
-from typing import Any, NamedTuple, TypeAlias
+from typing import TypeAlias
 
-from lcpcli import options
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, as_written, of_result, of_several
 from lcpcli.cli.output import Output
-from lcpcli.cli.problems import InputModel, InputProblem, Inputs, same_file, tell
+from lcpcli.cli.problems import InputProblem, Inputs, same_file, tell
 from lcpcli.cli.request import Request, with_references
 from lcpcli.cli.terminal import STANDARD
 from lcpcli.enumeration import others
@@ -19,27 +17,16 @@ from lcpcli.errors import LCPError, OptionError, ProblemError
 from lcpcli.files.contents import Source
 from lcpcli.files.formats import LINES
 from lcpcli.files.inputs import Work
-from lcpcli.options import AUTO, LIMITS
+from lcpcli.options import AUTO
 from lcpcli.report import result_formats, wording
 from lcpcli.solving import driver
 from lcpcli.solving.result import Result
 
-AnyInput: TypeAlias = InputProblem | InputModel
 Results: TypeAlias = "list[list[Result]]"  # by problem
 Faults: TypeAlias = "list[tuple[Source, LCPError]]"
-NUMBERS = (options.INFINITY, options.MAX_SOLUTIONS, options.JOBS, *LIMITS)
 
 
-class Outcome(NamedTuple):
-    """What a run came to: the text of its report, the exit code, the verdict in a line, and what draws the figure."""
-
-    text: str
-    code: int
-    verdict: str = ""
-    draw: Callable[[], object] = int
-
-
-def run(request: Request, of_one: Callable[[Request, Work, Output], Outcome] | None = None) -> int:
+def run(request: Request, of_one: Callable[[Request, Work, Output], int] | None = None) -> int:
     """Run the requested methods on the requested problems, show or write the results, and return the exit code.
 
     of_one : a function to call instead, for a single problem.
@@ -53,7 +40,6 @@ def run(request: Request, of_one: Callable[[Request, Work, Output], Outcome] | N
     prints = request.output is None and request.resume is None and not output.silent
     if prints and any(same_file(STANDARD, path) for path in inputs.paths):  # the run would read its own output for ever
         raise OptionError("standard output", "goes to a file of problems", "choose another file for the output")
-    options.check(NUMBERS, {**request._asdict(), **inputs.bounds})
     are_many = request.output is not None and request.output.casefold().endswith(LINES)
     are_many |= request.sequence or any(value is not None for value in (request.jobs, request.cluster, request.resume))
     works, several = inputs.works(are_many and takes_many)
@@ -68,30 +54,53 @@ def run(request: Request, of_one: Callable[[Request, Work, Output], Outcome] | N
             from lcpcli.cli import streams
 
             return streams.run(works, output, request)
-    made = of_one(request, next(works), output) if of_one else _outcome(request, works, output)
-    output.destination.show(lambda *_: made.text, made.verdict)
-    made.draw()
-    return made.code
+    return of_one(request, next(works), output) if of_one else _run(request, works, output)
 
 
-def _outcome(request: Request, works: Iterator[Work], output: Output) -> Outcome:
+def _run(request: Request, works: Iterator[Work], output: Output) -> int:
     problems, sources, faults = _read(request.inputs, list(works))
-    text_of = partial(_text, request, sources=sources, faults=faults, output=output)
+
+    def text_of(results: Results) -> str:
+        shown = [[output.with_visible_trace(result) for result in own] for own in results]
+        report = result_formats.report(
+            shown,
+            sources[: len(shown)],  # the others were not reached
+            faults,
+            compared=bool(request.levels),
+            swept=bool(request.sweep),
+            whole=output.path is not None,
+            iterates=output.with_iterates,
+            columns=request.columns,
+            names=request.names,
+        )
+        return report.render(output.form, output.width, output.color) if shown or output.form == "json" else ""
+
     if not problems:
-        return Outcome(text_of([]), BAD_INPUT)
+        output.show(lambda *_: text_of([]))
+        return BAD_INPUT
     first = problems[0]
-    among = None
-    if not request.levels and isinstance(first, InputProblem) and others.is_asked(first.problem):
-        among = partial(_among_others, first)
+    is_asked = not request.levels and first.exactly is not None and others.is_asked(first.problem)
     results, interrupted = _results(request, problems, sources, output)
     if output.trace_path is not None:
         from lcpcli.report import result_csv
 
         runs = list(chain.from_iterable(results))
-        output.destination.add(output.trace_path, lambda _: result_formats.written(*result_csv.iterates(runs)))
+        output.add(output.trace_path, lambda _: result_formats.written(*result_csv.iterates(runs)))
     text = verdict = ""
     if not output.silent:
-        results, text = _with_conclusions(request, results, None if interrupted else among, text_of)
+        try:
+            concluded = results
+            if request.levels:
+                concluded = [[driver.verified(result) for result in own] for own in results]
+            elif is_asked and not interrupted:
+                ((result,),) = results
+                if result.solved and not result.interrupted:
+                    found = others.search_others(result.problem, result.z, first.exactly, first.length)
+                    concluded = [[replace(result, others=found.others, exactly_solvable=found.solvable)]]
+            text, results = text_of(concluded), concluded
+        except KeyboardInterrupt:  # without the conclusions
+            results = [[replace(result, interrupted=True) for result in own] for own in results]
+            text = text_of(results)
     made = list(chain.from_iterable(results))
     if made and output.path is not None:
         from lcpcli.report import outcome
@@ -101,17 +110,19 @@ def _outcome(request: Request, works: Iterator[Work], output: Output) -> Outcome
     added = {AUTO} if request.adds_auto else set()
     codes = [of_result(result) for result in made if result.label not in added] + [BAD_INPUT] * bool(faults)
     is_cut = interrupted or any(result.interrupted for result in made)
-    return Outcome(text, INTERRUPTED if is_cut else of_several(codes), verdict, partial(output.draw, results))
+    output.show(lambda *_: text, verdict)
+    output.draw(results)
+    return INTERRUPTED if is_cut else of_several(codes)
 
 
-def _read(inputs: Inputs, works: Sequence[Work]) -> tuple[list[AnyInput], list[Source], Faults]:
+def _read(inputs: Inputs, works: Sequence[Work]) -> tuple[list[InputProblem], list[Source], Faults]:
     """Return the problems, their places, and the errors of unreadable ones; the error of a single problem is raised."""
-    problems: list[AnyInput] = []
+    problems: list[InputProblem] = []
     sources: list[Source] = []
     faults: Faults = []
     for work in works:
         try:
-            own = list(inputs.any_problems(work))
+            own = list(inputs.problems(work, takes_models=True))
         except LCPError as error:
             if len(works) == 1:
                 raise
@@ -127,7 +138,7 @@ def _read(inputs: Inputs, works: Sequence[Work]) -> tuple[list[AnyInput], list[S
 
 
 def _results(
-    request: Request, inputs: list[AnyInput], sources: Sequence[Source], output: Output
+    request: Request, inputs: list[InputProblem], sources: Sequence[Source], output: Output
 ) -> tuple[Results, bool]:
     """Return the results, by problem, with their proofs, and whether Ctrl-C has cut them short.
 
@@ -137,13 +148,18 @@ def _results(
     data = [each.exactly if request.exact else None for each in inputs]
     inputs.clear()
     chosen = [request.options_for(problem) for problem in problems]
-    _require_pictures(request, problems)
-    if request.names:
-        for problem in problems:
-            wording.require(problem, request.names)
-    if request.levels or output.plot is not None or output.paths is not None:
+    if request.paths is not None or request.plot is not None:
+        from lcpcli.report import plotting
+
+        if request.paths is not None:
+            plotting.require_plane(problems, plotting.PATHS)
+        if request.plot is not None:
+            plotting.require_room(len(problems))
+    for problem in problems if request.names else []:
+        wording.require(problem, request.names)
+    if request.levels or request.plot is not None or request.paths is not None:
         problems = with_references(problems, request.limits)
-    is_timed = output.plot is not None or (bool(request.levels) and not output.silent)
+    is_timed = request.plot is not None or (bool(request.levels) and not output.silent)
     results: Results = []
     try:
         for problem, source, own in zip(problems, sources, chosen, strict=True):
@@ -163,54 +179,3 @@ def _results(
             raise
         return list(filter(None, results)), True
     return results, False
-
-
-def _with_conclusions(
-    request: Request, results: Results, among: Callable[[Result], Result] | None, text_of: Callable[[Results], str]
-) -> tuple[Results, str]:
-    """Return the results with the conclusions from them, and their text; without conclusions if Ctrl-C comes before
-    the text is made."""
-    try:
-        made = [[driver.verified(result) for result in own] for own in results] if request.levels else results
-        if among is not None:
-            made = [list(map(among, own)) for own in made]
-        return made, text_of(made)
-    except KeyboardInterrupt:
-        bare = [[replace(result, interrupted=True) for result in own] for own in results]
-        return bare, text_of(bare)
-
-
-def _text(request: Request, results: Results, sources: Sequence[Source], faults: Faults, output: Output) -> str:
-    shown = [[output.with_visible_trace(result) for result in own] for own in results]
-    places = sources[: len(shown)]  # the others were not reached
-    report = result_formats.report(
-        shown,
-        places,
-        faults,
-        compared=bool(request.levels),
-        swept=bool(request.sweep),
-        whole=output.path is not None,
-        iterates=output.with_iterates,
-        columns=request.columns,
-        names=request.names,
-    )
-    return output.text_of(report) if shown or output.form == "json" else ""
-
-
-def _among_others(source: InputProblem, result: Result) -> Result:
-    """Return the result with what is known at once about other solutions."""
-    if not result.solved or result.interrupted:
-        return result
-    findings = others.search_others(result.problem, result.z, source.exactly, source.length)
-    return replace(result, others=findings.others, exactly_solvable=findings.solvable)
-
-
-def _require_pictures(request: Request, problems: Sequence[Any]) -> None:
-    """Refuse more problems than a picture has room for, and problems without a picture of paths."""
-    if request.paths is not None or request.plot is not None:
-        from lcpcli.report import plotting
-
-        if request.paths is not None:
-            plotting.require_plane(problems, plotting.PATHS)
-        if request.plot is not None:
-            plotting.require_room(len(problems))

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, closing, contextmanager, nullcontext, suppress
 from functools import partial
 from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lcpcli.cli.declarations import COMPARE, refuse_beside
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, of_several, of_status
@@ -20,7 +20,7 @@ from lcpcli.cli.output import Output, refuse
 from lcpcli.cli.problems import tell
 from lcpcli.cli.request import Request
 from lcpcli.cli.terminal import STANDARD, Line, emit, shows_progress
-from lcpcli.cli.workers import Task, TaskRecord, elsewhere
+from lcpcli.cli.workers import Task, TaskRecord, all_records
 from lcpcli.errors import LCPError, OptionError, count
 from lcpcli.files.atomic_write import gradual_writing, open_log, refuse_unwritable
 from lcpcli.files.contents import place
@@ -28,8 +28,12 @@ from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.files.formats import LINES
 from lcpcli.files.inputs import QColumns, Work, digest
 from lcpcli.report import result_formats
+from lcpcli.report.wording import flag
 from lcpcli.solving.answer import word_of
 from lcpcli.solving.result import Status
+
+if TYPE_CHECKING:
+    from lcpcli.cli.pools import Pool
 
 READING_SECONDS = 0.5  # after an interruption, for the number of problems
 Write = Callable[[str], object]
@@ -37,7 +41,14 @@ Write = Callable[[str], object]
 
 def run(works: Iterator[Work], output: Output, request: Request) -> int:
     """Solve the problems in the inputs, write each result, and return the exit code."""
-    _refuse_without_effect(output, request)
+    hint = "give --trace without a file, and JSON"
+    refuse(output.trace_path is not None, "--trace", "writes the iterates of one problem only", hint)
+    is_whole = not output.silent and output.form not in result_formats.FORMS
+    refuse(is_whole, "--format", f"{output.form} is for one problem only", COMPARE)
+    modes = {"several problems": True, "tables of several problems": output.form != "json"}
+    modes |= {flag(name): bool(getattr(request, name)) for name in ("resume", "cluster", "sequence")}
+    for mode, is_asked in modes.items():
+        refuse_beside(mode, request.given, is_asked)
     is_log = output.form == "json" and (output.path or "").casefold().endswith(LINES)
     log_path = request.resume or (output.path if is_log else None)
     if request.resume and not Path(request.resume).exists():
@@ -60,25 +71,25 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
         elif output.path is not None:
             destination = gradual_writing(output.path)
         works = tally.counted(works)
-        with _records(task, works, in_order=True) as records, destination as write:
+        with _pool(request) as pool, destination as write:
+            records = all_records(task, works, pool, in_order=True)
             write(result_formats.heading(task.form, task.layout))
             tally.write(records, write, with_progress=shows_progress(request.quiet) and output.path is not None)
         tally.read_on(works, request)
     else:
         _log(works, log_path, task, tally)
-    if not request.quiet:
-        tell(tally.summary(log_path))
+    tell(tally.summary(log_path), request.quiet)
     return tally.ending or of_several({SOLVED, *(code for _, code in tally.ends)})
 
 
 def _log(works: Iterator[Work], path: str, task: Task, tally: _Tally) -> None:
     """Add records to a log, each as soon as it is known; skip the problems with records in a resumed log."""
     request, given, ends = task.request, options_of(task.request), Counter[Kind]()
-    with open_log(path, anew=not request.resume) as book:
+    with _pool(request) as pool, open_log(path, anew=not request.resume) as book:
         past = dict(_known(record, given) for record in book.records()) if request.resume else {}
         left = missing(tally.counted(works), given, past, ends)
-        with _records(task, left, in_order=False) as records:
-            tally.write(records, book.add, with_progress=shows_progress(request.quiet))
+        records = all_records(task, left, pool, in_order=False)
+        tally.write(records, book.add, with_progress=shows_progress(request.quiet))
         tally.read_on(left, request)
         tally.ends = ends + tally.ends
 
@@ -140,28 +151,18 @@ class _Tally:
         return f"{line}; interrupted; {hint}" if self.ending else line
 
 
-def _refuse_without_effect(output: Output, request: Request) -> None:
-    hint = "give --trace without a file, and JSON"
-    refuse(output.trace_path is not None, "--trace", "writes the iterates of one problem only", hint)
-    is_whole = not output.silent and output.form not in result_formats.FORMS
-    refuse(is_whole, "--format", f"{output.form} is for one problem only", COMPARE)
-    modes = {"tables of several problems": output.form != "json", "--resume": request.resume is not None}
-    modes |= {"--cluster": request.cluster is not None, "--sequence": request.sequence}
-    for mode in ("several problems", *(mode for mode, is_asked in modes.items() if is_asked)):
-        refuse_beside(mode, request.given)
-
-
 @contextmanager
-def _records(task: Task, works: Iterator[Work], in_order: bool) -> Iterator[Iterator[TaskRecord]]:
-    """Open a context with the records, made here, by processes or by a cluster, in order or as they become known."""
-    cluster, jobs = task.request.cluster, task.request.jobs or 1
+def _pool(request: Request) -> Iterator[Pool | None]:
+    """Open a context with the processes or the cluster that solve the problems, if it is not done here. Processes start
+    before files are opened, which they could keep open."""
+    cluster, jobs = request.cluster, request.jobs or 1
     if cluster is None and jobs == 1:
-        yield (record for work in works for record in task.records(work))
+        yield None
         return
     from lcpcli.cli.pools import Cluster, Local
 
     with closing(Local(jobs) if cluster is None else Cluster(cluster)) as pool:
-        yield elsewhere(task, works, pool, in_order)
+        yield pool
 
 
 OF_RUN = (*BOUND_OPTIONS, "game", "exact", "bound", "sequence", "trace", "every")  # options on which records depend
@@ -191,10 +192,7 @@ def missing(works: Iterator[Work], given: Mapping[str, str], past: Past, ends: C
     """
     number = 0
     for whole in works:
-        parts: Iterable[Work] = [whole]
-        if isinstance(whole, QColumns):
-            parts = (whole.part(at, at + MARKED_TOGETHER) for at in range(0, len(whole.names), MARKED_TOGETHER))
-        for work in parts:
+        for work in whole.parts(MARKED_TOGETHER) if isinstance(whole, QColumns) else [whole]:
             marks: list[dict[str, Any]]
             marks = [{"number": i, "digest": own, "given": given} for i, own in enumerate(work.digests, number + 1)]
             are_new = [mark["number"] not in past for mark in marks]

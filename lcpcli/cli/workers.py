@@ -11,17 +11,17 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import Future
+from concurrent.futures import Future, wait
 from dataclasses import replace
-from threading import Condition, Event, Thread
-from typing import TYPE_CHECKING, NamedTuple
+from itertools import chain
+from threading import Event, Semaphore, Thread
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from lcpcli.cli.main import BAD_INPUT, NOT_SOLVED, as_written, of_result, reading
 from lcpcli.cli.request import Request
 from lcpcli.errors import LCPError
 from lcpcli.files.contents import Source
 from lcpcli.files.inputs import QColumns, Work
-from lcpcli.options import LIMITS
 from lcpcli.report import result_formats
 from lcpcli.report.result_formats import Layout
 from lcpcli.solving.trace import Trace
@@ -51,6 +51,9 @@ class TaskRecord(NamedTuple):
     interrupted: bool = False
 
 
+Records: TypeAlias = tuple[list[list[TaskRecord]], float]  # of several inputs, and the seconds that they took
+
+
 class Task(NamedTuple):
     """The work on every problem: solve it by the method, prove the result if requested, and typeset the record.
 
@@ -65,14 +68,14 @@ class Task(NamedTuple):
     every: int | None
     steps: SequenceSteps | None = None
 
-    def all_of(self, works: Sequence[Work]) -> tuple[list[TaskRecord], float]:
-        """Return the records of several inputs, and the seconds that they took.
+    def all_of(self, works: Sequence[Work]) -> Records:
+        """Return the records of several inputs, a list for each, and the seconds that they took.
 
         Those of the last inputs are missing if the others took long: another process may have nothing to do.
         """
-        began, seconds, records = time.perf_counter(), 0.0, list[TaskRecord]()
+        began, seconds, records = time.perf_counter(), 0.0, list[list[TaskRecord]]()
         for work in works:
-            records += self.records(work)
+            records.append(list(self.records(work)))
             if (seconds := time.perf_counter() - began) >= PIECE_SECONDS:
                 break
         return records, seconds
@@ -114,14 +117,12 @@ class Task(NamedTuple):
         from lcpcli.solving.direct_run import uses_kernels
 
         inputs, compiled = self.request.inputs, uses_kernels(None, work.sources[0].item or 0)
-        if self.steps is not None:
-            for step in inputs.problems(work):
-                result = self.steps.solve(step.problem, compiled)
-                yield self.request.prove(result, step.exactly), [] if inputs.quiet else step.remarks
-            return
-        for read in inputs.any_problems(work):
-            chosen = self.request.options_for(read.problem)
-            (result,) = self.request.run(read.problem, chosen, self._traces, of_many=True, compiled=compiled)
+        for read in inputs.problems(work, takes_models=self.steps is None):
+            if self.steps is not None:
+                result = self.steps.solve(read.problem, compiled)
+            else:
+                chosen = self.request.options_for(read.problem)
+                (result,) = self.request.run(read.problem, chosen, self._traces, of_many=True, compiled=compiled)
             yield self.request.prove(result, read.exactly), [] if inputs.quiet else read.remarks
 
     def _traces(self, _: AnyProblem) -> tuple[Trace | None, None]:
@@ -132,10 +133,10 @@ class Task(NamedTuple):
 
         request = self.request
         first = request.inputs.first_of(work)
-        (options,) = self.request.options_for(first)
-        options |= {limit.name: getattr(request, limit.name) for limit in LIMITS}
-        method = self.request.variants[0].method
-        results = solve_many(first.M, work.Q, lower=first.lower, upper=first.upper, method=method, **options)
+        (options,) = request.options_for(first)
+        options |= request.given_limits
+        how = {"lower": first.lower, "upper": first.upper, "method": request.variants[0].method, **options}
+        results = solve_many(first.M, work.Q, **how)
         for name, result in zip(work.names, results, strict=True):
             yield replace(result, problem=result.problem.named(name, first.origin)), []
 
@@ -147,8 +148,7 @@ class Task(NamedTuple):
 MOST_BYTES = 2**25  # of waiting inputs and records, 32 MiB: memory must not grow with the number of problems
 READ_AHEAD = 512  # inputs that wait for a process: two of the largest pieces
 PIECE_BYTES = 2**19  # at which a piece takes no further input, 512 KiB: large inputs are work enough one by one
-COLUMNS_FOR_ONE = 16  # q of one M that count as one problem, as they are solved together and take about as long
-
+COLUMNS_TOGETHER = 64  # q of one M that are solved together
 MOST_IN_A_PIECE = 256  # problems, so that even the smallest ones are shown after at most that many
 PIECES_EACH = 3  # pieces that each process has or finds next, so that none waits for the reader
 RECORD_BYTES = 500  # of a record besides its text, about, as the interpreter stores it
@@ -169,12 +169,9 @@ class Ahead:
     """
 
     def __init__(self, works: Iterable[Work], news: Event) -> None:
-        self._works, self._news = works, news
-        self._read: deque[Work] = deque()
-        self._bytes = 0
-        self._room = Condition()
-        self._over = False
-        self._fault: BaseException | None = None
+        self._works, self._news, self._read = works, news, deque[Work]()
+        self._room = Semaphore(READ_AHEAD)
+        self._ends: list[BaseException | None] = []
         thread = Thread(target=self._run, daemon=True)
         reading.append(thread)
         thread.start()
@@ -182,54 +179,51 @@ class Ahead:
     @property
     def is_at_end(self) -> bool:
         """Return whether all inputs have been taken. Raises the error, if any, that ended the reading."""
-        if not self._over or self._read:
+        if not self._ends or self._read:
             return False
-        if self._fault is not None:
-            raise self._fault
+        if self._ends[0] is not None:
+            raise self._ends[0]
         return True
 
-    def take(self, number: int, most: int) -> list[Work]:
-        """Take inputs that have been read, at most `number` or `most` of them; an input with several q comes alone."""
-        taken: list[Work] = []
-        total = 0
-        with self._room:
-            self._room.notify()
-            while self._read and len(taken) < min(number, most) and total < PIECE_BYTES:
-                if taken and isinstance(self._read[0], QColumns):
-                    break
-                work = self._read.popleft()
-                self._bytes -= size_of(work)
-                if isinstance(work, QColumns):
-                    size = COLUMNS_FOR_ONE * number
-                    part, rest = work.part(0, size), work.part(size, len(work.names))
-                    if rest.names:
-                        self._read.appendleft(rest)
-                        self._bytes += size_of(rest)
-                    return [part]
-                taken.append(work)
-                total += size_of(work)
+    def take(self, most: int) -> list[Work]:
+        """Take inputs that have been read, at most so many."""
+        taken, size = list[Work](), 0
+        while self._read and len(taken) < most and size < PIECE_BYTES:
+            taken.append(self._read.popleft())
+            size += size_of(taken[-1])
+            self._room.release(_room_for(taken[-1]))
         return taken
 
     def _run(self) -> None:
+        end = None
         try:
-            for work in self._works:
-                with self._room:
-                    self._room.wait_for(lambda: len(self._read) < READ_AHEAD and self._bytes < MOST_BYTES)
+            for whole in self._works:
+                for work in whole.parts(COLUMNS_TOGETHER) if isinstance(whole, QColumns) else [whole]:
+                    for _ in range(_room_for(work)):
+                        self._room.acquire()
                     self._read.append(work)
-                    self._bytes += size_of(work)
-                self._news.set()
+                    self._news.set()
         except BaseException as error:
-            self._fault = error
-        self._over = True
+            end = error
+        self._ends.append(end)
         self._news.set()
 
 
-def elsewhere(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> Iterator[TaskRecord]:
-    """Yield the records that the pool makes, in the order of the problems or each as soon as it is known.
+def _room_for(work: Work) -> int:
+    """Return as how many inputs one counts that is read ahead: those that wait have at most MOST_BYTES together."""
+    return min(READ_AHEAD, 1 + size_of(work) * READ_AHEAD // MOST_BYTES)
+
+
+def all_records(task: Task, works: Iterable[Work], pool: Pool | None, in_order: bool) -> Iterator[TaskRecord]:
+    """Yield the records that the pool makes, or this process without one, in the order of the problems or each as soon
+    as it is known.
 
     Only as many inputs are taken as keep the processes busy and, if `in_order`, leave room for records that wait for an
     earlier one.
     """
+    if pool is None:
+        yield from chain.from_iterable(map(task.records, works))
+        return
     news = Event()
     inputs, waiting, running = Ahead(works, news), list[_Piece](), list[_Piece]()
     size, total = 1, 0  # of the next piece, in problems; of all pieces, in bytes
@@ -249,27 +243,30 @@ def elsewhere(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> 
             news.clear()
             pool.look()
             done = [piece for piece in running if piece.future.done()]
-            for piece in done:
+            if any(isinstance(piece.future.exception(), pool.kill_error) for piece in done):
+                wait([piece.future for piece in running])  # the others may have been killed with it
+                done = running[:]
+            for piece, (records, seconds) in zip(done, _outcomes(done, task, pool), strict=True):
                 running.remove(piece)
                 total -= piece.bytes
-                left, seconds = piece.finish(task, pool)
-                fitting = int(PIECE_SECONDS * len(piece.records) / max(seconds, 1e-6))
+                left, piece.works, piece.records = piece.works[len(records) :], [], records
+                fitting = int(PIECE_SECONDS * len(records) / max(seconds, 1e-6))
                 size = max(1, min(MOST_IN_A_PIECE, 2 * size, fitting))
                 total += piece.bytes
                 place = waiting.index(piece) + 1 if in_order else 0
                 for number, at in enumerate(range(0, len(left), size)):
                     hand_over(left[at : at + size], place + number)
             while len(running) < PIECES_EACH * pool.size and total < MOST_BYTES:
-                taken = inputs.take(size, pool.most)
+                taken = inputs.take(min(size, pool.most))
                 if not taken:
                     break
                 hand_over(taken, len(waiting))
             ready = [] if in_order else done
-            while waiting and waiting[0].is_finished:
+            while waiting and waiting[0].records is not None:
                 ready.append(waiting.pop(0))
             for piece in ready:
                 total -= piece.bytes
-                yield from piece.records
+                yield from chain.from_iterable(piece.records or [])
             if not ready:
                 if not running and inputs.is_at_end:
                     return
@@ -281,28 +278,39 @@ def elsewhere(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> 
 class _Piece:
     """Inputs that are handed over together, and then their records."""
 
-    def __init__(self, works: Sequence[Work], future: Future[tuple[list[TaskRecord], float]]) -> None:
-        self.works, self.future, self.is_finished = works, future, False
-        self.records: list[TaskRecord] = []
-        self.bytes = sum(map(size_of, works))
+    def __init__(self, works: Sequence[Work], future: Future[Records]) -> None:
+        self.works, self.future = works, future
+        self.records: list[list[TaskRecord]] | None = None
 
-    def finish(self, task: Task, pool: Pool) -> tuple[Sequence[Work], float]:
-        """Replace the inputs by their records; return those without, and the seconds that the others took."""
+    @property
+    def bytes(self) -> int:
+        if self.records is None:
+            return sum(map(size_of, self.works))
+        return sum(RECORD_BYTES + len(record.text) for record in chain.from_iterable(self.records))
+
+
+def _outcomes(done: Sequence[_Piece], task: Task, pool: Pool) -> list[Records]:
+    """Return the records of pieces that are done, and the seconds that they took.
+
+    Of the pieces that were killed the first ones, as many as there are processes, may have killed them. Their problems
+    get a second attempt, each alone; the other pieces have no records, and are handed over again.
+    """
+    outcomes, suspects = list[Records](), pool.size
+    for piece in done:
         try:
-            self.records, seconds = self.future.result()
+            outcomes.append(piece.future.result())
         except pool.kill_error:
-            self.records, seconds = list(_again(task, self.works, pool)), 0.0
-        left = self.works[len(self.records) :]  # several q come alone, and have all their records
-        self.works, self.is_finished = [], True
-        self.bytes = sum(RECORD_BYTES + len(record.text) for record in self.records)
-        return left, seconds
+            outcomes.append(([_alone(task, work, pool) for work in piece.works] if suspects > 0 else [], 0.0))
+            suspects -= 1
+    return outcomes
 
 
-def _again(task: Task, works: Sequence[Work], pool: Pool) -> Iterator[TaskRecord]:
-    """Yield the records of inputs whose process was killed, after a second attempt at each alone."""
-    futures = [pool.submit(task.all_of, [work]) for work in works]
-    for work, future in zip(works, futures, strict=True):
-        try:
-            yield from future.result()[0]
-        except pool.kill_error:
-            yield from task.records_of_loss(work, KILLED)
+def _alone(task: Task, work: Work, pool: Pool) -> list[TaskRecord]:
+    future: Future[Records] = pool.submit(task.all_of, [work])
+    while not wait([future], SECONDS_BETWEEN).done:
+        pool.look()
+    try:
+        (records,), _ = future.result()
+        return records
+    except pool.kill_error:
+        return task.records_of_loss(work, KILLED)

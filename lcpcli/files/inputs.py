@@ -133,6 +133,10 @@ class QColumns(NamedTuple):
         names, marks = self.names[begin:end], self.marks[begin:end]
         return self._replace(Q=self.Q[:, begin:end], names=names, first=self.first + begin, marks=marks)
 
+    def parts(self, most: int) -> Iterator[QColumns]:
+        """Yield the problems, at most so many at a time."""
+        return (self.part(begin, begin + most) for begin in range(0, len(self.names), most))
+
 
 Work: TypeAlias = Input | QColumns
 

@@ -257,11 +257,11 @@ def declared(name: str) -> Method:
         if method := addition("methods", str(name)):
             if not isinstance(method, Method) or method.location is None:
                 fault = f"{name} of another package is no Method with a location"
-                raise OptionError("method", fault, "see lcp help development")
+                raise ParameterError("method", fault, "see lcp help development")
             METHODS[name] = method._replace(package=package("methods", name))
             OPTIONS.update({option.name: option for option in method.options if option.name not in OPTIONS})
             return METHODS[name]
-        raise OptionError("method", f"{name!r} is unknown", suggestion(str(name), [*METHODS, *names("methods")]))
+        raise ParameterError("method", f"{name!r} is unknown", suggestion(str(name), [*METHODS, *names("methods")]))
     return METHODS.get(name) or NONLINEAR[name]
 
 
@@ -276,7 +276,7 @@ def load(name: str) -> Any:
             if place.startswith("lcpcli."):
                 raise
             fault = f"{name} of another package cannot be loaded from {place}: {raised(error)}"
-            raise OptionError("method", fault, "correct its location, or install that package again") from None
+            raise ParameterError("method", fault, "correct its location, or install that package again") from None
 
 
 def parameters_of(name: str) -> list[str]:

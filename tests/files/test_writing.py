@@ -248,10 +248,9 @@ def test_zeros_at_the_end_are_what_was_not_written(tail: str, lcp: Lcp, folder: 
 def test_a_log_is_left_to_a_run_that_has_read_it_and_waits(
     lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    usual = streams._records
+    usual = streams.all_records
     refused = []
 
-    @contextmanager
     def late(*arguments: Any, **others: Any) -> Iterator[Any]:
         with (
             pytest.raises(OptionError, match="is being written by another run"),
@@ -259,10 +258,9 @@ def test_a_log_is_left_to_a_run_that_has_read_it_and_waits(
         ):
             pass
         refused.append(True)
-        with usual(*arguments, **others) as held:
-            yield held
+        yield from usual(*arguments, **others)
 
-    monkeypatch.setattr(streams, "_records", late)
+    monkeypatch.setattr(streams, "all_records", late)
     (folder / "log.jsonl").write_text(whole_log(lcp, "three.jsonl")[1])
     assert lcp("solve", "three.jsonl", "--resume", "log.jsonl").code == 0
     assert (refused, len(records(folder / "log.jsonl"))) == ([True, True], 3)
