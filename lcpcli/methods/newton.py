@@ -20,7 +20,7 @@ from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.clock import imports
 from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix
-from lcpcli.linalg.krylov import conjugate_residuals
+from lcpcli.linalg.krylov import gmres
 from lcpcli.linalg.matrices import is_narrow, is_sparse, product
 from lcpcli.methods.direct import Safeguard
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
@@ -39,7 +39,7 @@ FAST_STEP = 0.5  # of the violations: what a fast step from given states leaves 
 # Other steps after which states are not nearly right; a step costs little if the band is narrow.
 SLOW_STEPS, SLOW_STEPS_NARROW = 2, 12
 
-GLANCES = 2  # conjugate residual steps that decide whether the states of a start are worth a factorization:
+GLANCES = 2  # steps of GMRES that decide whether the states of a start are worth a factorization:
 MOST_WRONG_AT_A_GLANCE = 0.4  # of all signs; of random states it is half, of right ones a quarter or fewer
 NEAR_BOUND = 1e-9  # relative to the largest |z_i|: how far rounding may have moved z beyond a bound
 
@@ -176,7 +176,7 @@ def _is_far(problem: Problem, basis: States) -> bool:
         return False
     z, factors = problem.box.nonbasic(basis), np.where(basis == BASIC, 1.0 / diagonal, 0.0)
     w = problem.w(z) if np.count_nonzero(z) else problem.q.copy()
-    step = conjugate_residuals(lambda v: factors * product(M, v), -factors * w, GLANCES)
+    step = gmres(lambda v: factors * product(M, v), -factors * w, GLANCES)
     w += product(M, step)
     w[basis == BASIC] = 0.0
     return int(np.count_nonzero(problem.box.wrong(z + step, w, basis))) > MOST_WRONG_AT_A_GLANCE * problem.n
