@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lcpcli.basis.exchanges import BasicSolutions
+from lcpcli.basis.exchanges import BasicSolutions, System
 from lcpcli.clock import imports
 from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix
@@ -50,7 +50,7 @@ NO_STEP = np.empty(0)  # stands for no further step
 MAX_CHANGE = 0.004  # of n: the change of P per iterate up to which it counts as nearly unchanged
 
 
-def newton(problem: Problem, x0: Vector, patience: float = math.inf, hasty: bool = False) -> Stage:
+def newton(problem: Problem | System, x0: Vector, patience: float = math.inf, hasty: bool = False) -> Stage:
     """Exchange all indices whose z_i or w_i is negative; after BLOCK_PATIENCE steps without a new minimum of their
     number, exchange only the least index.
 
@@ -65,9 +65,10 @@ def newton(problem: Problem, x0: Vector, patience: float = math.inf, hasty: bool
     Yields x = (z - w) / 2 of the basic solutions, with step "block" or "least index". Finished : at a solution.
     Stalled : there were too many exchanges. Breakdown : M_PP is singular.
     """
-    guard, step = Safeguard(problem.n, patience), "block"
+    system = problem if isinstance(problem, System) else BasicSolutions(problem)
+    guard, step = Safeguard(x0.size, patience), "block"
     try:
-        for evaluations, found in enumerate(BasicSolutions(problem).exchanging(problem.box.basis_of(x0)), 1):
+        for evaluations, found in enumerate(system.exchanging(system.box.basis_of(x0)), 1):
             yield Iterate(found.x, None, step, evaluations, signs_final=found.is_solution)
             infeasible = int(np.count_nonzero(found.wrong))
             if not infeasible:
@@ -75,7 +76,7 @@ def newton(problem: Problem, x0: Vector, patience: float = math.inf, hasty: bool
             guard.choose(found.wrong, infeasible)
             if guard.left < 0:
                 return Stalled("the least-index steps were not enough")
-            if hasty and guard.is_hopeless(problem.n):
+            if hasty and guard.is_hopeless(x0.size):
                 return Stalled(SLOW)
             step = LEAST_INDEX if guard.single else "block"
     except SingularMatrix as error:
