@@ -1,13 +1,9 @@
-"""Linear programs, solved by HiGHS, which is kept from delaying Ctrl-C and time limits: in its own package where it is
-installed, else in scipy.
-"""
+"""Linear programs, solved by HiGHS in scipy, which is kept from delaying Ctrl-C and time limits; HiGHS itself."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from importlib import import_module
-from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -43,7 +39,7 @@ def linprog(
     with imports:
         from scipy.optimize import linprog as solve
     bounds = np.column_stack([np.broadcast_to(bound, objective.size) for bound in (lower, upper)])
-    options = TOLERANCES | _limits(A, effort, "maxiter")
+    options = TOLERANCES | _limits(A, effort)
 
     def solved() -> Any:
         with np.errstate(all="ignore"):
@@ -55,14 +51,14 @@ def linprog(
     return found if found.status == 0 else None
 
 
-def _limits(A: Matrix, effort: float, name: str) -> dict[str, float]:
-    """Return the options for the limits: the iterations, under this name, and the time that remains."""
+def _limits(A: Matrix, effort: float) -> dict[str, float]:
+    """Return the options for the limits: the iterations, and the time that remains."""
     limits, seconds = dict[str, float](), max(EARLIER * remaining(), 0.0)
     if seconds < math.inf:
         limits["time_limit"] = seconds
     if effort < math.inf:
         entries = A.nnz if is_sparse(A) else A.size
-        limits[name] = 1 + int(effort / (OF_ITERATION + OF_ENTRY * entries + OF_LINE * sum(A.shape)))
+        limits["maxiter"] = 1 + int(effort / (OF_ITERATION + OF_ENTRY * entries + OF_LINE * sum(A.shape)))
     return limits
 
 
@@ -83,10 +79,6 @@ def minimized(
     ends, bounds : the pairs row_lower, row_upper and lower, upper; infinite where there is no bound. effort : as for
     `linprog`.
     """
-    with imports:
-        highspy = import_module("highspy") if find_spec("highspy") else None
-    if highspy is not None:
-        return _by_highspy(highspy, objective, A, ends, bounds, effort)
     low, high = ends
     equal = np.flatnonzero(low == high)
     below, above = (np.flatnonzero(np.isfinite(end) & (low != high)) for end in ends)
@@ -100,29 +92,6 @@ def minimized(
     y[below] -= found.ineqlin.marginals[: below.size]
     y[above] += found.ineqlin.marginals[below.size :]
     return Optimum(found.x, y, float(found.fun))
-
-
-def _by_highspy(
-    highspy: Any,
-    objective: Vector,
-    A: Matrix,
-    ends: tuple[Vector, Vector],
-    bounds: tuple[Vector, Vector],
-    effort: float,
-) -> Optimum | None:
-    """Return the minimum by HiGHS in its own package, to which less is copied than by scipy's linprog."""
-    limits = _limits(A, effort, "simplex_iteration_limit")
-    highs = highs_with(highspy, objective, A, ends, bounds, TOLERANCES | limits)
-    if highs is None:
-        return None
-    highs.run() if A.shape[0] * A.shape[1] <= FEW_ENTRIES else interruptibly(highs.run)
-    status, known = highs.getModelStatus(), highspy.HighsModelStatus
-    if status == known.kTimeLimit and remaining() <= 0:
-        raise TimeIsUp
-    if status != known.kOptimal:
-        return None
-    found = highs.getSolution()
-    return Optimum(np.array(found.col_value), np.array(found.row_dual), highs.getObjectiveValue())
 
 
 def highs_with(

@@ -269,7 +269,7 @@ class _BasicSolutions:
         *found, reduction = _proximal(problem, z, basic, self._by_diagonal_pivots(basic, self._factors))
         if reduction > POOR_REDUCTION and self.is_last and is_sparse(M):
             with suppress(SingularMatrix):
-                solver = SuperLU(M[basic][:, basic], pivoting=True)
+                solver = SuperLU(principal(M, basic), pivoting=True)
                 solver.factorize(np.full(basic.size, PROXIMAL_SHIFT))
                 *other, other_reduction = _proximal(problem, z, basic, solver.solve)
                 found = other if other_reduction < reduction else found

@@ -28,11 +28,11 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from lcpcli.basis.exchanges import BasicSolutions
+from lcpcli.basis.exchanges import BasicSolution, BasicSolutions
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, check
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.matrices import dense, is_sparse, product, width
+from lcpcli.linalg.matrices import dense, is_sparse, width
 from lcpcli.methods.newton import from_states
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled
 from lcpcli.model.box import of_masks
@@ -80,20 +80,18 @@ def _exchanged(system: _System, basic: list[int]) -> tuple[list[int], Any]:
 
 
 class _InDoubles:
-    def __init__(self, M: Matrix, q: Vector) -> None:
-        self._M, self._q, self._solver = M, q, PrincipalSolver(M)
-        self._transposed: PrincipalSolver | None = None
+    """found : the last basic solution."""
+
+    found: BasicSolution
+
+    def __init__(self, problem: Problem) -> None:
+        self._M, self._solver = problem.M, PrincipalSolver(problem.M)
+        self._solutions = BasicSolutions(problem, self._solver)
 
     def negative(self, basic: Sequence[int]) -> list[int] | None:
-        z, own = np.zeros(self._q.size), np.sort(np.array(basic, dtype=np.intp))
-        if own.size:
-            z[own] = self._solver.solve(own, -self._q[own])
-        if not z.min(initial=0.0) >= 0.0:
-            return None
-        w = product(self._M, z) + self._q
-        w[own] = 0.0
-        found: list[int] = np.flatnonzero(w < 0.0).tolist()
-        return found
+        self.found = self._solutions.at(of_masks(np.isin(np.arange(self._M.shape[0]), basic)))
+        negative: list[int] = np.flatnonzero(self.found.w < 0.0).tolist()
+        return negative if self.found.z.min(initial=0.0) >= 0.0 else None
 
     def is_m_matrix(self, basic: Sequence[int]) -> bool:
         own = np.sort(np.array(basic, dtype=np.intp))
@@ -103,7 +101,7 @@ class _InDoubles:
             return False
 
     def multipliers(self, basic: Sequence[int], i: int) -> Vector:
-        y, own = np.zeros(self._q.size), np.sort(np.array(basic, dtype=np.intp))
+        y, own = np.zeros(self._M.shape[0]), np.sort(np.array(basic, dtype=np.intp))
         y[i] = 1.0
         if own.size:
             T = self._M.T.tocsr() if is_sparse(self._M) else np.ascontiguousarray(self._M.T)
@@ -185,13 +183,11 @@ def z_matrix(problem: Problem) -> Stage:
 
     Yields the least solution. NoSolution : with a Farkas proof. Breakdown : it is too large for exact arithmetic.
     """
-    M, q, basic, y = problem.M, problem.q, list[int](), None
+    system, basic, y = _InDoubles(problem), list[int](), None
     try:
-        basic, y = _exchanged(_InDoubles(M, q), basic)
+        basic, y = _exchanged(system, basic)
         if y is None:
-            states = of_masks(np.isin(np.arange(q.size), basic))
-            found = BasicSolutions(problem).at(states)
-            x = problem.box.x_within(found.z, found.w, states)
+            x = problem.box.x_within(system.found.z, system.found.w, system.found.basis)
             if Point(Criterion(problem), problem.box.z_of(x)).solves():
                 yield Iterate(x, None, "block", 1)
                 return Finished()
