@@ -25,11 +25,6 @@ from lcpcli.typing import Mask, States, Vector
 NEAR_ONE = 2.0**8  # largest entries of rows and columns up to this, and from its inverse on, are not scaled
 
 
-def has_near_units(A: Vector) -> bool:
-    """Return whether all rows and columns but those of zeros have largest entries of about size 1."""
-    return are_near_one(units.sizes_in_units(A, np.zeros(2 * A.shape[0])))
-
-
 def are_near_one(sizes: Vector) -> bool:
     """Return whether all of these sizes but zeros are of about size 1."""
     used = sizes[sizes > 0.0]
@@ -101,15 +96,11 @@ class Reduction:
     def given(self, y: Vector, basic: Mask, at_upper: Mask) -> tuple[Vector, States]:
         """Return z and its states for y and its states."""
         states = of_masks(basic, at_upper & ~basic)
-        return self.corner + self._direction(y, self.offset), bounded_form.given_states(self._own, self.n, states)
+        return self.corner + self.direction(y, self.offset), bounded_form.given_states(self._own, self.n, states)
 
-    def direction(self, y: Vector) -> Vector:
-        """Return the direction of z for one of y."""
-        return self._direction(y, np.zeros(self.free.size))
-
-    def _direction(self, y: Vector, offset: Vector) -> Vector:
-        """Return z - corner, if free variables have this offset."""
-        z = np.zeros(self.n)
+    def direction(self, y: Vector, offset: Vector | None = None) -> Vector:
+        """Return the direction of z for one of y, or z - corner if free variables have this offset."""
+        z, offset = np.zeros(self.n), np.zeros(self.free.size) if offset is None else offset
         z[self.kept] = bounded_form.direction(self._own, self._found, y, offset)
         return z
 

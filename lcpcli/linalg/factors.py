@@ -54,11 +54,7 @@ class Tridiagonal:
         *factors, info = self._factorize(below, self._diagonal[indices], above)
         if info > 0:
             raise np.linalg.LinAlgError
-
-        def solve(b: Vector) -> Vector:
-            return np.asarray(self._solve(*factors, b)[0])
-
-        return solve
+        return lambda b: np.asarray(self._solve(*factors, b)[0])
 
 
 def tridiagonal(M: Matrix) -> Tridiagonal | None:
@@ -239,9 +235,7 @@ class PrincipalSolver:
         self._dense = None if is_sparse(M) or (self._small and LAPACK not in sys.modules) else dense_factors()
         self._definite = not self._small and bool((M.diagonal() > 0).all()) and (not is_sparse(M) or is_symmetric(M))
         self._kept: tuple[Indices, Solve] | None = None
-        self._tridiagonal: Tridiagonal | None = None
-        if is_sparse(M):
-            self._tridiagonal = tridiagonal(M)
+        self._tridiagonal = tridiagonal(M) if is_sparse(M) else None
 
     def solve(self, indices: Indices, b: Vector) -> Vector:
         """Return x after one step of refinement, for b of shape (k,); raise SingularMatrix if M_PP is singular."""
@@ -249,14 +243,9 @@ class PrincipalSolver:
             return np.empty(0)
         solve = self.at(indices)
         with np.errstate(over="ignore", invalid="ignore"):
-            x = solve(b)
-            if is_sparse(self._M):
-                image = product(self.block(indices), x)
-            else:
-                z = np.zeros(self._M.shape[0])
-                z[indices] = x
-                image = product(self._M, z)[indices]
-            refined: Vector = x + solve(b - image)
+            z = np.zeros(self._M.shape[0])
+            z[indices] = x = solve(b)
+            refined: Vector = x + solve(b - product(self._M, z)[indices])
         if not np.isfinite(refined).all():
             raise SingularMatrix
         return refined

@@ -52,11 +52,11 @@ class Units:
     def largest_of_rows(self, values: Vector) -> Vector:
         """Return the largest value in each component, for values of rows, shape (..., n); minus infinity in an empty
         component."""
-        return self._largest(values, self._order_of_rows)
+        return self._largest(values, self._orders[0])
 
     def largest_of_columns(self, values: Vector) -> Vector:
         """Return the same for values of columns."""
-        return self._largest(values, self._order_of_columns)
+        return self._largest(values, self._orders[1])
 
     def _largest(self, values: Vector, order: tuple[Indices, Indices, Indices]) -> Vector:
         ordered, numbers, starts = order
@@ -67,12 +67,8 @@ class Units:
         return found
 
     @cached_property
-    def _order_of_rows(self) -> tuple[Indices, Indices, Indices]:
-        return _by_parts(self.row_part)
-
-    @cached_property
-    def _order_of_columns(self) -> tuple[Indices, Indices, Indices]:
-        return _by_parts(self.column_part)
+    def _orders(self) -> list[tuple[Indices, Indices, Indices]]:
+        return [_by_parts(part) for part in (self.row_part, self.column_part)]
 
 
 def _by_parts(part: Indices) -> tuple[Indices, Indices, Indices]:

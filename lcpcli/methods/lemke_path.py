@@ -125,7 +125,7 @@ def solution_at(problem: Problem, path: LemkePath) -> Vector:
     box, M = problem.box, path.reduction.M
     z = basic_solution(problem, near, basis, M)
     first = box.project(z)
-    if not violations(problem, first).rows.any():
+    if not violations(problem, first)[2].any():
         return first
     solutions = BasicSolutions(problem)
     for _ in range(LITERAL_STEPS):
@@ -149,7 +149,7 @@ def confirmed(problem: Problem, basis: States, near: Vector | None) -> Stage:
         z = box.project(basic_solution(problem, near, basis, M))
     except SingularMatrix:
         return Breakdown("the principal submatrix of the given states is singular")
-    if violations(problem, z).rows.any():
+    if violations(problem, z)[2].any():
         return Stalled("the given states are not those of a solution")
     yield Iterate(box.x_within(z, problem.w(z), box.basis_at(z)), None, "block", 1, basis=basis)
     return Finished()

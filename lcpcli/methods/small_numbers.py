@@ -9,7 +9,6 @@ components far inside their bounds are free, and those with a large w stay where
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
@@ -25,21 +24,13 @@ FAR = 1e4  # in units of the violations: distances from bounds, and sizes of w, 
 NOISE = 1e-10  # in these units: components of z and of w that are rounding of 0
 
 
-class Violations(NamedTuple):
-    """w = M z + q with 0 in place of what may be rounding of 0, the natural residuals of the rows, and in which rows
-    these are more than rounding; each of shape (n,)."""
-
-    w: Vector
-    gaps: Vector
-    rows: Mask
-
-
-def violations(problem: Problem, z: Vector) -> Violations:
-    """Return how a z within its bounds violates the problem."""
+def violations(problem: Problem, z: Vector) -> tuple[Vector, Vector, Mask]:
+    """Return how a z within its bounds violates the problem: w = M z + q with 0 in place of what may be rounding of 0,
+    the natural residuals of the rows, and in which rows these are more than rounding."""
     w = problem.w(z)
     gaps = np.abs(problem.box.gaps(z, w))
     rounding = SIGN_ROUNDING * (absolute_product(problem.M, np.abs(z)) + np.abs(problem.q))
-    return Violations(np.where(np.abs(w) <= rounding, 0.0, w), gaps, gaps > rounding)
+    return np.where(np.abs(w) <= rounding, 0.0, w), gaps, gaps > rounding
 
 
 @np.errstate(all="ignore")

@@ -24,7 +24,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -50,20 +50,7 @@ from lcpcli.verify.point import Criterion, Point
 EXACT_EFFORT = 30.0  # of exact arithmetic where doubles fail, by the seconds that it usually takes
 
 
-class _System(Protocol):
-    """M and q in doubles or in fractions, with the systems of some basic indices."""
-
-    def negative(self, basic: Sequence[int]) -> list[int] | None:
-        """Return the other i with w_i < 0 in the basic solution; None if that is not unique, or has a z_i < 0."""
-
-    def is_m_matrix(self, basic: Sequence[int]) -> bool:
-        """Return whether M_BB is a nonsingular M-matrix: whether M_BB v = e has a solution v > 0."""
-
-    def multipliers(self, basic: Sequence[int], i: int) -> Any:
-        """Return y with y_i = 1, y_B = -M_BB^-T M_iB' and 0 elsewhere."""
-
-
-def _exchanged(system: _System, basic: list[int]) -> tuple[list[int], Any]:
+def _exchanged(system: _InDoubles | _InFractions, basic: list[int]) -> tuple[list[int], Any]:
     """Return the basis at which the method ends, in the order of the exchanges, and the multipliers of the row whose
     pivot is not positive, or None if there is none; basic : that it begins with."""
     known = 0
@@ -80,7 +67,7 @@ def _exchanged(system: _System, basic: list[int]) -> tuple[list[int], Any]:
 
 
 class _InDoubles:
-    """found : the last basic solution."""
+    """M and q in doubles, with the systems of some basic indices. found : the last basic solution."""
 
     found: BasicSolution
 
@@ -89,11 +76,13 @@ class _InDoubles:
         self._solutions = BasicSolutions(problem, self._solver)
 
     def negative(self, basic: Sequence[int]) -> list[int] | None:
+        """Return the other i with w_i < 0 in the basic solution; None if that is not unique, or has a z_i < 0."""
         self.found = self._solutions.at(of_masks(np.isin(np.arange(self._M.shape[0]), basic)))
         negative: list[int] = np.flatnonzero(self.found.w < 0.0).tolist()
         return negative if self.found.z.min(initial=0.0) >= 0.0 else None
 
     def is_m_matrix(self, basic: Sequence[int]) -> bool:
+        """Return whether M_BB is a nonsingular M-matrix: whether M_BB v = e has a solution v > 0."""
         own = np.sort(np.array(basic, dtype=np.intp))
         try:
             return bool((self._solver.solve(own, np.ones(own.size)) > 0.0).all())
@@ -101,6 +90,7 @@ class _InDoubles:
             return False
 
     def multipliers(self, basic: Sequence[int], i: int) -> Vector:
+        """Return y with y_i = 1, y_B = -M_BB^-T M_iB' and 0 elsewhere."""
         y, own = np.zeros(self._M.shape[0]), np.sort(np.array(basic, dtype=np.intp))
         y[i] = 1.0
         if own.size:
@@ -110,6 +100,8 @@ class _InDoubles:
 
 
 class _InFractions:
+    """The same in fractions."""
+
     def __init__(self, data: ExactProblem, effort: Effort) -> None:
         self._data, self._effort = data, effort
 
