@@ -70,13 +70,7 @@ def gmres(A: Operator, b: Vector, steps: int, precondition: Operator = np.copy, 
 
 
 def conjugate_gradients(
-    A: Operator,
-    b: Vector,
-    x: Vector,
-    most: float,
-    max_iterations: int,
-    precondition: Operator,
-    measure: Measure = norm,
+    A: Operator, b: Vector, x: Vector, most: float, max_iterations: int, precondition: Operator, measure: Measure = norm
 ) -> tuple[Vector, float]:
     """Solve A x = b for symmetric positive definite A from x, shape (n,), until the residual b - A x is at most `most`
     by this measure; return the last x, and the size of its residual by the recursion.
@@ -115,13 +109,7 @@ def relative_to(target: Vector) -> Measure:
 
 
 def bicgstab(
-    A: Operator,
-    b: Vector,
-    x: Vector,
-    most: float,
-    max_iterations: int,
-    precondition: Operator,
-    measure: Measure = norm,
+    A: Operator, b: Vector, x: Vector, most: float, max_iterations: int, precondition: Operator, measure: Measure = norm
 ) -> tuple[Vector, float]:
     """Solve A x = b for any nonsingular A, as `conjugate_gradients` does, with two products with A per iteration."""
     x = x.copy()

@@ -108,11 +108,7 @@ def iterates_of(made: Iterable[Made]) -> Iterator[Iterate]:
 
 
 def dense_route(
-    problem: Problem,
-    x0: Vector,
-    patience: float = LEAST_INDEX_STEPS,
-    steps: Steps | None = None,
-    hasty: bool = False,
+    problem: Problem, x0: Vector, patience: float = LEAST_INDEX_STEPS, steps: Steps | None = None, hasty: bool = False
 ) -> Stage:
     """Run newton from x0 or, if x0 = 0, from the reference point and its w (z = 0 and w = q for an LCP); for large n,
     from the active set at which projected gradients arrive.
