@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli.linalg.doubles import LARGEST_DOUBLE, MOST_COPIED_ENTRIES, ROW_ROUNDING, is_finite
-from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, finite
-from lcpcli.linalg.matrices import absolute_product, is_sparse, product, row_and_column_maxima, row_maxima
-from lcpcli.model.box import BASIC
+from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, Solve, finite
+from lcpcli.linalg.matrices import absolute_product, is_sparse, product, row_and_column_maxima
+from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, States, Vector
 
@@ -61,13 +61,31 @@ def exchanging(problem: Any, basis: States) -> Generator[BasicSolution, Indices 
             problem, basis = problem.part(rows), basis[rows]
 
 
-class BasicSolutions:
-    """The basic solutions of a problem, one after another, by a solver of systems with M, perhaps taken over from
-    another problem with this M, that updates its factors."""
+class System:
+    """The basic solutions of w = M z + q, one after another, for M of any kind: a subclass has its products and
+    solvers.
 
-    def __init__(self, problem: Problem, solver: PrincipalSolver | None = None) -> None:
-        self._problem, self._solver = problem, solver or PrincipalSolver(problem.M, problem.latest)
-        self.box = problem.box
+    row_maxima, largest : the largest |M_ij| of each row, shape (n,), and of all. has_terms : whether all `terms` take
+    less time than a solve.
+    """
+
+    box: Box
+    q: Vector
+    row_maxima: Vector
+    largest: float
+    has_terms = True
+
+    def product(self, z: Vector) -> Vector:
+        """Return M z, as a new array."""
+        raise NotImplementedError
+
+    def terms(self, z: Vector, rows: Indices | None = None) -> Vector:
+        """Return |M| |z| + |q|, in all rows or some of them."""
+        raise NotImplementedError
+
+    def solver(self, indices: Indices) -> Solve:
+        """Return a solver of systems with M_PP, of half of all digits at least; raise SingularMatrix here or there."""
+        raise NotImplementedError
 
     def exchanging(self, basis: States) -> Generator[BasicSolution, Indices | None, None]:
         """Yield basic solutions by block principal pivoting from a basis, as the function `exchanging` does; raise
@@ -77,9 +95,8 @@ class BasicSolutions:
     def at(self, basis: States) -> BasicSolution:
         """Return the basic solution of a basis, refined once by its residual w_B if it is a solution; raise
         SingularMatrix, with a clause for the user, if M_BB is singular or numbers overflow."""
-        problem, indices = self._problem, np.logical_not(basis).nonzero()[0]
-        z = problem.box.nonbasic(basis)
-        start = product(problem.M, z) + problem.q if np.count_nonzero(z) else problem.q
+        indices, z = np.logical_not(basis).nonzero()[0], self.box.nonbasic(basis)
+        start = self.product(z) + self.q if np.count_nonzero(z) else self.q
         if not indices.size:
             return self._judged(basis, z, start.copy())
         try:
@@ -89,13 +106,13 @@ class BasicSolutions:
 
     def _refined(self, basis: States, z: Vector, indices: Indices, own: Vector) -> BasicSolution:
         """Return the basic solution with these basic indices, for z at bounds elsewhere, where w = own."""
-        problem, solve = self._problem, self._solver.at(indices)
+        solve = self.solver(indices)
         z[indices] = solve(-own)
         for refines in (True, False):
             if not is_finite(z):
                 raise SingularMatrix
-            w = product(problem.M, z)
-            w += problem.q
+            w = self.product(z)
+            w += self.q
             residual = w[indices]
             w[indices] = 0.0
             found = self._judged(basis, z, w)
@@ -106,7 +123,7 @@ class BasicSolutions:
 
     def _judged(self, basis: States, z: Vector, w: Vector) -> BasicSolution:
         """Return the basic solution of these z and w, with its wrong signs."""
-        violations = self._problem.box.violations(z, w, basis)
+        violations = self.box.violations(z, w, basis)
         wrong = violations > 0.0
         count = np.count_nonzero(wrong)
         found = BasicSolution(basis, z, w, wrong, not count)
@@ -121,21 +138,16 @@ class BasicSolutions:
     def _is_clear(self, found: BasicSolution, row: int, violation: float) -> bool:
         """Return whether a violation exceeds a bound on the rounding error of its row that needs no more of M than the
         sizes of its rows."""
-        problem, basic = self._problem, found.basis[row] == BASIC
-        terms = abs(problem.q[row]) + problem.largest * float(np.abs(found.z).sum())
-        return bool(violation * (problem.row_maxima[row] if basic else 1.0) > ROW_ROUNDING * terms)
+        terms = abs(self.q[row]) + self.largest * float(np.abs(found.z).sum())
+        return bool(violation * (self.row_maxima[row] if found.basis[row] == BASIC else 1.0) > ROW_ROUNDING * terms)
 
     def _is_rounding(self, residual: Vector, z: Vector, rows: Indices) -> bool:
         """Return whether the residual in these rows of w is within the rounding error of their terms, of which q alone
-        is a lower bound. For a large dense M nothing else is asked, as refinement takes no longer than |M| |z|."""
-        problem = self._problem
-        size, own = np.abs(residual), np.abs(problem.q[rows])
-        if np.count_nonzero(size <= ROW_ROUNDING * own) == rows.size:
+        is a lower bound. Nothing else is asked where refinement takes no longer."""
+        size = np.abs(residual)
+        if np.count_nonzero(size <= ROW_ROUNDING * np.abs(self.q[rows])) == rows.size:
             return True
-        if not is_sparse(problem.M) and problem.M.size > MOST_COPIED_ENTRIES:
-            return False
-        terms = absolute_product(problem.M, np.abs(z))[rows]
-        return bool(np.count_nonzero(size <= ROW_ROUNDING * (terms + own)) == rows.size)
+        return self.has_terms and bool(np.count_nonzero(size <= ROW_ROUNDING * self.terms(z)[rows]) == rows.size)
 
     def count_violations(self, found: BasicSolution) -> int:
         """Return how many signs are violated beyond rounding; only these stay `wrong`."""
@@ -151,10 +163,34 @@ class BasicSolutions:
 
     def _is_beyond_rounding(self, found: BasicSolution, rows: Indices) -> Mask:
         """Return for these rows whether their violation exceeds the rounding error of their terms."""
-        problem = self._problem
-        M, violations = problem.M[rows], self.box.violations(found.z, found.w, found.basis)[rows]
-        terms = ROW_ROUNDING * (absolute_product(M, np.abs(found.z)) + np.abs(problem.q[rows]))
-        return np.asarray(violations > in_units_of_state(terms, row_maxima(M), found.basis[rows] == BASIC))
+        violations = self.box.violations(found.z, found.w, found.basis)[rows]
+        terms, basic = ROW_ROUNDING * self.terms(found.z, rows), found.basis[rows] == BASIC
+        return np.asarray(violations > in_units_of_state(terms, self.row_maxima[rows], basic))
+
+
+class BasicSolutions(System):
+    """The basic solutions of a problem, by a solver of systems with M, perhaps taken over from another problem with
+    this M, that updates its factors."""
+
+    def __init__(self, problem: Problem, solver: PrincipalSolver | None = None) -> None:
+        self._problem, self.box, self.q, M = problem, problem.box, problem.q, problem.M
+        self.solver = (solver or PrincipalSolver(M, problem.latest)).at  # type: ignore[method-assign]
+        self.has_terms = is_sparse(M) or M.size <= MOST_COPIED_ENTRIES
+
+    @property
+    def row_maxima(self) -> Vector:  # type: ignore[override]
+        return self._problem.row_maxima
+
+    @property
+    def largest(self) -> float:  # type: ignore[override]
+        return self._problem.largest
+
+    def product(self, z: Vector) -> Vector:
+        return product(self._problem.M, z)
+
+    def terms(self, z: Vector, rows: Indices | None = None) -> Vector:
+        M, q = (self._problem.M, self.q) if rows is None else (self._problem.M[rows], self.q[rows])
+        return absolute_product(M, np.abs(z)) + np.abs(q)
 
 
 def in_units_of_state(terms: Vector, maxima: Vector, basic: Mask) -> Vector:

@@ -1,33 +1,236 @@
-"""The reduction of a mixed problem to bounded variables (see `bounded_form`), for any q and for other bounds.
+"""A mixed problem as one in bounded variables 0 <= y <= d, for pivoting: its free variables are eliminated.
 
-A sparse mixed problem without its free variables, whose equations have a unique solution for given other variables.
+With bounded variables B and free ones F, equations M_FB z_B + M_FF z_F + q_F = 0 have the solutions z_F = V u - E (M_FB
+z_B + q_F), for all u, if U' (M_FB z_B + q_F) = 0, where the columns of U and V span the null spaces of M_FF' and of
+M_FF, and E is an inverse, or a pseudo-inverse. What is left is
 
-From M_FF z_F = -(M_FB z_B + q_F) for the free variables F, by sparse factors, there are left w_B = K z_B + k of the
-bounded ones B, with K = M_BB - M_BF M_FF^{-1} M_FB, which is dense.
+    w_B = K z_B + H u + k, G z_B + g = 0:  K = M_BB - M_BF E M_FB, H = M_BF V, G = U' M_FB.
+
+As an equation has no partner, any invertible combination R G is the same: R by least squares, R G ~ -H', shows that M
+is monotone, or that of a program, whatever the order, signs, and factors of its equations are. Such an M is so on the
+null space of G; with the orthogonal projections P along the rows of G, and Q along the columns of H, K z_B is Q K P z_B
+but for terms in g and, as they may be added to u, those in the range of H, and Q K P is positive semidefinite
+everywhere. Then u = a - b with a, b >= 0.
+
+Where the equations of a sparse problem have a unique solution for bounded variables, z_F = -M_FF^{-1} (M_FB z_B + q_F)
+by sparse factors, there are left w_B = K z_B + k, with K = M_BB - M_BF M_FF^{-1} M_FB, which is dense.
 """
 
 from __future__ import annotations
 
 from copy import copy
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.basis import bounded_form
-from lcpcli.basis.bounded_form import DEPENDENT
 from lcpcli.linalg import units
-from lcpcli.linalg.factors import SingularMatrix, sparse_lu
+from lcpcli.linalg.factors import SingularMatrix, finite, sparse_lu
 from lcpcli.linalg.matrices import product
-from lcpcli.model.box import BASIC, Box, of_masks
+from lcpcli.model.box import BASIC, LOWER, Box, of_masks
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Mask, States, Vector
+from lcpcli.typing import Indices, Mask, States, Vector
+
+NEAR_UNITS = 2.0**20  # ratio of the units of rows to those of columns up to which they are made the same
+SMALLEST = 1e-9  # relative: singular values that count as 0, in equilibrated units
+CANCELLED = 1e-13  # relative to the largest entry: what elimination leaves of zeros, as of redundant equations
+DEPENDENT = 1e-12  # relative: singular values of rows of G that count as 0
+
+
+class Solved(NamedTuple):
+    """The solutions x = E r + V u of A x = r, for all u, if U' r = 0: A E A = A, U' A = 0, A V = 0.
+
+    E : shape (f, f). U, V : shape (f, f - rank).
+    """
+
+    E: Vector
+    U: Vector
+    V: Vector
+
+
+class Kept(NamedTuple):
+    """The variables that are not fixed, as `kept` has their numbers; `bounded` and `free` have their places in it.
+
+    A : their M, where those with an upper bound only are mirrored. turn : -1 for these, 1 for the others.
+    """
+
+    A: Vector
+    kept: Indices
+    turn: Vector
+    bounded: Indices
+    free: Indices
+
+
+class Eliminated(NamedTuple):
+    """The matrix K of the bounded variables, and of a and b, with what takes constants there and solutions back.
+
+    rows, columns : the units of the variables that are kept. X : E A_FB. of_equations : what P takes from K, by the
+    equations. Y : what Q takes from it, by u.
+    """
+
+    K: Vector
+    rows: Vector
+    columns: Vector
+    A_BF: Vector
+    E: Vector
+    U: Vector
+    V: Vector
+    X: Vector
+    of_equations: Vector
+    Y: Vector
+
+
+def solved(A: Vector) -> Solved:
+    """Return the solutions of all systems with the square matrix A, in equilibrated units."""
+    f = A.shape[0]
+    try:
+        E = np.ascontiguousarray(np.linalg.inv(A))
+        if largest(E) * largest(A) < 1 / SMALLEST:
+            return Solved(E, np.empty((f, 0)), np.empty((f, 0)))
+    except Exception:  # numba catches no other: A is singular
+        pass
+    left, values, right = np.linalg.svd(finite(A))
+    rank = np.count_nonzero(values > SMALLEST * values[0])
+    U, V = np.ascontiguousarray(left.T), np.ascontiguousarray(right)
+    E = (V[:rank].T / values[:rank]) @ U[:rank]
+    return Solved(E, np.ascontiguousarray(U[rank:].T), np.ascontiguousarray(V[rank:].T))
+
+
+def largest(A: Vector) -> float:
+    """Return the largest |entry|, 0 if there is none."""
+    return float(np.abs(A).max()) if A.size else 0.0
+
+
+def cleaned(A: Vector, most: float) -> Vector:
+    """Return A with 0 in place of entries up to this size."""
+    found: Vector = A * (np.abs(A) > most)
+    return found
+
+
+def combinations(G: Vector, H: Vector) -> Vector:
+    """Return an invertible R with R G ~ -H' in the sense of least squares, or nearly such where there is none.
+
+    G, H : shapes (s, b) and (b, s).
+    """
+    R: Vector = -np.ascontiguousarray(H.T @ np.linalg.pinv(finite(G), DEPENDENT))
+    _, U, V = solved(R)
+    R += U @ V.T
+    return R
+
+
+def kept(M: Vector, lower: Vector, upper: Vector) -> Kept:
+    """Return the variables that are not fixed, for bounds of shape (n,)."""
+    own = (lower != upper).nonzero()[0]
+    low, high = np.isfinite(lower[own]), np.isfinite(upper[own])
+    turn = np.where(high & ~low, -1.0, 1.0)
+    A = M.copy() if own.size == lower.size else M[own][:, own]
+    if turn.size and turn.min() < 0.0:
+        A *= turn.reshape(-1, 1)
+        A *= turn
+    return Kept(A, own, turn, (low | high).nonzero()[0], (~(low | high)).nonzero()[0])
+
+
+def eliminated(own: Kept, rows: Vector, columns: Vector) -> Eliminated:
+    """Eliminate the free variables from the A of those that are kept, which is in these units and may be changed."""
+    A, bounded, free = own.A, own.bounded, own.free
+    m = bounded.size
+    if not free.size:
+        none, wide = np.empty((0, 0)), np.empty((0, m))
+        return Eliminated(A, rows, columns, np.empty((m, 0)), none, none, none, wide, np.empty((m, 0)), wide)
+    E, U, V = solved(A[free][:, free])
+    s = V.shape[1]
+    if s:
+        rows, columns = same_units(A, rows, columns, bounded)
+    A_BF, A_FB = A[bounded][:, free], A[free][:, bounded]
+    X = E @ A_FB
+    K = A[bounded][:, bounded] - A_BF @ X
+    size = CANCELLED * max(largest(A), largest(X), largest(K))
+    K, of_equations, Y = cleaned(K, size), np.empty((m, s)), np.empty((s, m))
+    if s and m:
+        G, H = cleaned(U.T @ A_FB, size), cleaned(A_BF @ V, size)
+        R = combinations(G, H)
+        U, G = U @ R.T, R @ G
+        of_equations = K @ np.linalg.pinv(finite(G), SMALLEST)
+        K = K - of_equations @ G
+        Y = np.linalg.pinv(finite(H), SMALLEST) @ K
+        K = split(cleaned(K - H @ Y, size), G, H)
+    elif s:
+        K = np.zeros((2 * s, 2 * s))
+    return Eliminated(K, rows, columns, A_BF, E, U, V, X, of_equations, Y)
+
+
+def same_units(A: Vector, rows: Vector, columns: Vector, bounded: Indices) -> tuple[Vector, Vector]:
+    """Scale rows and columns of bounded variables by the same factors, without which A is not monotone even if M
+    is, unless these units are far apart; return the units."""
+    ratios = rows[bounded] / columns[bounded]
+    if bounded.size and ratios.max() <= NEAR_UNITS * ratios.min():
+        units = np.exp2(np.rint(0.5 * np.log2(rows[bounded] * columns[bounded])))
+        own_rows, own_columns = rows.copy(), columns.copy()
+        own_rows[bounded], own_columns[bounded] = units, units
+        A *= (own_rows / rows).reshape(-1, 1)
+        A *= own_columns / columns
+        return own_rows, own_columns
+    return rows, columns
+
+
+def split(K: Vector, G: Vector, H: Vector) -> Vector:
+    """Return K with a - b in place of u, and with inequalities in both directions for the equations G z_B + g = 0."""
+    m, s = H.shape
+    whole = np.zeros((m + 2 * s, m + 2 * s))
+    whole[:m, :m], whole[:m, m : m + s], whole[:m, m + s :] = K, H, -H
+    whole[m : m + s, :m], whole[m + s :, :m] = G, -G
+    return whole
+
+
+def constants(own: Kept, found: Eliminated, w: Vector) -> tuple[Vector, Vector]:
+    """Return k for the w of all variables at the corner of the box, and the offset of the free ones."""
+    b, free = found.rows * (own.turn * w[own.kept]), own.free
+    if not free.size:
+        return b, np.empty(0)
+    offset = -(found.E @ b[free])
+    k = b[own.bounded] + found.A_BF @ offset
+    if found.V.shape[1]:
+        g = cleaned(found.U.T @ b[free], CANCELLED * largest(b))
+        k = np.concatenate((k - found.of_equations @ g, g, -g))
+    return k, offset
+
+
+def widths(own: Kept, found: Eliminated, distances: Vector) -> Vector:
+    """Return d for the distances between the bounds of all variables."""
+    d, bounded = np.full(found.K.shape[0], np.inf), own.bounded
+    d[: bounded.size] = distances[own.kept[bounded]] / found.columns[bounded]
+    return d
+
+
+def reduced(
+    M: Vector, q: Vector, lower: Vector, upper: Vector, own: Kept, rows: Vector, columns: Vector
+) -> tuple[Vector, Vector, Vector]:
+    """Return K, k and d of a problem from the variables that are kept, with A in these units."""
+    found = eliminated(own, rows, columns)
+    corner = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper, 0.0))
+    k, _ = constants(own, found, q + M @ corner if corner.any() else q)
+    return found.K, k, widths(own, found, upper - lower)
+
+
+def direction(own: Kept, found: Eliminated, y: Vector, offset: Vector) -> Vector:
+    """Return the distances of the kept variables from the corner of the box, if free ones have this offset."""
+    v, m, s = np.zeros(own.kept.size), own.bounded.size, found.V.shape[1]
+    v[own.bounded] = y[:m]
+    if own.free.size:
+        v[own.free] = offset - found.X @ y[:m]
+    if s:
+        v[own.free] += found.V @ (y[m : m + s] - y[m + s :] - found.Y @ y[:m])
+    return own.turn * found.columns * v
+
+
+def given_states(own: Kept, n: int, states: States) -> States:
+    """Return the states of all n variables for those of y; mirrored ones are at the other bound."""
+    found, bounded = np.full(n, LOWER, np.int8), own.bounded
+    found[own.kept[own.free]] = BASIC
+    found[own.kept[bounded]] = (states[: bounded.size] * own.turn[bounded]).astype(np.int8)
+    return found
+
 
 NEAR_ONE = 2.0**8  # largest entries of rows and columns up to this, and from its inverse on, are not scaled
-
-
-def has_near_units(A: Vector) -> bool:
-    """Return whether all rows and columns but those of zeros have largest entries of about size 1."""
-    return are_near_one(units.sizes_in_units(A, np.zeros(2 * A.shape[0])))
 
 
 def are_near_one(sizes: Vector) -> bool:
@@ -66,10 +269,10 @@ class Reduction:
     def __init__(self, M: Vector, box: Box) -> None:
         self.M, self.n, self.box = M, M.shape[0], box
         self.corner = np.broadcast_to(box.corner, self.n)
-        self._own = bounded_form.kept(M, *box.vectors(self.n))
+        self._own = kept(M, *box.vectors(self.n))
         A, self.kept, self.turn, self.bounded, self.free = self._own
         rows, columns = scaled(A, exponents(A))
-        self._found = bounded_form.eliminated(self._own, rows, columns)
+        self._found = eliminated(self._own, rows, columns)
         self.K, self.rows, self.columns = self._found[:3]
         self.units = np.append(self.rows[self.bounded], np.ones(len(self.K) - self.bounded.size))
         self.d = self._widths()
@@ -90,27 +293,23 @@ class Reduction:
     def _widths(self) -> Vector:
         """Return the distances between the bounds of the unknowns."""
         lower, upper = self.box.vectors(self.n)
-        return bounded_form.widths(self._own, self._found, upper - lower)
+        return widths(self._own, self._found, upper - lower)
 
     def constants(self, q: Vector) -> Vector:
         """Return k for a q of shape (n,); the z of later calls are for this q."""
         w = q + self.M @ self.corner if np.count_nonzero(self.corner) else q
-        k, self.offset = bounded_form.constants(self._own, self._found, w)
+        k, self.offset = constants(self._own, self._found, w)
         return k
 
     def given(self, y: Vector, basic: Mask, at_upper: Mask) -> tuple[Vector, States]:
         """Return z and its states for y and its states."""
         states = of_masks(basic, at_upper & ~basic)
-        return self.corner + self._direction(y, self.offset), bounded_form.given_states(self._own, self.n, states)
+        return self.corner + self.direction(y, self.offset), given_states(self._own, self.n, states)
 
-    def direction(self, y: Vector) -> Vector:
-        """Return the direction of z for one of y."""
-        return self._direction(y, np.zeros(self.free.size))
-
-    def _direction(self, y: Vector, offset: Vector) -> Vector:
-        """Return z - corner, if free variables have this offset."""
-        z = np.zeros(self.n)
-        z[self.kept] = bounded_form.direction(self._own, self._found, y, offset)
+    def direction(self, y: Vector, offset: Vector | None = None) -> Vector:
+        """Return the direction of z for one of y, or z - corner if free variables have this offset."""
+        z, offset = np.zeros(self.n), np.zeros(self.free.size) if offset is None else offset
+        z[self.kept] = direction(self._own, self._found, y, offset)
         return z
 
     def given_w(self, w: Vector) -> Vector:

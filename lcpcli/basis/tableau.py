@@ -178,13 +178,7 @@ def begin(tableau: Tableau, d: Vector, cover: Vector, lexicographic: bool) -> tu
 
 
 def follow(
-    tableau: Tableau,
-    d: Vector,
-    entering: int,
-    way: float,
-    cover_row: int,
-    lexicographic: bool,
-    most: int,
+    tableau: Tableau, d: Vector, entering: int, way: float, cover_row: int, lexicographic: bool, most: int
 ) -> tuple[int, int, int, float]:
     """Follow the path for at most so many pivots; return how that ended, the number of pivots, and the column that
     enters next with its direction."""

@@ -9,7 +9,7 @@ from numba.core.dispatcher import Dispatcher
 
 from lcpcli.kernels.announcement import ONCE
 
-KERNELS = 18  # that the modules `compiled` and `compiled_mixed` use
+KERNELS = 17  # that the modules `compiled` and `compiled_mixed` use
 
 
 def compile_all(tell: Callable[[str], None]) -> tuple[int, int, str]:

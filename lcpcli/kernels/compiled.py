@@ -148,7 +148,7 @@ with announced():
     follow = njit(cache=True, **OPTIONS)(tableau.follow)
     follow(tableau.tableau_of(np.eye(1), np.ones(1), np.ones(1)), np.ones(1), 0, 1.0, 0, False, 0)  # compiles it
     path = njit((MATRIX, VECTOR, VECTOR, VECTOR, types.int64), cache=True, **OPTIONS)(tableau.path)
-    has_near_units = njit((MATRIX,), cache=True, **OPTIONS)(free_variables.has_near_units)
+    exponents = njit((MATRIX,), cache=True, **OPTIONS)(free_variables.exponents)
 
     @njit((MATRIX, VECTOR, VECTOR, VECTOR, types.Array(types.int8, 1, "C", readonly=True)), cache=True, **OPTIONS)
     def basic_solution(M: Any, q: Any, lower: Any, upper: Any, states: Any) -> Any:
@@ -171,7 +171,7 @@ def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnsw
     """Return the solution of an LCP at a basis, if it is one, or else at the end of Lemke's path; None where neither is
     one beyond doubt, or M is in units that `Reduction` would change."""
     M, q = np.ascontiguousarray(problem.M), problem.q
-    if not has_near_units(M):
+    if not (powers := exponents(M)).size or powers.any():
         return None
     box = LOWEST[: q.size], HIGHEST[: q.size]
     if basic is not None:

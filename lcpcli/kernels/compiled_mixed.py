@@ -7,11 +7,10 @@ import numpy as np
 from numba import njit, types
 from numba.extending import register_jitable
 
-from lcpcli.basis import bounded_form
-from lcpcli.basis.free_variables import exponents, scaled
+from lcpcli.basis import free_variables
 from lcpcli.basis.tableau import SOLVED
 from lcpcli.kernels.announcement import announced
-from lcpcli.kernels.compiled import COVER, MATRIX, OPTIONS, VECTOR, basic_solution, judged, path, rows_of
+from lcpcli.kernels.compiled import COVER, MATRIX, OPTIONS, VECTOR, basic_solution, exponents, judged, path, rows_of
 from lcpcli.linalg import matrices
 from lcpcli.methods.direct import DirectAnswer
 from lcpcli.methods.lemke_path import LEAST_REFRESHED
@@ -22,18 +21,17 @@ with announced():
     from lcpcli.kernels.measure_kernels import reference_of, surely_solves
 
     for function in (
-        *(bounded_form.largest, bounded_form.cleaned, bounded_form.solved, bounded_form.combinations),
-        *(bounded_form.same_units, bounded_form.split, bounded_form.eliminated),
-        *(bounded_form.constants, bounded_form.widths),
+        *(free_variables.largest, free_variables.cleaned, free_variables.solved, free_variables.combinations),
+        *(free_variables.same_units, free_variables.split, free_variables.eliminated),
+        *(free_variables.constants, free_variables.widths),
     ):
         register_jitable(**OPTIONS)(function)
     OWN_MATRIX = types.Array(types.float64, 2, "C")
     NUMBERS, INDICES, STATES = (types.Array(each, 1, "C") for each in (types.float64, types.int64, types.int8))
-    KEPT = types.NamedTuple((OWN_MATRIX, INDICES, NUMBERS, INDICES, INDICES), bounded_form.Kept)
-    own_exponents = njit((OWN_MATRIX,), cache=True, **OPTIONS)(exponents)
-    kept = njit((MATRIX, VECTOR, VECTOR), cache=True, **OPTIONS)(bounded_form.kept)
-    reduced = njit((MATRIX, *3 * (VECTOR,), KEPT, NUMBERS, NUMBERS), cache=True, **OPTIONS)(bounded_form.reduced)
-    given_states = njit((KEPT, types.int64, STATES), cache=True, **OPTIONS)(bounded_form.given_states)
+    KEPT = types.NamedTuple((OWN_MATRIX, INDICES, NUMBERS, INDICES, INDICES), free_variables.Kept)
+    kept = njit((MATRIX, VECTOR, VECTOR), cache=True, **OPTIONS)(free_variables.kept)
+    reduced = njit((MATRIX, *3 * (VECTOR,), KEPT, NUMBERS, NUMBERS), cache=True, **OPTIONS)(free_variables.reduced)
+    given_states = njit((KEPT, types.int64, STATES), cache=True, **OPTIONS)(free_variables.given_states)
 
 
 def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
@@ -53,7 +51,7 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
     M = np.ascontiguousarray(matrices.dense(problem.M))
     own = kept(M, lower, upper)
     try:
-        K, k, d = reduced(M, q, lower, upper, own, *scaled(own.A, own_exponents(own.A)))
+        K, k, d = reduced(M, q, lower, upper, own, *free_variables.scaled(own.A, exponents(own.A)))
     except np.linalg.LinAlgError:
         return None
     steps = min(steps, 0)

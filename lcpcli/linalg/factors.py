@@ -54,11 +54,7 @@ class Tridiagonal:
         *factors, info = self._factorize(below, self._diagonal[indices], above)
         if info > 0:
             raise np.linalg.LinAlgError
-
-        def solve(b: Vector) -> Vector:
-            return np.asarray(self._solve(*factors, b)[0])
-
-        return solve
+        return lambda b: np.asarray(self._solve(*factors, b)[0])
 
 
 def tridiagonal(M: Matrix) -> Tridiagonal | None:
@@ -200,6 +196,16 @@ def well_conditioned_inverse(M: Matrix, largest: float = MODEST_CONDITION) -> Ma
     return None
 
 
+def principal_block(M: Matrix, indices: Indices) -> Matrix:
+    """Return M_PP for the indices of P, which may be M itself."""
+    n = M.shape[0]
+    if is_sparse(M) and indices.size < n <= MOST_SELECTED * indices.size:
+        with imports:
+            from lcpcli.linalg.compressed_rows import principal
+        return principal(M, indices)
+    return M if indices.size == n else M[indices][:, indices]
+
+
 def definite_solver(M: Matrix) -> Solve | None:
     """Return a solver of M x = b if M is symmetric positive definite to working precision, else None."""
     if not is_symmetric(M) or not M.diagonal().min() > 0:
@@ -229,9 +235,7 @@ class PrincipalSolver:
         self._dense = None if is_sparse(M) or (self._small and LAPACK not in sys.modules) else dense_factors()
         self._definite = not self._small and bool((M.diagonal() > 0).all()) and (not is_sparse(M) or is_symmetric(M))
         self._kept: tuple[Indices, Solve] | None = None
-        self._tridiagonal: Tridiagonal | None = None
-        if is_sparse(M):
-            self._tridiagonal = tridiagonal(M)
+        self._tridiagonal = tridiagonal(M) if is_sparse(M) else None
 
     def solve(self, indices: Indices, b: Vector) -> Vector:
         """Return x after one step of refinement, for b of shape (k,); raise SingularMatrix if M_PP is singular."""
@@ -239,14 +243,9 @@ class PrincipalSolver:
             return np.empty(0)
         solve = self.at(indices)
         with np.errstate(over="ignore", invalid="ignore"):
-            x = solve(b)
-            if is_sparse(self._M):
-                image = product(self.block(indices), x)
-            else:
-                z = np.zeros(self._M.shape[0])
-                z[indices] = x
-                image = product(self._M, z)[indices]
-            refined: Vector = x + solve(b - image)
+            z = np.zeros(self._M.shape[0])
+            z[indices] = x = solve(b)
+            refined: Vector = x + solve(b - product(self._M, z)[indices])
         if not np.isfinite(refined).all():
             raise SingularMatrix
         return refined
@@ -272,14 +271,7 @@ class PrincipalSolver:
 
     def block(self, indices: Indices) -> Matrix:
         """Return M_PP for the indices of P, stored by columns if it is small, so that its rows can be exchanged."""
-        if self._small:
-            return self._M.T.take(indices, 0).take(indices, 1).T
-        n = self._M.shape[0]
-        if is_sparse(self._M) and indices.size < n <= MOST_SELECTED * indices.size:
-            with imports:
-                from lcpcli.linalg.compressed_rows import principal
-            return principal(self._M, indices)
-        return self._M if indices.size == n else self._M[indices][:, indices]
+        return self._M.T.take(indices, 0).take(indices, 1).T if self._small else principal_block(self._M, indices)
 
     def factorized(self, block: Matrix, overwrite: bool = False) -> Solve:
         """Return a solver of systems with M_PP, without refinement; raise SingularMatrix if M_PP is singular."""

@@ -1,4 +1,4 @@
-"""Krylov methods: conjugate gradients and BiCGSTAB, preconditioned; rough eigenvalues and semidefiniteness.
+"""Krylov methods: conjugate gradients, BiCGSTAB and GMRES, preconditioned; rough eigenvalues and semidefiniteness.
 
 M. R. Hestenes and E. Stiefel, Methods of conjugate gradients for solving linear systems, Journal of Research of the
 National Bureau of Standards 49 (1952) 409-436; H. A. van der Vorst, Bi-CGSTAB: a fast and smoothly converging variant
@@ -19,71 +19,75 @@ from lcpcli.linalg.doubles import EPS, generator
 from lcpcli.linalg.entries import row_parts
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, definite_solver
 from lcpcli.linalg.matrices import absolute_product, dense, is_symmetric, plus_diagonal, row_maxima, scaled
-from lcpcli.linalg.units import half_power
 from lcpcli.typing import Matrix, Vector
 
 EIGENVALUE_STEPS = 8  # of power or inverse iteration from a random vector: enough for a factor 3 in an eigenvalue
+MOST_IN_ONE_THREAD = 1 << 10  # numbers of an inner product for which no BLAS uses threads
 # Times n: how far rounding may push eigenvalues of a semidefinite M with diagonal 1 below 0.
 SEMIDEFINITE_ROUNDING = 10 * EPS
 Operator = Callable[[Vector], Vector]
+Measure = Callable[[Vector], float]
 
 
 def dot(u: Vector, v: Vector) -> float:
-    """Return u'v without BLAS."""
-    return float(np.einsum("i,i->", u, v))
+    """Return u'v, by one thread alone."""
+    return float(u @ v if u.size <= MOST_IN_ONE_THREAD else np.einsum("i,i->", u, v))
 
 
 def norm(v: Vector) -> float:
-    """Return |v|_2 without BLAS."""
+    """Return |v|_2, by one thread alone."""
     return float(np.sqrt(dot(v, v)))
 
 
-def conjugate_residuals(A: Operator, b: Vector, steps: int) -> Vector:
-    """Return a rough solution of A x = b, shape (n,), after a few steps of the generalized conjugate residual method,
-    each of which takes one product with A and leaves the least |b - A x|_2 in its Krylov space.
+def gmres(A: Operator, b: Vector, steps: int, precondition: Operator = np.copy, enough: float = 0.0) -> Vector:
+    """Return a rough solution of A x = b, shape (n,), after a few steps, each of which takes one product with A and
+    leaves the least |b - A x|_2 in its Krylov space; fewer once that is at most `enough`.
 
-    S. C. Eisenstat, H. C. Elman, M. H. Schultz, Variational iterative methods for nonsymmetric systems of linear
-    equations, SIAM Journal on Numerical Analysis 20 (1983) 345-357.
+    H. F. Walker and L. Zhou, A simpler GMRES, Numerical Linear Algebra with Applications 1 (1994) 571-581.
+    precondition : an approximate inverse of A; it returns new arrays.
     """
-    x, r, spanned = np.zeros(b.size), b.copy(), list[tuple[Vector, Vector, float]]()
+    x, r, last, spanned = np.zeros(b.size), b.copy(), b, list[tuple[Vector, Vector]]()
     for _ in range(steps):
-        direction = r.copy()
+        direction = precondition(last)
         image = A(direction)
-        for other, other_image, square in spanned:
-            share = dot(image, other_image) / square
+        for other, other_image in 2 * spanned:  # once more against rounding
+            share = dot(image, other_image)
             direction -= share * other
             image -= share * other_image
-        square = dot(image, image)
-        if not 0.0 < square < np.inf:
+        size = norm(image)
+        if not 0.0 < size < np.inf:
             break
-        length = dot(r, image) / square
+        direction /= size
+        image /= size
+        length = dot(r, image)
         x += length * direction
         r -= length * image
-        spanned.append((direction, image, square))
+        if norm(r) <= enough:
+            break
+        spanned.append((direction, image))
+        last = image
     return x
 
 
 def conjugate_gradients(
-    A: Operator, b: Vector, x: Vector, target: float | Vector, max_iterations: int, precondition: Operator
+    A: Operator, b: Vector, x: Vector, most: float, max_iterations: int, precondition: Operator, measure: Measure = norm
 ) -> tuple[Vector, float]:
-    """Solve A x = b for symmetric positive definite A from x, shape (n,), until |b - A x|_2 <= target or, for a target
-    of shape (n,), until |b - A x| <= target.
+    """Solve A x = b for symmetric positive definite A from x, shape (n,), until the residual b - A x is at most `most`
+    by this measure; return the last x, and the size of its residual by the recursion.
 
     A, precondition : products with A and with a symmetric positive definite approximate inverse; they return new
-        arrays; precondition may return its argument. Return the last x, and the size of its residual by the recursion:
-        its norm or, for a target of shape (n,), its largest component relative to that.
+        arrays; precondition may return its argument.
     """
     x = x.copy()
-    r = b - A(x)
-    measure, most = _measure(target)
+    r = b - A(x) if np.count_nonzero(x) else b.copy()
     size = measure(r)
-    direction, rho = np.zeros(b.size), 1.0
+    direction, rho, parts = np.zeros(b.size), 1.0, [*row_parts(b.size)]
     for _ in range(max_iterations):
         if not size > most:
             break
         y = precondition(r)
         rho, previous = dot(r, y), rho
-        for part in row_parts(r.size):
+        for part in parts:
             direction[part] *= rho / previous
             direction[part] += y[part]
         image = A(direction)
@@ -91,28 +95,25 @@ def conjugate_gradients(
         if not (curvature > 0 and rho > 0):
             break
         step = rho / curvature
-        for part in row_parts(r.size):
+        for part in parts:
             r[part] -= step * image[part]
             x[part] += step * direction[part]
         size = measure(r)
     return x, size
 
 
-def _measure(target: float | Vector) -> tuple[Callable[[Vector], float], float]:
-    """Return how the size of a residual is measured, and how large it may be."""
-    if isinstance(target, np.ndarray):
-        parts = [*row_parts(target.size)]
-        return lambda r: float(np.max([(np.abs(r[part]) / target[part]).max() for part in parts], initial=0.0)), 1.0
-    return norm, target
+def relative_to(target: Vector) -> Measure:
+    """Return the measure of a residual by its largest component relative to this target."""
+    parts = [*row_parts(target.size)]
+    return lambda r: float(np.max([(np.abs(r[part]) / target[part]).max() for part in parts], initial=0.0))
 
 
 def bicgstab(
-    A: Operator, b: Vector, x: Vector, target: float | Vector, max_iterations: int, precondition: Operator
+    A: Operator, b: Vector, x: Vector, most: float, max_iterations: int, precondition: Operator, measure: Measure = norm
 ) -> tuple[Vector, float]:
     """Solve A x = b for any nonsingular A, as `conjugate_gradients` does, with two products with A per iteration."""
     x = x.copy()
-    r = b - A(x)
-    measure, most = _measure(target)
+    r = b - A(x) if np.count_nonzero(x) else b.copy()
     shadow, size = r.copy(), measure(r)
     direction, image = np.zeros(b.size), np.zeros(b.size)
     rho = alpha = omega = 1.0
@@ -188,7 +189,7 @@ def is_semidefinite(M: Matrix) -> bool:
     used = maxima.nonzero()[0]
     if used.size < n:  # as for a program, where the rows of its multipliers are 0
         M, diagonal = M[used][:, used], diagonal[used]
-    C = np.exp2(-half_power(diagonal))  # powers of two: M stays symmetric
+    C = np.exp2(-np.rint(0.5 * np.log2(diagonal)))  # powers of two: M stays symmetric
     M = plus_diagonal(scaled(M, C, C), SEMIDEFINITE_ROUNDING * n)
     if used.size > MOST_NUMPY_ROWS:
         return definite_solver(M) is not None

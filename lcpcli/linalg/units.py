@@ -14,7 +14,6 @@ Systems with a singular matrix: a solution, what all solutions share, and whethe
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -53,27 +52,23 @@ class Units:
     def largest_of_rows(self, values: Vector) -> Vector:
         """Return the largest value in each component, for values of rows, shape (..., n); minus infinity in an empty
         component."""
-        return self._largest(values, lambda: self._order_of_rows)
+        return self._largest(values, 0)
 
     def largest_of_columns(self, values: Vector) -> Vector:
         """Return the same for values of columns."""
-        return self._largest(values, lambda: self._order_of_columns)
+        return self._largest(values, 1)
 
-    def _largest(self, values: Vector, order: Callable[[], tuple[Indices, Indices, Indices]]) -> Vector:
+    def _largest(self, values: Vector, side: int) -> Vector:
         if self.parts == 1:
             return np.asarray(values.max(axis=-1, keepdims=True, initial=-np.inf))
-        ordered, numbers, starts = order()
+        ordered, numbers, starts = self._orders[side]
         found = np.full((*values.shape[:-1], self.parts), -np.inf)
         found[..., numbers] = np.maximum.reduceat(values[..., ordered], starts, axis=-1)
         return found
 
     @cached_property
-    def _order_of_rows(self) -> tuple[Indices, Indices, Indices]:
-        return _by_parts(self.row_part)
-
-    @cached_property
-    def _order_of_columns(self) -> tuple[Indices, Indices, Indices]:
-        return _by_parts(self.column_part)
+    def _orders(self) -> list[tuple[Indices, Indices, Indices]]:
+        return [_by_parts(part) for part in (self.row_part, self.column_part)]
 
 
 def _by_parts(part: Indices) -> tuple[Indices, Indices, Indices]:

@@ -45,13 +45,13 @@ def multilevel(problem: Problem, symmetric: bool | None = None) -> Stage:
     if not problem.M.diagonal().min() > 0:
         return Breakdown(NOT_POSITIVE)
     hierarchy = Hierarchy(problem.M)
-    if hierarchy.stuck:
+    if hierarchy.is_stuck:
         return Breakdown("coarsening M does not make it much smaller")
     try:
         z = FullApproximation(hierarchy, problem.q, problem.box).solution()
     except SingularMatrix:
         return Breakdown("a coarse version of M is singular")
-    cycles, operator = VCycles(hierarchy), hierarchy.operators[0] if hierarchy.operators else None
+    cycles, operator = VCycles(hierarchy), hierarchy.levels[0].operator if hierarchy.levels else None
     del hierarchy  # in double precision
     return (yield from active_set(problem, z, cycles, symmetric, operator))
 

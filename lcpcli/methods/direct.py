@@ -23,13 +23,7 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROUNDED_ZERO, ROW_ROUNDING, row_sizes
 from lcpcli.linalg.factors import each_product, principal_inverses
 from lcpcli.linalg.matrices import TINY_TERMS, is_narrow, is_sparse, row_errors
-from lcpcli.methods.final_states import (
-    HIDDEN_TERM,
-    LONG_NUMBER,
-    confirmed,
-    hides_term_of_row,
-    without_rounding,
-)
+from lcpcli.methods.final_states import HIDDEN_TERM, LONG_NUMBER, confirmed, hides_term_of_row, without_rounding
 from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program

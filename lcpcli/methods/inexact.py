@@ -15,7 +15,7 @@ from lcpcli.basis.exchanges import BasicSolution, exchanging
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import EPS, ROUNDING
 from lcpcli.linalg.factors import SingularMatrix, Solve
-from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, dot, identity, norm
+from lcpcli.linalg.krylov import Measure, bicgstab, conjugate_gradients, dot, identity, norm, relative_to
 from lcpcli.linalg.matrices import absolute_product, is_symmetric
 from lcpcli.linalg.stencils import Operator
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
@@ -155,12 +155,12 @@ class Inexact:
         """Approximate the basic solution of a basis to rounding level; raise SingularMatrix if that takes too long."""
         terms = self.terms()
         most = np.maximum(ROUNDING * terms, ACCURACY * np.minimum(terms, np.abs(self.q).max())) + TINY
-        if not self._approach(basis, most, FINAL_STEPS) <= 1:
+        if not self._approach(basis, 1.0, FINAL_STEPS, relative_to(most)) <= 1:
             raise SingularMatrix(f"{FINAL_STEPS} steps with a preconditioner did not solve a system")
         return self._found(basis)
 
-    def _approach(self, basis: States, target: float | Vector, most: int) -> float:
-        """Move z towards the basic solution of a basis; return the size of the residual that is left."""
+    def _approach(self, basis: States, target: float, most: int, measure: Measure = norm) -> float:
+        """Move z towards the basic solution of a basis; return what its residual is by this measure."""
         z, basic = self.box.nonbasic(basis), basis == BASIC
         mask = basic.astype(float)
         if self._precondition is not None and (self._solve is identity or not np.array_equal(basis, self.basis)):
@@ -173,7 +173,7 @@ class Inexact:
             return np.asarray(self._operator(v, mask, self._image))
 
         with np.errstate(all="ignore"):
-            y, left = self._method(product, b, self.z * mask, target, most, self._solve)
+            y, left = self._method(product, b, self.z * mask, target, most, self._solve, measure)
         z += y
         self.z, self.basis = z, basis
         self._measure()

@@ -19,6 +19,7 @@ import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolution, exchanging
 from lcpcli.errors import ProblemError
+from lcpcli.linalg.doubles import largest
 from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.matrices import compressed_multiplier, is_sparse, multiplier, plus_diagonal, principal
 from lcpcli.linalg.shifted_systems import SuperLU, Systems, systems
@@ -182,7 +183,9 @@ class Run:
                 best, least = at, merit
             if merit < CLOSE_MERIT and merit < MERIT_DROP * tried:
                 tried = merit
-                yield from self._finish(solutions, at)  # before the point itself, which is less accurate
+                yield from self._exchanged(
+                    solutions, at.z, _active(self._within, at)
+                )  # before `at`, which is less accurate
             if lengths:
                 step = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {regularization.rho:.0e}"
                 yield self._shown(at.z, step)._replace(signs_final=mu < SMALL_MU)  # else the next ones are better
@@ -200,14 +203,9 @@ class Run:
             self._count += 1
         if proof := proof_of(self._given, self._within, (at.z,)):
             return NoSolution(proof)
-        yield from self._finish(solutions, best, last=True)
+        yield from self._exchanged(solutions, best.z, _active(self._within, best), last=True)
         yield self._shown(best.z, BEST)
         return Stalled("its steps no longer reduce the residual")
-
-    def _finish(self, own: _BasicSolutions, at: PrimalDualPoint, last: bool = False) -> Iterator[Iterate]:
-        """Yield the basic solutions of the active set of a point, before and after exchanges. Their signs are final if
-        the point is the last one, or if they solve the problem up to rounding."""
-        yield from self._exchanged(own, at.z, _active(self._within, at), last)
 
     def at_point(self, x: Vector, rounds: int = START_ROUNDS, far: float = 0.0) -> Stage:
         """Yield the basic solutions of the states of an x in the given units.
@@ -229,13 +227,14 @@ class Run:
         self, own: _BasicSolutions, z: Vector, states: States, last: bool = False, far: float = FAR_RESIDUAL
     ) -> Iterator[Iterate]:
         """Yield the basic solutions of these states, before and after exchanges, near z, while their residual is at
-        most `far` or not much larger than the least one."""
+        most `far` or not much larger than the least one. Their signs are final for the last point, or if they solve the
+        problem up to rounding."""
         inner = self._within.problem
         own.z, own.is_last = inner.box.project(z), last
-        least = own.residual(own.z, inner.M @ own.z + inner.q)
+        least = largest(inner.box.gaps(own.z, inner.w(own.z)))
         with suppress(SingularMatrix):
             for found in islice(exchanging(own, states), EXCHANGE_ROUNDS):
-                size = own.residual(found.z, found.w)
+                size = largest(inner.box.gaps(found.z, found.w))
                 if not size <= max(WORSE_FACTOR * least, far):
                     return  # of a wrong basis, nearly singular
                 least = min(size, least)
@@ -273,7 +272,7 @@ class _BasicSolutions:
         *found, reduction = _proximal(problem, z, basic, self._by_diagonal_pivots(basic, self._factors))
         if reduction > POOR_REDUCTION and self.is_last and is_sparse(M):
             with suppress(SingularMatrix):
-                solver = SuperLU(M[basic][:, basic], pivoting=True)
+                solver = SuperLU(principal(M, basic), pivoting=True)
                 solver.factorize(np.full(basic.size, PROXIMAL_SHIFT))
                 *other, other_reduction = _proximal(problem, z, basic, solver.solve)
                 found = other if other_reduction < reduction else found
@@ -297,9 +296,6 @@ class _BasicSolutions:
             return factors.solve(b)[basic]
 
         return solve
-
-    def residual(self, z: Vector, w: Vector) -> float:
-        return float(np.abs(z - self.box.project(z - w)).max())
 
 
 def _active(within: SlackForm, at: PrimalDualPoint) -> States:

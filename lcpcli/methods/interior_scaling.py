@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.units import units
 from lcpcli.model.changes import Change
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Matrix, Vector
@@ -77,7 +77,7 @@ def slack_form(problem: Problem, by_units: bool = False) -> SlackForm:
     if by_units and problem.signs is not None:
         d = problem.units.diagonals()[0][kept]
     else:
-        d = _ruiz(M, _balanced(M, (q, lower, upper)), problem.signs is not None)
+        d = _ruiz(M, _balanced(M), problem.signs is not None)
     M = matrices.scaled(M, d, d)
     q, lower, upper = q * d, lower / d, upper / d
     finite = [v[np.isfinite(v)] for v in (lower, upper)]
@@ -90,37 +90,16 @@ def slack_form(problem: Problem, by_units: bool = False) -> SlackForm:
     return SlackForm(inner, problem, kept, d * largest, S, *ends)
 
 
-def _balanced(M: Matrix, vectors: tuple[Vector, Vector, Vector]) -> Vector:
-    """Return a diagonal D for which the entries of D M D are about 1, and D q, D^-1 l and D^-1 u of similar size, if
-    the entries of M are far apart, as Ruiz's scaling is not unique for bipartite parts of M; else a common factor, if
-    they are all far from 1.
-
-    Least squares for the logarithms: A. R. Curtis, J. K. Reid, On the automatic scaling of matrices for Gaussian
-    elimination, IMA J. Appl. Math. 10 (1972) 118-124.
-    """
-    n, numbers = M.shape[0], M.data if is_sparse(M) else M
+def _balanced(M: Matrix) -> Vector:
+    """Return a diagonal D for which the entries of D M D are about 1, if they are far apart, as Ruiz's scaling is not
+    unique for bipartite parts of M; else a common factor, if they are all far from 1."""
+    numbers = M.data if is_sparse(M) else M
     sizes = np.log2(np.abs(numbers[numbers != 0]))
-    if not sizes.size or np.ptp(sizes) <= ENTRIES_FAR_APART:
-        middle = -0.5 * float(sizes.max(initial=0.0))
-        return np.full(n, np.exp2(np.rint(middle)) if abs(middle) > ENTRIES_FAR_APART / 2 else 1.0)
-    with imports:
-        from scipy.sparse import coo_array, csr_array
-        from scipy.sparse.linalg import lsqr
-    entries = coo_array(M)
-    entries.eliminate_zeros()
-    sizes = np.log2(np.abs(entries.data))
-    used = [np.flatnonzero(np.isfinite(v) & (v != 0)) for v in vectors]
-    first = np.concatenate((entries.row, *used))
-    second = np.concatenate((entries.col, np.full(sum(each.size for each in used), n)))
-    sign = np.concatenate((np.ones(sizes.size + used[0].size), -np.ones(used[1].size + used[2].size)))
-    common = np.concatenate((np.ones(sizes.size), -np.ones(second.size - sizes.size)))
-    b = -np.concatenate((sizes, *(np.log2(np.abs(v[i])) for v, i in zip(vectors, used, strict=True))))
-    rows = np.arange(b.size)
-    A = csr_array(
-        (np.concatenate((sign, common)), (np.tile(rows, 2), np.concatenate((first, second)))), (b.size, n + 1)
-    )
-    logarithms: Vector = lsqr(A, b, atol=1e-3, btol=1e-3)[0][:n]
-    return np.exp2(np.rint(logarithms))
+    if sizes.size and np.ptp(sizes) > ENTRIES_FAR_APART:
+        found = units(M)
+        return np.asarray(np.exp2(np.rint((found.rows + found.columns) / 2)))
+    middle = -0.5 * float(sizes.max(initial=0.0))
+    return np.full(M.shape[0], np.exp2(np.rint(middle)) if abs(middle) > ENTRIES_FAR_APART / 2 else 1.0)
 
 
 def _ruiz(M: Matrix, start: Vector, symmetric: bool) -> Vector:

@@ -1,9 +1,8 @@
 """The linear systems of the interior point method's steps.
 
 The systems (M + D) x = b are solved more accurately than by their regularized factors, of M + D + rho, alone:
-refinement removes rho, and where it converges slowly, GMRES takes over with the factors as its preconditioner (Y. Saad,
-M. H. Schultz, SIAM J. Sci. Stat. Comput. 7 (1986) 856-869). rho grows where the factors themselves are poor, and
-shrinks where rho itself slows refinement.
+refinement removes rho, and where it converges slowly, GMRES takes over, with the factors as its preconditioner.
+rho grows where the factors themselves are poor, and shrinks where rho itself slows refinement.
 
 The steps of the interior point method.
 
@@ -22,6 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.krylov import gmres
 from lcpcli.linalg.matrices import multiplier
 from lcpcli.linalg.shifted_systems import Systems
 from lcpcli.methods.interior_scaling import SlackForm
@@ -32,7 +32,7 @@ SLOW_REFINEMENT = 0.3  # the factor per refinement above which GMRES takes over
 LEAST_ACCURACY = 1e-13  # of a solution, relative to the right-hand side: more is out of reach in doubles
 DOUBTFUL_RESIDUAL = 1e-5  # relative to the right-hand side: refinement that leaves more calls for a smaller rho
 POOR_FACTORS, USELESS_FACTORS = 1e-7, 1e-2  # the same of the factors: a larger rho next time, or at once
-GMRES_STEPS, GMRES_LOOK = 8, 4  # at most, and between looks at what is left
+GMRES_STEPS = 8  # at most
 
 
 @dataclass
@@ -105,29 +105,15 @@ class AccurateSystems:
         return x, r, left
 
     def _by_gmres(self, x: Vector, r: Vector, b: Vector, goal: float) -> tuple[Vector, Vector, float]:
-        """Return x, its residual and the norm of the residual after at most GMRES_STEPS, which minimize that norm."""
+        """Return x, its residual and the norm of the residual after at most GMRES_STEPS."""
         self._used_gmres, weights = True, self._weights
-        V, Z = np.empty((GMRES_STEPS + 1, b.size)), np.empty((GMRES_STEPS, b.size))
-        H, target = np.zeros((GMRES_STEPS + 1, GMRES_STEPS)), np.zeros(GMRES_STEPS + 1)
-        V[0] = weights * r
-        target[0] = np.linalg.norm(V[0])
-        V[0] /= target[0]
-        for k in range(GMRES_STEPS):
-            Z[k] = self._systems.solve(V[k] / weights)
-            V[k + 1] = weights * self._product(Z[k])
-            for _ in range(2):  # once more against rounding
-                along = V[: k + 1] @ V[k + 1]
-                V[k + 1] -= along @ V[: k + 1]
-                H[: k + 1, k] += along
-            H[k + 1, k] = size = float(np.linalg.norm(V[k + 1]))
-            if not 0 < size < np.inf:
-                return x, r, self._norm(r)
-            V[k + 1] /= size
-            if (k + 1) % GMRES_LOOK == 0:
-                y = np.linalg.lstsq(H[: k + 2, : k + 1], target[: k + 2], rcond=None)[0]
-                if np.linalg.norm(H[: k + 2, : k + 1] @ y - target[: k + 2]) <= 0.1 * goal:
-                    break
-        better = x + y @ Z[: y.size]
+        better = x + gmres(
+            lambda v: weights * self._product(v),
+            weights * r,
+            GMRES_STEPS,
+            lambda v: self._systems.solve(v / weights),
+            0.1 * goal,
+        )
         residual = b - self._product(better)
         size, left = self._norm(residual), self._norm(r)
         return (better, residual, size) if size < left else (x, r, left)

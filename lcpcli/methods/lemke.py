@@ -14,22 +14,13 @@ from contextlib import suppress
 import numpy as np
 
 from lcpcli.basis import tableau
-from lcpcli.basis.bounded_form import CANCELLED
-from lcpcli.basis.free_variables import Reduction
+from lcpcli.basis.free_variables import CANCELLED, Reduction
 from lcpcli.basis.tableau import PAUSED, RAY, SOLVED
 from lcpcli.linalg import matrices
 from lcpcli.methods.direct import as_dense
-from lcpcli.methods.lemke_path import Follow, LemkePath, solution_at
+from lcpcli.methods.lemke_path import Follow, LemkePath, settled, solution_at
 from lcpcli.methods.registry import LARGEST, LEXICOGRAPHIC, METHODS, ONES
-from lcpcli.methods.small_numbers import settled
-from lcpcli.methods.stages import (
-    Breakdown,
-    Finished,
-    Iterate,
-    NoSolution,
-    Stage,
-    Stalled,
-)
+from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled
 from lcpcli.model.problem import Problem
 from lcpcli.rational.pivoting import IntegerTableau
 from lcpcli.typing import Vector
@@ -114,10 +105,7 @@ def pivoted(
 
 
 def path_to_end(
-    problem: Problem,
-    follow: Follow,
-    reduction: Reduction,
-    is_sure: Callable[[], bool] = lambda: True,
+    problem: Problem, follow: Follow, reduction: Reduction, is_sure: Callable[[], bool] = lambda: True
 ) -> LemkePath:
     """Return the path at its end, or where a basis is singular or it has taken too many pivots."""
     path = LemkePath(reduction, problem.q, 0, False, follow)

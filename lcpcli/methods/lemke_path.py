@@ -1,6 +1,13 @@
 """Lemke's path for a mixed problem, in the bounded variables that `free_variables` leaves of it.
 
 The solution at a basis, as where Lemke's path ends, computed anew from M and q.
+
+What is left of a problem at a point that solves it but for rows of small numbers, as a problem of its own.
+
+A path ends once z_0 is within rounding of the largest numbers, before numbers decide that are smaller by sixteen
+digits, as those of bodies at rest: momenta of 1e-17 beside impulses of 1. At the point z that it finds, M (z + s d) + q
+= s (M d + (M z + q) / s): in units s of what is violated this is a problem in d with the bounds (l - z) / s, in which
+components far inside their bounds are free, and those with a large w stay where they are.
 """
 
 from __future__ import annotations
@@ -15,15 +22,16 @@ from lcpcli.basis import tableau
 from lcpcli.basis.exchanges import BasicSolution, BasicSolutions, basic_solution
 from lcpcli.basis.free_variables import Reduction
 from lcpcli.basis.tableau import PAUSED, RAY, SOLVED, begin, refactorize, tableau_of
+from lcpcli.errors import ProblemError
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import generator
+from lcpcli.linalg.doubles import SIGN_ROUNDING, generator
 from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.matrices import absolute_product
 from lcpcli.methods.registry import ONES
-from lcpcli.methods.small_numbers import violations
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
-from lcpcli.typing import States, Vector
+from lcpcli.typing import Mask, States, Vector
 
 Follow: TypeAlias = Callable[..., tuple[int, int, int, float]]
 
@@ -130,7 +138,7 @@ def solution_at(problem: Problem, M: Vector, near: Vector, basis: States) -> tup
     box = problem.box
     z = basic_solution(problem, near, basis, M)
     first = box.project(z)
-    if not np.count_nonzero(violations(problem, first).rows):
+    if not np.count_nonzero(violations(problem, first)[2]):
         return first, True
     solutions = BasicSolutions(problem)
     for _ in range(LITERAL_STEPS):
@@ -154,7 +162,51 @@ def confirmed(problem: Problem, basis: States, near: Vector | None) -> Stage:
         z = box.project(basic_solution(problem, near, basis, M))
     except SingularMatrix:
         return Breakdown("the principal submatrix of the given states is singular")
-    if violations(problem, z).rows.any():
+    if violations(problem, z)[2].any():
         return Stalled("the given states are not those of a solution")
     yield Iterate(box.x_within(z, problem.w(z), box.basis_at(z)), None, "block", 1, basis=basis)
     return Finished()
+
+
+MOST_LEVELS = 3
+SMALL = 1e-8  # relative to the largest |q|: violations above this are not those of small numbers
+FAR = 1e4  # in units of the violations: distances from bounds, and sizes of w, that stay as they are
+NOISE = 1e-10  # in these units: components of z and of w that are rounding of 0
+
+
+def violations(problem: Problem, z: Vector) -> tuple[Vector, Vector, Mask]:
+    """Return how a z within its bounds violates the problem: w = M z + q with 0 in place of what may be rounding of 0,
+    the natural residuals of the rows, and in which rows these are more than rounding."""
+    w = problem.w(z)
+    gaps = np.abs(problem.box.gaps(z, w))
+    rounding = SIGN_ROUNDING * (absolute_product(problem.M, np.abs(z)) + np.abs(problem.q))
+    return np.where(np.abs(w) <= rounding, 0.0, w), gaps, gaps > rounding
+
+
+@np.errstate(all="ignore")
+def settled(problem: Problem, z: Vector, solve: Callable[[Problem], Vector | None]) -> Vector:
+    """Return z with small numbers settled, as far as `solve` finds solutions of what is left."""
+    for _ in range(MOST_LEVELS):
+        w, gaps, violated = violations(problem, z)
+        size = gaps.max(where=violated, initial=0.0)
+        if not 0.0 < size <= SMALL * np.abs(problem.q_ref).max():
+            break
+        try:
+            d = solve(_left(problem, z, w, violated, size))
+        except ProblemError:
+            break
+        if d is None or not np.isfinite(d).all():
+            break
+        z = z + size * d
+        z = problem.box.project(np.where(np.abs(z) <= NOISE * size, 0.0, z))
+    return z
+
+
+def _left(problem: Problem, z: Vector, w: Vector, violated: Mask, size: float) -> Problem:
+    """Return the problem that is left at z, in units of this size."""
+    lower, upper = ((bound - z) / size for bound in problem.box.vectors(problem.n))
+    stays = ((lower >= 0.0) & (w > FAR * size)) | ((upper <= 0.0) & (w < -FAR * size))
+    lower, upper = np.where(lower < -FAR, -np.inf, lower), np.where(upper > FAR, np.inf, upper)
+    is_settled = (np.isinf(lower) & np.isinf(upper) & ~violated) | stays | (np.abs(w) <= NOISE * size)
+    q = np.where(is_settled, 0.0, w / size)
+    return Problem(problem.M, q, lower=np.where(stays, 0.0, lower), upper=np.where(stays, 0.0, upper))

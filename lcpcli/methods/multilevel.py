@@ -53,32 +53,31 @@ MOST_PADDED = 2  # times the entries of a graph: those of a table of neighbours,
 FEW_LEFT = 50  # one node in so many may be farther than 2 from all roots
 
 
-class Hierarchy:
-    """Coarse versions P'AP of a matrix, each with the prolongation P to the next finer level.
+class Level(NamedTuple):
+    """A matrix of a hierarchy by its products, with the weights of its Jacobi relaxation, and the way to the next one.
 
-    matrices : from the given one to the coarsest; scipy.sparse.csr_array. operators : products with them.
-    restrictions : P' from matrices[k] to matrices[k + 1], one fewer than matrices; csr_array. prolongations : their
-        transposes, which share their arrays. tentative : the prolongations before they are smoothed, with one entry a
-        row, in order, and orthonormal columns.
-    weights : those of Jacobi relaxation with matrices[k]. coarsest : the last matrix, dense.
+    P : the prolongation from there, and R : P', which shares its arrays. T : P before it is smoothed, with one entry a
+    row, in order, and orthonormal columns. coarse : the next matrix, P'AP.
     """
 
-    operators: list[Operator]
-    restrictions: list[Matrix]
-    prolongations: list[Matrix]
-    tentative: list[Matrix]
-    weights: list[Vector]
+    operator: Operator
+    weights: Vector
+    R: Matrix
+    P: Matrix
+    T: Matrix
+    coarse: Matrix
+
+
+class Hierarchy:
+    """Coarse versions of A, a csr_array with a positive diagonal, until COARSEST unknowns are left.
+
+    levels : of all matrices but the last. coarsest : the last one, dense. is_stuck : whether a level failed to become
+    much smaller; then there is none.
+    """
 
     def __init__(self, A: Matrix) -> None:
-        """Coarsen A, a csr_array with a positive diagonal, until COARSEST unknowns are left.
-
-        `stuck` : whether a level failed to become much smaller.
-        """
-        self.matrices, self.operators, self.weights = [A], [], []
-        self.restrictions, self.prolongations, self.tentative = [], [], []
-        self.stuck = False
-        candidate = np.ones(A.shape[0])
-        strength = STRENGTH
+        self.levels, self.n, most = list[Level](), A.shape[0], MAX_ENTRIES_RATIO * A.nnz
+        candidate, strength, self.is_stuck = np.ones(self.n), STRENGTH, False
         while A.shape[0] > COARSEST:
             weights, operator = _jacobi(A), Operator(A)
             candidate = _relaxed(operator, weights, candidate)
@@ -87,16 +86,10 @@ class Hierarchy:
             P = _smoothed(T, strong, weights)
             R = P.T.tocsr()
             A = R @ (A @ P)
-            is_dense = A.nnz > MAX_ENTRIES_RATIO * self.matrices[0].nnz
-            self.stuck = is_dense or P.shape[1] > MAX_UNKNOWNS_RATIO * P.shape[0]
-            if self.stuck:
+            self.is_stuck = A.nnz > most or P.shape[1] > MAX_UNKNOWNS_RATIO * P.shape[0]
+            if self.is_stuck:
                 return
-            self.matrices.append(A)
-            self.operators.append(operator)
-            self.restrictions.append(R)
-            self.prolongations.append(R.T)
-            self.tentative.append(T)
-            self.weights.append(weights)
+            self.levels.append(Level(operator, weights, R, R.T, T, A))
             strength /= 2
         self.coarsest = dense(A)
 
@@ -198,33 +191,35 @@ MOSTLY_BASIC = 0.8  # of an aggregate, by weight: it takes part in the correctio
 REGULAR = 1e-14  # of the largest diagonal entry: what a coarsest matrix gets added
 
 
-class _Level(NamedTuple):
+class _Single(NamedTuple):
     """What a V-cycle needs of one level, in single precision.
 
     shares : those of the unknowns in their aggregates. work : two vectors, which a cycle overwrites.
     """
 
     operator: Operator
-    restriction: Matrix
-    prolongation: Matrix
     weights: Any
+    R: Matrix
+    P: Matrix
     aggregate: Any
     shares: Any
     work: Any
+
+    @classmethod
+    def of(cls, level: Level) -> _Single:
+        R, T, work = _single(level.R), level.T, np.empty((2, level.weights.size), dtype=np.float32)
+        return cls(
+            *(level.operator.in_single_precision(), _single(level.weights), R, R.T),
+            *(T.indices, _single(T.data**2), work),
+        )
 
 
 class VCycles:
     """One V-cycle for each principal submatrix of the finest matrix of a hierarchy."""
 
     def __init__(self, hierarchy: Hierarchy) -> None:
-        self._levels = []
-        each = hierarchy.operators, hierarchy.restrictions, hierarchy.weights, hierarchy.tentative
-        for operator, R, weights, T in zip(*each, strict=True):
-            single = _single(R)
-            arrays = _single(weights), T.indices, _single(T.data**2), np.empty((2, weights.size), dtype=np.float32)
-            self._levels.append(_Level(operator.in_single_precision(), single, single.T, *arrays))
-        self._coarsest, n = hierarchy.coarsest, hierarchy.matrices[0].shape[0]
-        self._ends = np.empty(n, dtype=np.float32), np.empty(n)
+        self._levels, self._coarsest = list(map(_Single.of, hierarchy.levels)), hierarchy.coarsest
+        self._ends = np.empty(hierarchy.n, dtype=np.float32), np.empty(hierarchy.n)
         self._last: tuple[Mask, Solve] | None = None
 
     def __call__(self, basic: Mask) -> Solve:
@@ -235,7 +230,7 @@ class VCycles:
         SingularMatrix."""
         masks = [basic]
         for level in self._levels:
-            shares = np.bincount(level.aggregate, level.shares * masks[-1], level.restriction.shape[0])
+            shares = np.bincount(level.aggregate, level.shares * masks[-1], level.R.shape[0])
             masks.append(shares > MOSTLY_BASIC)
         basic = masks.pop()
         if self._last is None or not np.array_equal(basic, self._last[0]):
@@ -271,12 +266,12 @@ def _inverse(A: Vector, basic: Mask) -> Solve:
     return partial(np.matmul, inverse)
 
 
-def _v_cycle(level: _Level, weights: Any, mask: Any, coarse: Solve, b: Any) -> Any:
+def _v_cycle(level: _Single, weights: Any, mask: Any, coarse: Solve, b: Any) -> Any:
     A, (x, y), (first, second) = level.operator, level.work, SWEEPS
     np.multiply(weights, b, out=x)
     x *= first
     A.relaxed(x, b, weights, second, y)
-    change = level.prolongation @ coarse(level.restriction @ A.residual(y, b, mask, x))
+    change = level.P @ coarse(level.R @ A.residual(y, b, mask, x))
     change *= mask
     y += change
     A.relaxed(y, b, weights, second, x)
@@ -295,19 +290,19 @@ class FullApproximation:
     """Approximate solutions of the problem of a matrix, given by q and bounds, on each level of a hierarchy."""
 
     def __init__(self, hierarchy: Hierarchy, q: Vector, box: Box) -> None:
-        self._levels, self._q, self._boxes = hierarchy, [q], [box]
+        self._levels, self._q, self._boxes = hierarchy.levels, [q], [box]
         self._coarsest_like = Problem(hierarchy.coarsest, np.zeros(len(hierarchy.coarsest)))
-        for R, T in zip(hierarchy.restrictions, hierarchy.tentative, strict=True):
-            self._q.append(R @ self._q[-1])
-            self._boxes.append(self._boxes[-1].mapped(T.T.__matmul__))
+        for level in self._levels:
+            self._q.append(level.R @ self._q[-1])
+            self._boxes.append(self._boxes[-1].mapped(level.T.T.__matmul__))
 
     def solution(self) -> Vector:
         """Return an approximate solution, which is 0 or the nearest bounds where cycles diverge."""
         z = self._boxes[-1].project(np.zeros(self._q[-1].size))
         z = self._coarsest(z, self._q[-1])
-        for level in reversed(range(len(self._levels.restrictions))):
+        for level in reversed(range(len(self._levels))):
             q, box = self._q[level], self._boxes[level]
-            z = box.project(self._levels.prolongations[level] @ z)
+            z = box.project(self._levels[level].P @ z)
             for _ in range(CYCLES):
                 z = self._cycle(level, z, q)
             other = box.project(np.zeros(q.size))
@@ -327,13 +322,13 @@ class FullApproximation:
         return z
 
     def _states(self, z: Vector) -> States:
-        w = self._levels.operators[0](z)
+        w = self._levels[0].operator(z)
         w += self._q[0]
-        w *= self._levels.weights[0]
+        w *= self._levels[0].weights
         return self._boxes[0].basis_at(z, w)
 
     def _energy(self, level: int, z: Vector) -> float:
-        w = self._levels.operators[level](z)
+        w = self._levels[level].operator(z)
         w *= 0.5
         w += self._q[level]
         return dot(z, w)
@@ -341,17 +336,16 @@ class FullApproximation:
     def _cycle(self, level: int, z: Vector, q: Vector) -> Vector:
         """Return a better z for A z + q, with A the matrix of the level."""
         check()
-        levels, box = self._levels, self._boxes[level]
-        if level == len(levels.restrictions):
+        if level == len(self._levels):
             return self._coarsest(z, q)
-        A, P, T = levels.operators[level], levels.prolongations[level], levels.tentative[level]
+        (A, _, R, P, T, A_coarse), box = self._levels[level], self._boxes[level]
         z = self._relaxed(level, z, q)
         w = A(z)
         w += q
         free = _free(box, z, w)
         partly = np.bincount(T.indices, weights=free, minlength=T.shape[1]) > 0
         coarse, given = T.T @ z, np.where(free | ~partly[T.indices], w, 0.0)
-        own = levels.restrictions[level] @ given - levels.matrices[level + 1] @ coarse
+        own = R @ given - A_coarse @ coarse
         better = coarse
         for _ in range(CYCLES if level else 1):
             better = self._cycle(level + 1, better, own)
@@ -363,15 +357,15 @@ class FullApproximation:
         return self._relaxed(level, box.project(z + change), q)
 
     def _relaxed(self, level: int, z: Vector, q: Vector) -> Vector:
-        A, weights, load = self._levels.operators[level], self._levels.weights[level], -q
+        load = -q
         for _ in range(SWEEPS_OF_LEVEL):
-            z = self._boxes[level].project(A.relaxed(z, load, weights))
+            z = self._boxes[level].project(self._levels[level].operator.relaxed(z, load, self._levels[level].weights))
         return z
 
     def _coarsest(self, z: Vector, q: Vector) -> Vector:
         """Return the solution on the coarsest level by block pivoting from z, or where that cycles."""
         box = self._boxes[-1]
-        basis = box.basis_at(z, self._levels.coarsest @ z + q)
+        basis = box.basis_at(z, self._coarsest_like.M @ z + q)
         for found in islice(BasicSolutions(like_with(self._coarsest_like, q, box)).exchanging(basis), COARSEST_PIVOTS):
             if found.is_solution:
                 break

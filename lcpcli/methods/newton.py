@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lcpcli.basis.exchanges import BasicSolutions
+from lcpcli.basis.exchanges import BasicSolutions, System
 from lcpcli.clock import imports
 from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix
-from lcpcli.linalg.krylov import conjugate_residuals
+from lcpcli.linalg.krylov import gmres
 from lcpcli.linalg.matrices import is_narrow, is_sparse, product
 from lcpcli.methods.direct import Safeguard
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
@@ -39,7 +39,7 @@ FAST_STEP = 0.5  # of the violations: what a fast step from given states leaves 
 # Other steps after which states are not nearly right; a step costs little if the band is narrow.
 SLOW_STEPS, SLOW_STEPS_NARROW = 2, 12
 
-GLANCES = 2  # conjugate residual steps that decide whether the states of a start are worth a factorization:
+GLANCES = 2  # steps of GMRES that decide whether the states of a start are worth a factorization:
 MOST_WRONG_AT_A_GLANCE = 0.4  # of all signs; of random states it is half, of right ones a quarter or fewer
 NEAR_BOUND = 1e-9  # relative to the largest |z_i|: how far rounding may have moved z beyond a bound
 
@@ -50,7 +50,7 @@ NO_STEP = np.empty(0)  # stands for no further step
 MAX_CHANGE = 0.004  # of n: the change of P per iterate up to which it counts as nearly unchanged
 
 
-def newton(problem: Problem, x0: Vector, patience: float = math.inf, hasty: bool = False) -> Stage:
+def newton(problem: Problem | System, x0: Vector, patience: float = math.inf, hasty: bool = False) -> Stage:
     """Exchange all indices whose z_i or w_i is negative; after BLOCK_PATIENCE steps without a new minimum of their
     number, exchange only the least index.
 
@@ -65,9 +65,10 @@ def newton(problem: Problem, x0: Vector, patience: float = math.inf, hasty: bool
     Yields x = (z - w) / 2 of the basic solutions, with step "block" or "least index". Finished : at a solution.
     Stalled : there were too many exchanges. Breakdown : M_PP is singular.
     """
-    guard, step = Safeguard(problem.n, patience), "block"
+    system = problem if isinstance(problem, System) else BasicSolutions(problem)
+    guard, step = Safeguard(x0.size, patience), "block"
     try:
-        for evaluations, found in enumerate(BasicSolutions(problem).exchanging(problem.box.basis_of(x0)), 1):
+        for evaluations, found in enumerate(system.exchanging(system.box.basis_of(x0)), 1):
             yield Iterate(found.x, None, step, evaluations, signs_final=found.is_solution)
             infeasible = int(np.count_nonzero(found.wrong))
             if not infeasible:
@@ -75,7 +76,7 @@ def newton(problem: Problem, x0: Vector, patience: float = math.inf, hasty: bool
             guard.choose(found.wrong, infeasible)
             if guard.left < 0:
                 return Stalled("the least-index steps were not enough")
-            if hasty and guard.is_hopeless(problem.n):
+            if hasty and guard.is_hopeless(x0.size):
                 return Stalled(SLOW)
             step = LEAST_INDEX if guard.single else "block"
     except SingularMatrix as error:
@@ -107,11 +108,7 @@ def iterates_of(made: Iterable[Made]) -> Iterator[Iterate]:
 
 
 def dense_route(
-    problem: Problem,
-    x0: Vector,
-    patience: float = LEAST_INDEX_STEPS,
-    steps: Steps | None = None,
-    hasty: bool = False,
+    problem: Problem, x0: Vector, patience: float = LEAST_INDEX_STEPS, steps: Steps | None = None, hasty: bool = False
 ) -> Stage:
     """Run newton from x0 or, if x0 = 0, from the reference point and its w (z = 0 and w = q for an LCP); for large n,
     from the active set at which projected gradients arrive.
@@ -176,7 +173,7 @@ def _is_far(problem: Problem, basis: States) -> bool:
         return False
     z, factors = problem.box.nonbasic(basis), np.where(basis == BASIC, 1.0 / diagonal, 0.0)
     w = problem.w(z) if np.count_nonzero(z) else problem.q.copy()
-    step = conjugate_residuals(lambda v: factors * product(M, v), -factors * w, GLANCES)
+    step = gmres(lambda v: factors * product(M, v), -factors * w, GLANCES)
     w += product(M, step)
     w[basis == BASIC] = 0.0
     return int(np.count_nonzero(problem.box.wrong(z + step, w, basis))) > MOST_WRONG_AT_A_GLANCE * problem.n

@@ -130,15 +130,10 @@ def _step_size(change: Vector, difference: Vector, t: Any, is_long: bool) -> Any
 
 def _step_sizes(change: Vector, difference: Vector, t: Any, is_long: bool) -> Vector:
     """Return the step sizes of m problems, shape (m, 1)."""
-    along = _row_dots(change, difference)
+    along = _dots(change, difference)
     with np.errstate(divide="ignore", invalid="ignore"):
-        lengths = _row_dots(change, change) / along if is_long else along / _row_dots(difference, difference)
-    return np.where(along > 0, lengths, t)
-
-
-def _row_dots(A: Vector, B: Vector) -> Vector:
-    """Return the inner products of the rows of matrices, shape (m, 1)."""
-    return _dots(A, B)[:, np.newaxis]
+        lengths = _dots(change, change) / along if is_long else along / _dots(difference, difference)
+    return np.where(along > 0, lengths, np.ravel(t))[:, np.newaxis]
 
 
 def _dots(A: Vector, B: Vector) -> Vector:

@@ -24,15 +24,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from lcpcli.basis.exchanges import BasicSolutions
+from lcpcli.basis.exchanges import BasicSolution, BasicSolutions
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, check
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.matrices import dense, is_sparse, product, width
+from lcpcli.linalg.matrices import dense, is_sparse, width
 from lcpcli.methods.newton import from_states
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled
 from lcpcli.model.box import of_masks
@@ -50,20 +50,7 @@ from lcpcli.verify.point import Criterion, Point
 EXACT_EFFORT = 30.0  # of exact arithmetic where doubles fail, by the seconds that it usually takes
 
 
-class _System(Protocol):
-    """M and q in doubles or in fractions, with the systems of some basic indices."""
-
-    def negative(self, basic: Sequence[int]) -> list[int] | None:
-        """Return the other i with w_i < 0 in the basic solution; None if that is not unique, or has a z_i < 0."""
-
-    def is_m_matrix(self, basic: Sequence[int]) -> bool:
-        """Return whether M_BB is a nonsingular M-matrix: whether M_BB v = e has a solution v > 0."""
-
-    def multipliers(self, basic: Sequence[int], i: int) -> Any:
-        """Return y with y_i = 1, y_B = -M_BB^-T M_iB' and 0 elsewhere."""
-
-
-def _exchanged(system: _System, basic: list[int]) -> tuple[list[int], Any]:
+def _exchanged(system: _InDoubles | _InFractions, basic: list[int]) -> tuple[list[int], Any]:
     """Return the basis at which the method ends, in the order of the exchanges, and the multipliers of the row whose
     pivot is not positive, or None if there is none; basic : that it begins with."""
     known = 0
@@ -80,22 +67,22 @@ def _exchanged(system: _System, basic: list[int]) -> tuple[list[int], Any]:
 
 
 class _InDoubles:
-    def __init__(self, M: Matrix, q: Vector) -> None:
-        self._M, self._q, self._solver = M, q, PrincipalSolver(M)
-        self._transposed: PrincipalSolver | None = None
+    """M and q in doubles, with the systems of some basic indices. found : the last basic solution."""
+
+    found: BasicSolution
+
+    def __init__(self, problem: Problem) -> None:
+        self._M, self._solver = problem.M, PrincipalSolver(problem.M)
+        self._solutions = BasicSolutions(problem, self._solver)
 
     def negative(self, basic: Sequence[int]) -> list[int] | None:
-        z, own = np.zeros(self._q.size), np.sort(np.array(basic, dtype=np.intp))
-        if own.size:
-            z[own] = self._solver.solve(own, -self._q[own])
-        if not z.min(initial=0.0) >= 0.0:
-            return None
-        w = product(self._M, z) + self._q
-        w[own] = 0.0
-        found: list[int] = np.flatnonzero(w < 0.0).tolist()
-        return found
+        """Return the other i with w_i < 0 in the basic solution; None if that is not unique, or has a z_i < 0."""
+        self.found = self._solutions.at(of_masks(np.isin(np.arange(self._M.shape[0]), basic)))
+        negative: list[int] = np.flatnonzero(self.found.w < 0.0).tolist()
+        return negative if self.found.z.min(initial=0.0) >= 0.0 else None
 
     def is_m_matrix(self, basic: Sequence[int]) -> bool:
+        """Return whether M_BB is a nonsingular M-matrix: whether M_BB v = e has a solution v > 0."""
         own = np.sort(np.array(basic, dtype=np.intp))
         try:
             return bool((self._solver.solve(own, np.ones(own.size)) > 0.0).all())
@@ -103,7 +90,8 @@ class _InDoubles:
             return False
 
     def multipliers(self, basic: Sequence[int], i: int) -> Vector:
-        y, own = np.zeros(self._q.size), np.sort(np.array(basic, dtype=np.intp))
+        """Return y with y_i = 1, y_B = -M_BB^-T M_iB' and 0 elsewhere."""
+        y, own = np.zeros(self._M.shape[0]), np.sort(np.array(basic, dtype=np.intp))
         y[i] = 1.0
         if own.size:
             T = self._M.T.tocsr() if is_sparse(self._M) else np.ascontiguousarray(self._M.T)
@@ -112,6 +100,8 @@ class _InDoubles:
 
 
 class _InFractions:
+    """The same in fractions."""
+
     def __init__(self, data: ExactProblem, effort: Effort) -> None:
         self._data, self._effort = data, effort
 
@@ -185,13 +175,11 @@ def z_matrix(problem: Problem) -> Stage:
 
     Yields the least solution. NoSolution : with a Farkas proof. Breakdown : it is too large for exact arithmetic.
     """
-    M, q, basic, y = problem.M, problem.q, list[int](), None
+    system, basic, y = _InDoubles(problem), list[int](), None
     try:
-        basic, y = _exchanged(_InDoubles(M, q), basic)
+        basic, y = _exchanged(system, basic)
         if y is None:
-            states = of_masks(np.isin(np.arange(q.size), basic))
-            found = BasicSolutions(problem).at(states)
-            x = problem.box.x_within(found.z, found.w, states)
+            x = problem.box.x_within(system.found.z, system.found.w, system.found.basis)
             if Point(Criterion(problem), problem.box.z_of(x)).solves():
                 yield Iterate(x, None, "block", 1)
                 return Finished()

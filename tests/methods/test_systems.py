@@ -1,0 +1,79 @@
+"""A kind of matrix that is none of numpy's or scipy's is one class, with which pivoting and refinement work."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lcpcli import Problem
+from lcpcli.basis.exchanges import System
+from lcpcli.linalg.krylov import conjugate_gradients, identity, norm
+from lcpcli.methods.newton import newton
+from lcpcli.methods.stages import Finished, Iterate, advance
+from lcpcli.model.box import BASIC, LOWER, ORTHANT
+from lcpcli.typing import Indices, Vector
+from lcpcli.verify.point import Criterion, Point
+
+HALF_OF_THE_DIGITS = 1e-8
+
+
+class Circulant(System):
+    """M_ij = c_(i - j modulo n), symmetric and positive definite, by fast Fourier transforms."""
+
+    def __init__(self, c: Vector, q: Vector) -> None:
+        self.q, self.box, self._spectrum, self._sizes = q, ORTHANT, np.fft.rfft(c), np.fft.rfft(np.abs(c))
+        self.largest = float(np.abs(c).max())
+        self.row_maxima = np.full(c.size, self.largest)
+
+    def product(self, z: Vector) -> Vector:
+        return np.fft.irfft(self._spectrum * np.fft.rfft(z), z.size)
+
+    def terms(self, z: Vector, rows: Indices | None = None) -> Vector:
+        terms = np.fft.irfft(self._sizes * np.fft.rfft(np.abs(z)), z.size) + np.abs(self.q)
+        return terms if rows is None else terms[rows]
+
+    def solver(self, indices: Indices):
+        def part(v: Vector) -> Vector:
+            z = np.zeros(self.q.size)
+            z[indices] = v
+            return self.product(z)[indices]
+
+        return lambda b: conjugate_gradients(part, b, np.zeros(b.size), HALF_OF_THE_DIGITS * norm(b), 100, identity)[0]
+
+
+def circulant(n: int) -> tuple[Vector, Vector]:
+    distances = np.minimum(np.arange(n), n - np.arange(n))
+    return np.exp(-1.0 * distances) + (distances == 0), np.random.default_rng(n).standard_normal(n)
+
+
+@pytest.mark.parametrize("n", [1, 2, 60, 400])
+def test_newton_solves_a_problem_with_a_circulant_matrix(n: int) -> None:
+    c, q = circulant(n)
+    stage, x = newton(Circulant(c, q), np.zeros(n)), np.zeros(n)
+    while isinstance(step := advance(stage), Iterate):
+        x = step.x
+    assert isinstance(step, Finished)
+    problem = Problem(c[np.subtract.outer(np.arange(n), np.arange(n)) % n], q)
+    assert Point(Criterion(problem, 1e-13), problem.box.z_of(x)).solves()
+
+
+def test_a_solution_of_half_of_the_digits_is_refined_to_all_of_them() -> None:
+    c, q = circulant(1 << 14)
+    system = Circulant(c, q)
+    *_, found = iterate_to_the_end(system)
+    rough, basic = np.zeros(q.size), (found == BASIC).nonzero()[0]
+    rough[basic] = system.solver(basic)(-q[basic])
+    better = system.at(found)
+    assert better.is_solution
+    residuals = [norm((system.product(z) + q)[basic]) for z in (rough, better.z)]
+    assert residuals[1] < 1e-14 * norm(q) < residuals[0]
+
+
+def iterate_to_the_end(system: System) -> list[Vector]:
+    """The states of block pivoting from z = 0."""
+    states = []
+    for found in system.exchanging(np.full(system.q.size, LOWER, np.int8)):
+        states.append(found.basis)
+        if found.is_solution:
+            break
+    return states
