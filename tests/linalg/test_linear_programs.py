@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
-from lcpcli.basis.bounded_form import combinations
 from lcpcli.basis.dual_simplex import DualSimplex
+from lcpcli.basis.free_variables import combinations
 from lcpcli.linalg import linear_program
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.linear_program import Optimum, linprog, minimized
