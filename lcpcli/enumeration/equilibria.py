@@ -99,8 +99,7 @@ class Players:
         return own, points, Equilibria(extreme, subsets, components, is_degenerate, complete)
 
     def equilibrium(self, z: Sequence[Fraction]) -> ExactEquilibrium:
-        """Return the equilibrium of the strategies in z, where each is divided by the costs of the other player: w is 0
-        for the best replies."""
+        """Return the equilibrium of the strategies in z, each divided by the other's costs; best replies have w = 0."""
         m, (r, c) = self._rows, self._constants
         x, y = (self._strategies.setdefault(own, own) for own in map(_strategy, (z[:m], z[m:])))
         replies = [i for i, value in enumerate(self._data.w(z)) if not value]

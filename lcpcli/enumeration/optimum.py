@@ -47,15 +47,6 @@ PREFIX = "payoff of "
 PLAYERS = ("row", "column")
 
 
-class Payoffs(NamedTuple):
-    """A problem in whose unknowns the payoffs of both players are linear: constants - slopes z at two places."""
-
-    data: ExactProblem
-    places: tuple[int, int]
-    slopes: tuple[Fraction, Fraction]
-    constants: tuple[Fraction, Fraction]
-
-
 def names_of_payoffs(problem: Problem) -> Sequence[str]:
     """Return the names of the payoffs of both players of a game, none for another problem."""
     origin = problem.origin
@@ -73,35 +64,26 @@ def in_costs(
     if not any(name in objective for name in called):
         return data, objective, Fraction(0)
     others = {name: value for name, value in objective.items() if name not in called}
+    # payoffs are constants - slopes z at two places
     if isinstance(origin, ExtensiveGame):
-        payoffs = _of_tree(data, origin)
+        one, two = origin.costs
+        place = origin.sizes[0] + origin.sizes[1]
+        places, slopes = (place, place + origin.sizes[2]), (1 / one.factor, 1 / two.factor)
+        constants = one.constant, two.constant
     elif others:
         fault = f"has {next(iter(others))!r} beside payoffs, which are not linear in the unknowns"
         raise ProblemError("objective", fault, f"use {' and '.join(map(repr, called))} alone")
     else:
         assert isinstance(origin, Game)
-        payoffs = _of_strategies(data, origin)
-    for value, place, slope in zip(own, payoffs.places, payoffs.slopes, strict=True):
+        places, slopes, constants = (data.n, data.n + 1), (Fraction(1), Fraction(1)), origin.cost_constants()
+        data = _with_costs(data, origin)
+    for value, place, slope in zip(own, places, slopes, strict=True):
         others[f"z{place + 1}"] = others.get(f"z{place + 1}", Fraction(0)) - value * slope
-    constant = sum((value * each for value, each in zip(own, payoffs.constants, strict=True)), Fraction(0))
-    return payoffs.data, others, constant
+    return data, others, sum((value * each for value, each in zip(own, constants, strict=True)), Fraction(0))
 
 
-def multiples(z: Sequence[Fraction], rows: int) -> list[Fraction]:
-    """Return the solution of the LCP of a game, of so many rows, for strategies and costs."""
-    *strategies, u, v = z
-    return [value / (v if i < rows else u) for i, value in enumerate(strategies)]
-
-
-def _of_tree(data: ExactProblem, game: ExtensiveGame) -> Payoffs:
-    one, two = game.costs
-    first = game.sizes[0] + game.sizes[1]
-    places = first, first + game.sizes[2]
-    return Payoffs(data, places, (1 / one.factor, 1 / two.factor), (one.constant, two.constant))
-
-
-def _of_strategies(data: ExactProblem, game: Game) -> Payoffs:
-    """Return the payoffs in terms of x, y, u and v."""
+def _with_costs(data: ExactProblem, game: Game) -> ExactProblem:
+    """Return the problem in terms of x, y, u and v."""
     m, n = game.A.shape[0], data.n
     owners = [int(i >= m) for i in range(n)]
     border = np.zeros((n, 2))
@@ -113,8 +95,7 @@ def _of_strategies(data: ExactProblem, game: Game) -> Payoffs:
     q: Vector = np.array([0.0] * n + [-1.0] * 2)
     lower = [Fraction(0)] * n + [None] * 2
     problem = Problem(M, q, lower=np.array([0.0] * n + [-np.inf] * 2), upper=np.full(n + 2, np.inf))
-    exact = ExactProblem(problem, rows, [Fraction(value) for value in q.tolist()], lower, [None] * (n + 2))
-    return Payoffs(exact, (n, n + 1), (one, one), game.cost_constants())
+    return ExactProblem(problem, rows, [Fraction(value) for value in q.tolist()], lower, [None] * (n + 2))
 
 
 OPTIMAL, UNBOUNDED, UNSOLVABLE = "optimal", "unbounded", "unsolvable"
@@ -162,9 +143,8 @@ class Optimum:
 
     @property
     def outward(self) -> dict[str, int]:
-        """Return in which direction value, bound and gap may be rounded so that what is said of them remains true, 1
-        for upward and -1 for downward: a bound outward, and the objective of a solution that may not be the best one
-        inward."""
+        """Return the sides, 1 for upward and -1 for downward, to which value, bound and gap may be rounded so that what
+        is said of them remains true: a bound outward, the objective of a solution that may not be the best inward."""
         side = int(-SENSES[self.sense])
         return {"value": side if self.status == OPTIMAL else -side, "bound": side, "gap": 1}
 
@@ -188,11 +168,7 @@ class Optimum:
 
 
 def optimum(
-    problem: Problem | ExactProblem,
-    objective: Any,
-    *,
-    sense: str = "min",
-    time_limit: float | None = None,
+    problem: Problem | ExactProblem, objective: Any, *, sense: str = "min", time_limit: float | None = None
 ) -> Optimum:
     """Find the solution of a problem with the least, or the largest, objective'z, in exact arithmetic.
 
@@ -238,7 +214,8 @@ def optimum(
     value, bound = (None if each is None else each * sign + constant for each in (search.value, search.bound(status)))
     z = search.z
     if z is not None and isinstance(game := data.problem.origin, Game) and searched is not data:
-        z = multiples(z, game.A.shape[0])
+        *both, u, v = z  # the strategies and the costs of both players
+        z = [value / (v if i < game.A.shape[0] else u) for i, value in enumerate(both)]
         assert data.is_solution(z)
     return Optimum(data, sense, status, z, value, bound, search.nodes, clock.seconds() - began)
 
@@ -366,8 +343,7 @@ class _Search:
                 yield from self._worth(child)
 
     def _worth(self, node: Node) -> Iterator[_Open]:
-        """Yield a node, with its bound, if it may have a better solution than its point; take its point if that is
-        one."""
+        """Yield a node, with its bound, if it may have a better solution than its point; take its point if it is so."""
         self.nodes += 1
         unknowns, here, form = self._unknowns, node.dictionary, OBJECTIVE * self.data.n
         is_bounded = here.minimize(form)

@@ -6,7 +6,7 @@ A solve waits for the answer, so that both end within a few milliseconds and loa
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING, NamedTuple
@@ -20,8 +20,6 @@ from lcpcli.linalg.units import half_power
 from lcpcli.verify.matrix_classes import least_eigenvalue, lower_image, scaling
 
 if TYPE_CHECKING:
-    from fractions import Fraction
-
     from lcpcli.enumeration.search import Solutions
     from lcpcli.model.problem import Problem
     from lcpcli.rational.exact_problem import ExactProblem
@@ -69,9 +67,19 @@ def search_others(
     if problem.n > QUICK_UNKNOWNS or length() > MOST_TEXT_BYTES:
         return Findings()
     try:
-        return _searched(z, exactly())
+        search = quick_search(exactly())
+        pieces = list(islice(search, 2))
     except Exception:  # also of a number with an exponent that is not expanded
         return Findings()
+    if len(pieces) > 1 or not all(piece.is_point for piece in pieces):
+        return Findings(others=True, solvable=True)
+    if not pieces:
+        return Findings(solvable=False if search.complete else None)
+    with imports:
+        from lcpcli.rational.numbers import rounded
+    exact = rounded(pieces[0].vertices[0])
+    agree = size(exact - z) <= AGREEMENT * max(size(exact), size(z))  # when they are printed
+    return Findings(others=False if search.complete and agree else None, solvable=True)
 
 
 @np.errstate(all="ignore")
@@ -79,8 +87,7 @@ def is_only(problem: Problem, z: Vector) -> bool:
     """Return whether z is shown to agree with the only solution, also if each number is rounded to double precision.
 
     There is exactly one if M is H+ or positive definite, and how far it is from z then follows from the natural
-    residual: the theorems of `verify.error_theorems` in a plain form, in units about 1 / L and L^-1/2 where L is the
-    diagonal of M.
+    residual: the theorems of `verify.error_theorems` in a plain form, in units 1 / L and L^-1/2, L the diagonal of M.
     """
     M, rounding = matrices.dense(problem.M), (problem.n + 16) * EPS
     diagonal = M.diagonal()
@@ -129,22 +136,3 @@ def quick_search(data: ExactProblem) -> Solutions:
         from lcpcli.enumeration.search import Solutions
         from lcpcli.rational.elimination import Effort
     return Solutions(data, math.inf, None, Effort(QUICK_EFFORT))
-
-
-def _searched(z: Vector, data: ExactProblem) -> Findings:
-    search = quick_search(data)
-    pieces = list(islice(search, 2))
-    if len(pieces) > 1 or not all(piece.is_point for piece in pieces):
-        return Findings(others=True, solvable=True)
-    if not pieces:
-        return Findings(solvable=False if search.complete else None)
-    is_only = search.complete and _agree(pieces[0].vertices[0], z)
-    return Findings(others=False if is_only else None, solvable=True)
-
-
-def _agree(exact: Sequence[Fraction], z: Vector) -> bool:
-    """Return whether two points are the same when they are printed."""
-    with imports:
-        from lcpcli.rational.numbers import rounded
-    values = rounded(exact)
-    return size(values - z) <= AGREEMENT * max(size(values), size(z))

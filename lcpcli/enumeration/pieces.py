@@ -20,7 +20,7 @@ from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import brief, over_one_denominator
-from lcpcli.rational.polyhedra import Direction, Point, connected, generators
+from lcpcli.rational.polyhedra import Direction, Point, generators
 from lcpcli.rational.tree import Node, Unknowns
 
 FIXED = "fixed"
@@ -52,8 +52,7 @@ class Piece:
     states: Words
 
     def __str__(self) -> str:
-        """Return the piece in one line: its vertices, rays and lines, without those in the middle where there are
-        many."""
+        """Return the piece in one line: its vertices, rays and lines, of many only the first and the last."""
         generators = (self.vertices, self.rays, self.lines)
         vertices, rays, lines = (_elided([_short(point) for point in each]) for each in generators)
         hull = "hull of " * (len(vertices) > 1) + ", ".join(vertices)
@@ -101,8 +100,7 @@ def states_of(data: ExactProblem, z: Point, is_direction: bool = False) -> Words
 
 
 def combined(pieces: Sequence[Piece], places: Sequence[Sequence[int]], n: int, check: Callable[[], None]) -> Piece:
-    """Return the product of pieces of independent blocks, whose unknowns have these indices among n; `check` may
-    raise."""
+    """Return the product of pieces of independent blocks, with these indices among n; `check` may raise."""
     zero: list[Any] = [Fraction(0)] * n
 
     def put(parts: Iterable[tuple[Sequence[int], Sequence[Any]]]) -> tuple[Any, ...]:
@@ -128,11 +126,6 @@ def _short(point: Point) -> str:
 
 def _elided(parts: list[str]) -> list[str]:
     return parts if len(parts) <= SHOWN_PARTS else [*parts[: SHOWN_PARTS - 1], "...", parts[-1]]
-
-
-def blocks(data: ExactProblem) -> list[list[int]]:
-    """Return the unknowns of each block, for M block diagonal after a permutation, the small blocks first."""
-    return sorted(connected(data.n, ((i, j) for i, row in enumerate(data.rows) for j in row)), key=len)
 
 
 def restricted(data: ExactProblem, indices: Sequence[int]) -> ExactProblem:
@@ -188,10 +181,7 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
 
 
 def _listed(
-    unknowns: Unknowns,
-    node: Node,
-    states_at: Callable[[Direction], tuple[Point, Words]],
-    most: float = math.inf,
+    unknowns: Unknowns, node: Node, states_at: Callable[[Direction], tuple[Point, Words]], most: float = math.inf
 ) -> Piece | None:
     """Return the piece of a node; None if it takes more than `most` bases."""
     listed = generators(node.dictionary, range(unknowns.n), most)
@@ -210,9 +200,8 @@ def _listed(
 
 
 def _largest(unknowns: Unknowns, root: Node, node: Node) -> tuple[Node, int]:
-    """Return a maximal node that contains a node all of whose points are solutions, and the states that hold on it,
-    as bits. Nodes with the states that hold on a piece contain it, so that any leaf that does not lie in it is
-    larger."""
+    """Return a maximal node that contains a node all of whose points are solutions, and the states that hold on it, as
+    bits. Nodes with these states contain it, so that any leaf that does not lie in it is larger."""
     while True:
         common = unknowns.common_states(node)
         larger = None

@@ -13,7 +13,7 @@ import numpy as np
 
 from lcpcli import clock, options
 from lcpcli.clock import imports
-from lcpcli.enumeration.pieces import Piece, blocks, combined, pieces, restricted
+from lcpcli.enumeration.pieces import Piece, combined, pieces, restricted
 from lcpcli.errors import ProblemError
 from lcpcli.errors import count as counted
 from lcpcli.interrupts import TimeIsUp, check, within
@@ -23,7 +23,7 @@ from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.program import Program
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.polyhedra import Point
+from lcpcli.rational.polyhedra import Point, connected
 
 if TYPE_CHECKING:
     from lcpcli.enumeration.equilibria import Equilibria
@@ -131,7 +131,8 @@ class Solutions(Iterator[Piece]):
                 from lcpcli.enumeration.equilibria import Players
             self.problem = ExactProblem.of_decimals(problem.problem)
             self._players = Players(self.problem, origin)
-        self._blocks = blocks(self.problem)
+        edges = ((i, j) for i, row in enumerate(self.problem.rows) for j in row)
+        self._blocks = sorted(connected(self.problem.n, edges), key=len)  # of M, the small ones first
         if self._players is None:
             _refuse_block(max(map(len, self._blocks), default=0))
         self.pieces: list[Piece] = []

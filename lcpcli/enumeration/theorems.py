@@ -35,7 +35,9 @@ def shape(data: ExactProblem, check: Callable[[], None]) -> str:
     if isinstance(game, Game):
         rows = zip(*game.payoffs(), strict=True)
         return PIECE if len({a + b for own, other in rows for a, b in zip(own, other, strict=True)}) == 1 else ""
-    M, doubles = _integers(data), matrices.dense(data.problem.M)
+    common, doubles = math.lcm(*data.scales), matrices.dense(data.problem.M)
+    own = zip(data.rows, (common // scale for scale in data.scales), strict=True)
+    M = [[row.get(j, 0) * k for j in range(data.n)] for row, k in own]  # integers, a multiple of M
     indices = _strong_parts(data) if all(M[i][i] > 0 for i in range(data.n)) else []
     parts = [([[M[i][j] for j in part] for i in part], doubles[np.ix_(part, part)]) for part in indices]
     if parts and all(_is_dominant(*part) for part in parts):
@@ -48,16 +50,8 @@ def shape(data: ExactProblem, check: Callable[[], None]) -> str:
     return POINT if all(_is_dominant(*part) or _is_definite(*part, check) for part in parts) else ""
 
 
-def _integers(data: ExactProblem) -> Rows:
-    """Return M times a number that makes its entries integers."""
-    common = math.lcm(*data.scales)
-    multiples = [common // scale for scale in data.scales]
-    return [[row.get(j, 0) * k for j in range(data.n)] for row, k in zip(data.rows, multiples, strict=True)]
-
-
 def _is_definite(M: Rows, doubles: Vector, check: Callable[[], None]) -> bool:
-    """Return whether diag(d) M is positive definite for some d > 0 proposed in doubles (G. W. Cross, Linear Algebra and
-    its Applications 20 (1978) 253-263)."""
+    """Return whether diag(d) M is positive definite for some d > 0 (G. W. Cross, Lin. Alg. Appl. 20 (1978) 253-263)."""
     for d in filter(None, map(_whole, row_scalings(doubles))):
         found = elimination.definiteness(
             elimination.symmetrized([[v * a for a in row] for v, row in zip(d, M, strict=True)]), check
@@ -87,8 +81,7 @@ def _whole(d: Vector) -> list[int]:
 
 
 def _strong_parts(data: ExactProblem) -> list[Sequence[int]]:
-    """Return the unknowns of the strongly connected parts of M; of a small problem, for which scipy is not loaded, all
-    as one part."""
+    """Return the unknowns of the strongly connected parts of M; without scipy, of a small problem, all as one."""
     if data.n <= MOST_WITHOUT_THEOREM:
         return [range(data.n)]
     with imports:

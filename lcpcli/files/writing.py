@@ -19,7 +19,6 @@ from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game, OwnNames
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import SENSES, Program
-from lcpcli.rational.exact_problem import parts_of_game
 from lcpcli.rational.numbers import Doubles, Written, places, written
 
 
@@ -139,7 +138,7 @@ def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
 
 def _of_game(problem: Problem, game: Game) -> Written[Problem] | None:
     """Return the problem with the costs that follow from payoffs as written; None if some are not decimals."""
-    costs = parts_of_game(game).M
+    costs = game.exact_conditions()[0]
     if any(places(cost) is None for row in costs for cost in row.values()):
         return None
 

@@ -1,7 +1,6 @@
 """Equilibria of games in extensive form: what a best response on the tree would gain.
 
-Best responses are computed on the tree, backward over the information sets of a player, not from the sequence form by
-which the equilibrium was found.
+Best responses are computed on the tree, backward over a player's information sets, not from the sequence form.
 
 Equilibria of games: what a best response to strategies would gain.
 """
@@ -11,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -25,11 +24,18 @@ Plan = list[Any]  # a realization plan: for each sequence of the player the prod
 Strategy = list[list[Any]]  # for each information set the probabilities of its actions
 
 
-class Expectation(NamedTuple):
-    """An expected payoff, and the sum of the sizes of its terms."""
+class _Statement:
+    """What is said of strategies. players : their names. gains : how much each would gain by a best response."""
 
-    value: Any
-    terms: Any
+    players: Sequence[str]
+    gains: tuple[Any, ...]
+
+    def statement(self, are_equilibrium: bool) -> str:
+        """Return a sentence on whether the strategies are an equilibrium, and on what a player would gain."""
+        tolerance = "" if isinstance(self.gains[0], Fraction) else " to the tolerance"
+        found = "an equilibrium" if are_equilibrium else f"not an equilibrium{tolerance}"
+        one, other = map(float, self.gains)
+        return f"{found}: by a best response {self.players[0]} would gain {one:.1g}, {self.players[1]} {other:.1g}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +51,7 @@ class InformationSetStrategy:
 
 
 @dataclass(frozen=True, eq=False)
-class Behavior:
+class Behavior(_Statement):
     """Behavior strategies of both players of a game tree, all numbers in doubles or in fractions.
 
     players : their names. information_sets : what they do, first at all information sets of the first player, in the
@@ -69,11 +75,17 @@ class Behavior:
         for player, (own, other) in enumerate(((one, two), (two, one))):
             best = plan_of(game.tree.players[player], tree.best_response(player, other))
             now, then = tree.expected(player, own, other), tree.expected(player, best, other)
-            gain, rounding = then.value - now.value, 0 if exact else ROW_ROUNDING * (now.terms + then.terms)
-            payoffs.append(now.value)
+            gain, rounding = then[0] - now[0], 0 if exact else ROW_ROUNDING * (now[1] + then[1])
+            payoffs.append(now[0])
             gains.append(gain if gain > rounding else 0 * abs(gain))
-        sets = _information_sets(game.tree, strategies, tree.reached((one, two)))
-        return cls(game.tree.names(), sets, (one, two), (payoffs[0], payoffs[1]), (gains[0], gains[1]))
+        names = game.tree.names()
+        each = zip(names, game.tree.players, strategies, tree.reached((one, two)), strict=True)
+        sets = [
+            InformationSetStrategy(name, label, moves_of(own.actions), *values)
+            for name, player, strategy, numbers in each
+            for label, own, *values in zip(player.labels(), player.sets, strategy, numbers, strict=True)
+        ]
+        return cls(names, sets, (one, two), (payoffs[0], payoffs[1]), (gains[0], gains[1]))
 
     @classmethod
     def of_plans(cls, game: ExtensiveGame, x: Plan, y: Plan) -> Behavior:
@@ -81,30 +93,15 @@ class Behavior:
         return cls.of(game, [strategy_of(*each) for each in zip(game.tree.players, (x, y), strict=True)])
 
     def are_best(self, game: ExtensiveGame, allowed: float) -> bool:
-        """Return whether neither player gains more than the fraction `allowed` of the terms of its gain, which are
-        counted from what it gets."""
+        """Return whether no player gains more than the fraction `allowed` of the terms, from what it gets on."""
         tree, own = _Ends.of(game.tree, exact=False), [list(map(float, plan)) for plan in self.plans]
         for player, gain in enumerate(self.gains):
             centre, other = float(self.payoffs[player]), own[1 - player]
             best = plan_of(game.tree.players[player], tree.best_response(player, other))
-            terms = sum(tree.expected(player, plan, other, centre).terms for plan in (own[player], best))
+            terms = sum(tree.expected(player, plan, other, centre)[1] for plan in (own[player], best))
             if not gain <= allowed * terms:
                 return False
         return True
-
-    def statement(self, are_equilibrium: bool) -> str:
-        """Return a sentence on whether the strategies are an equilibrium, and on what a player would gain."""
-        return statement(are_equilibrium, self.gains, self.players)
-
-
-def _information_sets(
-    tree: GameTree, strategies: Sequence[Strategy], reached: Sequence[Sequence[Any]]
-) -> list[InformationSetStrategy]:
-    found = list[InformationSetStrategy]()
-    for name, player, strategy, numbers in zip(tree.names(), tree.players, strategies, reached, strict=True):
-        for label, each, *own in zip(player.labels(), player.sets, strategy, numbers, strict=True):
-            found.append(InformationSetStrategy(name, label, moves_of(each.actions), *own))
-    return found
 
 
 def point_of(game: ExtensiveGame, x: Plan, y: Plan) -> list[Any]:
@@ -113,8 +110,7 @@ def point_of(game: ExtensiveGame, x: Plan, y: Plan) -> list[Any]:
 
 
 def _costs(game: ExtensiveGame, player: int, other: Plan) -> list[Any]:
-    """Return the least costs of a player, of the game and of what follows each of its information sets, against the
-    other one's plan, by the sequence form."""
+    """Return by the sequence form the least costs against a plan, of the game and behind each information set."""
     own, exact = game.tree.players[player], not any(isinstance(value, float) for value in other)
     at: Plan = [0] * own.sequences
     for pair, cost in game.costs[player].at.items():
@@ -162,8 +158,8 @@ class _Ends:
             return cls(tree, chances, totals)
         return cls(tree, list(map(float, chances)), [(float(one), float(two)) for one, two in totals])
 
-    def expected(self, player: int, own: Plan, other: Plan, centre: Any = 0) -> Expectation:
-        """Return the expected payoff of a player less the centre."""
+    def expected(self, player: int, own: Plan, other: Plan, centre: Any = 0) -> tuple[Any, Any]:
+        """Return the expected payoff of a player less the centre, and the sum of the sizes of its terms."""
         value = terms = self.chances[0] * 0
         for node, sequences, chance, total in zip(
             self.tree.nodes, self.tree.sequences, self.chances, self.totals, strict=True
@@ -171,7 +167,7 @@ class _Ends:
             if node.owner == TERMINAL and (weight := chance * own[sequences[player]] * other[sequences[1 - player]]):
                 term = weight * (total[player] - centre)
                 value, terms = value + term, terms + abs(term)
-        return Expectation(value, terms)
+        return value, terms
 
     def best_response(self, player: int, other: Plan) -> Strategy:
         """Return a pure best response to the plan of the other player: at each information set the first action with
@@ -219,7 +215,7 @@ class _Ends:
 
 
 @dataclass(frozen=True, eq=False)
-class Strategies:
+class Strategies(_Statement):
     """A pair of mixed strategies of a game: the probabilities, the payoffs, and how much each player would gain by a
     best response to the other, 0 if that is only rounding; all doubles, or all fractions."""
 
@@ -231,8 +227,7 @@ class Strategies:
 
     @classmethod
     def of(cls, game: Game, x: Vector, y: Vector) -> Strategies:
-        """Return the strategies x, y of a game: doubles, with payoffs as doubles, or fractions in arrays of objects,
-        with payoffs as written."""
+        """Return the strategies x, y of a game: doubles, or fractions in arrays of objects, with payoffs as written."""
         exact = x.dtype == object
         number: Any = Fraction if exact else float
         A, B = (np.array(own, dtype=object) for own in game.payoffs()) if exact else (game.A, game.B)
@@ -244,27 +239,13 @@ class Strategies:
         return cls(x, y, (row, column), tuple(by_best), game.players or cls.players)
 
     def are_best(self, game: Game, allowed: float) -> bool:
-        """Return whether neither player gains more than the fraction `allowed` of the terms of its gain, among which
-        payoffs that are not met do not count."""
+        """Return whether no player gains more than the fraction `allowed` of the terms, of payoffs that are met."""
         terms = _terms(game, self.row.astype(float), self.column.astype(float), self.payoffs)
         return all(gain <= allowed * size for gain, size in zip(self.gains, terms, strict=True))
 
-    def statement(self, are_equilibrium: bool) -> str:
-        """Return a sentence on whether the strategies are an equilibrium, and on what a player would gain."""
-        return statement(are_equilibrium, self.gains, self.players)
-
-
-def statement(are_equilibrium: bool, gains: Sequence[Any], names: Sequence[str]) -> str:
-    """Return a sentence on whether strategies are an equilibrium, and on what players of these names would gain."""
-    tolerance = "" if isinstance(gains[0], Fraction) else " to the tolerance"
-    found = "an equilibrium" if are_equilibrium else f"not an equilibrium{tolerance}"
-    one, other = map(float, gains)
-    return f"{found}: by a best response {names[0]} would gain {one:.1g}, {names[1]} {other:.1g}"
-
 
 def _terms(game: Game, x: Vector, y: Vector, centres: Sequence[Any]) -> tuple[float, float]:
-    """Return for each player the terms of its gain: the sizes of the differences of payoffs from a centre, in its own
-    mixture and in its best response."""
+    """Return each player's terms of its gain: sizes of payoffs less a centre, in its mixture and its best response."""
     found = []
     for A, own, other, centre in ((game.A, x, y, centres[0]), (game.B.T, y, x, centres[1])):
         sizes = np.abs(A - float(centre)) @ other

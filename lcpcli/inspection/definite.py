@@ -24,21 +24,9 @@ from fractions import Fraction
 import numpy as np
 
 from lcpcli.clock import imports
+from lcpcli.inspection import verdict
 from lcpcli.inspection.p_matrices import scaled_dominance
-from lcpcli.inspection.verdict import (
-    NO,
-    UNDECIDED,
-    YES,
-    Context,
-    Verdict,
-    block,
-    entry,
-    index_set,
-    index_sets,
-    signs,
-    sums_exactly,
-    text_of,
-)
+from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, entry, text_of
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import affordable
@@ -138,8 +126,7 @@ def _is_exact(context: Context, S: Matrix) -> bool:
 
 
 def _by_support(context: Context) -> Verdict | None:
-    """Decide semidefiniteness by M + M' without its zero rows, by weak diagonal dominance, or by a zero on the diagonal
-    beside another entry."""
+    """Decide by M + M' without its zero rows, by weak dominance, or by a zero on the diagonal of a nonzero row."""
     S = context.symmetric_part
     support = np.flatnonzero(abs(S).sum(axis=1))
     loose = support[S.diagonal()[support] == 0]
@@ -155,14 +142,14 @@ def _by_support(context: Context) -> Verdict | None:
         if positive_definite(part).word == YES:
             zero_rows = f"M + M' has {context.n - support.size} zero rows"
             return Verdict(YES, f"{zero_rows}, and is positive definite without them")
-    if _is_exact(context, S) and (signs(matrices.comparison(S), np.ones(context.n), context.check) >= 0).all():
+    if _is_exact(context, S) and (verdict.signs(matrices.comparison(S), np.ones(context.n), context.check) >= 0).all():
         return Verdict(YES, "M + M' is weakly diagonally dominant with a nonnegative diagonal")
     return None
 
 
 def _by_index_set(context: Context, indices: tuple[int, ...], strict: bool) -> Verdict:
     """Return NO by a principal minor of M + M' that is negative, or zero if strict, with a vector if it is exact."""
-    minor = f"the minor {index_set(indices)} of M + M' is {'not positive' if strict else 'negative'}"
+    minor = f"the minor {verdict.index_set(indices)} of M + M' is {'not positive' if strict else 'negative'}"
     return _by_vector(context, _vector(context, indices), strict, indices) or Verdict(NO, minor, indices)
 
 
@@ -170,7 +157,7 @@ def _vector(context: Context, indices: tuple[int, ...]) -> Vector | None:
     """Return v with support in the index set P: (x, 1) with S_PP x = -S_Pk without the last pivot k, exactly if P is
     small, else an eigenvector of the least eigenvalue."""
     if len(indices) <= RATIONAL:
-        *S, last = block(context.whole_symmetric_part(), indices)
+        *S, last = verdict.block(context.whole_symmetric_part(), indices)
         x, free = elimination.solve([row[:-1] for row in S], [-value for value in last[:-1]])
         exact = None if x is None or free else context.vector(indices, [*x, Fraction(1)])
         if exact is not None:
@@ -208,7 +195,7 @@ def semidefinite_rank(S: Matrix) -> int | None:
     whole = np.rint(DENOMINATOR * solve_triangular(R[:rank, :rank], R[:rank, rank:]))
     null_space = np.vstack((whole, -DENOMINATOR * np.eye(P.size - rank)))
     A = A[order][:, order]
-    if not sums_exactly(A, float((np.abs(A) @ np.abs(null_space)).max())) or (A @ null_space).any():
+    if not verdict.sums_exactly(A, float((np.abs(A) @ np.abs(null_space)).max())) or (A @ null_space).any():
         return None
     return int(rank) if proof_of_definiteness(A[:rank, :rank])[0] else None
 
@@ -278,7 +265,7 @@ def _excluded(context: Context, P: tuple[int, ...], u: Entries, claim: str) -> V
     """Return NO by the v with v_P = u, which is given in doubles if they represent it exactly."""
     v = context.vector(P, u)
     if v is None:
-        return Verdict(NO, f"{claim} for some v >= 0 with support {index_set(P)}, in exact arithmetic", P)
+        return Verdict(NO, f"{claim} for some v >= 0 with support {verdict.index_set(P)}, in exact arithmetic", P)
     return Verdict(NO, f"{claim} for v = {text_of(v)} >= 0", P, v)
 
 
@@ -306,9 +293,9 @@ def _by_zero_on_diagonal(context: Context) -> Verdict | None:
 def _blocks(context: Context) -> Iterator[tuple[tuple[int, ...], Rows]]:
     """Yield every index set P, the smallest first, with S_PP in integers."""
     S = context.whole_symmetric_part()
-    for P in index_sets(context.n):
+    for P in verdict.index_sets(context.n):
         context.check()
-        yield P, block(S, P)
+        yield P, verdict.block(S, P)
 
 
 def _by_zeros(context: Context, plus: bool) -> Verdict:

@@ -12,9 +12,8 @@ import numpy as np
 
 from lcpcli import clock
 from lcpcli.auto.attempts import BRIEF, FIRST, LATER, Row
-from lcpcli.auto.policy import may_gain_by_presolve
+from lcpcli.auto.policy import clearly_refutes, may_gain_by_presolve
 from lcpcli.auto.structure import Structure
-from lcpcli.clock import imports
 from lcpcli.inspection import theory
 from lcpcli.inspection.nonlinear import NonlinearInspection, inspect_nonlinear
 from lcpcli.inspection.theory import BAD_CONDITION, BAD_SPREAD, Guarantee, Spectrum, Spread, guarantees
@@ -202,8 +201,6 @@ def _presolve(problem: Problem) -> Presolved | Refuted | None:
     """Return what presolve finds in a mixed problem, but no contradiction that may be due to rounding."""
     if not problem.is_mixed:
         return None
-    with imports:
-        from lcpcli.auto.policy import clearly_refutes
     found = presolved(problem)
     return None if isinstance(found, Refuted) and not clearly_refutes(problem, found.y) else found
 

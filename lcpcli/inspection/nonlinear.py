@@ -1,5 +1,5 @@
-"""Diagnosis of a nonlinear problem: its rows and operators, F and its Jacobian J at the start, and what is singular by
-the pattern of J alone.
+"""Diagnosis of a nonlinear problem: its rows and operators, F and its Jacobian J at the start, and what its pattern
+makes singular.
 
 The pattern is taken from J at the start and at SAMPLES points nearby, at random from fixed seeds: an entry of J that is
 0 at all of them counts as 0 everywhere, and a row that is the same at all of them as that of a linear function.

@@ -25,19 +25,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from lcpcli.inspection.verdict import (
-    NO,
-    UNDECIDED,
-    YES,
-    Check,
-    Context,
-    Verdict,
-    block,
-    index_set,
-    index_sets,
-    signs,
-    text_of,
-)
+from lcpcli.inspection import verdict
+from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, index_set, signs, text_of
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse, product
 from lcpcli.rational import elimination, numbers
@@ -62,7 +51,7 @@ def m_matrix(context: Context) -> Verdict:
     return Verdict(word, {YES: "it is a Z-matrix and an H+-matrix", NO: "it is not an H+-matrix"}.get(word, undecided))
 
 
-def scaled_dominance(M: Matrix, check: Check) -> Verdict:
+def scaled_dominance(M: Matrix, check: verdict.Check) -> Verdict:
     """Decide whether M, with positive diagonal, is an H+-matrix."""
     C = matrices.comparison(M)
     e = np.ones(C.shape[0])
@@ -91,9 +80,8 @@ def _excluded(v: Vector) -> Verdict:
     return Verdict(NO, f"M_ii v_i <= sum of |M_ij| v_j, j != i, in every row for v = {text_of(v)}", vector=v)
 
 
-def _perron(C: Matrix, check: Check) -> Vector:
-    """Return an approximate Perron vector v >= 0 of J = I - D^-1 C, by power iteration on I + J; D v may be below |off|
-    v."""
+def _perron(C: Matrix, check: verdict.Check) -> Vector:
+    """Return an approximate Perron vector v >= 0 of J = I - D^-1 C, by power iteration on I + J."""
     diagonal = C.diagonal()
     v = np.ones(diagonal.size)
     for _ in range(STEPS):
@@ -155,8 +143,7 @@ def _by_minors(context: Context, strict: bool) -> Verdict:
 
 
 def _pair(context: Context, strict: bool) -> tuple[int, int] | None:
-    """Return the indices of a principal minor of order 2 that is exactly negative, or zero if strict; None if there is
-    none."""
+    """Return the indices of a principal minor of order 2 that is exactly negative, or zero if strict; or None."""
     M, diagonal = context.M, context.diagonal
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         if is_sparse(M):
@@ -222,11 +209,11 @@ def _sufficient(context: Context, product: str) -> Verdict:
         return Verdict(UNDECIDED, "whether it is a P0-matrix is not decided")
     M = context.whole()
     A = M if product == "Mz" else [list(column) for column in zip(*M, strict=True)]
-    for P in index_sets(context.n):
-        part = block(A, P)
+    for P in verdict.index_sets(context.n):
+        part = verdict.block(A, P)
         if elimination.determinant(part):
             continue
-        for inside in index_sets(len(P)):
+        for inside in verdict.index_sets(len(P)):
             context.check()
             u = _exception(part, inside)
             if u is not None:

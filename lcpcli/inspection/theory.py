@@ -61,9 +61,8 @@ class Guarantee(NamedTuple):
 
 @dataclass(frozen=True)
 class Rate:
-    """The rate of the modulus iteration for one omega: the factor |T|_2, which bounds the reduction of the error per
-    iteration, and the number of iterations that reduce the error by a factor of the default tolerance; None if |T|_2
-    is unknown or not below 1."""
+    """The rate of the modulus iteration for one omega: the factor |T|_2, which bounds the reduction of the error by
+    each iteration, and the iterations to reduce it by the default tolerance; None if it is unknown or not below 1."""
 
     omega: float
     factor: float | None
@@ -80,17 +79,13 @@ class Smoothing(NamedTuple):
 def guarantees(classes: Classes, problem: Problem) -> dict[str, Guarantee]:
     """Return for each of `methods.registry.METHODS` whether its success is guaranteed by the known classes of M."""
     found = {name: _guarantee(method, classes, problem) for name, method in METHODS.items()}
-    return found | {AUTO: _of_auto(found)} if problem.n > SETTLED else found
-
-
-def _of_auto(others: Mapping[str, Guarantee]) -> Guarantee:
-    """Return the guarantee of auto for many unknowns: it gives interior its turn without a limit, if M + M' is positive
-    semidefinite, but no other attempt."""
-    if others["interior"].word == YES:
-        return Guarantee(YES, f"as interior: {others['interior'].reason}")
-    named = " and ".join(name for name in LIMITED if others[name].word == YES)
+    if problem.n <= SETTLED:
+        return found
+    if found["interior"].word == YES:  # whose turn alone has no limit
+        return found | {AUTO: Guarantee(YES, f"as interior: {found['interior'].reason}")}
+    named = " and ".join(name for name in LIMITED if found[name].word == YES)
     own = f"; without limits {named} would do" if named else ""
-    return Guarantee(NO, f"above {SETTLED} unknowns its attempts have limits{own}")
+    return found | {AUTO: Guarantee(NO, f"above {SETTLED} unknowns its attempts have limits{own}")}
 
 
 def _guarantee(method: Method, classes: Classes, problem: Problem) -> Guarantee:
@@ -106,18 +101,13 @@ def _guarantee(method: Method, classes: Classes, problem: Problem) -> Guarantee:
         if largest <= OMEGA.value:
             return Guarantee(YES, "M is an H+-matrix with no diagonal entry above 1")
         return Guarantee(NO, f"M is H+, guaranteed with --omega auto: {largest:.6g}, the largest diagonal entry")
-    return _by_class(classes, _gains(method, problem))
-
-
-def _gains(method: Method, problem: Problem) -> Mapping[str, str]:
-    """Return what each class of M guarantees for these bounds."""
-    if method is not METHODS["lemke"]:
-        return method.guaranteed
-    if "free" in problem.box.kinds:
-        gain = method.guaranteed.get("row_sufficient")
-        return {"positive_semidefinite": gain} if gain else {}
-    signed = "upper bound" in problem.box.kinds
-    return {name: gain for name, gain in method.guaranteed.items() if name in SIGNED or not signed}
+    gains = method.guaranteed
+    if method is METHODS["lemke"] and "free" in problem.box.kinds:
+        gain = gains.get("row_sufficient")
+        gains = {"positive_semidefinite": gain} if gain else {}
+    elif method is METHODS["lemke"] and "upper bound" in problem.box.kinds:
+        gains = {name: gain for name, gain in gains.items() if name in SIGNED}
+    return _by_class(classes, gains)
 
 
 def _by_class(classes: Classes, gains: Mapping[str, str]) -> Guarantee:
@@ -210,8 +200,7 @@ def spread(M: Matrix) -> Spread:
 
 
 def condition(M: Matrix) -> float:
-    """Return |M|_1 |M^-1|_1 of an affordable M; estimated from below for more than factors.MOST_NUMPY_ROWS rows.
-    Infinite if M is singular."""
+    """Return |M|_1 |M^-1|_1, from below for more than factors.MOST_NUMPY_ROWS rows; infinite if M is singular."""
     small = not is_sparse(M) and M.shape[0] <= factors.MOST_NUMPY_ROWS
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         try:

@@ -149,8 +149,7 @@ class Context:
         return elimination.definiteness(self.whole_symmetric_part(), self.check)
 
     def vector(self, P: Sequence[int], u: Sequence[Fraction | int]) -> Vector | None:
-        """Return a positive integer multiple of the v with u in the index set P and 0 elsewhere; None if floats do not
-        represent it exactly."""
+        """Return a positive integer multiple of the v with v_P = u, 0 elsewhere; None if floats do not represent it."""
         whole = numbers.whole_multiple([Fraction(value) for value in u])
         if max(map(abs, whole)) > numbers.LARGEST_INTEGER:
             return None
@@ -159,8 +158,7 @@ class Context:
         return v
 
     def form_is_low(self, v: Vector, strict: bool) -> bool:
-        """Return whether v'Mv is exactly negative, or, if strict, not positive; False if v is 0 or not finite, or if
-        the sign is not determined."""
+        """Return whether v'Mv is surely negative, or, if strict, not positive; False if v is 0 or not finite."""
         if not np.isfinite(v).all() or not v.any():
             return False
         with np.errstate(over="ignore", invalid="ignore"):
@@ -172,7 +170,9 @@ class Context:
         support = np.flatnonzero(v)
         if support.size > EXACT_SUPPORT:
             return False
-        total = numbers.sign_of_form(matrices.dense(self.M[support][:, support]), v[support])
+        x, _ = numbers.in_integers(v[support])
+        rows = numbers.integers(matrices.dense(self.M[support][:, support]))
+        total = numbers.dot(x, [numbers.dot(row, x) for row in rows])
         return total < 0 or (strict and total == 0)
 
 

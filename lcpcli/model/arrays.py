@@ -25,9 +25,8 @@ TEXTS = (str, bytes, bytearray)
 
 
 def plain(field: str, values: Any, expected: str) -> Any:
-    """Return the array or the list in an array-like object of numpy or pandas, without labels, and an array of objects
-    as lists; return anything else unchanged. Raise ProblemError for an operator that represents a matrix without having
-    its entries."""
+    """Return the array or the list in an array-like object, without labels, and an array of objects as lists; anything
+    else unchanged. Raise ProblemError for an operator that represents a matrix without having its entries."""
     if isinstance(values, np.ndarray):
         as_list = values.dtype == object and values.ndim and not _may_be_masked(values)
         return values.tolist() if as_list else values
@@ -63,8 +62,7 @@ def as_vector(field: str, values: Any, n: int | None = None, of: str = "unknown"
 
 
 def own(array: Vector, given: Any = None) -> Vector:
-    """Return the array, made of `given`, in read-only memory that nobody else changes: a copy, unless lists were given
-    or the array is read-only already."""
+    """Return the array, made of `given`, in read-only memory of its own; lists and read-only arrays need no copy."""
     if not isinstance(given, (list, tuple)) and _is_writeable(array):
         array = array.copy(order="K")
     array.setflags(write=False)
@@ -72,8 +70,7 @@ def own(array: Vector, given: Any = None) -> Vector:
 
 
 def own_matrix(M: Matrix, given: Any = None) -> Matrix:
-    """Return a matrix in memory of its own, as `own` does for an array; of a sparse matrix the values and the
-    indices are copied."""
+    """Return a matrix in memory of its own, as `own` does; of a sparse one the values and indices are copied."""
     if not is_sparse(M):
         return own(M, given)
     if _is_writeable(M.data):
@@ -91,8 +88,7 @@ def _is_writeable(array: Any) -> bool:
 
 
 def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
-    """Return values as an array of shape (n, k) of real numbers of any type, one vector in each column, or raise
-    ProblemError."""
+    """Return values as an array of shape (n, k) of real numbers, a vector in each column, or raise ProblemError."""
     per_column = "give one vector in each column, shape (n, k)"
     values = plain(field, values, ROWS)
     if isinstance(values, (list, tuple)) and values:
@@ -112,8 +108,7 @@ def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
 
 
 def as_square(field: str, values: Any, n: int, other: str = "q") -> tuple[Matrix, tuple[float, float]]:
-    """Return `as_matrix` of values, of shape (n, n) to fit the vector called `other`, and bounds on the largest |entry|
-    of its rows, as `_as_finite` does."""
+    """Return `as_matrix` of values, of shape (n, n) to fit a vector called `other`, and bounds as of `_as_finite`."""
     M = _as_rows(field, values)
     if M.shape[0] != M.shape[1]:
         raise ProblemError(field, f"is {M.shape[0]} x {M.shape[1]}", "make it square")
@@ -150,8 +145,8 @@ def _as_finite(field: str, M: Matrix) -> tuple[Matrix, tuple[float, float]]:
     """Return M, in compressed sparse rows if it is sparse, and bounds on the largest |entry| of its rows: one that is
     at most the least nonzero row maximum, infinite if there is none, and exactly the largest entry.
 
-    They are the `sizes` of the row maxima or, where these would take twice the time, of the diagonal and the largest
-    entry, or of all entries.
+    They are the `sizes` of the row maxima or, where that is faster, of the diagonal and the largest entry, or of all
+    entries.
     """
     given = None
     if is_sparse(M):
@@ -257,8 +252,7 @@ def _listed_rows(field: str, rows: Sequence[Any]) -> list[Any]:
 
 
 def _row(field: str, values: Any) -> Any:
-    """Return a list as it is, and anything else as a vector; an array of one row counts as a vector, an array of one
-    column does not."""
+    """Return a list as it is, and anything else, such as an array of one row but not of one column, as a vector."""
     row = plain(field, values, ROW)
     if isinstance(row, (list, tuple)):
         return row

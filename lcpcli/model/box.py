@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cache, cached_property
+from functools import cached_property
 from numbers import Rational
 from typing import Any, NamedTuple
 
@@ -19,18 +19,10 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, count, kind
 from lcpcli.linalg.doubles import LARGEST_DOUBLE, largest
-from lcpcli.model.arrays import (
-    FROM_0,
-    NUMBERS,
-    as_floats,
-    flat,
-    is_number_in_array,
-    own,
-    plain,
-    refuse_other_than_numbers,
-)
+from lcpcli.model import arrays
+from lcpcli.model.arrays import FROM_0, as_floats, own, plain
 from lcpcli.options import INFINITY
-from lcpcli.typing import BoundLike, Indices, Mask, States, Vector
+from lcpcli.typing import Indices, Mask, States, Vector
 
 NO_BOUND = 1e20  # a bound of this size or more means none, by the convention of MPS files and of OSQP
 LARGEST_X = LARGEST_DOUBLE / 2  # up to this |x|, z and w are finite
@@ -97,16 +89,11 @@ def in_words(states: States) -> list[str]:
 class Box:
     """l <= z <= u: each bound of shape (n,), or (m, n) for m problems, whose infinite entries are no bounds.
 
-    The bounds 0 and infinity of a linear complementarity problem are those two numbers, of shape ().
+    is_orthant : whether they are the bounds 0 and infinity of an LCP, which are those two numbers, of shape ().
     """
 
     def __init__(self, lower: Vector, upper: Vector) -> None:
-        self.lower, self.upper = lower, upper
-
-    @property
-    def is_orthant(self) -> bool:
-        """Return whether the bounds are 0 and infinity, those of a linear complementarity problem."""
-        return not self.lower.ndim
+        self.lower, self.upper, self.is_orthant = lower, upper, not lower.ndim
 
     @property
     def wording(self) -> Wording:
@@ -195,8 +182,7 @@ class Box:
         return np.where(basis, bound, 0.0)
 
     def violations(self, z: Vector, w: Vector, basis: States) -> Vector:
-        """Return how far each component is from satisfying the condition of its state; negative or 0 where it
-        satisfies it."""
+        """Return how far each component is from satisfying the condition of its state; at most 0 where it does."""
         if not self._has_upper:
             return np.where(basis, -w, self.lower - z)
         beyond: Vector = np.maximum(self.lower - z, z - self.upper)
@@ -214,8 +200,7 @@ class Box:
         return np.maximum(np.where(z > self.lower, w, -np.inf), np.where(z < self.upper, -w, -np.inf))
 
     def exchanged(self, basis: States, violated: Mask, z: Vector) -> States:
-        """Return the states with the violated components exchanged: a basic one goes to the bound that it violates,
-        one at a bound becomes basic."""
+        """Return the states with violated components exchanged: a basic one goes to its bound, others become basic."""
         basic = np.logical_not(basis)
         if not self._has_upper:
             return of_masks(basic ^ violated)
@@ -227,8 +212,7 @@ class Box:
         return np.minimum(nearest, self.upper, out=nearest) if self._has_upper else nearest
 
     def on_bounds(self, z: Vector, w: Vector, factor: Vector) -> Vector:
-        """Return the nearest admissible z, put on a bound where factor times the distance from it is less than the size
-        of a w that has the sign for this bound."""
+        """Return the nearest admissible z, on a bound where factor times its distance is less than a w of its sign."""
         at_lower, at_upper = factor * (z - self.lower) < w, factor * (z - self.upper) > w
         return np.where(at_lower, self.lower, np.where(at_upper, self.upper, self.project(z)))
 
@@ -240,8 +224,7 @@ class Box:
 
     @property
     def corner(self) -> Vector:
-        """Return the z at the lower bounds, at upper bounds where there are no lower ones, and 0 where there are
-        neither."""
+        """Return the z at the lower bounds, at upper ones where there are no lower ones, and 0 where there are none."""
         return np.where(np.isfinite(self.lower), self.lower, np.where(np.isfinite(self.upper), self.upper, 0.0))
 
     @cached_property
@@ -256,8 +239,7 @@ class Box:
 
     @cached_property
     def kinds(self) -> dict[str, int]:
-        """Return how many variables are free, have one bound or both, or are fixed; kinds without variables are left
-        out; for an LCP, all are."""
+        """Return how many variables are free, have one bound or both, or are fixed, if any; nothing for an LCP."""
         low, high = np.isfinite(self.lower), np.isfinite(self.upper)
         masks = {
             "free": ~low & ~high,
@@ -291,21 +273,10 @@ class Box:
 ORTHANT = Box(np.array(0.0), np.array(np.inf))
 
 
-def bounds_of(lower: BoundLike, upper: BoundLike, n: int, infinity: float) -> tuple[Vector, Vector] | None:
-    """Return the bounds as `as_bounds` does, without importing it for the bounds of an LCP."""
+def bounds_of(lower: Any, upper: Any, n: int, infinity: float) -> tuple[Vector, Vector] | None:
+    """Return l and u, of shape (n,), None if they are the bounds 0 and infinity of an LCP; or raise ProblemError."""
     if type(lower) in (int, float) and lower == 0 and (upper is None or (type(upper) is float and upper == math.inf)):
         return None
-    return _as_bounds()(lower, upper, n, infinity)
-
-
-@cache
-def _as_bounds() -> Callable[[BoundLike, BoundLike, int, float], tuple[Vector, Vector] | None]:
-    return as_bounds
-
-
-def as_bounds(lower: Any, upper: Any, n: int, infinity: float) -> tuple[Vector, Vector] | None:
-    """Return l and u, each of shape (n,), or None if they are the bounds 0 and infinity of an LCP; else raise
-    ProblemError."""
     low, high = as_intervals(("lower", "upper"), lower, upper, n, infinity=infinity)
     is_orthant = not np.count_nonzero(low) and np.count_nonzero(high == math.inf) == n
     return None if is_orthant else (own(low, lower), own(high, upper))
@@ -313,7 +284,7 @@ def as_bounds(lower: Any, upper: Any, n: int, infinity: float) -> tuple[Vector, 
 
 def has_columns(field: str, bound: Any) -> bool:
     """Return whether a bound has rows and is not an array of a single column, which would count as a vector."""
-    given = plain(field, bound, NUMBERS)
+    given = plain(field, bound, arrays.NUMBERS)
     if isinstance(given, (list, tuple)):
         return any(isinstance(row, (list, tuple)) or np.ndim(row) for row in given)
     return np.ndim(given) > 1 and np.shape(given)[1] != 1
@@ -322,8 +293,7 @@ def has_columns(field: str, bound: Any) -> bool:
 def as_intervals(
     fields: tuple[str, str], lower: Any, upper: Any, n: int, of: str = "unknown", infinity: float = math.inf
 ) -> tuple[Vector, Vector]:
-    """Return lower and upper bounds for each of n things of a kind, infinite if absent, or raise ProblemError for their
-    fields.
+    """Return lower and upper bounds for each of n things of a kind, infinite if absent, or raise ProblemError.
 
     infinity : a bound of at least this size counts as infinite.
     """
@@ -366,21 +336,20 @@ def with_infinity(bound: Vector, infinity: float) -> Vector:
 
 
 def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
-    """Return a bound of shape (n,) from one number for all or a number for each, possibly infinite; None stands for
-    `absent`, no bound."""
+    """Return a bound of shape (n,) from one number or n, possibly infinite; None stands for `absent`, no bound."""
     if values is None:
         return np.full(n, absent)
     expected = "a number, or a list of numbers"
     if isinstance(values, (bool, np.bool_, str)):
         raise ProblemError(field, f"is {kind(values)}", f"give {expected}")
     values = values if isinstance(values, (int, float)) else plain(field, values, expected)
-    if isinstance(values, (int, float, Rational)) or is_number_in_array(values):
+    if isinstance(values, (int, float, Rational)) or arrays.is_number_in_array(values):
         with np.errstate(over="ignore"):
             values = np.full(n, as_floats(field, [values])[0])
     if isinstance(values, (list, tuple)):
         values = [absent if value is None else value for value in values]
-        refuse_other_than_numbers(field, values)
-    v = flat(as_floats(field, values, expected))
+        arrays.refuse_other_than_numbers(field, values)
+    v = arrays.flat(as_floats(field, values, expected))
     if v.ndim != 1:
         raise ProblemError(field, f"has {count(v.ndim, 'dimension')}", "give a number, or a flat list of numbers")
     if v.size != n:

@@ -1,5 +1,5 @@
 """Changes of variables, each with the way back: a problem in other units, or with its reference point moved to 0, and
-several changes one after another.
+several changes in turn.
 
 Others are in `far_bounds` and `presolve`.
 
@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from lcpcli.linalg.matrices import is_sparse, unit_columns
 from lcpcli.linalg.units import LARGEST_POWER, equilibrate
 from lcpcli.model.box import LARGEST_X, Box, moved
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Mask, Matrix, Vector
+from lcpcli.typing import Indices, Mask, Vector
 
 MODERATE_POWER = 300  # the power of two up to which R q is usually left unchanged
 
@@ -74,24 +75,16 @@ class Composed(Change):
         return all(change.is_exact for change in self.changes)
 
     def start(self, x: Vector) -> Vector:
-        for change in self.changes:
-            x = change.start(x)
-        return x
+        return reduce(lambda own, change: change.start(own), self.changes, x)
 
     def back(self, x: Vector) -> Vector:
-        for change in reversed(self.changes):
-            x = change.back(x)
-        return x
+        return reduce(lambda own, change: change.back(own), reversed(self.changes), x)
 
     def residual(self, F: Vector) -> Vector:
-        for change in reversed(self.changes):
-            F = change.residual(F)
-        return F
+        return reduce(lambda own, change: change.residual(own), reversed(self.changes), F)
 
     def multipliers(self, y: Vector) -> Vector:
-        for change in reversed(self.changes):
-            y = change.multipliers(y)
-        return y
+        return reduce(lambda own, change: change.multipliers(own), reversed(self.changes), y)
 
 
 def composed(problem: Problem, *steps: Callable[[Problem], Change]) -> Composed:
@@ -189,12 +182,6 @@ def scale(problem: Problem, moderate: int = MODERATE_POWER) -> Scaled:
     if not np.isfinite(q).all():
         return Scaled(problem, problem, np.ones(q.size), np.ones(q.size))
     return in_units(problem, R, C)
-
-
-def equilibrated_point(problem: Problem, z: Vector, w: Vector) -> tuple[Box, Vector, Vector]:
-    """Return the bounds, z and w in the units of the equilibrated problem, without M, which takes longest."""
-    R, C = equilibrate(problem.M, problem.q, problem.row_maxima)
-    return problem.box.in_units(C), z / C, R * w
 
 
 def in_units(problem: Problem, R: Vector, C: Vector) -> Scaled:
@@ -322,8 +309,7 @@ class StandardForm(Change):
 
 
 def standard_form(given: Problem) -> StandardForm:
-    """Return the LCP of a problem, itself if it is one; else M is copied once. If all variables are fixed, they count
-    as boxed."""
+    """Return the LCP of a problem, itself if it is one, else with M copied. If all are fixed, they count as boxed."""
     if not given.is_mixed:
         return StandardForm(given, given, np.arange(given.n), np.arange(0), np.ones(given.n))
     box = given.box
@@ -332,17 +318,13 @@ def standard_form(given: Problem) -> StandardForm:
     boxed, sign = kept[(low & high)[kept]], np.where(high & ~low, -1.0, 1.0)
     q = given.w(box.corner) if box.corner.any() else given.q
     M, q = matrices.scaled(given.M[kept][:, kept], sign[kept], sign[kept]), sign[kept] * q[kept]
-    if box.free.any():
-        M, q = _with_common_column(M, q, box.free[kept])
+    if box.free.any():  # E'ME and E'q for E = [I, -e_F]
+        free = box.free[kept]
+        column, row = -(M @ free.astype(float)), -(free.astype(float) @ M)
+        corner = np.array([[-float(column[free].sum())]])
+        M, q = matrices.stack([[M, column[:, np.newaxis]], [row[np.newaxis], corner]]), np.append(q, -q[free].sum())
     if boxed.size:
         E = unit_columns(q.size, np.searchsorted(kept, boxed), is_sparse(M))
         zero = matrices.compressed((boxed.size, boxed.size)) if is_sparse(M) else np.zeros((boxed.size, boxed.size))
         M, q = matrices.stack([[M, E], [-E.T, zero]]), np.append(q, box.upper[boxed] - box.lower[boxed])
     return StandardForm(Problem(M, q, name=given.name), given, kept, boxed, sign)
-
-
-def _with_common_column(M: Matrix, q: Vector, free: Mask) -> tuple[Matrix, Vector]:
-    """Return E'ME and E'q for E = [I, -e_F]."""
-    column, row = -(M @ free.astype(float)), -(free.astype(float) @ M)
-    corner = np.array([[-float(column[free].sum())]])
-    return matrices.stack([[M, column[:, np.newaxis]], [row[np.newaxis], corner]]), np.append(q, -q[free].sum())

@@ -213,8 +213,7 @@ def rounding(values: Values, box: Box, z: Vector, most: float) -> Vector:
 
 
 def _line(values: Values, box: Box, z: Vector, spacing: float) -> Vector:
-    """Return F at ORDERS + 1 points from z on, shape (ORDERS + 1, n). spacing : relative to z, or to 1 where it is
-    smaller."""
+    """Return F at ORDERS + 1 points from z on, in their rows, with a spacing relative to z, or to 1 if z is smaller."""
     above, below = box.upper - z, z - box.lower
     up = np.where(above == below, generator(0).random(z.size) < 0.5, above > below)
     moves = np.where(up, spacing, -spacing) * np.maximum(np.abs(z), 1.0)

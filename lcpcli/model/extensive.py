@@ -20,7 +20,7 @@ from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, kind, refuse_unknown
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import compressed, is_sparse
-from lcpcli.model.game_tree import MOST_BITS, TERMINAL, GameTree, Player, distinct_labels, tree_of
+from lcpcli.model.game_tree import MOST_BITS, TERMINAL, GameTree, distinct_labels, tree_of
 from lcpcli.model.program import Conditions
 
 MOST_DENSE = 200  # unknowns up to which M is dense, as pivoting is fast there
@@ -119,7 +119,8 @@ class ExtensiveGame:
         for (i, j), cost in self.costs[1].at.items():
             rows[y + j][x + i] = cost
         for player, plan, value in zip(self.tree.players, (x, y), (u, v), strict=True):
-            for k, moves, before in _constraints(player):
+            sets = ((i + 1, player.moves(i), [before]) for i, before in enumerate(player.before))
+            for k, moves, before in [(0, [0], []), *sets]:  # of row k of E, the columns of its entries 1 and -1
                 for entry, sequences in ((1, moves), (-1, before)):
                     for sequence in sequences:
                         rows[value + k][plan + sequence] = Fraction(entry)
@@ -178,15 +179,8 @@ def moves_of(actions: Sequence[str]) -> list[str]:
     return distinct_labels(actions, str, range(1, len(actions) + 1))
 
 
-def _constraints(player: Player) -> list[tuple[int, Sequence[int], Sequence[int]]]:
-    """Return for each row of E its index, and the columns of its entries 1 and of its entries -1."""
-    sets = ((i + 1, player.moves(i), [before]) for i, before in enumerate(player.before))
-    return [(0, [0], []), *sets]
-
-
 def _costs(ends: Sequence[tuple[tuple[int, int], Fraction, Fraction]]) -> Costs:
-    """Return the costs of a player. ends : the sequences, the probability of the chance moves, and the payoff, of each
-    end of the game that chance does not exclude."""
+    """Return the costs of a player, for the sequences, chance and payoff of each end that chance does not exclude."""
     largest, least = (extreme(payoff for *_, payoff in ends) for extreme in (max, min))
     constant = largest + ((largest - least) or 1)
     at: dict[tuple[int, int], Fraction] = {}

@@ -45,8 +45,7 @@ def with_infinity(problem: Problem, infinity: float) -> Problem:
 
 
 def remark(problem: Problem) -> str:
-    """Return a line that says how many bounds of 1e20 or more the problem has and what to do if they stand for infinite
-    ones; "" if it has none."""
+    """Return how many bounds of 1e20 or more there are and what to do if they stand for infinite ones; "" if none."""
     sides = _far_sides(problem)
     if sides is None:
         return ""

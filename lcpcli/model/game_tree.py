@@ -1,5 +1,5 @@
-"""Games of two players in extensive form: the nodes of the tree, information sets, and the sequences of moves; and
-their text in Gambit's .efg files.
+"""Games of two players in extensive form: the nodes of the tree, information sets and sequences of moves; and their
+text in .efg files.
 
 With perfect recall, the moves that a player has made before an information set are the same at all of its nodes; so
 each action of each information set stands for one sequence of the player's moves: B. von Stengel, Efficient computation
@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import islice
@@ -35,8 +35,7 @@ T = TypeVar("T")
 
 
 class InformationSet(NamedTuple):
-    """An information set of a player, or a chance event: its number in the file, its label, and its actions, for an
-    event with their probabilities."""
+    """An information set, or a chance event: its number in the file, label, actions, and an event's probabilities."""
 
     number: int
     label: str
@@ -144,43 +143,6 @@ def distinct_labels(things: Iterable[T], label: Callable[[T], str], numbers: Ite
     return [own if own and times[own] == 1 else f"{own} {number}".strip() for own, number in pairs]
 
 
-class Sequences(NamedTuple):
-    """The sequences of both players' moves.
-
-    at : for each node, those that lead there. before, first : for each player, as in `Player`. forgotten : the index of
-    the first node to which another sequence leads than to a node before it in the same information set, so that recall
-    is not perfect; None if there is none.
-    """
-
-    at: list[tuple[int, int]]
-    before: tuple[list[int], list[int]]
-    first: tuple[list[int], list[int]]
-    forgotten: int | None = None
-
-
-def sequences(nodes: Sequence[Node], sets: Sequence[Sequence[InformationSet]]) -> Sequences:
-    """Return the sequences of a tree with these nodes and with these information sets of each player, which are in the
-    order of their first nodes."""
-    found = Sequences([], ([], []), ([], []))
-    size = [1, 1]
-    for i, node in enumerate(nodes):
-        own = list(found.at[node.parent]) if i else [0, 0]
-        above = nodes[node.parent]
-        if i and above.owner >= 0:
-            own[above.owner] = found.first[above.owner][above.where] + node.move
-        found.at.append((own[0], own[1]))
-        if node.owner < 0:
-            continue
-        before = found.before[node.owner]
-        if node.where == len(before):
-            before.append(own[node.owner])
-            found.first[node.owner].append(size[node.owner])
-            size[node.owner] += len(sets[node.owner][node.where].actions)
-        elif before[node.where] != own[node.owner]:
-            return found._replace(forgotten=i)
-    return found
-
-
 TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|[{}]|[^\s,{}"]+|"', re.DOTALL)  # a text, a brace, a word, or an open quote
 NUMBER = re.compile(
     r"[-+]?(?:[0-9]{1,1000}(?:\.[0-9]{0,1000})?|\.[0-9]{1,1000})(?:[eE][-+]?[0-9]{1,3})?|"
@@ -271,15 +233,32 @@ class _Reading:
         self.comments()
         if word := self.word():
             raise self.fault(f"has {quoted(word)} after the last node of the tree", "remove it, or correct the nodes")
-        found = sequences(nodes, [self.sets[0], self.sets[1]])
-        if found.forgotten is not None:
-            node = nodes[found.forgotten]
-            named = f"information set {self.sets[node.owner][node.where].number} of player {node.owner + 1}"
-            fault = f"has no perfect recall: other own moves lead to {named} than before"
-            hint = "give an information set to each history of a player's own moves"
-            raise self.fault(fault, hint, places[found.forgotten])
-        one, two = (Player(name, self.sets[i], found.before[i], found.first[i]) for i, name in enumerate(players))
-        return GameTree(self.text, title, (one, two), self.sets[CHANCE], nodes, found.at)
+        one, two = (Player(name, self.sets[i], [], []) for i, name in enumerate(players))
+        at = self.sequences(nodes, places, (one, two))
+        return GameTree(self.text, title, (one, two), self.sets[CHANCE], nodes, at)
+
+    def sequences(self, nodes: list[Node], places: list[int], players: tuple[Player, Player]) -> list[tuple[int, int]]:
+        """Return for each node, as `GameTree` has them, the sequences of both players' moves that lead there, and add
+        those of the information sets, which are in the order of their first nodes, to the players."""
+        at, size = list[tuple[int, int]](), [1, 1]
+        for node, place in zip(nodes, places, strict=True):
+            own, above = list(at[node.parent]) if at else [0, 0], nodes[node.parent]
+            if at and above.owner >= 0:
+                own[above.owner] = players[above.owner].first[above.where] + node.move
+            at.append((own[0], own[1]))
+            if node.owner < 0:
+                continue
+            player = players[node.owner]
+            if node.where == len(player.before):
+                player.before.append(own[node.owner])
+                player.first.append(size[node.owner])
+                size[node.owner] += len(player.sets[node.where].actions)
+            elif player.before[node.where] != own[node.owner]:
+                named = f"information set {player.sets[node.where].number} of player {node.owner + 1}"
+                fault = f"has no perfect recall: other own moves lead to {named} than before"
+                hint = "give an information set to each history of a player's own moves"
+                raise self.fault(fault, hint, place)
+        return at
 
     def comments(self) -> None:
         while self.next_is_text:

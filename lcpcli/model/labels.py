@@ -12,13 +12,13 @@ from lcpcli.errors import ProblemError
 UNLABELLED = "give them the same labels, or arrays, as by to_numpy()"
 
 
-def by_label(table: Any, /, of: str = "the columns of M", **fields: Any) -> list[Any]:
-    """Return the values of fields with their rows in the order of the columns, or the rows, of a table, if both have
-    labels; else return the values unchanged."""
+def by_label(table: Any, /, of: str = "the columns of M", axis: str = "index", **fields: Any) -> list[Any]:
+    """Return the values of fields with their rows, or columns, in the order of the columns, or the rows, of a table, if
+    both have labels; else return the values unchanged."""
     if not _is_table(table):
         return list(fields.values())
     labels = list(table.index if of.startswith("the rows") else table.columns)
-    return [_in_order(field, values, labels, of) for field, values in fields.items()]
+    return [_in_order(field, values, labels, of, axis) for field, values in fields.items()]
 
 
 def by_names(names: Callable[[], Sequence[str]], **fields: Any) -> list[Any]:
@@ -32,17 +32,6 @@ def by_names(names: Callable[[], Sequence[str]], **fields: Any) -> list[Any]:
     return [_in_order(field, values, labels, "the names of the unknowns") for field, values in fields.items()]
 
 
-def columns_by_label(table: Any, of: str, **fields: Any) -> list[Any]:
-    """Return the values of fields with their columns in the order of the columns of a table, if both have labels."""
-    if not _is_table(table):
-        return list(fields.values())
-    labels = list(table.columns)
-    return [
-        _in_order(field, values, labels, of, "columns") if hasattr(values, "columns") else values
-        for field, values in fields.items()
-    ]
-
-
 def program_by_label(
     Q: Any, c: Any, A: Any, b: Any, row_lower: Any, row_upper: Any, lower: Any, upper: Any
 ) -> tuple[Any, ...]:
@@ -51,8 +40,7 @@ def program_by_label(
     ends = by_label(A, "the rows of A", b=b, row_lower=row_lower, row_upper=row_upper)
     name, table = ("Q", Q) if hasattr(Q, "columns") else ("A", A)
     of = f"the columns of {name}"
-    if _is_table(table) and hasattr(A, "columns"):
-        A = _in_order("A", A, list(table.columns), of, "columns")
+    (A,) = by_label(table, of, "columns", A=A)
     Q, c, *bounds = by_label(table, of, Q=Q, c=c, lower=lower, upper=upper)
     return Q, c, A, *ends, *bounds
 
@@ -74,14 +62,14 @@ def texts(labels: Any) -> tuple[str, ...]:
 
 def _in_order(field: str, values: Any, labels: list[Any], of: str, axis: str = "index") -> Any:
     """Return values with rows, or columns, in the order of these labels, as `_places` finds it."""
-    places = _places(field, list(getattr(values, axis)), labels, of) if _has_index(values) else None
+    has_axis = _has_index(values) and hasattr(values, axis)
+    places = _places(field, list(getattr(values, axis)), labels, of) if has_axis else None
     return values if places is None else np.take(values.to_numpy(), places, axis=("index", "columns").index(axis))
 
 
 def _places(field: str, own: list[Any], labels: list[Any], of: str) -> list[int] | None:
-    """Return the places of labels among a field's own labels if they are the same in another order. Return None, so
-    that positions count, if the order is the same, or if the labels differ and one of the two only counts from 0;
-    else raise ProblemError."""
+    """Return the places of labels among a field's own labels if these are the same in another order; None, so that
+    positions count, if the order is the same or one of the two only counts from 0; else raise ProblemError."""
     if own == labels:
         return None
     if len(own) == len(labels) == len(set(own)) and set(own) == set(labels):

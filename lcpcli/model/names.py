@@ -30,8 +30,7 @@ def component(problem: Problem, name: str, z: Vector) -> Vector:
 
 
 def reversed_names(problem: Problem) -> set[int]:
-    """Return the components whose names stand for them with the other sign: multipliers of a program to be
-    maximized."""
+    """Return the components whose names have the other sign: multipliers of a program to be maximized."""
     origin, names = problem.origin, problem.names
     return {i for i in origin.reversed(problem.n) if names[i]} if isinstance(origin, Program) else set()
 

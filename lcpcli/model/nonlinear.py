@@ -140,8 +140,7 @@ class NonlinearProblem:
         return None
 
     def jacobian(self, z: Vector) -> Matrix:
-        """Return J(z), dense or a csr array, possibly with nan; raise ProblemError if J returns anything else. J must
-        be given."""
+        """Return the given J(z), dense or a csr array, possibly with nan; raise ProblemError for anything else."""
         assert self.J is not None
         given = _called("J", self.J, z, (self.n, self.n))
         if hasattr(given, "matvec"):

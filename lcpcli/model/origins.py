@@ -188,8 +188,7 @@ def _complement(costs: Vector, payoffs: Vector) -> bool:
 
 
 def _listed(payoffs: Vector, exact: Payoffs | None) -> list[list[float | str]]:
-    """Return rows of numbers for JSON: whole ones as integers, which are written without a point, and fractions as
-    texts."""
+    """Return rows of numbers for JSON: whole ones as integers, without a point, and fractions as texts."""
     rows: list[list[float | str]] = [
         [int(v) if v.is_integer() and abs(v) < 1e15 else v for v in row] for row in payoffs.tolist()
     ]
@@ -223,8 +222,7 @@ ORIGIN_KINDS = ("qp", "game", "efg")
 
 
 def origin_of(given: Any, names: Sequence[str], problem: Conditions) -> Origin:
-    """Return the origin of a problem, given as an origin, as the object in a file, or as the names of its unknowns; or
-    raise ProblemError."""
+    """Return the origin that is given as such, as the object in a file, or as names; or raise ProblemError."""
     if given is None:
         own = names_of("names", names, problem.q.size, "unknown")
         if twice := next((name for i, name in enumerate(own) if name and name in own[:i]), None):

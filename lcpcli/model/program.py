@@ -131,8 +131,7 @@ class Program:
         return are_equal(made.M, given.M) and all(map(np.array_equal, made[1:], given[1:]))
 
     def program(self, given: Conditions) -> ProgramData | None:
-        """Return the program, to be minimized, whose conditions these are; None if they are the conditions of no
-        program."""
+        """Return the program, to be minimized, whose conditions these are; None if there is none."""
         k, n = self.variables, given.q.size
         M, q, rows = given.M, given.q, slice(k, n - self.ranges)
         low, high = -q[rows] + 0.0, -q[rows] + 0.0

@@ -14,7 +14,7 @@ from lcpcli.linalg.doubles import distinct
 from lcpcli.linalg.matrices import compressed, is_sparse, is_symmetric, stack
 from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector
 from lcpcli.model.box import NO_BOUND, as_intervals
-from lcpcli.model.labels import by_label, columns_by_label, program_by_label
+from lcpcli.model.labels import by_label, program_by_label
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import SENSES, Program, ProgramData, constant_of, names_of, sense_of
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
@@ -114,7 +114,7 @@ def from_qpsolvers(
     """
     of = "the columns of P"
     (h,), (b,) = by_label(G, "the rows of G", h=h), by_label(A, "the rows of A", b=b)
-    G, A = columns_by_label(P, of, G=G, A=A)
+    G, A = by_label(P, of, "columns", G=G, A=A)
     P, q, lb, ub = by_label(P, of, P=P, q=q, lb=lb, ub=ub)
     quadratic, linear = _objective("P", P, "q", q)
     k = linear.size
@@ -230,8 +230,7 @@ def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
 def _program(
     Q: Matrix | None, c: Vector, A: Matrix, ends: Interval, bounds: Interval, sign: float = 1.0
 ) -> ProgramData:
-    """Return the program to be minimized, with both matrices sparse if one is; a large one without any matrix is
-    sparse too."""
+    """Return the program to be minimized, with sparse matrices if one is, or if it is large without any."""
     k = c.size
     sparse = is_sparse(A) or is_sparse(Q) or (Q is None and k > MOST_DENSE_VARIABLES)
     if Q is None:

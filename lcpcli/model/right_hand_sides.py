@@ -16,16 +16,8 @@ from lcpcli.errors import ProblemError
 from lcpcli.linalg.doubles import FAR_FROM_ONE, are_moderate, is_finite, row_sizes, sizes
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, each_product, well_conditioned_inverse
 from lcpcli.linalg.matrices import absolute_product, dense, product
-from lcpcli.model.arrays import (
-    FROM_0,
-    NUMBERS,
-    as_columns,
-    as_floats,
-    own,
-    plain,
-    refuse_infinite,
-    refuse_other_than_numbers,
-)
+from lcpcli.model import arrays
+from lcpcli.model.arrays import FROM_0, as_floats, own
 from lcpcli.model.box import NO_BOUND, ORTHANT, Box, as_bound, as_intervals, has_columns, with_infinity
 from lcpcli.model.labels import by_label
 from lcpcli.model.problem import Problem
@@ -42,23 +34,18 @@ class Columns:
 
     def __init__(self, M: Any, Q: Any, lower: Any, upper: Any, infinity: float = math.inf) -> None:
         Q, lower, upper = by_label(M, Q=Q, lower=lower, upper=upper)
-        self.Q = as_columns("Q", Q)
-        n, self.k = self.Q.shape
+        self.Q = arrays.as_columns("Q", Q)
+        self.n, self.k = self.Q.shape
         self._bounds = None
         if has_columns("lower", lower) or has_columns("upper", upper):
-            self._bounds = _bounds_of_columns(lower, upper, n, self.k, infinity)
+            self._bounds = _bounds_of_columns(lower, upper, self.n, self.k, infinity)
             lower, upper = 0.0, math.inf
         self.like = _problem(M, self.Q, lower, upper, infinity)
-        self.M = dense(self.like.M) if n <= MOST_NUMPY_ROWS else self.like.M
-
-    @property
-    def n(self) -> int:
-        return self.like.n
+        self.M = dense(self.like.M) if self.n <= MOST_NUMPY_ROWS else self.like.M
 
     @cached_property
     def inverse(self) -> Matrix | None:
-        """Return the inverse of M, if M is small and well-conditioned and there are more columns than unknowns, so
-        that it pays."""
+        """Return the inverse of a small well-conditioned M if there are more columns than unknowns, so that it pays."""
         return well_conditioned_inverse(self.M) if self.n < min(self.k, MOST_NUMPY_ROWS + 1) else None
 
     def block(self, first: int, last: int) -> Block:
@@ -82,8 +69,7 @@ class Columns:
 
 
 def like_with(like: Problem, q: Vector, box: Box) -> Problem:
-    """Return the problem with the M of another one, a validated q and other bounds, in microseconds; what is known of M
-    remains known, and nothing else."""
+    """Return the problem with the M of another one, and all that is known of M, a validated q and bounds, quickly."""
     least, largest = sizes(q)
     is_moderate = like.has_moderate_rows and least >= 1 / FAR_FROM_ONE and largest <= FAR_FROM_ONE
     known = like.known_of_M()
@@ -117,7 +103,7 @@ def _bounds_of_columns(lower: Any, upper: Any, n: int, k: int, infinity: float) 
         if not has_columns(field, bound):
             given.append(as_bound(field, bound, n, "unknown", absent)[:, np.newaxis])
             continue
-        values = as_columns(field, bound, finite=False)
+        values = arrays.as_columns(field, bound, finite=False)
         if values.shape != (n, k):
             fault = f"has shape {values.shape}, but Q has {(n, k)}"
             raise ProblemError(field, fault, "give a number, one for each unknown, or one for each entry of Q")
@@ -128,8 +114,7 @@ def _bounds_of_columns(lower: Any, upper: Any, n: int, k: int, infinity: float) 
 
 
 def refuse_crossed(low: Vector, high: Vector, name: str = "column", first: int = 0) -> None:
-    """Raise ProblemError if no number lies between the bounds, of shape (m, n), for columns, or what else the rows are
-    for, numbered from `first`."""
+    """Raise ProblemError if bounds of shape (m, n), for columns or others, numbered from `first`, leave no number."""
     for j in np.flatnonzero(~((low <= high) & (low < np.inf) & (high > -np.inf)).all(axis=1))[:1]:
         try:
             as_intervals(("lower", "upper"), low[j], high[j], low.shape[1])
@@ -264,8 +249,7 @@ class Stack:
 
     @cached_property
     def are_moderate(self) -> Mask:
-        """Return which problems have moderate numbers (see `Problem`), and no bounds that may stand for infinite
-        ones; shape (m,)."""
+        """Return which problems have moderate numbers (see `Problem`), and no far bounds; shape (m,)."""
         moderate = np.ones(len(self), dtype=bool)
         if not (are_moderate(self.M) and are_moderate(self.q)):
             for values in (np.abs(self.M).max(axis=2, initial=0.0), self.q):
@@ -311,17 +295,17 @@ def as_stack(field: str, values: Any, shape: tuple[int | None, ...], finite: boo
     if given.ndim < len(shape) - 1 or given.shape != known:
         raise ProblemError(field, f"has shape {given.shape}", f"give shape {shape}".replace("None", "k"))
     if finite:
-        refuse_infinite(field, given)
+        arrays.refuse_infinite(field, given)
     return np.broadcast_to(given, (shape[0], *known)) if given.ndim < len(shape) and shape[0] is not None else given
 
 
 def _stacked(field: str, values: Any, most: int) -> Vector:
     """Return an array, or lists of up to `most` dimensions, as floats."""
-    values = plain(field, values, NUMBERS)
+    values = arrays.plain(field, values, arrays.NUMBERS)
     if not isinstance(values, (list, tuple)):
         return as_floats(field, values)
     if most == 1 or not values or dimensions(values) == 1:
-        refuse_other_than_numbers(field, values)
+        arrays.refuse_other_than_numbers(field, values)
         return as_floats(field, values)
     parts = [_stacked(f"{field}[{i}]", part, most - 1) for i, part in enumerate(values)]
     for i, part in enumerate(parts):

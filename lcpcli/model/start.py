@@ -42,11 +42,6 @@ class Start:
         return start
 
     @property
-    def has_states(self) -> bool:
-        """Return whether states are given instead of a point."""
-        return self._basis is not None
-
-    @property
     def is_near(self) -> bool:
         """Return whether a z is given whose natural residual is so small that its states may be those of a solution."""
         return self.gap < FAR_START * size(self.problem.q_ref)
@@ -54,7 +49,7 @@ class Start:
     @property
     def known_to_auto(self) -> dict[str, bool]:
         """Return what `auto` is told beside its options: what the start stands for."""
-        return {"states": True} if self.has_states else {"near": True} if self.is_near else {}
+        return {"states": True} if self._basis is not None else {"near": True} if self.is_near else {}
 
     @cached_property
     def basis(self) -> States:
@@ -116,5 +111,4 @@ def x_in(problem: Problem, basis: States) -> Vector:
     above, below = (bound + turn * np.maximum(1.0, np.spacing(np.abs(bound))) for bound, turn in ((low, 1), (high, -1)))
     inside = np.where(np.isfinite(low), above, np.where(np.isfinite(high), below, 0.0))
     inside = np.where(np.isfinite(low) & np.isfinite(high), low / 2 + high / 2, inside)
-    x: Vector = 0.5 * np.where(basis == BASIC, inside, np.where(basis == UPPER, high + 1.0, low - 1.0))
-    return x
+    return np.asarray(0.5 * np.where(basis == BASIC, inside, np.where(basis == UPPER, high + 1.0, low - 1.0)))

@@ -8,10 +8,9 @@ are when the data change a little, and for changes dM, dq, dl, du
 For a function with gradient g of z, one system gives the derivatives by all data: with lambda_B = -M_BB'^-1 g_B, and 0
 elsewhere, they are lambda z' by M, lambda by q, and (g + M' lambda)_N by the bounds.
 
-If M_BB is singular, as that of redundant contacts is, z is one of several solutions, which differ by v with
-M_BB v_B = 0. They share J z if J v = 0 for all such v. The derivative of J z is then J dz, by any generalized inverse
-of M_BB, for changes with which the equations do not contradict each other; and for g = J'h the system for lambda has
-solutions.
+If M_BB is singular, as that of redundant contacts is, z is one of several solutions, which differ by v with M_BB v_B =
+0. They share J z if J v = 0 for all such v. The derivative of J z is then J dz, by any generalized inverse of M_BB, for
+changes with which the equations do not contradict each other; and for g = J'h there is a lambda.
 
 Variables K at a bound with w = 0 are at a kink. If the solution is strongly regular, which means that the Schur
 complement S = M_KK - M_KB M_BB^-1 M_BK is a P-matrix, the solution near z is a piecewise smooth function of the data,
@@ -44,11 +43,11 @@ from lcpcli.model.box import Box
 from lcpcli.model.labels import by_names
 from lcpcli.model.problem import Problem
 from lcpcli.model.right_hand_sides import Stack, as_stack
-from lcpcli.parametric.linearization import Linearization, are_clear, linearization, room
+from lcpcli.parametric.linearization import Linearization, are_clear, linearization
 from lcpcli.solving.derivatives import BatchDerivative, BatchGradient, Derivative, Gradient
 from lcpcli.solving.result import Result
 from lcpcli.typing import Mask, Matrix, Vector, VectorLike
-from lcpcli.verify.digits import signs
+from lcpcli.verify.digits import room, signs
 
 FEW_KINKS = 10  # up to which S is classified before M: by its principal minors in milliseconds
 MOST_MINORS = 20_000  # and other steps of an inspection of S
@@ -88,8 +87,7 @@ def derivative(
     one_sided: bool = False,
     J: Any = None,
 ) -> Derivative:
-    """Return the derivative of the solution in the direction of these changes of the data, None for no change; with J,
-    that of J z."""
+    """Return the derivative of the solution, or of J z, in the direction of these changes; None for no change."""
     at, rows = linearization(result, J is not None), None if J is None else _rows(J, problem.n)
     if rows is not None:
         _refuse_undetermined(at, rows)
@@ -135,8 +133,7 @@ def _refuse_undetermined(at: Linearization, J: Matrix) -> None:
 
 
 def moved_bounds(box: Box, upper: Mask, dlower: Vector | None, dupper: Vector | None) -> Vector:
-    """Return the changes of the upper bounds where z is at these, shape (n,) or (m, n), and those of the lower ones
-    elsewhere, or raise ProblemError."""
+    """Return the changes of upper bounds where z is at them, and of lower ones elsewhere, or raise ProblemError."""
     low, high = (np.zeros(upper.shape) if moves is None else moves for moves in (dlower, dupper))
     for name, moves, bound in (("lower", low, box.lower), ("upper", high, box.upper)):
         for at in np.argwhere(np.isinf(bound) & (moves != 0))[:1].tolist():
@@ -196,8 +193,7 @@ def _rounding(at: Linearization, columns: Vector, through: Vector) -> Vector:
 
 
 def _is_p_matrix(S: Matrix, rounding: Vector | None = None) -> bool | None:
-    """Return whether S is proved to be a P-matrix or not, even if rounding changes its diagonal by this; None if
-    neither is proved."""
+    """Return whether S is proved to be a P-matrix or not, whatever this rounding of its diagonal; or None."""
     with imports:
         from lcpcli.inspection.verdict import NO, YES, classify
     cases = [S] if rounding is None or not rounding.any() else [S - np.diag(rounding), S + np.diag(rounding)]
@@ -256,13 +252,7 @@ def gradients(
     given = as_stack("g", g, (m, n if rows is None else rows.shape[1]))
     of_z = np.array(given if rows is None else each_product(rows.swapaxes(1, 2), given))
     found = BatchGradient(
-        0.0 - at.solve(of_z, transposed=True),
-        stack.M,
-        at.z.copy(),
-        of_z,
-        at.basic.copy(),
-        at.upper.copy(),
-        {},
+        0.0 - at.solve(of_z, transposed=True), stack.M, at.z.copy(), of_z, at.basic.copy(), at.upper.copy(), {}
     )
 
     def one(i: int) -> Gradient:

@@ -47,8 +47,7 @@ class ExactFamily:
         return [w + s * change for w, (_, change) in zip(self._first.w(z), self.q, strict=True)]
 
     def satisfies(self, states: States, s: Fraction, z: Values, w: Values) -> bool:
-        """Return whether a point satisfies the conditions of these states, which are linear: so if both ends of a piece
-        do, each of its points does."""
+        """Return whether a point satisfies the conditions of these states, as all of a piece does if its ends do."""
         for i, state in enumerate(states.tolist()):
             low, high = self.bound(i, False, s), self.bound(i, True, s)
             within = (low is None or z[i] >= low) and (high is None or z[i] <= high)

@@ -40,8 +40,8 @@ NOISE = 2.0**-40  # relative to the largest change: a change that counts as none
 
 
 def basic_states(problem: Problem, z: Vector, w: Vector, is_fixed: Mask) -> States | None:
-    """Return the states of a solution whose basic variables are determined, shape (n,); None if there is none, as the
-    solutions near z contain a line.
+    """Return the states of a solution whose basic variables are determined, shape (n,); None if solutions near z
+    contain a line.
 
     is_fixed : where both bounds are equal on the whole path.
 
@@ -83,15 +83,16 @@ def basic_states(problem: Problem, z: Vector, w: Vector, is_fixed: Mask) -> Stat
 
 
 def _null_vector(M: Matrix, states: States) -> Vector | None:
-    """Return a vector v of shape (n,), zero outside B, with M_BB v_B = 0 for an equilibrated M; None if M_BB is not
-    singular."""
+    """Return v of shape (n,), zero outside B, with M_BB v_B = 0 for an equilibrated M; None if M_BB is regular."""
     basic = np.flatnonzero(states == BASIC)
     if not basic.size:
         return None
     block = M[basic][:, basic]
     if is_sparse(block) or basic.size > MOST_NUMPY_ROWS:
-        if _is_regular(block):
-            return None
+        known = generator(0).uniform(1, 2, block.shape[0])
+        with suppress(SingularMatrix):
+            if np.abs(factorizer(block)(0.0)(product(block, known)) - known).max() <= RECOVERED:
+                return None
         block = dense(block)
     elif well_conditioned_inverse(block, 1 / SINGULAR) is not None:
         return None
@@ -103,20 +104,11 @@ def _null_vector(M: Matrix, states: States) -> Vector | None:
     return v
 
 
-def _is_regular(block: Matrix) -> bool:
-    """Return whether a solve recovers a third of the digits of a known solution."""
-    known = generator(0).uniform(1, 2, block.shape[0])
-    with suppress(SingularMatrix):
-        return bool(np.abs(factorizer(block)(0.0)(product(block, known)) - known).max() <= RECOVERED)
-    return False
-
-
 AT_ONCE, LEAST_AT_ONCE = 500_000, 4  # numbers of z, and breakpoints, from which on these are verified
 
 
 class _Point(NamedTuple):
-    """A breakpoint: s and z, t as a double, w in fractions or once it is verified, and the states on the piece before,
-    None for the first."""
+    """A breakpoint: s, t as a double, z, w if exact or verified, and the states on the piece before, or None."""
 
     s: Any
     t: float
@@ -148,7 +140,8 @@ class Breakpoints:
         self.points[-1] = self._point(s, z, self.points[-1].states)
 
     def _point(self, s: Any, z: Any, states: States | None) -> _Point:
-        return _Point(s, self.family.t_of(float(s)), z, None if self.exact is None else self.exact.w(s, z), states)
+        t = self.family.start * (1 - float(s)) + self.family.stop * float(s)  # exactly a and b at the ends
+        return _Point(s, t, z, None if self.exact is None else self.exact.w(s, z), states)
 
     def _verify(self, most: int) -> None:
         """Verify the first breakpoints, so many, but for those that have been."""
@@ -253,12 +246,7 @@ def path(
     return follow(Family(problem, to, start, stop), turns, data if exact else None, **given)
 
 
-def follow(
-    family: Family,
-    turns: bool = False,
-    read: Callable[[], Data] | None = None,
-    **given: Any,
-) -> Path:
+def follow(family: Family, turns: bool = False, read: Callable[[], Data] | None = None, **given: Any) -> Path:
     """Return the path, in fractions if `read` is given, which returns both problems with their numbers as written;
     `given` are options of `path`, None where they are not given."""
     began = seconds()
@@ -312,7 +300,16 @@ class _Following:
         except SingularMatrix:
             self.end = _End(ends.BREAKDOWN, f"{ENDS[ends.BREAKDOWN]}: a basis is too ill-conditioned")
         certificate = result.certificate.vector if result is not None and result.certificate is not None else None
-        return self._concluded(certificate, began)
+        path, (end, message, ray), direction = self.found.path(), self.end, None
+        if ray is not None:
+            direction = np.array(ray.z, dtype=float)
+            candidates = [direction] if ray.multipliers is None else [direction, ray.multipliers, -ray.multipliers]
+            # the multipliers of the rows are a proof if t is at its largest over all solutions of the inequalities
+            certificate = next((y for y in (proof(self.family.to, y) for y in candidates) if y is not None), None)
+            if certificate is not None:
+                message += "; the second problem is proved to have no solution"
+        path = replace(path, direction=direction, certificate=certificate)
+        return replace(path, end=end, message=message, seconds=seconds() - began)
 
     def _from(self, result: Result) -> _End:
         """Follow the path from a solution of the first problem; return how it ends."""
@@ -358,24 +355,6 @@ class _Following:
         elif edge.is_last:
             self.found.replace_last(s, edge.z)
 
-    def _concluded(self, certificate: Vector | None, began: float) -> Path:
-        """Return the path with its end."""
-        message, direction = self.end.message, None
-        path = self.found.path()
-        if self.end.ray is not None:
-            direction = np.array(self.end.ray.z, dtype=float)
-            certificate = _proof(self.family.to, self.end.ray)
-            if certificate is not None:
-                message += "; the second problem is proved to have no solution"
-        return replace(
-            path,
-            end=self.end.end,
-            message=message,
-            seconds=seconds() - began,
-            direction=direction,
-            certificate=certificate,
-        )
-
 
 def _unsolved(result: Result) -> _End:
     """Return the end of a path that cannot begin."""
@@ -384,12 +363,3 @@ def _unsolved(result: Result) -> _End:
     if result.status is Status.TIME_LIMIT:
         return _End(ends.TIME_LIMIT, ENDS[ends.TIME_LIMIT])
     return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]}: {result.message}")
-
-
-def _proof(to: Problem, ray: Edge) -> Vector | None:
-    """Return a vector that proves the second problem infeasible, from the direction of a ray, or from the multipliers
-    of its rows, which are a proof if t is at its largest over all solutions of the inequalities; else None."""
-    candidates = [np.array(ray.z, dtype=float)]
-    if ray.multipliers is not None:
-        candidates += [ray.multipliers, -ray.multipliers]
-    return next((found for y in candidates if (found := proof(to, y)) is not None), None)

@@ -17,24 +17,15 @@ from typing import Any
 import numpy as np
 
 from lcpcli.errors import DerivativeError
+from lcpcli.linalg import factors
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING, distinct
-from lcpcli.linalg.factors import (
-    LAPACK,
-    MOST_NUMPY_ROWS,
-    Latest,
-    SingularMatrix,
-    definite_solver,
-    dense_factors,
-    invert,
-    sparse_lu,
-)
+from lcpcli.linalg.factors import Latest, SingularMatrix
 from lcpcli.linalg.matrices import absolute_product, column_maxima, dense, is_sparse, product
 from lcpcli.linalg.units import LEAST_DIGITS, PseudoInverse
-from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.solving.result import Result
 from lcpcli.typing import Indices, Mask, Matrix, Vector
-from lcpcli.verify.digits import signs
+from lcpcli.verify.digits import room, signs
 
 MOST_EXCHANGES = 10  # of states that the corrected z shows to be wrong: a verified z has few of them
 CORRECTIONS, SMALL_CHANGE = 2, 1e-8  # of z, and the relative size of one whose own error is rounding
@@ -93,7 +84,7 @@ class Linearization:
         self.z, self.block = start.copy(), None
         B = self.basic = basic.nonzero()[0]
         try:
-            self._factors = _two_way(self.problem.M, B, self.problem.latest) if B.size else _identity
+            self._factors = _two_way(self.problem.M, B, self.problem.latest) if B.size else lambda b, _=False: b
             return self._near_and_wrong(basic)
         except SingularMatrix:
             block = self._generalized(B) if self._or_singular else None
@@ -125,8 +116,7 @@ class Linearization:
         return np.array((np.abs(spare) <= noise, spare < -noise))
 
     def _noise(self) -> Vector:
-        """Return what rounding does to z_i, or to w_i where not basic, shape (n,); raise SingularMatrix if M_BB is
-        singular to working precision."""
+        """Return what rounding does to basic z_i and other w_i, shape (n,); raise SingularMatrix where M_BB is."""
         M, q, z, B = self.problem.M, self.problem.q, self.z, self.basic
         changes = ROW_ROUNDING * (absolute_product(M, np.abs(z)) + np.abs(q))[:, np.newaxis] * signs(z.size)
         if B.size and self.block is None:
@@ -173,29 +163,15 @@ class Linearization:
         return np.ones(J.shape[0], dtype=bool) if block is None else block.determines(dense(J[:, S]))
 
     def refuse_contradiction(self, change: Vector, terms: Vector) -> None:
-        """Raise DerivativeError unless the equations w = 0 have a solution if they change so, by sums of these terms,
-        shape (n,)."""
+        """Raise DerivativeError unless w = 0 can be solved for these changes, which are sums of these terms."""
         for P, block in ((self.basic, self.block), self._active):
             if block is not None and not block.is_consistent(change[P], terms[P]):
                 fault = "M, q and the bounds change so that equations w = 0 contradict each other"
                 raise DerivativeError("", f"no derivative in this direction: {fault}, and one of them has to give way")
 
 
-def room(box: Box, z: Vector, w: Vector, basic: Mask) -> Vector:
-    """Return how far each component is from violating the condition of its state; infinite if it is fixed."""
-    within: Vector = np.minimum(z - box.lower, box.upper - z)
-    found = np.where(basic, within, np.where(z == box.upper, -w, w))
-    return np.where(box.fixed, np.inf, found)
-
-
 def are_clear(
-    spare: Vector,
-    z: Vector,
-    basic: Mask,
-    change: Vector,
-    moves: Vector,
-    largest: Any,
-    largest_q: Any,
+    spare: Vector, z: Vector, basic: Mask, change: Vector, moves: Vector, largest: Any, largest_q: Any
 ) -> Mask:
     """Return whether all conditions are satisfied with far more to spare than a crude bound on rounding; shape () for
     one problem or (m,) for many, whose arrays are of shape (n, m).
@@ -220,14 +196,10 @@ def _two_way(M: Matrix, indices: Indices, latest: Latest) -> Callable[..., Vecto
         return kept[1]
     A = M[indices][:, indices]
     if not is_sparse(A):
-        small = A.shape[0] <= MOST_NUMPY_ROWS and LAPACK not in sys.modules
-        return invert(A) if small else dense_factors().lu(A, overwrite=True)
-    definite = definite_solver(A)
+        small = A.shape[0] <= factors.MOST_NUMPY_ROWS and factors.LAPACK not in sys.modules
+        return factors.invert(A) if small else factors.dense_factors().lu(A, overwrite=True)
+    definite = factors.definite_solver(A)
     if definite is not None:
         return lambda b, transposed=False: definite(b)  # noqa: ARG005 (A is symmetric)
-    lu = sparse_lu(symmetric=False)(A)
+    lu = factors.sparse_lu(symmetric=False)(A)
     return lambda b, transposed=False: lu.solve(b, "T" if transposed else "N")
-
-
-def _identity(b: Vector, transposed: bool = False) -> Vector:  # noqa: ARG001 (it is symmetric)
-    return b

@@ -1,12 +1,10 @@
-"""The path of solutions between two problems with the same M: its breakpoints, and how it ends.
-
-The problems between two that share M: their q and their bounds move linearly.
-"""
+"""The path of solutions between two problems with the same M, whose q and bounds move linearly: its breakpoints, and
+how it ends."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -16,12 +14,12 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import OptionError, ProblemError
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import are_equal
 from lcpcli.model import views
 from lcpcli.model.arrays import FROM_0
 from lcpcli.model.box import WORDS, in_words
 from lcpcli.model.problem import M_FIELDS, Problem, conditions_of
-from lcpcli.typing import Mask, Matrix, States, Vector
+from lcpcli.typing import Mask, States, Vector
 
 if TYPE_CHECKING:
     import os
@@ -116,8 +114,7 @@ class Path:
 
     @property
     def complete(self) -> bool:
-        """Return whether the path is verified and ends of its own accord: at the second problem, at a turn, on a ray,
-        or back at the first problem."""
+        """Return whether it is verified and ends of its own accord: at the second problem or back, a turn or a ray."""
         return self.verified and self.end in (REACHED, RETURNED, RAY, TURN)
 
     @property
@@ -130,7 +127,7 @@ class Path:
         """Return the changes at each breakpoint except the first and the last, m - 2 lists. A list may be empty, or
         have several changes where pieces of zero length have been left out."""
         return [
-            [StateChange(i, WORDS[old], WORDS[new]) for i, old, new in _differing(before, after)]
+            [StateChange(i, WORDS[before[i]], WORDS[after[i]]) for i in np.flatnonzero(before != after).tolist()]
             for before, after in pairwise(self.states)
         ]
 
@@ -184,17 +181,11 @@ class Path:
         return str(views.path_terms.line(self))
 
 
-def _differing(before: States, after: States) -> Iterator[tuple[int, int, int]]:
-    """Return the indices at which states differ, with both states."""
-    at = np.flatnonzero(before != after)
-    return zip(at.tolist(), before[at].tolist(), after[at].tolist(), strict=True)
-
-
 class Family:
     """The problems with the data (1 - s) FROM + s TO, where t = a + s (b - a), 0 <= s <= 1.
 
     problem, to : the problems FROM and TO. Raises ProblemError unless they share M and, up to their values, the bounds.
-    start, stop : a and b, two numbers, a < b, else it raises OptionError.
+    start, stop : a and b, two numbers, a < b, else it raises OptionError. is_mixed : whether one of the problems is.
     """
 
     def __init__(self, problem: Problem, to: Problem, start: float = 0.0, stop: float = 1.0) -> None:
@@ -202,15 +193,11 @@ class Family:
             raise OptionError("start", f"is {start:g}, and stop {stop:g}", "give finite numbers, start < stop")
         _refuse_different(problem, to)
         self.problem, self.to, self.start, self.stop = problem, to, start, stop
-        self._last = start, problem
+        self.is_mixed, self._last = problem.is_mixed or to.is_mixed, (start, problem)
 
     def share(self, t: Any) -> Any:
         """Return s of t, a number or an array."""
         return (t - self.start) / (self.stop - self.start)
-
-    def t_of(self, share: float) -> float:
-        """Return t of s, exactly a and b at the ends."""
-        return self.start * (1 - share) + self.stop * share
 
     def q(self, share: Vector | float) -> Vector:
         """Return q at s, exactly those of both problems at the ends; for s of shape (m, 1) of shape (m, n)."""
@@ -227,20 +214,10 @@ class Family:
         return (first.lower, last.lower), (first.upper, last.upper)
 
     @cached_property
-    def has_moving_bounds(self) -> bool:
-        """Return whether a bound moves."""
-        return any(not np.array_equal(*ends) for ends in self._bounds)
-
-    @cached_property
     def is_fixed(self) -> Mask:
         """Return where both bounds are equal throughout, so that w_i may have any sign."""
         (low, last_low), (high, last_high) = self._bounds
         return np.asarray((low == high) & (last_low == last_high))
-
-    @property
-    def is_mixed(self) -> bool:
-        """Return whether one of the problems has bounds other than z >= 0."""
-        return self.problem.is_mixed or self.to.is_mixed
 
     def at(self, t: float) -> Problem:
         """Return the problem at t, with its numbers rounded to doubles; with what is known of M, as it is the same."""
@@ -263,7 +240,7 @@ def _between(first: Vector, last: Vector, share: Vector | float) -> Vector:
 def _refuse_different(problem: Problem, to: Problem) -> None:
     if problem.n != to.n:
         raise ProblemError("n", f"is {problem.n} and {to.n}", "give two problems with the same unknowns")
-    if not _equal(problem.M, to.M):
+    if not are_equal(problem.M, to.M):
         raise ProblemError("M", "differs between the two problems", "give two problems with one M")
     first, last = conditions_of(problem), conditions_of(to)
     for field in ("lower", "upper"):
@@ -271,13 +248,3 @@ def _refuse_different(problem: Problem, to: Problem) -> None:
         for i in np.flatnonzero(differs)[:1].tolist():
             fault = "is finite in one problem and infinite in the other"
             raise ProblemError(f"{field}[{i}]", fault, f"give bounds that are finite in both or in neither {FROM_0}")
-
-
-def _equal(A: Matrix, B: Matrix) -> bool:
-    if A is B:
-        return True
-    if is_sparse(A) != is_sparse(B):
-        with imports:
-            from lcpcli.linalg.matrices import dense
-        A, B = dense(A), dense(B)
-    return A.shape == B.shape and not (A != B).sum()

@@ -25,7 +25,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model import changes
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.parametric.path import Family
-from lcpcli.parametric.systems import DenseSystem, SparseSystem
+from lcpcli.parametric.systems import MOST_CHANGES, DenseSystem, SparseSystem
 from lcpcli.typing import Indices, States, Vector
 
 Z, W, T = "z", "w", "t"
@@ -40,8 +40,7 @@ class Variable(NamedTuple):
 
 
 class Direction(NamedTuple):
-    """How the vertex changes along an edge: z and w, each of shape (n,), and t; size is the largest of the changes of t
-    and of the basic z."""
+    """How z, w and t change along an edge, and the largest size of the changes of t and of the basic z."""
 
     z: Vector
     w: Vector
@@ -188,9 +187,8 @@ class Pivoting:
         return np.asarray(np.where(self.states == UPPER, ends[1], ends[0]))
 
     def _slacks(self, entering: Variable, z: Vector, w: Vector, ends: Vector) -> Vector:
-        """Return how far each component is from the end at which it would leave, shape (n,); if there are upper bounds,
-        then how far a basic z_j is from its upper one, shape (2 n,). For directions z, w and the rates of the bounds,
-        return how these change."""
+        """Return how far each component is from the end at which it would leave, shape (n,), and with upper bounds how
+        far a basic z_j is from its own, shape (2 n,); for directions and the rates of the bounds, how these change."""
         is_basic = self.states == BASIC
         if entering.kind == Z:
             is_basic[entering.at] = True
@@ -200,8 +198,7 @@ class Pivoting:
         return np.concatenate((np.where(is_basic, z - ends[0], signed), np.where(is_basic, ends[1] - z, 0.0)))
 
     def _step(self, entering: Variable, direction: Direction) -> tuple[float, Variable | None, float]:
-        """Return the length of the edge, and the variable that reaches its end there, or None, and by how much that
-        changes along the edge."""
+        """Return the length of the edge, and the variable that ends it, or None, and by how much this changes."""
         ends = self.bounds + self.t * self.rates if self.moves else self.bounds
         slacks = self._slacks(entering, self.z, self.w, ends)
         rates = self._slacks(entering, direction.z, direction.w, direction.t * self.rates)
@@ -270,13 +267,15 @@ class Pivoting:
             system.exchange(old, new)
         if system.moved is not moved and system.has(self.n):
             system.exchange(self.n, self.n)
-        system.keep_accurate()
+        if system.age > MOST_CHANGES:  # which, or a small pivot, may have spoilt the factors
+            system.refresh()
 
     def _settle(self) -> None:
         """Recompute the vertex from its basis, and w from z."""
         system = self.system
         for is_refreshed in (False, True):
-            self._put_on_bounds()
+            ends = self.bounds + self.t * self.rates if self.moves else self.bounds
+            self.z = np.where(self.states == BASIC, self.z, self._of_state(ends))
             x = np.append(self.z, self.t)[system.cols]
             w = self.fixed + system.times(x)
             if not system.has(self.n):
@@ -294,11 +293,6 @@ class Pivoting:
             if is_refreshed or size <= LARGE_CORRECTION * self._size:
                 return
             system.refresh()
-
-    def _put_on_bounds(self) -> None:
-        """Put the components that are not basic on their bounds."""
-        ends = self.bounds + self.t * self.rates if self.moves else self.bounds
-        self.z = np.where(self.states == BASIC, self.z, self._of_state(ends))
 
 
 def _change(first: Vector, last: Vector) -> Vector:

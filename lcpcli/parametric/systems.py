@@ -2,8 +2,7 @@
 
 Of a dense M the inverse is updated as by the product form (G. B. Dantzig and W. Orchard-Hays, The product form for the
 inverse in the simplex method, Mathematical Tables and Other Aids to Computation 8 (1954) 64-67), and by borders (J.
-Sherman and W. J. Morrison, Annals of Mathematical Statistics 21 (1950) 124-127); factors of a sparse M are followed by
-the product form.
+Sherman and W. J. Morrison, Annals of Mathematical Statistics 21 (1950) 124-127); to factors of a sparse M the former.
 """
 
 from __future__ import annotations
@@ -38,11 +37,6 @@ class ChangingSystem(ABC):
     def column(self, col: int) -> Vector:
         """Return a column of A, shape (n,)."""
         return self.moved if col == self.n else self._column_of_M(col)
-
-    def keep_accurate(self) -> None:
-        """Compute the factors from scratch if many changes, or a small pivot, may have spoilt them."""
-        if self.age > MOST_CHANGES:
-            self.refresh()
 
     @abstractmethod
     def refresh(self) -> None:
@@ -170,7 +164,6 @@ class DenseSystem(ChangingSystem):
         self.age += 1
 
     def refresh(self) -> None:
-        """Compute the inverse from scratch; raise SingularMatrix if there is none."""
         block = self.columns[:, self.rows].T
         self._inverse[: self.k, : self.k] = np.linalg.inv(block)
         self.age = 0
@@ -215,46 +208,37 @@ class SparseSystem(ChangingSystem):
 
     @property
     def rows(self) -> Indices:
-        """Return R."""
         return np.flatnonzero(self._place_of[self.n + 1 :] < 0)
 
     @property
     def cols(self) -> Indices:
-        """Return C."""
         return self._slots[self._slots <= self.n]
 
     def has(self, col: int) -> bool:
-        """Return whether a column is in C."""
         return bool(self._place_of[col] >= 0)
 
     def solve(self, b: Vector) -> Vector:
-        """Return the x with A_RC x = b_R, for b of shape (n,)."""
         return np.asarray(self._solution(b)[self._slots <= self.n])
 
     def solve_column(self, col: int) -> Vector:
-        """Return the x with A_RC x = a_R for the column a, which may be the next one to come into C."""
         self._solved = col, self._solution(self.column(col))
         return np.asarray(self._solved[1][self._slots <= self.n])
 
     def solve_unit(self, row: int) -> Vector:
-        """Return the x with A_RC x = e_row."""
         return self.solve(_unit(self.n, row))
 
     def multipliers(self, col: int) -> Vector:
-        """Return the y of shape (n,), zero outside R, with y'A_C = e_col."""
         y = _unit(self.n, self._place_of[col])
         for place, change in reversed(self._changes):
             y[place] -= (y @ change - y[place]) / change[place]
         return np.asarray(self._lu.solve(y, "T"))
 
     def times(self, x: Vector) -> Vector:
-        """Return A_C x in all rows, shape (n,)."""
         values = np.zeros(self.n + 1)
         values[self.cols] = x
         return np.asarray(product(self._M, values[:-1]) + values[-1] * self.moved)
 
     def refresh(self) -> None:
-        """Compute the factors from scratch; raise SingularMatrix if there are none."""
         with imports:
             from scipy.sparse import csc_array, eye_array, hstack
         cols, rows = self.cols, self.rows
@@ -270,12 +254,10 @@ class SparseSystem(ChangingSystem):
         self._changes, self.age = [], 0
 
     def begin(self, basic: Indices) -> None:
-        """Set R and C to some indices; raise SingularMatrix if A_RC is singular."""
         self._slots[basic], self._place_of[basic], self._place_of[self.n + 1 + basic] = basic, basic, -1
         self.refresh()
 
     def exchange(self, old: int, new: int) -> None:
-        """Put a column of J in the place of another one, or the new values of column n in its place."""
         place = self._place_of[old]
         last, change = self._solved
         if last != new:

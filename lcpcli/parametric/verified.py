@@ -39,22 +39,12 @@ ADJACENT, NEARBY = (1, -1), (16, -16, 256, -256)  # doubles by which t may be re
 
 
 class Verified(NamedTuple):
-    """Breakpoints, m in a row, with t of shape (m,), z and w of shape (m, n), and whether they and the pieces between
-    them are verified."""
+    """m breakpoints: t of shape (m,), z and w of shape (m, n), and whether they and the pieces are verified."""
 
     t: Vector
     z: Vector
     w: Vector
     is_verified: bool
-
-
-def on_bounds(family: Family, s: Vector, z: Vector, beside: tuple[States, States]) -> Vector:
-    """Return the z of breakpoints, shape (m, n), with each component exactly at the bound where it is on a piece beside
-    it, and within its bounds elsewhere. beside : the states before and after, each of shape (m, n)."""
-    low, high = family.bounds(s[:, np.newaxis]) if family.is_mixed else (np.zeros(()), np.full((), np.inf))
-    (before, after), z = beside, np.clip(z, low, high)
-    z = np.where((before == LOWER) | (after == LOWER), low, z)
-    return np.where((before == UPPER) | (after == UPPER), high, z) if family.is_mixed else z
 
 
 def _beside(pieces: Any) -> tuple[Any, Any]:
@@ -76,9 +66,8 @@ def verify(
     """
     breakpoints = _Breakpoints(family, t.copy(), z, states, tol, known)
     most = t.size if some is None else some
-    are_solutions = breakpoints.settle(range(known, most))
-    own = Verified(breakpoints.t[:most], breakpoints.z[:most], breakpoints.w[:most], are_solutions)
-    return own._replace(is_verified=are_solutions and breakpoints.are_pieces(most))
+    is_verified = breakpoints.settle(range(known, most)) and breakpoints.are_pieces(most)
+    return Verified(breakpoints.t[:most], breakpoints.z[:most], breakpoints.w[:most], is_verified)
 
 
 class _Breakpoints:
@@ -91,8 +80,12 @@ class _Breakpoints:
         self._measure()
 
     def _on_bounds(self, s: Vector, some: slice) -> Vector:
-        before, after = self.beside
-        return on_bounds(self.family, s, self.z[some], (before[some], after[some]))
+        """Return the z of some breakpoints, at these s, with each component exactly at the bound where it is on a piece
+        beside it, and within its bounds elsewhere."""
+        is_mixed, (before, after) = self.family.is_mixed, (states[some] for states in self.beside)
+        low, high = self.family.bounds(s[:, np.newaxis]) if is_mixed else (np.zeros(()), np.full((), np.inf))
+        z = np.where((before == LOWER) | (after == LOWER), low, np.clip(self.z[some], low, high))
+        return np.where((before == UPPER) | (after == UPPER), high, z) if is_mixed else z
 
     def _measure(self) -> None:
         """Compute q, w = M z + q and |M| |z|, by products with those columns of M only that count."""
@@ -203,11 +196,9 @@ class _Breakpoints:
         for t, Z in self._moved(first, end, steps):
             bit = self._last_bit(first)
             ends = [family.at(min(max(t + side * bit, family.start), family.stop)) for side in (-1, 1)]
-            changes = np.abs(ends[1].q - ends[0].q)
-            if family.has_moving_bounds:
-                first_bounds, last_bounds = (np.array(own.box.vectors(Z.shape[1])) for own in ends)
-                moves = np.nan_to_num(np.abs(last_bounds - first_bounds)).max(axis=0)  # infinite ones do not move
-                changes = changes + absolute_product(family.problem.M, moves)
+            first_bounds, last_bounds = (np.array(own.box.vectors(Z.shape[1])) for own in ends)
+            moves = np.nan_to_num(np.abs(last_bounds - first_bounds)).max(axis=0)  # infinite ones do not move
+            changes = np.abs(ends[1].q - ends[0].q) + absolute_product(family.problem.M, moves)
             criterion = Criterion(family.at(t), self.tol)
             for z in Z:
                 point = Point(criterion, z)
@@ -247,5 +238,4 @@ def _keeps_sign(values: Vector) -> Mask:
     """Return where values of breakpoints, shape (m, n), do not have opposite signs at the ends of a piece beside."""
     changes = values[:-1] * values[1:] < 0
     before, after = _beside(changes) if len(changes) else (np.zeros(values.shape, dtype=bool),) * 2
-    kept: Mask = ~(before | after)
-    return kept
+    return np.asarray(~(before | after))

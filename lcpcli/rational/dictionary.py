@@ -250,8 +250,7 @@ class Dictionary:
         return min(moves)[1:] if moves else None
 
     def _entering_dual(self, objective: int, row: list[int], sign: int, bland: bool) -> int | None:
-        """Return the column that changes a row with that sign at the least cost for its change; None if there is
-        none."""
+        """Return the column that changes a row with that sign at the least cost for its change, or None."""
         costs, best = self.rows[objective], None
         for k, form in enumerate(self.cobasic, 1):
             slope = sign * row[k]

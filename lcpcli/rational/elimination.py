@@ -26,7 +26,6 @@ from lcpcli.clock import imports
 from lcpcli.errors import ParameterError
 from lcpcli.interrupts import TimeIsUp, check, remaining
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import dot, over_one_denominator
 
 MOST_PLAIN_ROWS = 16  # up to which FLINT is not faster
 SECONDS_PER_BIT = 1e-9  # times n^3: the time by FLINT for a nonsingular system, for each bit of its longest entry
@@ -55,8 +54,7 @@ def require() -> Any:
 
 
 def library() -> Any:
-    """Return the module flint, which is faster where systems are large or integers are long; None if it is not
-    installed."""
+    """Return the module flint, which is faster for large systems or long integers; None if it is not installed."""
     try:
         with imports:
             import flint
@@ -111,33 +109,6 @@ def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
     return x
 
 
-def is_nonsingular(A: Rows) -> bool:
-    """Return whether a square A is surely nonsingular, as it is modulo a prime, which takes little time."""
-    if flint := library():
-        return bool(flint.nmod_mat(flint.fmpz_mat(A), PRIME).rank() == len(A))
-    rows = [[value % PRIME for value in row] for row in A]
-    while rows:
-        check()
-        k = next((i for i, row in enumerate(rows) if row[0]), None)
-        if k is None:
-            return False
-        top = rows.pop(k)
-        inverse = pow(top[0], -1, PRIME)
-        factors = [row[0] * inverse % PRIME for row in rows]
-        rows = [
-            [(a - factor * b) % PRIME for a, b in zip(row[1:], top[1:], strict=True)]
-            for row, factor in zip(rows, factors, strict=True)
-        ]
-    return True
-
-
-def null_vector(A: Rows, y: Sequence[Fraction]) -> list[Fraction] | None:
-    """Return a null vector of A near y: y changed by a `particular` solution; None if none is found."""
-    multiple, divisor = over_one_denominator(y)
-    changes = particular(A, [-dot(row, multiple) for row in A])
-    return None if changes is None else [value + change / divisor for value, change in zip(y, changes, strict=True)]
-
-
 def inverse(A: Rows) -> list[list[Fraction]] | None:
     """Return the inverse of a square A of integers; None if it is singular."""
     n = len(A)
@@ -146,8 +117,7 @@ def inverse(A: Rows) -> list[list[Fraction]] | None:
 
 
 def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int], int]:
-    """Return the reduced row echelon form of the first n columns times a divisor, its pivot columns, and that
-    divisor."""
+    """Return the reduced row echelon form of n columns times a divisor, its pivot columns, and the divisor."""
     if len(rows) > MOST_PLAIN_ROWS and library():
         whole, divisor, rank = call(reduced, duration(rows), rows)
         leading = [next(j for j, value in enumerate(row) if value) for row in whole[:rank]]
@@ -285,8 +255,7 @@ def reduced(A: Rows) -> tuple[list[list[int]], int, int]:
 
 
 def call(function: Callable[..., Any], seconds: float, *given: Any) -> Any:
-    """Return the result of a function of this module, which takes about this many seconds. Raises TimeIsUp when the
-    time of `interrupts.within` is up."""
+    """Return the result of a function of this module that takes about so many seconds; raise TimeIsUp in time."""
     if seconds > LONG_CALL_SECONDS and sys.executable:
         with imports:
             import subprocess
@@ -313,8 +282,7 @@ OF_ENTRY, OF_BIT = 2e-7, 6e-10
 
 
 class Effort:
-    """Work that may be done, in the seconds that it takes on a usual machine, and what has been `spent` of it; besides,
-    the time limit of the run holds."""
+    """Work that may be done, in usual seconds, and what has been `spent` of it; the time limit of the run holds too."""
 
     def __init__(self, seconds: float = math.inf) -> None:
         self._most, self.spent = seconds, 0.0

@@ -22,14 +22,7 @@ from lcpcli.interrupts import in_time
 from lcpcli.linalg.matrices import is_sparse, scaled
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
-from lcpcli.rational.numbers import (
-    LARGEST_INTEGER,
-    Doubles,
-    dot,
-    over_one_denominator,
-    shortest_decimal,
-    written,
-)
+from lcpcli.rational.numbers import LARGEST_INTEGER, Doubles, dot, over_one_denominator, shortest_decimal, written
 from lcpcli.typing import Indices, Matrix, States, Vector
 
 if TYPE_CHECKING:
@@ -41,8 +34,7 @@ Bounds = list[Fraction | None]  # None for no bound
 
 
 class ExactParts(NamedTuple):
-    """The numbers in a file, with all decimals: M and, if the file has them, q and the bounds, by default those of
-    an LCP."""
+    """The numbers in a file with all decimals: M and, if it has them, q and bounds, by default those of an LCP."""
 
     M: Rows
     q: list[Fraction] | None = None
@@ -89,8 +81,7 @@ class ExactProblem:
 
     @classmethod
     def of_basis(cls, problem: Problem, basis: States) -> ExactProblem:
-        """Return the same with zeros in place of the columns of M that are not used in the basic solution of a
-        basis."""
+        """Return the same with zeros for the columns of M that the basic solution of a basis does not use."""
         used = (basis == BASIC) | (problem.box.nonbasic(basis) != 0)
         M = scaled(problem.M, np.ones(problem.n), used.astype(float))
         return cls(problem, rows_of(M, float), problem.q.tolist(), *_bounds_of(problem, number_of))
@@ -135,10 +126,8 @@ class ExactProblem:
 
     @property
     def M(self) -> Rows:
-        """Return M."""
-        return [
-            {j: Fraction(a, scale) for j, a in row.items()} for row, scale in zip(self.rows, self.scales, strict=True)
-        ]
+        rows = zip(self.rows, self.scales, strict=True)
+        return [{j: Fraction(a, scale) for j, a in row.items()} for row, scale in rows]
 
     def w(self, z: Sequence[Fraction]) -> list[Fraction]:
         """Return w = M z + q."""
@@ -184,20 +173,11 @@ class ExactProblem:
         """Return whether `problem` holds the data without rounding."""
         if any(scale & (scale - 1) for scale in self.scales):  # denominators of doubles are powers of two
             return False
-        if _bounds_of(self.problem, number_of) != [self.lower, self.upper]:
-            return False
-        M, q = rows_of(self.problem.M, float), self.problem.q.tolist()  # no fractions, which would take much longer
-        each = zip(in_time(self.rows), M, self.constants, q, self.scales, strict=True)
-        return all(
-            row.keys() == own.keys()
-            and _is_ratio(constant, scale, value)
-            and all(_is_ratio(a, scale, own[j]) for j, a in row.items())
-            for row, own, constant, value, scale in each
-        )
+        own = ExactProblem.of_floats(self.problem)
+        return all(vars(self)[name] == vars(own)[name] for name in ("lower", "upper", "scales", "constants", "rows"))
 
     def in_integers(self) -> Problem | None:
-        """Return the problem with its rows times `scales`, with the same solutions z; None if doubles cannot
-        represent it."""
+        """Return the problem with its rows times `scales`, with the same z; None if doubles cannot represent it."""
         numbers = chain((self.constants,), (row.values() for row in self.rows))
         if any(abs(value) > LARGEST_INTEGER for own in in_time(numbers) for value in own):
             return None
@@ -205,12 +185,6 @@ class ExactProblem:
             return None
         M, q = _like(self.problem.M, self.rows), np.array(self.constants, dtype=float)
         return Problem(M, q, name=self.problem.name, lower=self.problem.lower, upper=self.problem.upper)
-
-
-def _is_ratio(whole: int, scale: int, double: float) -> bool:
-    """Return whether a double is exactly whole / scale."""
-    numerator, denominator = double.as_integer_ratio()
-    return whole * denominator == numerator * scale
 
 
 def _in_integers(row: dict[int, Any], constant: Any) -> tuple[dict[int, int], int, int]:
@@ -257,21 +231,15 @@ def bounds_of(bound: Vector, number: Callable[[Any], Fraction] = number_of) -> B
 
 
 def decimal_parts_of(problem: Problem) -> ExactParts:
-    """Return the parts of a problem with the shortest decimal of each double: as written, up to 15 digits; for a game,
-    the parts from its payoffs."""
+    """Return the parts of a problem with the shortest decimal of each double; for a game, those from its payoffs."""
     if is_game(problem.origin):
-        return parts_of_game(problem.origin)
+        return ExactParts(*problem.origin.exact_conditions())
     return parts_of(problem, shortest_decimal)
 
 
 def is_game(origin: Any) -> TypeGuard[Game | ExtensiveGame]:
     """Return whether a problem comes from a game, whose payoffs have their digits as written."""
     return hasattr(origin, "exact_conditions")
-
-
-def parts_of_game(game: Game | ExtensiveGame) -> ExactParts:
-    """Return the exact costs of a game as the parts of a problem."""
-    return ExactParts(*game.exact_conditions())
 
 
 def gap(z: Fraction, w: Fraction, low: Fraction | None, high: Fraction | None) -> Fraction:
@@ -281,7 +249,6 @@ def gap(z: Fraction, w: Fraction, low: Fraction | None, high: Fraction | None) -
 
 
 def fractions_of(values: Vector) -> list[Fraction]:
-    """Return the numbers of an array as fractions."""
     return [number_of(value) for value in values.tolist()]
 
 
@@ -297,8 +264,7 @@ def _like(M: Matrix, rows: list[dict[int, int]]) -> Matrix:
 
 
 def exact_parts(parse: Callable[[Doubles], Problem | Matrix]) -> ExactParts:
-    """Return the problem, or M alone, with its numbers as written; for a game, which itself keeps its payoffs as
-    written, with the shortest decimals."""
+    """Return the problem, or M alone, with its numbers as written; a game, which keeps them, in decimals."""
     found = written(parse)
     if isinstance(found.own, Problem) and isinstance(found.rounded, Problem):
         is_other = found.own.n != found.rounded.n  # the sides of a row of a program are the same double

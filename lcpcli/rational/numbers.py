@@ -152,15 +152,8 @@ def product(a: Vector, y: Sequence[Fraction | int]) -> Fraction:
     return Fraction(2) ** power * sum(i * j for i, j in zip(A, y, strict=True) if i)
 
 
-def sign_of_form(M: Vector, v: Vector) -> int:
-    """Return an integer with the sign of v'Mv, for finite floats M of shape (n, n) and v of shape (n,)."""
-    x, _ = in_integers(v)
-    return dot(x, [dot(row, x) for row in integers(M)])
-
-
 def integers(A: Vector) -> list[list[int]]:
-    """Return the rows of A, finite floats of shape (m, n), all multiplied by the one power of two that makes them
-    integers."""
+    """Return the rows of A, floats of shape (m, n), times the one power of two that makes them integers."""
     whole, _ = in_integers(A.ravel())
     return [whole[top : top + A.shape[1]] for top in range(0, len(whole), A.shape[1])]
 
@@ -253,8 +246,7 @@ class Doubles:
         return nearest
 
     def settled(self) -> Mapping[float, Fraction] | None:
-        """Return the numbers for which the doubles stand from now on; None if the nearest doubles already stand for
-        one number each."""
+        """Return the numbers that the doubles stand for from now on; None if the nearest ones already differ."""
         if not self._others:
             return None
         sizes = _sorted({*self._others, *map(shortest_decimal, in_time(self._sizes))})

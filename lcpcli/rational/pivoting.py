@@ -34,7 +34,7 @@ class Pivot(NamedTuple):
 
 
 class Pivoting:
-    """A path from a dictionary: z_i - l_i is form i, w_i, or -w_i at an upper bound, n + i, u_i - z_i 2 n + i, and the
+    """A path from a dictionary: z_i - l_i is form i, w_i, or -w_i at an upper bound, n + i, u_i - z_i 2 n + i, the
     parameter 3 n.
 
     ray : the form that grows without bound, if the path has ended on a ray; else None.
@@ -47,11 +47,13 @@ class Pivoting:
         self._turned: set[int] = set()  # the w_i whose signs are not those at the start
 
     def follow(self, entering: int, last: set[int], leaving: int | None = None) -> Iterator[Pivot]:
-        """Pivot until one of the last forms leaves, or no form does, one pivot at a time. leaving : by default the form
-        that reaches 0 first."""
+        """Pivot until one of the last forms leaves, or none does. leaving : by default the first to reach 0."""
         while True:
             k = self._column(entering)
-            leaving = self._leaving(k, last) if leaving is None else leaving
+            if leaving is None:
+                tied = self.here.nearest(k)
+                ends = last.intersection(tied)
+                leaving = max(ends) if ends else self.here.lexicographic(tied, k, self._order, self._turned)
             if entering < self.n or 2 * self.n <= entering < self.parameter:
                 self.states[entering % self.n] = BASIC
             if leaving is None:
@@ -69,11 +71,6 @@ class Pivoting:
                 return
             leaving = None
 
-    def _leaving(self, k: int, last: set[int]) -> int | None:
-        tied = self.here.nearest(k)
-        ends = last.intersection(tied)
-        return max(ends) if ends else self.here.lexicographic(tied, k, self._order, self._turned)
-
     def _complement(self, leaving: int) -> int:
         """Return the form that becomes positive next, and settle the state of its component."""
         n, i = self.n, leaving % self.n
@@ -90,7 +87,6 @@ class Pivoting:
         return self.here.cobasic.index(form) + 1
 
     def value_of(self, form: int) -> Fraction:
-        """Return the value of a form."""
         return Fraction(self.here.value(form), int(self.here.divisor))
 
 
@@ -108,13 +104,7 @@ class IntegerTableau(Pivoting):
         first = min(range(self.n, 2 * self.n), key=lambda form: (self.here.value(form), -form))
         return self.follow(self.parameter, {self.parameter}, first)
 
-    def path_from(self, label: int) -> Iterator[Pivot]:
-        """Pivot from z = 0, where all w are positive, down the path on which this label alone may be missing, until it
-        is there again, one pivot at a time."""
-        return self.follow(label, {label, self.n + label})
-
     def z(self) -> list[Fraction]:
-        """Return z."""
         return [self.value_of(i) for i in range(self.n)]
 
     def x(self) -> Vector:
@@ -133,8 +123,7 @@ class IntegerTableau(Pivoting):
 
 
 def solve(data: ExactProblem, effort: Effort) -> list[Fraction] | None:
-    """Return the solution at the end of the path; None on a ray, for large n, with bounds, or if it takes too much
-    effort."""
+    """Return the solution at the end of the path; None on a ray, for large n, with bounds, or if it takes too long."""
     if data.n > MOST_LEMKE_UNKNOWNS or not data.problem.box.is_orthant:
         return None
     tableau = IntegerTableau(data.rows, data.constants)
@@ -165,7 +154,7 @@ def equilibrium(data: ExactProblem, m: int, effort: Effort) -> list[Fraction] | 
                 return [Fraction(k in (i, j)) for k in range(n)]
     tableau, count = IntegerTableau(M, data.scales), effort.steps(data)
     try:
-        for _ in tableau.path_from(0):
+        for _ in tableau.follow(0, {0, n}):  # on which the first label alone may be missing
             count()
     except TimeIsUp:
         return None

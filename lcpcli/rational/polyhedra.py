@@ -136,8 +136,7 @@ def bases(here: Dictionary) -> Iterator[tuple[Dictionary, list[int]]]:
 
 
 def _without_lines(start: Dictionary, forms: Sequence[int]) -> list[Direction]:
-    """Return the lines in the polyhedron, whose columns are taken out of the dictionary; all other columns become
-    signed."""
+    """Return the lines of the polyhedron and take their columns out; all other columns become signed."""
     lines = []
     for form in [form for form in start.cobasic if form not in start.signed]:
         k = start.cobasic.index(form) + 1

@@ -88,8 +88,7 @@ class Unknowns:
         return tuple(Fraction(side * value) for side, value in zip(self.side, y, strict=True))
 
     def objective(self, costs: Sequence[Fraction]) -> tuple[dict[int, list[int]], int]:
-        """Return the form costs'z, under a number of its own, in terms of y without fixed unknowns, times an integer,
-        and that integer."""
+        """Return the form costs'z, under its own number, in terms of y, times an integer, and that integer."""
         kept = [k for k in range(self.n) if self.choices[k]]
         constant = sum((cost * base for cost, base in zip(costs, self.base, strict=True)), Fraction(0))
         scale = lcm(constant.denominator, *(costs[k].denominator for k in kept))
@@ -161,7 +160,11 @@ class Unknowns:
         open_ = [k for k, states in enumerate(self.choices) if states and node.states[k] is None]
         # first, as games with many equilibria take the fewest nodes so, the last one of those with one state
         open_.sort(key=lambda k: ((bits & self.masks[k]).bit_count(), -k))
-        return next((k for k in open_ if not self._is_settled(node, k)), None)
+        for k in open_:
+            state = next((state for state in self.choices[k] if self.holds(node, self.bit(k, state))), None)
+            if state is None or not self.choose(node, k, state):
+                return k
+        return None
 
     def children(self, node: Node, k: int) -> Iterable[Node]:
         """Return a node with each state of an unknown, except nodes that are empty or lie in another child."""
@@ -181,8 +184,7 @@ class Unknowns:
         return (node for node, is_leaf in explored(self, [start]) if is_leaf)
 
     def _lies_in_one(self, node: Node, bits: int) -> bool:
-        """Return whether the states of some piece of the cover hold on all of a node, for the states at the node's
-        point, as bits; each state is tested once."""
+        """Return whether the states of a piece of the cover hold on all of a node, with these states at its point."""
         numbers = self.cover.within(bits)
         while numbers:
             open_ = self.cover.pieces[numbers.bit_length() - 1] & ~node.certain
@@ -192,11 +194,6 @@ class Unknowns:
             if not self.holds(node, bit):
                 numbers &= ~self.cover.having[bit]
         return False
-
-    def _is_settled(self, node: Node, k: int) -> bool:
-        """Return whether a state of an unknown holds on all of a node; if so, choose it."""
-        state = next((state for state in self.choices[k] if self.holds(node, self.bit(k, state))), None)
-        return state is not None and self.choose(node, k, state)
 
     def holds(self, node: Node, bit: int) -> bool:
         """Return whether a state holds on all of the node."""
@@ -232,8 +229,7 @@ class Unknowns:
 
 @dataclass
 class Node:
-    """The polyhedron for some chosen states, None where none is chosen yet, with the states, as bits, that are known
-    to hold on all of it."""
+    """The polyhedron for some chosen states, None where none is, with the states known to hold on it all, as bits."""
 
     dictionary: Dictionary
     states: list[int | None]
@@ -308,8 +304,7 @@ def explored(nodes: Nodes[N], pending: Any) -> Iterator[tuple[N, bool]]:
 
 
 def first_solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
-    """Return a solution of a problem; None if it is proved to have none. `check` is called before each step and may
-    raise."""
+    """Return a solution; None if there is proved to be none. `check` is called before each step and may raise."""
     return next((z for z in solution_search(data, check) if z is not None), None)
 
 

@@ -191,7 +191,7 @@ def _exact(result: Result) -> Vector | None:
     with imports:
         from lcpcli.rational import pivoting
         from lcpcli.rational.elimination import Effort
-        from lcpcli.rational.exact_problem import ExactProblem, parts_of_game
+        from lcpcli.rational.exact_problem import ExactProblem
         from lcpcli.rational.tree import first_solution
         from lcpcli.verify import strategies
         from lcpcli.verify.exact_solution import finitely_rounded, from_point
@@ -200,7 +200,7 @@ def _exact(result: Result) -> Vector | None:
     z: Sequence[Fraction] | None
     try:
         with within(result.limits.time_limit - result.seconds):
-            data, effort = ExactProblem(problem, *parts_of_game(game)), Effort(EFFORT)
+            data, effort = ExactProblem(problem, *game.exact_conditions()), Effort(EFFORT)
             if isinstance(game, Game):
                 found = pivoting.equilibrium(data, game.A.shape[0], effort)
                 z = None if found is None else strategies.point_of_game(problem, np.array(found), data).tolist()

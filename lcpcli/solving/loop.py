@@ -22,9 +22,9 @@ from lcpcli.model.box import LARGEST_X, in_range
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import States, Vector
-from lcpcli.verify.certificate import UNVERIFIED, Certificate, confirm
+from lcpcli.verify.certificate import KINDS, Certificate, confirm
 from lcpcli.verify.exact_solution import is_rounded_difference
-from lcpcli.verify.ill_posed import Settled, large_solution, settled, statement
+from lcpcli.verify.ill_posed import Settled, large_solution, settled
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
@@ -190,7 +190,7 @@ class Loop:
         """Return the status that a certificate justifies, once it is verified on M and q."""
         certificate = confirm(self.problem, claim, declared(self.method).excludes_exactly)
         if certificate is None:
-            return Status.STALLED, UNVERIFIED[claim.kind]
+            return Status.STALLED, KINDS[claim.kind].unverified
         self.certificate = certificate
         return STATUS_OF_CERTIFICATE[certificate.kind], certificate.statement
 
@@ -335,14 +335,13 @@ def conclusion(criterion: Criterion, last: Point, best: Point, rounded: Certific
         rounded = doubt.certificate
         if rounded is None or not rounded.is_rounded:
             return _without_rounding(Point(criterion, doubt.z), doubt, rounded)
-    assert rounded.vector is not None
-    large = large_solution(problem, points, rounded.vector, tol)
+    large = large_solution(problem, points, rounded, tol)
     if large is None:
         return None
-    point = Point(criterion, large.z)
+    point = Point(criterion, large[0])
     if point.solves():
         return Conclusion(point, "", Status.SOLVED)
-    return Conclusion(point, statement(large, tol, rounded), Status.ILL_POSED, rounded)
+    return Conclusion(point, large[1], Status.ILL_POSED, rounded)
 
 
 def _without_rounding(point: Point, doubt: Settled, proof: Certificate | None) -> Conclusion:

@@ -25,7 +25,7 @@ from lcpcli.methods.lemke import reduced
 from lcpcli.methods.stages import FAULTS
 from lcpcli.methods.z_matrix import of_tridiagonal
 from lcpcli.model.arrays import as_vector
-from lcpcli.model.box import ORTHANT, Box, as_bounds, of_masks
+from lcpcli.model.box import ORTHANT, Box, bounds_of, of_masks
 from lcpcli.model.labels import by_names
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.right_hand_sides import like_with
@@ -127,7 +127,7 @@ class Solver:
         return self._like.names
 
     def _own_box(self, lower: BoundLike, upper: BoundLike) -> Box:
-        bounds = as_bounds(lower, upper, self._like.n, self._infinity)
+        bounds = bounds_of(lower, upper, self._like.n, self._infinity)
         return ORTHANT if bounds is None else Box(*bounds)
 
     def next(self, problem: Problem, warm: bool = True, began: float | None = None) -> Result:

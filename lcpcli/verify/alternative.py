@@ -15,7 +15,7 @@ from lcpcli.model.box import ORTHANT, Box
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Matrix, Vector
-from lcpcli.verify.farkas import SNAP, Sides, cancellation, sides
+from lcpcli.verify.farkas import SNAP, cancellation, sides
 
 GRID = 2.0**20  # steps per largest entry of y, to which one candidate is rounded
 PATIENCE = 4  # once a y is known, LPs for better ones may take so many times as long as the first one
@@ -66,34 +66,29 @@ def _searched(A: Matrix, b: Vector, box: Box, effort: float, most: int) -> Itera
     up to which a dense system is first tried by a dictionary."""
     if not _are_finite(A, b):
         return
-    if box.is_orthant and _has_dictionary(A, most):
+    if box.is_orthant and not is_sparse(A) and max(A.shape) <= most:
         for system, point, y in dictionaries(A, b):
             if point is not None:
                 yield Alternative(point, None, system=system)
                 return
             yield from (Alternative(None, each) for each in (*reversed([*simplest(y)]), y))
     programs = FarkasSystem(A, b, box, effort)
-    if not programs.is_finite or (programs.rows.low & programs.rows.high).all():
+    if not programs.is_finite or (programs.low & programs.high).all():
         return
     first = programs.least_total()
     if first is not None and first.value > -0.5:
         yield Alternative(np.ldexp(np.maximum(-first.y[:-1], 0.0), programs.power), None)
         return
-    yield from (Alternative(None, y) for y in programs.candidates(first))
+    yield from (Alternative(None, each) for y in programs.multipliers(first) for each in (*simplest(y), y))
 
 
 def _are_finite(A: Matrix, b: Vector) -> bool:
     return bool(np.isfinite(b).all() and np.isfinite(A.sum()))
 
 
-def _has_dictionary(A: Matrix, most: int = MOST_DENSE) -> bool:
-    return not is_sparse(A) and max(A.shape) <= most
-
-
 def with_room(problem: Problem) -> Iterator[Vector]:
-    """Yield proofs that a small LCP is infeasible that would hold for a larger M, the largest first, so that there is
-    room to round them; none for other problems."""
-    if not (problem.box.is_orthant and _has_dictionary(problem.M, MOST_BRIEF)):
+    """Yield proofs that a small LCP is infeasible that hold for larger M too, so that there is room to round."""
+    if not problem.box.is_orthant or is_sparse(problem.M) or problem.n > MOST_BRIEF:
         return
     with np.errstate(all="ignore"):
         units = scale(problem)
@@ -107,8 +102,7 @@ def with_room(problem: Problem) -> Iterator[Vector]:
 
 
 def dictionaries(A: Matrix, b: Vector) -> Iterator[tuple[DualSimplex, Vector | None, Vector]]:
-    """Yield the dual simplex method with what it finds for a dense A, with a margin and without: a point, or None, and
-    multipliers, which are 0 if it finds none."""
+    """Yield the dual simplex method for a dense A, with a margin and without, with a point or None, and multipliers."""
     for margin in (MARGIN, 0.0):
         found = DualSimplex(A, b, margin)
         y = found.feasible()
@@ -128,33 +122,33 @@ class FarkasSystem:
     def __init__(self, A: Matrix, b: Vector, box: Box, effort: float) -> None:
         self._A, self._effort = A, effort / 2
         self.power = max(math.frexp(np.abs(b).max())[1], -LARGEST_SHIFT)
-        self.rows, columns = sides(box, b.size), sides(box, A.shape[1])
+        (*_, self.low, self.high), (*bounds, low, high) = sides(box, b.size), sides(box, A.shape[1])
         with np.errstate(all="ignore"):
-            self._b, lower, upper = (np.ldexp(v, -self.power) for v in (b, columns.lower, columns.upper))
-        self._columns = Sides(lower, upper, columns.low, columns.high)
+            self._b, lower, upper = (np.ldexp(v, -self.power) for v in (b, *bounds))
+        self._columns = lower, upper, low, high
         may_fall, may_rise = (not is_sparse(A)) & (lower == 0), (not is_sparse(A)) & (upper == 0)
         self._ends = np.where(may_fall, -np.inf, 0.0), np.where(may_rise, np.inf, 0.0)
-        self._positive, self._negative = np.flatnonzero(~self.rows.high), np.flatnonzero(~self.rows.low)
-        self._above, self._below = np.flatnonzero(columns.high & ~may_rise), np.flatnonzero(columns.low & ~may_fall)
+        self._positive, self._negative = np.flatnonzero(~self.high), np.flatnonzero(~self.low)
+        self._above, self._below = np.flatnonzero(high & ~may_rise), np.flatnonzero(low & ~may_fall)
         self._cost = np.concatenate(
             (self._b[self._positive], -self._b[self._negative], upper[self._above], -lower[self._below])
         )
         self.is_finite = bool(np.isfinite(self._b).all() and np.isfinite(self._cost).all() and np.isfinite(A.sum()))
 
-    def candidates(self, first: Optimum | None) -> Iterator[Vector]:
+    def multipliers(self, first: Optimum | None) -> Iterator[Vector]:
         """Yield vectors that may be proofs, the likeliest first: the y of `least_total`, if it has any; the y of the
-        least violation, as the y of systems that almost have a solution are large; and the y with margins."""
-        for y in self._multipliers(first):
-            yield from simplest(y)
-            yield y
-
-    def _multipliers(self, first: Optimum | None) -> Iterator[Vector]:
+        least violation, as the y of systems that almost have a solution are large; and a y of total at most -1 with the
+        largest sum of margins, each at most 1, by which components of A'y lie beyond 0 where they cost nothing; for at
+        a vertex y, many of them are 0 up to rounding."""
         if first is not None:
             self._effort *= PATIENCE
             yield self._y(first)
         if (least := self._least_violation()) is not None:
             yield least.y
-        if first is not None and (strict := self._largest_margins()) is not None:
+        lower, upper, low, high = self._columns
+        single = np.flatnonzero((low != high) & (np.where(low, lower, upper) == 0))
+        objective = np.append(0 * self._cost, -np.ones(single.size))
+        if first is not None and (strict := self._minimum(objective, single, (-np.inf, -1.0))) is not None:
             yield self._y(strict)
 
     def least_total(self) -> Optimum | None:
@@ -162,22 +156,14 @@ class FarkasSystem:
         is infinite and v'_j = 0 if l_j is. It is -1 or 0; if it is 0, its multipliers are minus a point with z >= 0."""
         return self._minimum(self._cost, np.empty(0, dtype=int), (-1.0, np.inf))
 
-    def _largest_margins(self) -> Optimum | None:
-        """Return the maximum, over y of total at most -1, of the sum of margins, each at most 1, by which components of
-        A'y lie beyond 0 where they cost nothing; for at a vertex y, many of them are 0 up to rounding."""
-        lower, upper, low, high = self._columns
-        single = np.flatnonzero((low != high) & (np.where(low, lower, upper) == 0))
-        return self._minimum(np.append(0 * self._cost, -np.ones(single.size)), single, (-np.inf, -1.0))
-
     def _minimum(self, objective: Vector, margins: Indices, total: tuple[float, float]) -> Optimum | None:
-        """Return the minimum of an objective of y, v, v' and the margins of some columns, with a total between two
-        numbers."""
-        transposed, low = self._A.T, self._columns.low
+        """Return the minimum of an objective of y, v, v' and some margins, with a total between two numbers."""
+        transposed, low = self._A.T, self._columns[2]
         parts, columns = (self._above, self._below, margins), self._A.shape[1]
         above, below, slopes = (unit_columns(columns, part, is_sparse(self._A)) for part in parts)
-        y, v = [transposed[:, self._positive], -transposed[:, self._negative]], [-above, below]
-        slopes = slopes * np.where(low[margins], 1.0, -1.0)
-        A = stack([[stack([[*y, *v, slopes]])], [np.append(self._cost, 0 * margins)[np.newaxis]]])
+        y = transposed[:, self._positive], -transposed[:, self._negative]
+        rows = stack([[*y, -above, below, slopes * np.where(low[margins], 1.0, -1.0)]])
+        A = stack([[rows], [np.append(self._cost, 0 * margins)[np.newaxis]]])
         ends = np.append(self._ends[0], total[0]), np.append(self._ends[1], total[1])
         upper = np.append(np.full(self._cost.size, np.inf), np.ones(margins.size))
         return minimized(objective, A, ends, (np.zeros(upper.size), upper), self._effort)
@@ -192,13 +178,12 @@ class FarkasSystem:
     def _least_violation(self) -> Optimum | None:
         """Return the least sum of violations of the signs of A z + b, with multipliers of at most 1 in size: the
         elastic program (J. W. Chinneck and E. W. Dravnieks, ORSA Journal on Computing 3 (1991) 157-168)."""
-        low, high = self.rows.low, self.rows.high
         parts = self._positive, self._negative
-        added, taken = (unit_columns(low.size, part, is_sparse(self._A)) for part in parts)
+        added, taken = (unit_columns(self._b.size, part, is_sparse(self._A)) for part in parts)
         elastic = stack([[self._A, added, -taken]])
         zero = np.zeros(elastic.shape[1] - self._A.shape[1])
-        ends = np.where(high, -np.inf, -self._b), np.where(low, np.inf, -self._b)
-        bounds = np.append(self._columns.lower, zero), np.append(self._columns.upper, zero + np.inf)
+        ends = np.where(self.high, -np.inf, -self._b), np.where(self.low, np.inf, -self._b)
+        bounds = np.append(self._columns[0], zero), np.append(self._columns[1], zero + np.inf)
         return minimized(np.append(np.zeros(self._A.shape[1]), zero + 1), elastic, ends, bounds, self._effort)
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import chain
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -23,26 +23,12 @@ from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import rounded_direction
 from lcpcli.rational.tree import first_solution
 from lcpcli.typing import Vector
-from lcpcli.verify.farkas import (
-    ACTIVE_COLUMN,
-    Multiplied,
-    cancellation,
-    exact_proof,
-    farkas_vector,
-    is_exact,
-    refutes,
-    whole_proofs,
-)
+from lcpcli.verify import farkas
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure
 
 # For a search of all complementary sets: mostly milliseconds, half a second for some with 20 unknowns.
 EXHAUSTION_EFFORT = 2.0
 CLEAR_VIOLATION = 1e-9  # relative to the natural size of w in a row: larger than the tolerance
-UNVERIFIED = {
-    "farkas": "the certificate of infeasibility failed exact verification",
-    "exhaustion": "the claim that every complementary set is excluded failed verification",
-    "ray": "the direction of the ray failed verification",
-}
 RAY = "that alone proves nothing"
 
 
@@ -76,29 +62,52 @@ def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Cer
     excludes_exactly : whether the method excludes complementary sets by exact arithmetic alone. For more than
         FEW_UNKNOWNS, whose sets are not searched again, only such a method is believed to have excluded all.
     """
-    if claim.kind == "farkas":
-        if claim.vector is None:
-            return None
-        y = proof(problem, claim.vector)
-        if y is None and claim.exact is not None and ExactProblem.of_floats(problem).refuted_by(claim.exact):
-            return claim
-        return rounded_proof(problem, claim.vector) if y is None else _stated(problem, replace(claim, vector=y))
-    if claim.kind == "ray":
-        return replace(claim, statement=RAY) if claim.vector is None or is_ray(problem, claim.vector) else None
+    return KINDS[claim.kind].confirmed(problem, claim, excludes_exactly)
+
+
+def _farkas(problem: Problem, claim: Certificate, _: bool) -> Certificate | None:
+    if claim.vector is None:
+        return None
+    y = proof(problem, claim.vector)
+    if y is None and claim.exact is not None and ExactProblem.of_floats(problem).refuted_by(claim.exact):
+        return claim
+    return rounded_proof(problem, claim.vector) if y is None else _stated(problem, replace(claim, vector=y))
+
+
+def _exhaustion(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Certificate | None:
     has_none = has_no_solution(problem)
     return replace(claim, vector=None) if has_none or (has_none is None and excludes_exactly) else None
+
+
+def _ray(problem: Problem, claim: Certificate, _: bool) -> Certificate | None:
+    return replace(claim, statement=RAY) if claim.vector is None or is_ray(problem, claim.vector) else None
+
+
+class Kind(NamedTuple):
+    """A kind of proof: what `confirm` asks, and what is said of a claim that does not hold."""
+
+    confirmed: Callable[[Problem, Certificate, bool], Certificate | None]
+    unverified: str
+
+
+KINDS = {
+    "farkas": Kind(_farkas, "the certificate of infeasibility failed exact verification"),
+    "exhaustion": Kind(_exhaustion, "the claim that every complementary set is excluded failed verification"),
+    "ray": Kind(_ray, "the direction of the ray failed verification"),
+}
 
 
 def _stated(problem: Problem, claim: Certificate) -> Certificate:
     """Return the certificate with a Farkas vector that is a proof as it is, if there is one in doubles, else with one
     in fractions, for few unknowns; else with the statement that it is rounded."""
     assert claim.vector is not None
-    if is_exact(problem, claim.vector):
+    if farkas.is_exact(problem, claim.vector):
         return claim
     if problem.n <= FEW_UNKNOWNS:
         data = ExactProblem.of_floats(problem)
+        count = Effort(EXHAUSTION_EFFORT).steps(data)
         with suppress(TimeIsUp):
-            exact = exact_proof(data, claim.vector) or farkas_vector(data, Effort(EXHAUSTION_EFFORT).steps(data))
+            exact = farkas.exact_proof(data, claim.vector) or farkas.farkas_vector(data, count)
             if exact is not None:
                 return exact_certificate(data, claim.statement, exact)
     return replace(claim, statement=f"{claim.statement}, up to rounding of y")
@@ -131,20 +140,19 @@ def is_ray(problem: Problem, z: Vector) -> bool:
         return False
     w, largest = product(problem.M, z), float(absolute_product(problem.M, z).max())
     w += max(-float(w.min()), 0.0)
-    return bool(largest < math.inf and (w[z > 0] <= ACTIVE_COLUMN * largest).all())
+    return bool(largest < math.inf and (w[z > 0] <= farkas.ACTIVE_COLUMN * largest).all())
 
 
 def proves_infeasible(problem: Problem, y: Vector) -> bool:
     """Return whether y proves that no z within its bounds has w with the signs that the bounds ask for, by
     `farkas.refutes`: never for a feasible problem, however nearly infeasible, nor for a y that is not of shape (n,)."""
-    return y.shape == problem.q.shape and refutes(problem.M, problem.q, y, problem.box)
+    return y.shape == problem.q.shape and farkas.refutes(problem.M, problem.q, y, problem.box)
 
 
 def is_clear(problem: Problem, y: Vector) -> bool:
-    """Return whether y, if it is a proof, excludes points with small violations too, so that what it proves is not an
-    effect of rounding in the data."""
+    """Return whether y, if a proof, also excludes small violations, so that it is no effect of rounding in the data."""
     with np.errstate(all="ignore"):
-        total = Multiplied(problem.M, problem.q, y, problem.box).total
+        total = farkas.Multiplied(problem.M, problem.q, y, problem.box).total
         caps = Measure(problem).caps(problem.reference_point)
         return -total > CLEAR_VIOLATION * float(np.where(np.isfinite(caps), caps, 0.0) @ np.abs(y))
 
@@ -160,13 +168,13 @@ def proof(problem: Problem, y: Vector) -> Vector | None:
         return None
     with imports:
         from lcpcli.verify.alternative import with_room
-    found = _first(problem, whole_proofs(problem, y, small=True))
+    found = _first(problem, farkas.whole_proofs(problem, y, small=True))
     if found is not None:
         return found
     own = in_range_if_proof(problem, y)
     others = with_room(problem) if own is not None else ()
-    small = (v for other in others for v in whole_proofs(problem, other, small=True))
-    found = _first(problem, chain(small, whole_proofs(problem, y, small=False)))
+    small = (v for other in others for v in farkas.whole_proofs(problem, other, small=True))
+    found = _first(problem, chain(small, farkas.whole_proofs(problem, y, small=False)))
     return own if found is None else found
 
 
@@ -179,7 +187,7 @@ def rounded_proof(problem: Problem, y: Vector, few: bool = False) -> Certificate
     or if the unknowns are so few that exact arithmetic decides, unless it is wanted for few unknowns, too."""
     if (problem.n <= FEW_UNKNOWNS and not few) or y.shape != problem.q.shape:
         return None
-    times = cancellation(problem.M, problem.q, y, problem.box)
+    times = farkas.cancellation(problem.M, problem.q, y, problem.box)
     if not times:
         return None
     statement = problem.box.wording.rounded.format(f"1e{math.floor(math.log10(times))}")
@@ -192,10 +200,9 @@ def infeasible(problem: Problem, y: Vector, statement: str = "") -> Certificate:
 
 
 def farkas_certificate(problem: Problem, effort: float = math.inf, exactly: bool = False) -> Certificate | None:
-    """Return a proof that the problem is infeasible, by at most three LPs of half the effort each, for the
-    equilibrated problem R M C, R q, whose proof y' gives y = R y'; a `rounded_proof` if there is no other one, unless
-    it has to hold exactly. None if the problem is feasible, to the tolerance of the LP solver, or if no proof passed
-    the check."""
+    """Return a proof that the problem is infeasible, by at most three LPs of half the effort each, for the equilibrated
+    problem R M C, R q, whose proof y' gives y = R y'; a `rounded_proof` if there is no other one, unless it has to hold
+    exactly. None if it is feasible, to the tolerance of the LP solver, or no proof passed the check."""
     with imports:
         from lcpcli.verify.alternative import candidates
     with np.errstate(all="ignore"):

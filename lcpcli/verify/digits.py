@@ -27,7 +27,7 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, LARGEST_DOUBLE, SMALL_DISTANCE
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.box import Box
+from lcpcli.model.box import Box, of_masks
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
@@ -67,10 +67,10 @@ def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
 
 def whole_digits(problem: Problem, z: Vector, w: Vector) -> list[int | None] | None:
     """Return `digits` as whole numbers, with None for NaN; None in all if the time is up before."""
-    found = None
     with suppress(TimeIsUp):
         found = digits(problem, z, w)
-    return None if found is None else [None if math.isnan(count) else int(count) for count in found.tolist()]
+        return None if found is None else [None if math.isnan(count) else int(count) for count in found.tolist()]
+    return None
 
 
 def _counts(found: Vector) -> Vector:
@@ -78,8 +78,7 @@ def _counts(found: Vector) -> Vector:
 
 
 def fewest(problem: Problem, z: Vector, determined: Vector) -> tuple[int, int]:
-    """Return the least number of digits among the components that are not 0 up to rounding, and have a number, and
-    the index of that component."""
+    """Return the least number of digits of components that have one and are not 0 up to rounding, and its index."""
     sizes = np.log2(np.abs(z), where=z != 0, out=np.full(z.size, -np.inf))
     negligible = np.ones(z.size, dtype=bool)
     for own in (sizes, sizes - problem.units.columns):
@@ -95,7 +94,7 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> tuple[Vecto
     these numbers are so near to their bounds, or to 0, that rounding may take them there, each of shape (n,); None if
     M_BB is singular. With too many kinks, the latter are infinite and everywhere, and if M_BB is so ill-conditioned
     that its systems are not solved, all of them are."""
-    response, distances = _response(problem.M, basic), _distances(problem.box, z, w, basic)
+    response, distances = _response(problem.M, basic), room(problem.box, z, w, basic)
     changes = _changes(problem, z, np.where(basic | (distances < 0), w, 0.0), basic)
     try:
         moves = response(changes)
@@ -104,7 +103,8 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> tuple[Vecto
     alone = sizes = _sizes(moves)
     if not np.isfinite(alone[:, basic]).all():
         return None
-    if not _are_solved(problem.M, moves, changes, basic):
+    left = np.abs(matrices.product(problem.M, np.where(basic[:, np.newaxis], moves, 0.0)) + changes)[basic]
+    if not (left <= LARGEST_RESIDUAL * np.abs(changes[basic]).max(axis=1, keepdims=True)).all():
         infinite = np.full(z.size, np.inf)
         return infinite, infinite, np.ones(z.size, dtype=bool)
     kinks = np.zeros(z.size, dtype=bool)
@@ -117,7 +117,11 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> tuple[Vecto
         P = np.flatnonzero(kinks)
         if P.size > MOST_KINKS:
             return alone[0] + MEDIAN * alone[1], np.full(z.size, np.inf), np.ones(z.size, dtype=bool)
-        sizes = _largest_sizes(moves, response(_unit_changes(problem.M, P, basic)), P)
+        # the changes of q that stand for w_i = 1 for i in B, and for z_i = 1 elsewhere
+        columns = np.where(
+            basic[P], -np.equal.outer(np.arange(z.size), P).astype(float), matrices.dense(problem.M[:, P])
+        )
+        sizes = _largest_sizes(moves, response(columns), P)
 
 
 def _changes(problem: Problem, z: Vector, violations: Vector, basic: Mask) -> Vector:
@@ -131,8 +135,7 @@ def _changes(problem: Problem, z: Vector, violations: Vector, basic: Mask) -> Ve
 
 
 def _response(M: Matrix, basic: Mask) -> Callable[[Vector], Vector]:
-    """Return a function from changes of q, shape (n, k), to those of z_i in B and of w_i elsewhere; it raises
-    SingularMatrix if M_BB is singular."""
+    """Return a function, which may raise SingularMatrix, from changes of q, shape (n, k), to those of z_B, w_N."""
     B = np.flatnonzero(basic)
     solver = PrincipalSolver(M)
 
@@ -143,19 +146,6 @@ def _response(M: Matrix, basic: Mask) -> Callable[[Vector], Vector]:
         return np.where(basic[:, np.newaxis], moves, changes + matrices.product(M, moves))
 
     return response
-
-
-def _are_solved(M: Matrix, moves: Vector, changes: Vector, basic: Mask) -> bool:
-    """Return whether the motions solve the systems with M_BB for changes that differ by at most a part of them."""
-    solved = np.where(basic[:, np.newaxis], moves, 0.0)
-    left = np.abs(matrices.product(M, solved) + changes)[basic]
-    return bool((left <= LARGEST_RESIDUAL * np.abs(changes[basic]).max(axis=1, keepdims=True)).all())
-
-
-def _unit_changes(M: Matrix, P: Indices, basic: Mask) -> Vector:
-    """Return the changes of q that stand for w_i = 1 for i in B, and for z_i = 1 elsewhere, i in P."""
-    own = matrices.dense(M[:, P])
-    return np.where(basic[P], -np.equal.outer(np.arange(basic.size), P).astype(float), own)
 
 
 def _largest_sizes(moves: Vector, columns: Vector, P: Indices) -> Vector:
@@ -185,10 +175,10 @@ def _sizes(moves: Vector) -> Vector:
     return np.stack((np.abs(moves[:, 0]), np.sqrt(np.mean(moves[:, 1:] ** 2, axis=1))))
 
 
-def _distances(box: Box, z: Vector, w: Vector, basic: Mask) -> Vector:
-    """Return how far z_i in B is from its bounds, and w_i elsewhere from the wrong sign."""
-    inward = np.where(box.fixed, np.inf, np.where(z == box.lower, w, -w))
-    return np.where(basic, np.minimum(z - box.lower, box.upper - z), inward)
+def room(box: Box, z: Vector, w: Vector, basic: Mask) -> Vector:
+    """Return how far each component is from violating the condition of its state; infinite if it is fixed."""
+    states = of_masks(basic, ~basic & (z == box.upper))
+    return np.where(box.fixed, np.inf, -box.violations(z, w, states))
 
 
 @lru_cache(maxsize=8)

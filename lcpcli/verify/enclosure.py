@@ -6,14 +6,13 @@ Acta Numerica 19 (2010) 287-449, section 10. For proofs that a linear program is
 Computational experience with rigorous error bounds for the Netlib linear programming library, Reliable Computing 12
 (2006) 303-321.
 
-Solutions that are proved to exist near a z, by one system with its states in doubles and bounds on their rounding.
-
-With the basic variables B of z and the others at their bounds, M_BB z*_B = -(q + M z_N)_B has one solution if M_BB is
-regular. One correction of z_B, kept apart from it as doubles near z_B may not hold it, leaves a small residual g. An
-M_BB without positive entries off its diagonal has a nonnegative inverse if some v > 0 has M_BB v > 0 (A. Berman and
-R. J. Plemmons, Nonnegative Matrices in the Mathematical Sciences, 1979, theorem 6.2.3); then the correction is off by
-at most t v if |g| <= t M_BB v, whatever the number of unknowns. Any other M_BB takes an approximate inverse (see
-`enclosure`). If the signs of z*_B and w*_N are right for all numbers within these bounds, z* solves the problem.
+For a solution near a z, with the basic variables B of z and the others at their bounds, M_BB z*_B = -(q + M z_N)_B has
+one solution if M_BB is regular. One correction of z_B, kept apart from it as doubles near z_B may not hold it, leaves a
+small residual g. An M_BB without positive entries off its diagonal has a nonnegative inverse if some v > 0 has M_BB v >
+0 (A. Berman and R. J. Plemmons, Nonnegative Matrices in the Mathematical Sciences, 1979, theorem 6.2.3); then the
+correction is off by at most t v if |g| <= t M_BB v, whatever the number of unknowns. Any other M_BB takes an
+approximate inverse (see `enclosure`). If the signs of z*_B and w*_N are right within these bounds, z* solves the
+problem.
 """
 
 from __future__ import annotations
@@ -23,18 +22,11 @@ from contextlib import suppress
 import numpy as np
 
 from lcpcli.clock import imports
+from lcpcli.linalg import matrices
 from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.matrices import (
-    absolute_product,
-    dense,
-    has_no_positive_links,
-    is_sparse,
-    may_underflow,
-    product,
-    products,
-)
+from lcpcli.linalg.matrices import absolute_product, dense, is_sparse, product
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
@@ -45,8 +37,7 @@ DEPENDENT = 1e-10  # a last pivot below this times the first one: the equations 
 
 
 def is_enclosable(equations: int, unknowns: int) -> bool:
-    """Return whether so many equations in so many unknowns may have an enclosure, which takes at most a second or
-    so."""
+    """Return whether so many equations may have an enclosure, which takes at most a second or so."""
     return equations <= min(unknowns, LARGEST_ENCLOSED) and equations**2 * unknowns <= MOST_WORK
 
 
@@ -63,34 +54,21 @@ def enclosure(G: Vector, y: Vector) -> Vector | None:
         return None
     rows, columns = _units(np.abs(G).max(axis=1)), 1 / _units(np.abs(y))
     G = rows[:, np.newaxis] * G * columns  # of powers of two, so that nothing is rounded
-    chosen = _independent(G)
-    if chosen is None:
+    with imports:
+        from scipy.linalg import qr
+    R, order = qr(G, mode="r", pivoting=True, check_finite=False)
+    pivots, chosen, scaled = np.abs(R.diagonal()), order[: G.shape[0]], y / columns
+    if not pivots[-1] > DEPENDENT * pivots[0]:
         return None
-    scaled = y / columns
-    d[chosen] = regular_change(G[:, chosen], _size(G, scaled)) * columns[chosen]
+    rounding = 4 * (y.size + 2) * (EPS * (np.abs(G) @ np.abs(scaled)) + SMALLEST_NORMAL)
+    d[chosen] = regular_change(G[:, chosen], np.abs(G @ scaled) + rounding) * columns[chosen]
     return d if np.isfinite(d).all() else None
-
-
-def _size(G: Vector, y: Vector) -> Vector:
-    """Return an upper bound on |G y|."""
-    size: Vector = np.abs(G @ y) + 4 * (y.size + 2) * (EPS * (np.abs(G) @ np.abs(y)) + SMALLEST_NORMAL)
-    return size
 
 
 def _units(sizes: Vector) -> Vector:
     """Return the powers of two that make sizes about 1; 1 where they are 0."""
     exponents = np.where(sizes > 0, -np.frexp(sizes)[1], 0)
-    units: Vector = np.ldexp(1.0, np.clip(exponents, -1000, 1000))
-    return units
-
-
-def _independent(G: Vector) -> Indices | None:
-    """Return as many columns as there are rows, far from dependent; None if there are none."""
-    with imports:
-        from scipy.linalg import qr
-    R, chosen = qr(G, mode="r", pivoting=True, check_finite=False)
-    pivots = np.abs(R.diagonal())
-    return chosen[: G.shape[0]] if pivots[-1] > DEPENDENT * pivots[0] else None
+    return np.asarray(np.ldexp(1.0, np.clip(exponents, -1000, 1000)))
 
 
 def regular_change(B: Vector, size: Vector) -> Vector:
@@ -151,8 +129,7 @@ def fault(problem: Problem, z: Vector, tol: float, rounding: float = 0.0) -> str
 
 
 def _repeat(problem: Problem, z: Vector, rows: Mask, others: Indices) -> bool:
-    """Return whether w is 0 in these rows where it is 0 in others, as they are the same ones but for the sign, in the
-    columns that z uses."""
+    """Return whether w is 0 in these rows as it is in others, which differ but by the sign in the columns of z."""
     M = np.column_stack((dense(problem.M)[:, z != 0], problem.q))
     known = np.concatenate((M[others], -M[others]))
     return all((known == row).all(axis=1).any() for row in M[rows])
@@ -161,7 +138,7 @@ def _repeat(problem: Problem, z: Vector, rows: Mask, others: Indices) -> bool:
 def _change(block: Matrix, terms: Vector, sizes: Vector, bound: Vector, rounding: float) -> Vector:
     """Return a bound on |c| for M_BB c = -g, |g| <= bound, whatever the rounding of M_BB; infinite if none is found.
     terms, sizes : those of rows and columns of M_BB."""
-    if has_no_positive_links(block):
+    if matrices.has_no_positive_links(block):
         with suppress(SingularMatrix, OverflowError, ValueError):
             v = np.abs(PrincipalSolver(block).factorized(block)(terms))
             image = product(block, v) - _underflow(block, v)
@@ -186,4 +163,4 @@ def _width(M: Matrix) -> int:
 
 def _underflow(M: Matrix, z: Vector) -> Vector | float:
     """Return how much products that underflow may leave of each row of M z."""
-    return 4 * SMALLEST_NORMAL * products(M, z) if may_underflow(M, z) else 0.0
+    return 4 * SMALLEST_NORMAL * matrices.products(M, z) if matrices.may_underflow(M, z) else 0.0

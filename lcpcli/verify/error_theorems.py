@@ -1,6 +1,7 @@
-"""Theorems that bound the distance of z from the solution, rounding errors included: for H+ and for definite matrices.
+"""Rigorous bounds on the distance of any z from the solution, for the data in doubles, rounding errors included.
 
-Chen and Xiang (2006) for H+ matrices, componentwise and independent of scaling. Let w = M z + q, r = min(z, w) and <M>
+X. Chen and S. Xiang, Computation of error bounds for P-matrix linear complementarity problems, Mathematical Programming
+106 (2006) 513-525, for H+ matrices, componentwise and independent of scaling. Let w = M z + q, r = min(z, w) and <M>
 the comparison matrix of M: |M_ii| on the diagonal, -|M_ij| off it. There is a diagonal D, 0 <= D <= I, with
 r = (I - D + D M)(z - z*), because the change of the minimum of two numbers is a convex combination of their changes. M
 being H+, |(I - D + D M)^-1| <= <I - D + D M>^-1 <= <M>^-1 max(L, I) with L the diagonal of M, which is their theorem.
@@ -12,10 +13,12 @@ The same holds with bounds, where min(z, w) is z - mid(l, u, z - w), as mid(l, u
 than t. M is H+ if and only if its diagonal is positive and <M> u > 0 for some u > 0; then <M>^-1 >= 0. So <M> t >= s
 yields t >= <M>^-1 s, and an approximate t is corrected by adding a multiple of u: no system has to be solved exactly.
 
-Mathias and Pang (1990) and Pang (1987) for positive definite M, symmetric or not, in their sharp form. Take rho and
-sigma so that y = z - rho and v = w - sigma are nonnegative with y'v = 0: where z_i is the smaller one, rho_i = z_i and
-sigma_i = min(w_i, 0), elsewhere rho_i = min(z_i, 0) and sigma_i = w_i. For a positive diagonal T,
-(y - z*)'T(v - w*) = -y'T w* - z*'T v <= 0. With e = z - z* this reads (e - rho)'T(M e - sigma) <= 0, and as
+R. Mathias and J.-S. Pang, Error bounds for the linear complementarity problem with a P-matrix, Linear Algebra and its
+Applications 132 (1990) 123-136, and J.-S. Pang, A posteriori error bounds for the linearly-constrained variational
+inequality problem, Mathematics of Operations Research 12 (1987) 474-484, for positive definite M, symmetric or not, in
+their sharp form. Take rho and sigma so that y = z - rho and v = w - sigma are nonnegative with y'v = 0: where z_i is
+the smaller one, rho_i = z_i and sigma_i = min(w_i, 0), elsewhere rho_i = min(z_i, 0) and sigma_i = w_i. For a positive
+diagonal T, (y - z*)'T(v - w*) = -y'T w* - z*'T v <= 0. With e = z - z* this reads (e - rho)'T(M e - sigma) <= 0, and as
 rho'T sigma >= 0,
 
     e'T M e <= g'e    with    g = T sigma + M'T rho.
@@ -33,14 +36,6 @@ definiteness, BIT Numerical Mathematics 46 (2006) 433-452.
 Rounding errors: an inner product of k terms has an error of at most gamma_k = k u / (1 - k u) times that of the
 absolute values (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, chapter 3). With the
 entries of M and z in the range required here, no product M_ij z_j underflows.
-
-Rigorous bounds on the distance of any z from the solution, for the data in doubles, rounding errors included.
-
-X. Chen and S. Xiang, Computation of error bounds for P-matrix linear complementarity problems, Mathematical Programming
-106 (2006) 513-525, where M is an H-matrix with positive diagonal (H+). R. Mathias and J.-S. Pang, Error bounds for the
-linear complementarity problem with a P-matrix, Linear Algebra and its Applications 132 (1990) 123-136, and J.-S. Pang,
-A posteriori error bounds for the linearly-constrained variational inequality problem, Mathematics of Operations
-Research 12 (1987) 474-484, where M is positive definite, symmetric or not.
 """
 
 from __future__ import annotations
@@ -61,10 +56,11 @@ from lcpcli.linalg.krylov import bicgstab, identity, norm
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import half_power
 from lcpcli.model.arrays import as_vector
-from lcpcli.model.box import BASIC, Box
+from lcpcli.model.box import Box
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector, VectorLike
+from lcpcli.verify.exact_solution import refined
 from lcpcli.verify.matrix_classes import Scaling, factor, least_eigenvalue, lower_image, row_scalings, scaling
 
 Theorem = Callable[[Vector, Vector], float]
@@ -87,8 +83,7 @@ def in_range(A: Matrix, smallest: float = 0.0) -> bool:
 
 
 def residual(problem: Problem, z: Vector) -> Vector | None:
-    """Return M z + q with componentwise relative error at most EPS, for M in range; None if z or the result is out
-    of range."""
+    """Return M z + q to a relative error of EPS in each row, for M in range; None if z or this is out of range."""
     if not in_range(z):
         return None
     try:
@@ -96,12 +91,6 @@ def residual(problem: Problem, z: Vector) -> Vector | None:
     except (OverflowError, ValueError):
         return None
     return w if in_range(w) else None
-
-
-def theorems(problem: Problem) -> dict[str, Theorem]:
-    """Return the theorems that hold for M in range with positive diagonal, with their sources as keys."""
-    h_plus = h_plus_theorem(problem)
-    return definite_theorems(problem, h_plus is not None) | ({} if h_plus is None else {H_PLUS: h_plus})
 
 
 def h_plus_theorem(problem: Problem) -> Theorem | None:
@@ -212,8 +201,7 @@ def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
 
 
 def _around_centre(S: Matrix, least: float, D: Vector, g: Vector, off: Vector) -> float:
-    """Return an upper bound on all D_i |e_i|, from the ball around c = S^-1 g / 2 that contains e; g has errors up
-    to `off`."""
+    """Return a bound on all D_i |e_i|, from the ball around c = S^-1 g / 2 that has e; g has errors up to `off`."""
     c = 0.5 * np.linalg.solve(S, g)
     image = S @ c
     image_off = 2 * factor(c.size) * (matrices.absolute_product(S, np.abs(c)) + SMALLEST_NORMAL)
@@ -229,9 +217,6 @@ def _norm(v: Vector) -> float:
     largest = max(float(np.abs(v).max()), SMALLEST_NORMAL)
     own = v / largest
     return largest * float(np.sqrt(own @ own)) * (1 + factor(v.size)) + SMALLEST_NORMAL
-
-
-NEIGHBOUR_REFINEMENTS = 3  # of a basic solution: each gains several digits where the bound is of any use
 
 
 @dataclass(frozen=True)
@@ -293,9 +278,13 @@ def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
         return None
     if sizes(np.concatenate(problem.box.vectors(problem.n)))[0] < SMALLEST_ENTRY:
         return None  # products with distances from the bounds may underflow
-    known = theorems(problem)
-    points = [given, _neighbour(problem, given)] if known else []
-    claims = [_claim(problem, known, given, point) for point in points if point is not None]
+    h_plus = h_plus_theorem(problem)
+    known = definite_theorems(problem, h_plus is not None) | ({} if h_plus is None else {H_PLUS: h_plus})
+    if not known:
+        return None
+    # |z - z*| <= |z - y| + |y - z*|, and y, which is z* up to rounding if z comes from a solver, has a sharp bound
+    y = refined(problem, given, problem.box.basis_of(0.5 * (given - problem.w(given) / problem.M.diagonal())))
+    claims = [_claim(problem, known, given, point) for point in (given, y)]
     return min(filter(None, claims), key=lambda claim: claim.value, default=None)
 
 
@@ -310,24 +299,3 @@ def _claim(problem: Problem, known: dict[str, Theorem], z: Vector, y: Vector) ->
     way = float(np.abs(z - y).max())
     value = values[best] if way == 0 else (way + values[best]) * (1 + 4 * EPS)
     return Bound(value, best) if value < LARGEST_ENTRY else None
-
-
-def _neighbour(problem: Problem, z: Vector) -> Vector | None:
-    """Return a point y near z at which a bound is sharp, as |z - z*| <= |z - y| + |y - z*|: about the basic solution
-    of the states of z - w_i / M_ii, moved within the bounds, which is z* up to rounding if z comes from a solver."""
-    basis = problem.box.basis_of(0.5 * (z - problem.w(z) / problem.M.diagonal()))
-    y, active = problem.box.nonbasic(basis), np.flatnonzero(basis == BASIC)
-    if not active.size:
-        return y
-    try:
-        solve = solver(problem.M[active][:, active])
-    except SingularMatrix:
-        return None
-    for _ in range(NEIGHBOUR_REFINEMENTS):
-        left = residual(problem, y)
-        if left is None:
-            return None
-        y[active] -= solve(left[active])
-        if not np.isfinite(y).all():
-            return None
-    return problem.box.project(y)

@@ -4,11 +4,9 @@ With P = {i : z_i > 0}, M_PP z_P = -q_P is solved in rational arithmetic, and th
 right, indices that violate them are flipped as in the block principal pivoting of `exchanges`. Where M_PP is
 singular, an LP finds a vertex of the solutions with that set.
 
-Solutions that are correct to the last digit for ill-conditioned M: their computation and their recognition.
-
-The system of a complementary basis is solved with iterative refinement, with residuals as if in twice the precision
-(N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, section 12.1). Even so, rounding z
-may leave a residual that is not small. That such a z is the rounded solution is proved in rational arithmetic.
+In doubles, such a system is solved with iterative refinement, with residuals as if in twice the precision (N. J.
+Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, section 12.1). Even so, rounding z may leave
+a residual that is not small. That such a z is the rounded solution is proved in rational arithmetic.
 """
 
 from __future__ import annotations
@@ -27,7 +25,7 @@ from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.model import changes
 from lcpcli.model.box import BASIC, LOWER, UPPER
-from lcpcli.model.changes import equilibrated_point, scale, shifted
+from lcpcli.model.changes import scale, shifted
 from lcpcli.model.problem import Problem
 from lcpcli.rational import elimination
 from lcpcli.rational.elimination import Effort
@@ -47,9 +45,8 @@ MOST_SOLVED_EXACTLY = 700  # positive components: a minute at worst
 def from_point(
     data: ExactProblem, z: Vector, effort: Effort | None = None, most: int = MOST_SOLVED_EXACTLY
 ) -> list[Fraction] | None:
-    """Return the exact solution with the complementary basis of an approximate z, shape (n,), or, if its signs are
-    wrong, of a basis near it; None if none was found with this effort. most : the largest number of components that are
-    solved for."""
+    """Return the exact solution with the complementary basis of an approximate z, shape (n,), or of one near it if its
+    signs are wrong; None if none was found with this effort, or more than `most` components are solved for."""
     effort = effort or Effort()
     for basis in _bases(data.problem, z):
         found = _by_pivoting(data, basis, effort, most)
@@ -64,7 +61,8 @@ def _bases(problem: Problem, z: Vector) -> Iterator[States]:
     """Yield bases suggested by z, with three choices of the basic variables: all z_i not at a bound, those farther from
     it than w_i suggests, and those not close to it."""
     with np.errstate(all="ignore"):
-        box, scaled, w = equilibrated_point(problem, z, problem.w(z))
+        units = scale(problem)
+        box, scaled, w = units.problem.box, units.z_inside(z), units.w_inside(problem.w(z))
         near = ACTIVE_COLUMN * np.abs(scaled).max(initial=0.0)
         snapped = np.where(scaled - box.lower <= near, box.lower, scaled)
         bases = [problem.box.basis_at(z), box.basis_at(scaled, w)]
@@ -234,9 +232,8 @@ def refined(problem: Problem, z: Vector, basis: States | None = None) -> Vector:
 
 def is_rounded_solution(problem: Problem, z: Vector) -> bool:
     """Return whether z, of shape (n,), is a solution up to its last digits, by rational arithmetic: the exact basic
-    solution of its states solves the problem, and no component of z differs from it by more than ROUNDING of itself.
-    So the answer is never true where there is no solution; it is false if more than `farkas.most_exact()` variables
-    are basic."""
+    solution of its states solves the problem, and no component of z differs from it by more than ROUNDING of itself. So
+    the answer is never true where there is no solution; false if more than `farkas.most_exact()` are basic."""
     basis = problem.box.basis_at(z)
     if _count(basis) > farkas.most_exact() or not np.isfinite(z).all():
         return False

@@ -11,8 +11,6 @@ is finite, w_i <= 0 where only u_i is, w_i = 0 where neither is; so if all bound
 
 A proof found in floats is accepted only after a check without rounding (D. Applegate, W. Cook, S. Dash and D. Espinoza,
 Exact solutions to linear programming problems, Operations Research Letters 35 (2007) 693-699).
-
-Exact proofs that a problem is infeasible: from a Farkas vector in doubles (see `farkas`), or without one.
 """
 
 from __future__ import annotations
@@ -20,8 +18,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
-from itertools import islice
-from typing import Any, NamedTuple
+from itertools import chain, islice
+from typing import Any
 
 import numpy as np
 
@@ -32,19 +30,10 @@ from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.box import BASIC, ORTHANT, UPPER, WORDS, Box
 from lcpcli.model.problem import Problem
-from lcpcli.rational import elimination
+from lcpcli.rational import elimination, numbers
 from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
-from lcpcli.rational.numbers import (
-    LARGEST_INTEGER,
-    over_one_denominator,
-    product,
-    rounded,
-    rounded_direction,
-    row_integers,
-    shortest_decimal,
-    whole_multiple,
-)
+from lcpcli.rational.numbers import rounded
 from lcpcli.rational.tree import Unknowns
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
@@ -57,19 +46,10 @@ LARGEST_BY_FLINT = 400  # the same with FLINT
 MOST_BITS = 10_000_000  # the number of entries times the bits of the largest: a second or two
 
 
-class Sides(NamedTuple):
-    """Bounds of n variables, each of shape (n,), and where they are finite."""
-
-    lower: Vector
-    upper: Vector
-    low: Mask
-    high: Mask
-
-
-def sides(box: Box, n: int) -> Sides:
-    """Return the bounds of n variables as vectors."""
+def sides(box: Box, n: int) -> tuple[Vector, Vector, Mask, Mask]:
+    """Return the bounds of n variables as vectors, and where they are finite."""
     lower, upper = box.vectors(n)
-    return Sides(lower, upper, np.isfinite(lower), np.isfinite(upper))
+    return lower, upper, np.isfinite(lower), np.isfinite(upper)
 
 
 @np.errstate(all="ignore")
@@ -95,17 +75,21 @@ def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT, rows: Box | Non
         return False
     if of.has_proof_nearby():
         return True
-    if (of.excess <= of.error).all() and of.holds(of.exact, of.is_certain):
+    if (of.excess <= of.error).all() and of.holds(fractions_of(of.y), of.is_certain):
         return True
-    found = of.corrected()
+    part = matrices.dense(of.rows[:, np.flatnonzero(of.is_active)])
+    if not part.size or max(part.shape) > most_exact() or not np.isfinite(part).all():
+        return False
+    if remaining() <= 0:
+        raise TimeIsUp
+    found = corrected(numbers.row_integers(part.T)[0], fractions_of(of.y))
     return found is not None and of.are_signs(np.array(found)) and of.holds(found)
 
 
 @np.errstate(all="ignore")
 def cancellation(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> float:
     """Return by how much the terms of A z exceed their sum, for every z as above and in some row at least, if A'y has
-    wrong signs that may be due to the rounding of A alone; 0 if y shows nothing of that kind, or less than
-    LEAST_CANCELLATION.
+    wrong signs that may be due to the rounding of A alone; 0 if y shows none, or less than LEAST_CANCELLATION.
 
     For then 0 <= b'y + sum_j (A'y)_j z_j, where the second term is but rounding of its own terms: data that have been
     rounded to doubles do not tell whether there is such a z.
@@ -126,11 +110,11 @@ def cancellation(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> float:
 
 
 class Multiplied:
-    """A'y in floats, with bounds on its rounding, on the support of a y that may be a proof; for A, b, box and rows as
-    for `refutes`.
+    """A'y in floats, with bounds on its rounding, on the support of a y that may be a proof, as for `refutes`.
 
     has_signs : whether y is finite, not 0, and has the signs of multipliers.
     excess : by how much (A'y)_j is beyond 0 on a side where z_j has no bound, -inf if it has both bounds.
+    is_active : in which columns A'y has the wrong sign, or is so small that it may be 0.
     total, terms : b'y with the suprema, and the sum of the sizes of what this adds up.
     """
 
@@ -139,7 +123,7 @@ class Multiplied:
         self.support = np.flatnonzero(y)
         self.y, self.b = y[self.support], b[self.support]
         self.rows = A if self.support.size == y.size else A[self.support]
-        self._signs = sides((box if rows is None else rows).part(self.support), self.y.size)
+        self._low, self._high = sides((box if rows is None else rows).part(self.support), self.y.size)[2:]
         self.has_signs = bool(self.support.size and np.isfinite(self.y).all() and self.are_signs(self.y))
         lower, upper, low, high = self._bounds = sides(box, A.shape[1])
         absolute, image = abs(self.rows), self.rows.T @ self.y
@@ -154,14 +138,14 @@ class Multiplied:
         self.total = float(self.b @ self.y + self.supremum.sum())
         self.terms = float(np.abs(self.b) @ np.abs(self.y) + np.abs(self.supremum).sum())
         self.is_certain = (np.abs(image) > self.error) & (self.excess < 0) & ((end == 0) | ~np.isfinite(end))
+        self.is_active = self.used & (self.excess >= -self.error - ACTIVE_COLUMN * self.size)
 
     def are_signs(self, y: Any) -> bool:
         """Return whether numbers on the support have the signs of multipliers of its rows."""
-        return not ((self._signs.low & (y < 0)).any() or (self._signs.high & (y > 0)).any())
+        return not ((self._low & (y < 0)).any() or (self._high & (y > 0)).any())
 
     def largest_total(self, counted: Mask, change: Vector | float, error: Vector, margin: float = 0.0) -> float:
-        """Return an upper bound on the total over some columns, for every y within the change and A'y within the error,
-        plus a margin relative to its terms."""
+        """Return an upper bound on the total over some columns, for such changes of y, errors of A'y and margin."""
         supremum, rounding = self.supremum[counted], 4 * (self.y.size + self.ends.size + 2)
         terms = np.abs(self.b) @ np.abs(self.y) + np.abs(supremum).sum()
         rest = 2 * ((np.abs(self.b) * change).sum() + self.ends[counted] @ error[counted])
@@ -180,49 +164,30 @@ class Multiplied:
         nearly 0 or has the wrong sign, as `enclosure` finds, and beyond all bounds on rounding elsewhere."""
         with imports:
             from lcpcli.verify.enclosure import enclosure, is_enclosable
-        is_open = self.used & self._are_active
+        is_open = self.is_active
         if not is_enclosable(int(is_open.sum()), self.y.size):
             return False
         change = enclosure(matrices.dense(self.rows[:, np.flatnonzero(is_open)]).T, self.y)
         if change is None:
             return False
         error = self.error + 2 * (abs(self.rows).T @ change)
-        if ((self._signs.low | self._signs.high) & (change > 0) & (np.abs(self.y) <= change)).any():
+        if ((self._low | self._high) & (change > 0) & (np.abs(self.y) <= change)).any():
             return False
         beyond = (self.excess + error < 0) | is_open | ~self.used
         return bool(beyond.all()) and self.largest_total(~is_open, change, error) < 0
 
-    @property
-    def _are_active(self) -> Mask:
-        """Return in which columns A'y has the wrong sign, or is so small that it may be 0."""
-        return np.asarray(self.excess >= -self.error - ACTIVE_COLUMN * self.size)
-
-    @property
-    def exact(self) -> list[Fraction]:
-        """Return y on its support as fractions."""
-        return fractions_of(self.y)
-
     def holds(self, y: Sequence[Fraction], certain: Mask | bool = False) -> bool:
         """Return whether a rational y on the support, with the right signs, is a proof, in exact arithmetic; certain :
         columns that certainly have the right sign and add nothing to the total."""
-        rows, (multiple, _), bounds = self.rows, over_one_denominator(y), self._bounds
-        total = product(self.b, multiple)
+        (multiple, _), (lower, upper, low, high) = numbers.over_one_denominator(y), self._bounds
+        total = numbers.product(self.b, multiple)
         for j in np.flatnonzero(self.used & np.logical_not(certain)).tolist():
-            value = product(matrices.dense(rows[:, [j]])[:, 0], multiple)
-            if (value > 0 and not bounds.high[j]) or (value < 0 and not bounds.low[j]):
+            value = numbers.product(matrices.dense(self.rows[:, [j]])[:, 0], multiple)
+            if (value > 0 and not high[j]) or (value < 0 and not low[j]):
                 return False
-            end = float(bounds.upper[j] if value > 0 else bounds.lower[j])
+            end = float(upper[j] if value > 0 else lower[j])
             total += value * Fraction(end) if value and end else 0
         return total < 0
-
-    def corrected(self) -> list[Fraction] | None:
-        """Return y on its support, `corrected` in the active columns of A, where A'y is likeliest to be 0."""
-        part = matrices.dense(self.rows[:, np.flatnonzero(self.used & self._are_active)])
-        if not part.size or max(part.shape) > most_exact() or not np.isfinite(part).all():
-            return None
-        if remaining() <= 0:
-            raise TimeIsUp
-        return corrected(row_integers(part.T)[0], self.exact)
 
 
 def corrected(A: Sequence[Sequence[int]], y: Sequence[Fraction], quickly: bool = True) -> list[Fraction] | None:
@@ -233,8 +198,11 @@ def corrected(A: Sequence[Sequence[int]], y: Sequence[Fraction], quickly: bool =
         return None
     order = sorted(range(len(y)), key=lambda k: -abs(y[k]))  # large entries best absorb a correction
     rows, values = [[row[k] for k in order] for row in A], [y[k] for k in order]
-    is_singular = len(rows) != len(order) or not elimination.is_nonsingular(rows)
-    found = elimination.null_vector(rows, values) if is_singular else _beyond(rows, values)
+    multiple, divisor = numbers.over_one_denominator(values)
+    changes = elimination.particular(rows, [-numbers.dot(row, multiple) for row in rows])
+    found = None if changes is None else [v + change / divisor for v, change in zip(values, changes, strict=True)]
+    if found is not None and not any(found) and len(rows) == len(order):  # A is nonsingular
+        found = _beyond(rows, values)
     return None if found is None else [value for _, value in sorted(zip(order, found, strict=True))]
 
 
@@ -265,35 +233,32 @@ GRIDS = (2**6, 2**12, 2**20, 2**30)  # steps per largest entry of y, to which th
 
 
 def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
-    """Return a vector near a multiple of y, doubles of shape (n,), that proves the problem infeasible, in integers
-    without a common divisor; None if none is found among small integers, simple fractions, y itself, and both changed
-    so that M'y = 0 where it is nearly 0."""
+    """Return a vector near a multiple of y, shape (n,), that proves the problem infeasible, in integers without common
+    divisor: small ones, simple fractions, or y, perhaps changed so that M'y = 0 where it nearly is; or None."""
     if not (np.isfinite(y).all() and y.any()):
         return None
-    found = next((candidate for candidate in _candidates(data, y) if data.refuted_by(candidate)), None)
-    return None if found is None else [Fraction(value) for value in whole_multiple(found)]
+    candidates = chain(_small(data.problem, y), _simple(data, y, quickly=False))
+    found = next(filter(data.refuted_by, candidates), None)
+    return None if found is None else [Fraction(value) for value in numbers.whole_multiple(found)]
 
 
 def simplified(data: ExactProblem, y: list[Fraction]) -> list[Fraction]:
     """Return small integers near a multiple of a proof y that are a proof, too; y, if none are found."""
-    return next(filter(data.refuted_by, map(fractions_of, _small(data.problem, rounded_direction(y)))), y)
+    return next(filter(data.refuted_by, _small(data.problem, numbers.rounded_direction(y))), y)
 
 
 def whole_proofs(problem: Problem, y: Vector, small: bool) -> Iterator[Vector]:
     """Yield vectors of integers near a multiple of y that are proofs for the doubles of a problem, or for their
     shortest decimals: up to 64, or else up to 2^53."""
     support = np.flatnonzero(y)
-    roundings = _small(problem, y) if small and _entries(problem, support) <= MOST_ENTRIES else []
-    if _entries(problem, support) > MOST_ENTRIES or (small and not roundings):
+    if _entries(problem, support) > MOST_ENTRIES:
         return
-    for number in (Fraction, shortest_decimal):
-        data = ExactProblem.of_rows(problem, support, number)
-        for candidate in map(fractions_of, roundings) if small else _simple(data, y, quickly=True):
-            whole = whole_multiple(candidate)
-            if max(map(abs, whole)) <= LARGEST_INTEGER and data.refuted_by(candidate):
+    roundings = list(_small(problem, y)) if small else []
+    for data in _data_of_rows(problem, support) if roundings or not small else ():
+        for candidate in roundings if small else _simple(data, y, quickly=True):
+            whole = numbers.whole_multiple(candidate)
+            if max(map(abs, whole)) <= numbers.LARGEST_INTEGER and data.refuted_by(candidate):
                 yield rounded(map(Fraction, whole))
-        if all(scale == 1 for scale in data.scales):
-            return
 
 
 def is_exact(problem: Problem, y: Vector) -> bool:
@@ -302,10 +267,17 @@ def is_exact(problem: Problem, y: Vector) -> bool:
     support = np.flatnonzero(y)
     if Multiplied(problem.M, problem.q, y, problem.box).is_clear():
         return True
-    return _entries(problem, support) <= MOST_TERMS and any(
-        ExactProblem.of_rows(problem, support, number).refuted_by(fractions_of(y))
-        for number in (Fraction, shortest_decimal)
-    )
+    known = _data_of_rows(problem, support) if _entries(problem, support) <= MOST_TERMS else ()
+    return any(data.refuted_by(fractions_of(y)) for data in known)
+
+
+def _data_of_rows(problem: Problem, support: Indices) -> Iterator[ExactProblem]:
+    """Yield some rows of a problem with its doubles as they are, then with their shortest decimals if they differ."""
+    for number in (Fraction, numbers.shortest_decimal):
+        data = ExactProblem.of_rows(problem, support, number)
+        yield data
+        if all(scale == 1 for scale in data.scales):
+            return
 
 
 def _entries(problem: Problem, support: Indices) -> int:
@@ -314,16 +286,8 @@ def _entries(problem: Problem, support: Indices) -> int:
     return int(rows.nnz if is_sparse(rows) else rows.size) + problem.n
 
 
-def _candidates(data: ExactProblem, y: Vector) -> Iterator[list[Fraction]]:
-    exact = fractions_of(y)
-    yield from map(fractions_of, _small(data.problem, y))
-    yield from _simple(data, y, quickly=False)
-    yield exact
-    yield _corrected_in_fractions(data, exact, _active(data, y), quickly=False) or exact
-
-
 @np.errstate(all="ignore")
-def _small(problem: Problem, y: Vector) -> list[Vector]:
+def _small(problem: Problem, y: Vector) -> Iterator[list[Fraction]]:
     """Return multiples of y rounded to small integers, the smallest first, that are proofs as far as doubles show."""
     support = np.flatnonzero(y)
     own = np.rint(np.multiply.outer(SMALL, y[support] / np.abs(y).max()))
@@ -334,12 +298,12 @@ def _small(problem: Problem, y: Vector) -> list[Vector]:
     found = np.flatnonzero(own @ problem.q[support] + suprema.sum(axis=1) < 0)
     vectors = np.zeros((found.size, problem.n))
     vectors[:, support] = own[found]
-    return list(vectors)
+    return map(fractions_of, vectors)
 
 
 def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fraction]]:
     """Yield vectors of simple fractions near y, and some with M'y = 0 exactly where it may be 0, the simplest first;
-    quickly : only by linear systems that are small, and only while numbers stay short."""
+    at last y itself. quickly : without that, by linear systems that are small, while numbers stay short."""
     snapped = fractions_of(np.where(np.abs(y) < SNAP * np.abs(y).max(), 0.0, y))
     sizes, active = [abs(value) for value in snapped if value], _active(data, y)
     largest, least = max(sizes), min(sizes)
@@ -353,14 +317,17 @@ def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fract
         steps = [Fraction(round(grid * value / largest)) for value in snapped]
         near = _corrected_in_fractions(data, steps, active, quickly) or steps
         yield near
-        if quickly and max(map(abs, whole_multiple(near))) > LARGEST_INTEGER:
+        if quickly and max(map(abs, numbers.whole_multiple(near))) > numbers.LARGEST_INTEGER:
             break
     yield from simple
+    if not quickly:
+        exact = fractions_of(y)
+        yield exact
+        yield _corrected_in_fractions(data, exact, active, quickly) or exact
 
 
 def _active(data: ExactProblem, y: Vector) -> list[int]:
-    """Return the columns where M'y is small relative to its terms and has to vanish, unless its sign fits a single
-    bound."""
+    """Return the columns where M'y is small beside its terms and has to vanish, unless its sign fits one bound."""
     columns, _ = data.with_transpose(fractions_of(y))
     with np.errstate(all="ignore"):
         size = abs(data.problem.M).T @ np.abs(y)
@@ -411,4 +378,4 @@ def farkas_vector(data: ExactProblem, check: Callable[[], None]) -> list[Fractio
     y = [Fraction(0)] * n
     for form in factors.keys() & multiples.keys():
         y[form % n] -= int(multiples[form]) * factors[form]
-    return [Fraction(value) for value in whole_multiple(y)]
+    return [Fraction(value) for value in numbers.whole_multiple(y)]

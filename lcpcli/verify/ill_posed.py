@@ -34,24 +34,9 @@ from lcpcli.verify.exact_solution import finitely_rounded, from_point, is_rounde
 from lcpcli.verify.measure import Measure
 
 EFFORT = 2.0  # of an exact solution, and of LPs for a proof, by the seconds that they usually take
-EXACT = "z is an exact solution of size {} up to its last digits, but {}"
+EXACT = "z is an exact solution of size {size} up to its last digits, but {proof}"
 NO_RUN_OFF = "a row is violated by its own terms"
-RUN_OFF = "z of size {} violates no row by more than {:g} of its terms, but {}"
-
-
-class LargeSolution(NamedTuple):
-    """A solution beyond the criterion: z, shape (n,), and whether it is the exact one, rounded, or else a run-off."""
-
-    z: Vector
-    is_exact: bool
-
-
-def statement(found: LargeSolution, tol: float, certificate: Certificate) -> str:
-    """Return why the problem is ill-posed, as a clause for the user."""
-    size = f"{np.abs(found.z).max():.0e}".replace("e+", "e")
-    if found.is_exact:
-        return EXACT.format(size, certificate.statement)
-    return RUN_OFF.format(size, tol, certificate.statement)
+RUN_OFF = "z of size {size} violates no row by more than {tol:g} of its terms, but {proof}"
 
 
 @np.errstate(all="ignore")
@@ -93,39 +78,42 @@ def settled(problem: Problem, z: Vector, tol: float) -> Settled | None:
 
 @np.errstate(all="ignore")
 def enclosed(problem: Problem, z: Vector, tol: float) -> tuple[Vector, str]:
-    """Return the basic solution of the states of a run-off, and why no solution is shown to exist near it, or "" if one
-    is; z itself if it is no run-off."""
+    """Return the basic solution of a run-off, and why none is shown to exist near it, "" if one is; or z itself."""
     if not is_run_off(problem, z, tol):
         return z, NO_RUN_OFF
     near = refined(problem, z, problem.box.basis_at(z))
     return near, enclosure.fault(problem, near, tol)
 
 
-def large_solution(problem: Problem, points: Sequence[Vector], y: Vector, tol: float) -> LargeSolution | None:
-    """Return the exact solution of the basis of one of the points, or of a basis near it, rounded; else a run-off: one
-    of the points, or a basic solution in doubles, whose sign rounding decides, of a point or of the proof y. None if
-    there is neither."""
+def large_solution(
+    problem: Problem, points: Sequence[Vector], proof: Certificate, tol: float
+) -> tuple[Vector, str] | None:
+    """Return a solution beyond the criterion, with why the problem is ill-posed then, as a clause for the user: the
+    exact solution of the basis of one of the points, or of a basis near it, rounded; else a run-off: one of the points,
+    or a basic solution in doubles, whose sign rounding decides, of a point or of the proof. None if there is
+    neither."""
     points = [z for z in points if np.isfinite(z).all()]
-    exact = next((z for z in points if is_rounded_solution(problem, z)), None)
-    if exact is None:
+    large, sentence = next((z for z in points if is_rounded_solution(problem, z)), None), EXACT
+    if large is None:
         with suppress(TimeIsUp):
             data, effort = ExactProblem.of_floats(problem), Effort(EFFORT)
             found = (from_point(data, z, effort, farkas.most_exact()) for z in points)
-            exact = next((finitely_rounded(z) for z in found if z is not None), None)
-    if exact is not None:
-        return LargeSolution(exact, True)
-    basic = (z for point in (*points, y) for z in _basic_solutions(problem, point))
-    candidates = chain(points, basic)
-    run_off = next((z for z in candidates if is_run_off(problem, z, tol)), None)
-    return None if run_off is None else LargeSolution(run_off, False)
+            large = next((finitely_rounded(z) for z in found if z is not None), None)
+    if large is None:
+        assert proof.vector is not None
+        basic = (z for point in (*points, proof.vector) for z in _basic_solutions(problem, point))
+        large, sentence = next((z for z in chain(points, basic) if is_run_off(problem, z, tol)), None), RUN_OFF
+    if large is None:
+        return None
+    size = f"{np.abs(large).max():.0e}".replace("e+", "e")
+    return large, sentence.format(size=size, tol=tol, proof=proof.statement)
 
 
 def _basic_solutions(problem: Problem, point: Vector) -> Iterator[Vector]:
     """Yield the basic solution of the states of a point, and its opposite with respect to the reference point."""
-    box, reference = problem.box, problem.reference_point
     with suppress(SingularMatrix):
-        z = BasicSolutions(problem).at(box.basis_at(point)).z
-        yield from (box.project(z), box.project(2 * reference - z))
+        z = BasicSolutions(problem).at(problem.box.basis_at(point)).z
+        yield from map(problem.box.project, (z, 2 * problem.reference_point - z))
 
 
 def proof_near(problem: Problem, z: Vector) -> Certificate | None:

@@ -36,8 +36,7 @@ KRYLOV_STEPS = 2000  # at most: the scaling found by then is verified in any cas
 
 
 class Scaling(NamedTuple):
-    """A proof that M is H+: d of shape (n,), positive, with <M> d > 0. solve : solves systems with <M>; None if d was
-    found without factors of <M>."""
+    """A proof that M is H+: d > 0 with <M> d > 0; and a solver for <M>, None if d was found without factors."""
 
     d: Vector
     solve: Solve | None
@@ -65,8 +64,7 @@ def lower_image(M: Matrix, diagonal: Vector, d: Vector) -> Vector:
     """Return a lower bound on <M> d for d >= 0: 2 L d - |M| d minus a bound on the rounding errors."""
     terms = int(np.diff(M.indptr).max(initial=0)) if is_sparse(M) else M.shape[1]
     own, others = 2 * diagonal * d, matrices.absolute_product(M, d)
-    lower: Vector = own - others - (factor(terms) * (own + others) + (terms + 4) * SMALLEST_NORMAL)
-    return lower
+    return np.asarray(own - others - (factor(terms) * (own + others) + (terms + 4) * SMALLEST_NORMAL))
 
 
 def factor(terms: int) -> float:
@@ -159,13 +157,11 @@ def _symmetrising(M: Vector) -> Vector:
     pairs = (M != 0) & (M.T != 0)
     excess = np.where(pairs, sizes.T - sizes, 0.0).sum(axis=1)
     laplacian = np.diag(pairs.sum(axis=1) + SCALING_RIDGE) - pairs
-    T: Vector = np.exp2(np.linalg.solve(laplacian, excess))
-    return T
+    return np.asarray(np.exp2(np.linalg.solve(laplacian, excess)))
 
 
 def _balanced(M: Vector) -> Vector:
-    """Return d > 0 for which each row of diag(d) M has about the norm of its column, as in a symmetric matrix; NaN
-    where numbers overflow."""
+    """Return d > 0 for which rows of diag(d) M have about the norms of columns; NaN where numbers overflow."""
     d = np.ones(len(M))
     for _ in range(BALANCING_STEPS):
         scaled = d[:, None] * M
@@ -239,5 +235,4 @@ def _direction(lu: Any, n: int) -> Vector | None:
         from scipy.sparse.linalg import spsolve_triangular
     unit = np.zeros(n)
     unit[int(lu.U.diagonal().argmin())] = 1.0
-    v: Vector = spsolve_triangular(lu.L.T.tocsr(), unit, lower=False, unit_diagonal=True)[lu.perm_c]
-    return v
+    return np.asarray(spsolve_triangular(lu.L.T.tocsr(), unit, lower=False, unit_diagonal=True)[lu.perm_c])

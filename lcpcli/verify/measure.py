@@ -27,13 +27,10 @@ not for products of larger numbers that underflow.
 
 Every array has the shape (n,) for one point, or (m, n) for one point of each of m problems.
 
-Bounds by which a point solves a problem with a large dense M or does not, from w = M z + q alone as far as they
-decide.
-
-The measure needs |M| |z| and the units of M, each of which takes longer than w. But the terms of row i lie between
-|q|_i and |q|_i + max |M_ij| |z|_1, and the cap is at least |q|_i; mostly that leaves only a few rows, whose terms are
-then computed. If no M_ij is 0, these rows and one with a violation v_j at z = 0 also give a lower bound on the caps, as
-R is the inverse geometric mean of each row, up to a constant: c_i >= v_j R_j / R_i.
+For a large dense M, w = M z + q alone often decides. The measure needs |M| |z| and the units of M, each of which takes
+longer than w. But the terms of row i lie between |q|_i and |q|_i + max |M_ij| |z|_1, and the cap is at least |q|_i;
+mostly that leaves only a few rows, whose terms are then computed. If no M_ij is 0, these rows and one with a violation
+v_j at z = 0 also give a lower bound on the caps, as R is inverse to the geometric means of rows: c_i >= v_j R_j / R_i.
 """
 
 from __future__ import annotations
@@ -83,8 +80,7 @@ class Rows(NamedTuple):
 
 
 class Measure:
-    """The measure for a problem, or for the problems of a block, with moderate numbers: no product of a few of them
-    over- or underflows."""
+    """The measure for a problem, or those of a block, with moderate numbers, of which products are in range."""
 
     def __init__(self, data: Problem | Block, inside: Callable[[Vector], Vector] | None = None) -> None:
         """inside : returns the z of these data for a z of the problem, if they are in other units."""
@@ -162,13 +158,11 @@ class Measure:
         return np.asarray((least > _most(rows, tol)).any(axis=-1))
 
     def size(self, z: Vector, rows: Rows) -> float:
-        """Return the largest violation relative to the largest |q_ref|_i: a cheap number by which points of one problem
-        are compared."""
+        """Return the largest violation relative to the largest |q_ref|_i: cheap, to compare points of one problem."""
         return float(quotients(self.violations(z, rows.w).max(), np.abs(self.data.q_ref).max()))
 
     def is_near(self, z: Vector, rows: Rows) -> bool:
-        """Return whether no violation of one point is large beside its own terms and beside the largest |q_ref|_i, so
-        that it may solve the problem up to noise."""
+        """Return whether no violation is large beside its terms and the largest |q_ref|_i: it may be noise."""
         terms = np.maximum(rows.terms, np.abs(self.data.q_ref).max())
         return bool((self.violations(z, rows.w) <= NEAR_VIOLATION * terms).all())
 
@@ -214,8 +208,7 @@ class Measure:
 
     @np.errstate(divide="ignore")
     def unsolved_sizes(self, z: Vector) -> Vector:
-        """Return log2 of k for each component, shape (..., parts), minus infinity where nothing is violated or
-        moved."""
+        """Return log2 of k for each component, minus infinity where nothing is violated or moved."""
         box, units = self.data.box, self.data.units
         at_bound = ((z == box.lower) | (z == box.upper)) & (box.lower < box.upper)
         moved = np.where(at_bound, np.abs(z - self.reference), 0.0)
@@ -262,17 +255,15 @@ class Measure:
 
     @np.errstate(divide="ignore", invalid="ignore")
     def distances(self, z: Vector, other: Vector) -> Vector:
-        """Return |z_j - other_j| relative to the size k C_j that is natural in its component, or to the distance of its
-        bounds, if that is smaller; where l_j = u_j, to |l_j|, if that is larger. Infinite in a component without a
-        size."""
+        """Return |z_j - other_j| relative to the natural size k C_j, or to the distance of the bounds if that is
+        smaller; where l_j = u_j, to |l_j| if that is larger. Infinite in a component without a size."""
         box, natural = self.data.box, self.natural_sizes(other)
         natural = np.minimum(natural, np.where(box.fixed, np.inf, box.upper - box.lower))
         natural = np.where(box.fixed, np.maximum(natural, np.abs(box.lower)), natural)
         return quotients(np.abs(z - other), natural)
 
     def is_rounding(self, z: Vector, rows: Rows) -> Mask:
-        """Return whether the violations are no more than the rounding errors in w, so that their digits depend on the
-        machine; shape () or (m,)."""
+        """Return whether the violations are no more than the rounding errors in w; shape () or (m,)."""
         violations = self.violations(z, rows.w)
         surely = np.asarray((violations <= 2 * self.allowed(rows, np.abs(self.data.q_ref), 0.0)).all(axis=-1))
         if (surely | (violations > 2 * _most(rows, 0.0)).any(axis=-1)).all():  # whatever the caps are

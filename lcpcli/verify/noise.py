@@ -13,8 +13,7 @@ as sums that cancel. An entry counts as 0 if its row is violated, and
   |q_j| != 0 of this part, which are at least FEWEST_LARGER: a few large numbers do not make rounding of the others,
 - and LITERAL_STEPS of block pivoting from the states of the point find no solution for q as it is.
 
-For up to FEW_UNKNOWNS exact arithmetic can tell such entries from numbers that matter. Entries of M and bounds never
-count as 0.
+For up to FEW_UNKNOWNS exact arithmetic decides what matters. Entries of M and bounds never count as 0.
 """
 
 from __future__ import annotations
@@ -42,8 +41,7 @@ MOST_NAMED = 3  # entries of q that a message names
 
 
 def on_bounds(measure: Measure, z: Vector, w: Vector) -> Vector:
-    """Return the nearest admissible z, with those components put on a bound that are closer to it than w_i is to 0, in
-    the units of M."""
+    """Return the nearest admissible z, on the bounds that it is closer to than w_i is to 0, in the units of M."""
     units, box = measure.data.units, measure.data.box
     powers = np.clip(units.rows + units.columns, -LARGEST_POWER, LARGEST_POWER)
     return box.on_bounds(z, w, np.exp2(-powers))

@@ -1,11 +1,11 @@
 """Proofs that a nonlinear problem has a solution near a point, and no other one as near, by interval arithmetic.
 
 With the variables N at bounds held there, z_B solves F_B = 0. If K = z_B - Y F_B(z) + (I - Y J_BB(X)) (X - z_B) lies
-inside the box X around z_B, for any Y, then F_B has a zero in K and no other one in X: R. Krawczyk,
-Newton-Algorithmen zur Bestimmung von Nullstellen mit Fehlerschranken, Computing 4 (1969) 187-201; R. E. Moore, A test
-for existence of solutions to nonlinear systems, SIAM Journal on Numerical Analysis 14 (1977) 611-615. This zero is the
-only solution nearby if X lies between the bounds of z_B and F_N has the strict signs for the bounds of z_N, for all z
-in X and near these bounds.
+inside the box X around z_B, for any Y, then F_B has a zero in K and no other one in X: R. Krawczyk, Newton-Algorithmen
+zur Bestimmung von Nullstellen mit Fehlerschranken, Computing 4 (1969) 187-201; R. E. Moore, A test for existence of
+solutions to nonlinear systems, SIAM Journal on Numerical Analysis 14 (1977) 611-615. This zero is the only solution
+nearby if X lies between the bounds of z_B and F_N has the strict signs for the bounds of z_N, in X and near these
+bounds.
 
 Whether a point solves a nonlinear problem, and its residuals, by F evaluated there once more.
 
@@ -100,14 +100,12 @@ def _errors(Y: Vector, middle: Vector, width: Vector) -> Vector:
     """Return bounds on the errors of the product of Y with midpoints, from rounding and the half widths."""
     k = 4 * (middle.shape[0] + 2)
     absolute = np.abs(Y)
-    bounds: Vector = absolute @ width + k * (EPS * (absolute @ (np.abs(middle) + width)) + SMALLEST_NORMAL)
-    return bounds
+    return np.asarray(absolute @ width + k * (EPS * (absolute @ (np.abs(middle) + width)) + SMALLEST_NORMAL))
 
 
 def _rounded_up(sums: Vector, terms: int) -> Vector:
     """Return upper bounds on sums of so many numbers, none negative, from their values in doubles."""
-    bounds: Vector = sums * (1 + 4 * (terms + 4) * EPS)
-    return bounds
+    return np.asarray(sums * (1 + 4 * (terms + 4) * EPS))
 
 
 MOST_NOISE = 1e-10  # relative to the largest |F_i| at the points: what F_i computes is no noise if it is more
@@ -133,8 +131,7 @@ class NonlinearCriterion(Criterion):
         self._first = 0.0
 
     def linearization(self, z: Vector, F: Vector) -> Problem:
-        """Return the linear problem with M = J(z) and w(z) = F; entries of J that are not finite count as 0, so that
-        they make no terms."""
+        """Return the linear problem with M = J(z), where entries that are not finite count as 0, and w(z) = F."""
         return self._linearization(z, F).knowing(origin=self.problem.origin)
 
     def _linearization(self, z: Vector, F: Vector, names: Sequence[str] = ()) -> Problem:
@@ -222,8 +219,7 @@ class NonlinearPoint(Point):
         )
 
     def _is_confirmed(self) -> bool:
-        """Return whether differences of F show the terms beside which violations are small; else those that they show
-        are the terms."""
+        """Return whether differences of F show terms beside which violations are small; if not, they are the terms."""
         violations = self.criterion.measure.violations(self._at_fixed, self.F)
         needed = np.where(violations > 4 * self.noise, violations, 0.0) / max(self.criterion.tol, ROUNDING)
         if not needed.any():

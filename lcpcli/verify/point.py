@@ -44,6 +44,7 @@ class Criterion:
         self.units = changes.OwnUnits(problem, problem)
         if not (problem.is_moderate or literal) and (units := changes.scale(problem)).is_exact:
             self.units = units
+        self.data = self.units.problem  # in the units in which residuals are measured
 
     @cached_property
     def is_bounded_cheaply(self) -> bool:
@@ -66,11 +67,6 @@ class Criterion:
     def point(self, z: Vector) -> Point:
         """Return the point of an admissible z."""
         return Point(self, z)
-
-    @property
-    def data(self) -> Problem:
-        """Return the problem in the units in which residuals are measured."""
-        return self.units.problem
 
     def original(self, z: Vector) -> Vector:
         """Return z in the original units, within its bounds."""
@@ -223,8 +219,7 @@ class Point:
     @cached_property
     @np.errstate(all="ignore")
     def distances_beyond(self) -> Vector | float:
-        """Return by how much z is beyond its bounds: where l_i = u_i, as `Measure.distances` measures rounding of l_i;
-        elsewhere infinity or 0."""
+        """Return by how much z is beyond its bounds: where l_i = u_i as `Measure.distances`; else infinity or 0."""
         if self._beyond is None or not self._beyond.any():
             return 0.0
         own = self.criterion.measure.distances(self._inside, self._at_fixed) - ROUNDING
@@ -255,15 +250,13 @@ class Point:
         return size(self.criterion.problem.box.gaps(self.z, self.w)) if np.isfinite(self.z).all() else np.inf
 
     def is_near(self, other: Point, tol: float | None = None) -> bool:
-        """Return whether the point differs from another one by no more than the tolerance, its own or the given one, in
-        the units of M."""
+        """Return whether another point differs by no more than its tolerance, or the given one, in the units of M."""
         most = self.criterion.tol if tol is None else tol
         distances = self.criterion.measure.distances(other._inside, self._inside)
         return bool((distances <= most + ROUNDING).all())
 
     def solution(self) -> Point | None:
-        """Return this point or, if it nearly solves the problem, the first of its alternatives that solves it; else
-        None."""
+        """Return this point or, if it nearly solves the problem, its first alternative that solves it; else None."""
         if self.solves():
             return self
         return next((point for point in self.alternatives() if point.solves()), None) if self.nearly_solves() else None
@@ -350,8 +343,7 @@ def _fault(point: Point) -> str:
 
 
 def _last_digit(z: Vector) -> Vector:
-    """Return one unit in the last digit of each z_i, if all have as many digits, or as many decimals, as the longest
-    has."""
+    """Return one unit in the last digit of each z_i, if all have as many digits or decimals as the longest."""
     spelt = [repr(value).removesuffix(".0").partition("e") for value in np.abs(z[z != 0]).tolist()]
     if not spelt:
         return np.zeros(z.size)

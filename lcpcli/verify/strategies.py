@@ -46,8 +46,7 @@ def require_strategies(problem: Problem, values: Sequence[Any], rows: int) -> No
 
 
 class Found(NamedTuple):
-    """The strategies that a z stands for, and whether they are an equilibrium to the tolerance, by best responses
-    beside the payoffs that are reached."""
+    """The strategies that z stands for, and whether they are an equilibrium to the tolerance, by best responses."""
 
     own: Strategies | Behavior
     are_equilibrium: bool
@@ -55,8 +54,7 @@ class Found(NamedTuple):
 
 @np.errstate(all="ignore")
 def of_solution(problem: Problem, z: Sequence[Any] | Vector, tol: float) -> Found | None:
-    """Return the strategies that a z of a game or of a game tree stands for, in the numbers that it has; None if it
-    stands for none."""
+    """Return the strategies that a z of a game stands for, in its numbers; None if it stands for none."""
     game, allowed = problem.origin, allowance(problem.n, tol)
     if isinstance(game, ExtensiveGame):
         x, y, *_ = game.parts(z.tolist() if isinstance(z, np.ndarray) else z)
@@ -74,14 +72,6 @@ def of_solution(problem: Problem, z: Sequence[Any] | Vector, tol: float) -> Foun
     return Found(own, own.are_best(game, allowed))
 
 
-def _as_strategies(verification: Verification, found: Found) -> Verification:
-    """Return the verification of a z with what it is as strategies: it is accepted if these are an equilibrium too."""
-    accepted = verification.accepted and found.are_equilibrium
-    joint = "; as strategies, " if accepted or not verification.accepted else ", but as strategies, "
-    message = f"{verification.message}{joint}{found.own.statement(found.are_equilibrium)}"
-    return replace(verification, accepted=accepted, message=message, strategies=found.own)
-
-
 @np.errstate(all="ignore")  # overflow counts as infinite
 def verified(
     problem: Problem,
@@ -91,29 +81,33 @@ def verified(
     tol: float = 0.0,
     data: ExactProblem | None = None,
 ) -> Verification:
-    """Verify z, or the z of strategies, by `verify`, and say what the strategies are for the game behind the
-    problem; in exact arithmetic where there are exact data."""
-    game = problem.origin
-    if isinstance(game, ExtensiveGame):
-        return _verified_on_tree(game, problem, list(values), verify, tol, data)
-    if not isinstance(game, Game):
-        return verify(values)
-    array = np.array(values, dtype=float if data is None else object)
-    found, given = of_solution(problem, array, tol), game.parts(array)
-    if found is None or not isinstance(own := found.own, Strategies):
-        return verify(values)
-    if not all(map(_are_probabilities, given)):
-        return _as_strategies(verify(values), found)
-    x, y = own.row, own.column
-    sums = [part.sum() for part in given]
-    both = np.concatenate((x, y))
-    z = point_of_game(problem, both, data)
+    """Verify z, or the z of strategies, by `verify`, and say what these are for the game behind the problem, if any:
+    a z is then accepted if they are an equilibrium too. In exact arithmetic where there are exact data."""
+    game, divided = problem.origin, ""
+    array: Any = np.array(values, dtype=float if data is None else object)
+    if isinstance(game, ExtensiveGame) and array.size != problem.n:
+        behavior = _behavior(game, values)
+        own, are_equilibrium = Found(behavior, behavior.are_best(game, allowance(problem.n, tol)))
+        z = point_of(game, *behavior.plans)
+    else:
+        found = of_solution(problem, array, tol)
+        if found is None:
+            return verify(values)
+        own, are_equilibrium = found
+        given = game.parts(array) if isinstance(game, Game) else ()
+        if not (isinstance(own, Strategies) and all(map(_are_probabilities, given))):
+            verification = verify(values)
+            accepted = verification.accepted and are_equilibrium
+            joint = "; as strategies, " if accepted or not verification.accepted else ", but as strategies, "
+            message = f"{verification.message}{joint}{own.statement(are_equilibrium)}"
+            return replace(verification, accepted=accepted, message=message, strategies=own)
+        rounding = ROW_ROUNDING if data is None else 0
+        divided = ", divided by their sums," * any(abs(part.sum() - 1) > rounding for part in given)
+        z = point_of_game(problem, np.concatenate((own.row, own.column)), data).tolist()
     if data is None and not np.isfinite(z).all():
         raise ProblemError("z", "of these strategies exceeds the double-precision range", "scale the payoffs")
-    verification = verify(z if data is None else z.tolist())
-    accepted = verification.accepted and found.are_equilibrium
-    rounding = ROW_ROUNDING if data is None else 0
-    divided = ", divided by their sums," * any(abs(total - 1) > rounding for total in sums)
+    verification = verify(np.array(z, dtype=float) if data is None else list(map(Fraction, z)))
+    accepted = verification.accepted and are_equilibrium
     message = f"the strategies{divided} are {own.statement(accepted)}; their {verification.message}"
     return replace(verification, accepted=accepted, message=message, strategies=own)
 
@@ -128,34 +122,17 @@ def point_of_game(problem: Problem, both: Any, data: ExactProblem | None) -> Any
     return np.concatenate((x / min(by_column), y / min(by_row)))
 
 
-def _verified_on_tree(
-    game: ExtensiveGame,
-    problem: Problem,
-    values: list[Any],
-    verify: Callable[[Any], Verification],
-    tol: float,
-    data: ExactProblem | None,
-) -> Verification:
-    """Verify z, or the z of the probabilities of all actions, and say what the strategies are for a game tree."""
-    one, two = game.tree.players
-    if len(values) == problem.n:
-        found, verification = of_solution(problem, values, tol), verify(np.array(values) if data is None else values)
-        return verification if found is None else _as_strategies(verification, found)
-    left = iter(values)
-    first, second = ([[next(left) for _ in each.actions] for each in player.sets] for player in (one, two))
-    for player, given in ((one, first), (two, second)):
+def _behavior(game: ExtensiveGame, values: Sequence[Any] | Vector) -> Behavior:
+    """Return the strategies with these probabilities of all actions, divided by their sums, or raise ProblemError."""
+    left, found = iter(values), list[list[list[Any]]]()
+    for player in game.tree.players:
+        given = [[next(left) for _ in each.actions] for each in player.sets]
         for label, probabilities in zip(player.labels(), given, strict=True):
             if not _are_probabilities(np.array(probabilities, dtype=float)):
                 fault = f"has {', '.join(f'{float(p):.7g}' for p in probabilities)} as the probabilities of its actions"
                 raise ProblemError(f"information set {label} of {player.name}", fault, HINT)
-    own = Behavior.of(
-        game, ([[p / sum(each) for p in each] for each in first], [[p / sum(each) for p in each] for each in second])
-    )
-    z = point_of(game, *own.plans)
-    verification = verify(np.array(z, dtype=float) if data is None else list(map(Fraction, z)))
-    accepted = verification.accepted and own.are_best(game, allowance(problem.n, tol))
-    message = f"the strategies are {own.statement(accepted)}; their {verification.message}"
-    return replace(verification, accepted=accepted, message=message, strategies=own)
+        found.append([[p / sum(each) for p in each] for each in given])
+    return Behavior.of(game, found)
 
 
 def _are_probabilities(values: Any) -> bool:

@@ -145,7 +145,7 @@ def test_error_in_the_search_for_others_leaves_the_solution(lcp: Lcp, monkeypatc
     def broken(*_: object, **__: object) -> None:
         raise ValueError("broken")
 
-    monkeypatch.setattr(others, "_searched", broken)
+    monkeypatch.setattr(others, "quick_search", broken)
     outcome = lcp("solve", "murty.json", "--format", "json")
     held = json.loads(outcome.out)
     assert (outcome.code, held["solved"], held["others"]) == (0, True, None)

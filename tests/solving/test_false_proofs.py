@@ -18,7 +18,7 @@ from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import NoSolution
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.verify import certificate
-from lcpcli.verify.certificate import RAY, UNVERIFIED, Certificate, proves_infeasible
+from lcpcli.verify.certificate import KINDS, RAY, Certificate, proves_infeasible
 
 from .. import exact
 from .liars import LIE, Liar, assert_refused, at
@@ -84,7 +84,7 @@ def test_vector_that_proves_nothing_is_refused_in_rational_arithmetic_too(name: 
     problem, y = WRONG[name]
     result = liar.run(problem, ending=farkas(y))
     assert_refused(result)
-    assert result.message == f"stalled: {UNVERIFIED['farkas']}"
+    assert result.message == f"stalled: {KINDS['farkas'].unverified}"
     if y is not None and len(y) == problem.n and np.isfinite(y).all():
         fractions = [Fraction(value) for value in y]
         assert not lcpcli.check(problem, y=fractions).accepted
@@ -103,7 +103,7 @@ def test_vector_that_is_wrong_in_other_variables_is_refused_in_all_of_them(liar:
                 declaration = {"iterates": True, "takes_bounds": takes_bounds}
                 result = liar.run(problem, [], lambda own, v=vector: farkas(v(own.n)), declaration, scale=True)
                 assert_refused(result)
-                assert result.message == f"stalled: {UNVERIFIED['farkas']}"
+                assert result.message == f"stalled: {KINDS['farkas'].unverified}"
 
 
 def test_true_proof_of_the_same_method_is_believed(liar: Liar) -> None:
@@ -141,7 +141,7 @@ def test_exhaustion_that_is_not_verified_is_believed_only_of_methods_that_declar
     for problem in (MANY, families.make("unsolvable", 24)):
         result = liar.run(problem, ending=EXHAUSTED)
         assert_refused(result)
-        assert result.message == f"stalled: {UNVERIFIED['exhaustion']}"
+        assert result.message == f"stalled: {KINDS['exhaustion'].unverified}"
     monkeypatch.setattr(certificate, "EXHAUSTION_EFFORT", 0.0)
     assert_refused(liar.run(SWAP, ending=EXHAUSTED))
     believed = liar.run(SWAP, [], EXHAUSTED, {"excludes_exactly": True})
@@ -178,7 +178,7 @@ def test_ray_that_is_none_is_refused(name: str, liar: Liar) -> None:
     problem, z = RAYS[name]
     result = liar.run(problem, [at(np.full(problem.n, 0.5))], NoSolution(Certificate("ray", LIE, np.array(z))))
     assert_refused(result)
-    assert result.message == f"stalled: {UNVERIFIED['ray']}"
+    assert result.message == f"stalled: {KINDS['ray'].unverified}"
 
 
 def test_ray_proves_nothing_whatever_a_method_says(liar: Liar) -> None:
