@@ -45,8 +45,7 @@ class Findings(NamedTuple):
 
 
 def is_asked(problem: Problem) -> bool:
-    """Return whether the problem is small enough for an answer at once, and does not come from a program, of which only
-    x counts, or from a game tree, of which only plans do."""
+    """Return whether the problem is small enough for an answer at once, and comes from no program or game tree."""
     if problem.n > MOST_UNKNOWNS or problem.origin is None:
         return problem.n <= MOST_UNKNOWNS
     with imports:

@@ -65,8 +65,7 @@ class Piece:
 
     @classmethod
     def of(cls, states: Iterable[Words], vertices: Points, rays: Points = (), lines: Points = ()) -> Piece:
-        """Return the piece with these generators, given the `states_of` each of them; raise ArithmeticError if not all
-        of its points are solutions."""
+        """Return the piece with these generators, whose `states_of` are given; raise ArithmeticError if it is none."""
         common = (
             tuple(name for name in own[0] if all(name in each for each in own)) for own in zip(*states, strict=True)
         )

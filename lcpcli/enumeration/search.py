@@ -196,8 +196,7 @@ class Solutions(Iterator[Piece]):
         return self.arranged()[2]
 
     def arranged(self) -> tuple[Sequence[Piece], list[Point], Equilibria | None]:
-        """Return the pieces, the points and the equilibria of a game, all in the order of the equilibria; for other
-        problems, the pieces and points in the order found."""
+        """Return pieces and points in the order of the equilibria of a game, and these; else as they were found."""
         if self._players is None:
             return tuple(self.pieces), self.points, None
         return self._players.arranged(self.pieces, self.complete)

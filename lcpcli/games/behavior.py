@@ -131,8 +131,7 @@ def plan_of(player: Player, strategy: Strategy) -> Plan:
 
 
 def strategy_of(player: Player, plan: Plan) -> Strategy:
-    """Return the behavior strategy of a nonnegative realization plan: with uniform probabilities at the information
-    sets that the player's own moves exclude, where any others give the same plan."""
+    """Return the behavior strategy of a plan, uniform at information sets that the player's own moves exclude."""
     found: Strategy = []
     for i in range(len(player.sets)):
         own = [plan[sequence] for sequence in player.moves(i)]

@@ -122,8 +122,7 @@ class Slopes:
 
     @np.errstate(all="ignore")
     def unsmooth(self, noise: Vector) -> tuple[Mask, Mask]:
-        """Return the rows with a kink at z, as their slopes on both sides differ, and those with a jump, as a change by
-        far more than the noise remains for a shorter step."""
+        """Return the rows with a kink at z, by the slopes on both sides, and those with a jump, far above the noise."""
         d = self._direction()
         sides = [[self._quotient(sign * step * d).change for step in STEPS[:2]] for sign in (1.0, -1.0)]
         steady = [np.abs(long - short) <= KINKED / 4 * np.abs(short) for long, short in sides]

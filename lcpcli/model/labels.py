@@ -35,8 +35,7 @@ def by_names(names: Callable[[], Sequence[str]], **fields: Any) -> list[Any]:
 def program_by_label(
     Q: Any, c: Any, A: Any, b: Any, row_lower: Any, row_upper: Any, lower: Any, upper: Any
 ) -> tuple[Any, ...]:
-    """Return the arguments of `from_qp` with variables in the order of the columns of Q, or else of A, and what
-    belongs to rows in the order of the rows of A, where these have labels."""
+    """Return the arguments of `from_qp` with variables as in the columns of Q, or else A, and rows as in A."""
     ends = by_label(A, "the rows of A", b=b, row_lower=row_lower, row_upper=row_upper)
     name, table = ("Q", Q) if hasattr(Q, "columns") else ("A", A)
     of = f"the columns of {name}"

@@ -49,8 +49,7 @@ class Columns:
         return well_conditioned_inverse(self.M) if self.n < min(self.k, MOST_NUMPY_ROWS + 1) else None
 
     def block(self, first: int, last: int) -> Block:
-        """Return the problems of columns first to last - 1, copied and checked as they are now, as the arrays may
-        have changed since the call. Raises ProblemError."""
+        """Return the problems of some columns, copied and checked as they are now; may raise ProblemError."""
         q = _copy(self.Q[:, first:last])
         if not is_finite(q.reshape(-1)):
             j, i = (int(place) for place in np.argwhere(~np.isfinite(q))[0])

@@ -34,8 +34,7 @@ CLEAR = 1e3  # times a crude bound on rounding: what is further from a kink need
 
 
 def linearization(result: Result, or_singular: bool) -> Linearization:
-    """Return the linearization at a solution, which the result keeps, as a Jacobian takes it repeatedly; raise
-    DerivativeError if there is none, or M_BB is singular and may not be."""
+    """Return the linearization at a solution, which the result keeps; raise DerivativeError if there is none."""
     known: Linearization
     for known in result.linearizations:
         if or_singular or known.block is None:

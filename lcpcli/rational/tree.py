@@ -96,8 +96,7 @@ class Unknowns:
         return {OBJECTIVE * self.n: row}, scale
 
     def root(self, others: dict[int, list[int]] | None = None) -> Node | None:
-        """Return the node where nothing has been chosen; None if the equations and signs that always hold have no
-        solution. others : further forms, as those of `forms`."""
+        """Return the node without choices, with further forms; None if what always holds has no solution."""
         rows, _, kept = self.forms()
         rows |= others or {}
         bounded = [k for k in kept if len(self.choices[k]) > 1]
@@ -139,8 +138,7 @@ class Unknowns:
         return bits
 
     def violations(self, node: Node) -> dict[int, int] | None:
-        """Return how far the unknowns that have no state at the node's point are from any, up to a factor for each;
-        None if the node lies in a piece of the cover."""
+        """Return how far unknowns without a state at the node's point are from any; None if it lies in the cover."""
         bits = self.states_at_point(node)
         return None if self._lies_in_one(node, bits) else self.violated(node, bits)
 

@@ -140,8 +140,7 @@ def _scaling(M: Matrix, diagonal: Vector) -> Scaling | None:
 
 
 def solver(A: Matrix) -> Solve:
-    """Return a solver for A with positive diagonal: BiCGSTAB if A is sparse and BiCGSTAB converges fast, else
-    factors, with fill-in; it may raise SingularMatrix."""
+    """Return a solver for A with positive diagonal, by BiCGSTAB if sparse and fast, else by factors, if there are."""
     if is_sparse(A):
         inverse = 1 / A.diagonal()
 

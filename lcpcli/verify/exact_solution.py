@@ -58,8 +58,7 @@ def from_point(
 
 
 def _bases(problem: Problem, z: Vector) -> Iterator[States]:
-    """Yield bases suggested by z, with three choices of the basic variables: all z_i not at a bound, those farther from
-    it than w_i suggests, and those not close to it."""
+    """Yield bases suggested by z: all z_i not at a bound, those farther from it than w_i, those not close to it."""
     with np.errstate(all="ignore"):
         units = scale(problem)
         box, scaled, w = units.problem.box, units.z_inside(z), units.w_inside(problem.w(z))

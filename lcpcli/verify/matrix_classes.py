@@ -182,8 +182,7 @@ def least_eigenvalue(S: Vector) -> float | None:
 
 
 def _lost(A: Vector) -> float:
-    """Return by how much eigenvalues of a dense symmetric A may be below 0 if Cholesky's factorization runs to
-    completion, as its entries are rounded once, and so are the operations."""
+    """Return a bound on how far below 0 eigenvalues of A may be if its Cholesky factorization is completed."""
     n = len(A)
     return 2 * (n + 4) * EPS * float(np.trace(A)) + EPS * matrices.norm_inf(A) + n * n * SMALLEST_NORMAL
 

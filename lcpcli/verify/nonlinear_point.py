@@ -142,8 +142,7 @@ class NonlinearCriterion(Criterion):
         return linear.knowing(solutions=given.solutions)
 
     def point(self, z: Vector) -> Point:
-        """Return the point of an admissible z or, if that is nearly a solution, of one with components on bounds, or
-        at 0, that rounding has left near them, if this is a solution."""
+        """Return the point of an admissible z or, if nearly a solution, one without rounding that is a solution."""
         point = NonlinearPoint(self, z)
         if point.solves() or not point.is_small:
             return point

@@ -113,8 +113,7 @@ def verified(
 
 
 def point_of_game(problem: Problem, both: Any, data: ExactProblem | None) -> Any:
-    """Return the z of the strategies of both players, with probabilities divided by what a best response costs the
-    other one; in fractions where there are exact data."""
+    """Return the z of both players' strategies, each divided by the other's best cost; exact for exact data."""
     costs = problem.M @ both if data is None else np.array(data.w(both.tolist()), dtype=object) + 1  # as q = -1
     game = problem.origin
     assert isinstance(game, Game)
