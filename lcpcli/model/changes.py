@@ -184,6 +184,12 @@ def scale(problem: Problem, moderate: int = MODERATE_POWER) -> Scaled:
     return in_units(problem, R, C)
 
 
+def equilibrated_point(problem: Problem, z: Vector, w: Vector) -> tuple[Box, Vector, Vector]:
+    """Return the bounds, z and w in the units of the equilibrated problem, without M, which takes longest."""
+    R, C = equilibrate(problem.M, problem.q, problem.row_maxima)
+    return problem.box.in_units(C), z / C, R * w
+
+
 def in_units(problem: Problem, R: Vector, C: Vector) -> Scaled:
     """Return the problem in the units of these positive diagonals, each of shape (n,); itself if all are 1."""
     if not (np.count_nonzero(R != 1.0) or np.count_nonzero(C != 1.0)):

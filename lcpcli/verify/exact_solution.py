@@ -25,7 +25,7 @@ from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.model import changes
 from lcpcli.model.box import BASIC, LOWER, UPPER
-from lcpcli.model.changes import scale, shifted
+from lcpcli.model.changes import equilibrated_point, scale, shifted
 from lcpcli.model.problem import Problem
 from lcpcli.rational import elimination
 from lcpcli.rational.elimination import Effort
@@ -60,8 +60,7 @@ def from_point(
 def _bases(problem: Problem, z: Vector) -> Iterator[States]:
     """Yield bases suggested by z: all z_i not at a bound, those farther from it than w_i, those not close to it."""
     with np.errstate(all="ignore"):
-        units = scale(problem)
-        box, scaled, w = units.problem.box, units.z_inside(z), units.w_inside(problem.w(z))
+        box, scaled, w = equilibrated_point(problem, z, problem.w(z))
         near = ACTIVE_COLUMN * np.abs(scaled).max(initial=0.0)
         snapped = np.where(scaled - box.lower <= near, box.lower, scaled)
         bases = [problem.box.basis_at(z), box.basis_at(scaled, w)]
