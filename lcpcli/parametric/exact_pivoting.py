@@ -68,7 +68,11 @@ class ExactPivoting(Pivoting):
             low is None and high is not None for low, high in zip(family.lower, family.upper, strict=True)
         ]
         own = self._own = [2 * n + i if self._at_upper[i] else i for i in range(n)]  # the forms that stand for z_i
-        super().__init__(n, Dictionary(self._rows(), [*own, 3 * n], self._signed(), check), states.tolist())
+        bounds = list(zip(family.lower, family.upper, strict=True))
+        signed = [3 * n, 3 * n + 1, *(i for i, (low, _) in enumerate(bounds) if low is not None)]
+        signed += [2 * n + i for i, (_, high) in enumerate(bounds) if high is not None]
+        signed += [n + i for i, (low, high) in enumerate(bounds) if low is None or low != high]
+        super().__init__(n, Dictionary(self._rows(), [*own, 3 * n], signed, check), states.tolist())
         self._begin()
 
     def _rows(self) -> dict[int, list[int]]:
@@ -86,14 +90,6 @@ class ExactPivoting(Pivoting):
                 unit = [Fraction(-(j == i)) for j in range(n)]
                 rows[2 * n + i] = whole_multiple([high[0] - low[0], *unit, high[1] - low[1]])
         return rows
-
-    def _signed(self) -> Iterator[int]:
-        """Yield the forms that are nonnegative on the path."""
-        n, family = self.family.n, self.family
-        yield from (3 * n, 3 * n + 1)
-        for i, (low, high) in enumerate(zip(family.lower, family.upper, strict=True)):
-            forms = ((i, low is not None), (2 * n + i, high is not None), (n + i, low is None or low != high))
-            yield from (form for form, is_signed in forms if is_signed)
 
     def _begin(self) -> None:
         """Pivot to the basis of the states."""

@@ -16,6 +16,7 @@ from lcpcli import Problem, Status, check, from_qp, run
 from lcpcli.gallery import families
 from lcpcli.model.right_hand_sides import Columns
 from lcpcli.typing import Vector
+from lcpcli.verify.ill_posed import is_run_off
 from lcpcli.verify.measure import NEGLIGIBLE_ROUNDING, Measure
 from lcpcli.verify.point import Criterion, Point
 
@@ -165,7 +166,7 @@ def test_scaled_residual_counts_how_far_z_is_beyond_a_bound() -> None:
     sparse=st.booleans(),
 )
 def test_bounds_never_call_a_solution_what_is_none(seed: int, n: int, spread: int, size: int, sparse: bool) -> None:
-    """Perturbed solutions, with a tolerance just below and well above the relative residual."""
+    """Perturbed solutions, with a tolerance just below and well above the relative residual; nor do other judges."""
     generator = np.random.default_rng(seed)
     scales = np.exp2(generator.integers(-spread, spread + 1, (2, n)).astype(float))
     A = generator.standard_normal((n, n))
@@ -180,6 +181,9 @@ def test_bounds_never_call_a_solution_what_is_none(seed: int, n: int, spread: in
     if ROUNDING < residual < 0.1:
         assert not Point(Criterion(problem, 0.9 * residual), z).solves()
         assert Point(Criterion(problem, 1.1 * residual), z).solves()
+        measure = Measure(problem)
+        assert measure.largest_ratio(z, measure.rows(z)) >= 0.999 * residual
+        assert is_run_off(problem, z, 1.1 * residual)
 
 
 def around(z: Vector, generator: np.random.Generator) -> Vector:
