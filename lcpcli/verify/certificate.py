@@ -75,12 +75,29 @@ def _farkas(problem: Problem, claim: Certificate, _: bool) -> Certificate | None
 
 
 def _exhaustion(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Certificate | None:
-    has_none = has_no_solution(problem)
+    """All complementary sets are excluded: by the tree in exact arithmetic, for few unknowns and with some effort."""
+    has_none = None
+    if problem.n <= FEW_UNKNOWNS:
+        data = ExactProblem.of_floats(problem)
+        with suppress(TimeIsUp):
+            has_none = first_solution(data, Effort(EXHAUSTION_EFFORT).steps(data)) is None
     return replace(claim, vector=None) if has_none or (has_none is None and excludes_exactly) else None
 
 
+@np.errstate(all="ignore")
 def _ray(problem: Problem, claim: Certificate, _: bool) -> Certificate | None:
-    return replace(claim, statement=RAY) if claim.vector is None or is_ray(problem, claim.vector) else None
+    """A direction z in which Lemke's method may end on a ray, up to rounding: z >= 0, not 0, and z'w = 0 for
+    w = M z + t e >= 0 with some t >= 0, and no bound in the way."""
+    z, own = claim.vector, replace(claim, statement=RAY)
+    if z is None:
+        return own
+    if z.shape != problem.q.shape or not (np.isfinite(z).all() and (z >= 0).all() and z.any()):
+        return None
+    if np.where(z > 0, problem.box.upper, np.inf).min() < np.inf:  # it leads beyond a bound
+        return None
+    w, largest = product(problem.M, z), float(absolute_product(problem.M, z).max())
+    w += max(-float(w.min()), 0.0)
+    return own if largest < math.inf and (w[z > 0] <= farkas.ACTIVE_COLUMN * largest).all() else None
 
 
 class Kind(NamedTuple):
@@ -117,30 +134,6 @@ def exact_certificate(data: ExactProblem, statement: str, y: Sequence[Fraction])
     """Return the certificate with an exact proof y: a multiple of it in doubles, beside y itself if that is none."""
     vector = rounded_direction(y)
     return Certificate("farkas", statement, vector, exact=None if data.refuted_by(fractions_of(vector)) else y)
-
-
-def has_no_solution(problem: Problem) -> bool | None:
-    """Return whether a problem of at most FEW_UNKNOWNS has no solution, by the tree in exact arithmetic; None for more
-    unknowns, or if the tree takes more than EXHAUSTION_EFFORT, or longer than the time that is left."""
-    if problem.n > FEW_UNKNOWNS:
-        return None
-    data = ExactProblem.of_floats(problem)
-    with suppress(TimeIsUp):
-        return first_solution(data, Effort(EXHAUSTION_EFFORT).steps(data)) is None
-    return None
-
-
-@np.errstate(all="ignore")
-def is_ray(problem: Problem, z: Vector) -> bool:
-    """Return whether Lemke's method may end on a ray in the direction z, up to rounding: z >= 0, not 0, and z'w = 0 for
-    w = M z + t e >= 0 with some t >= 0, and no bound in the way."""
-    if z.shape != problem.q.shape or not (np.isfinite(z).all() and (z >= 0).all() and z.any()):
-        return False
-    if np.where(z > 0, problem.box.upper, np.inf).min() < np.inf:  # it leads beyond a bound
-        return False
-    w, largest = product(problem.M, z), float(absolute_product(problem.M, z).max())
-    w += max(-float(w.min()), 0.0)
-    return bool(largest < math.inf and (w[z > 0] <= farkas.ACTIVE_COLUMN * largest).all())
 
 
 def proves_infeasible(problem: Problem, y: Vector) -> bool:
