@@ -343,7 +343,7 @@ class _Search:
                 yield from self._worth(child)
 
     def _worth(self, node: Node) -> Iterator[_Open]:
-        """Yield a node, with its bound, if it may have a better solution than its point; take its point if it is so."""
+        """Yield a node, with its bound, if it may have a better solution than its point; take that if it is one."""
         self.nodes += 1
         unknowns, here, form = self._unknowns, node.dictionary, OBJECTIVE * self.data.n
         is_bounded = here.minimize(form)

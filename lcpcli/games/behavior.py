@@ -93,7 +93,7 @@ class Behavior(_Statement):
         return cls.of(game, [strategy_of(*each) for each in zip(game.tree.players, (x, y), strict=True)])
 
     def are_best(self, game: ExtensiveGame, allowed: float) -> bool:
-        """Return whether no player gains more than the fraction `allowed` of the terms, from what it gets on."""
+        """Return whether no player gains more than `allowed` of the terms of its gain, counted from what it gets."""
         tree, own = _Ends.of(game.tree, exact=False), [list(map(float, plan)) for plan in self.plans]
         for player, gain in enumerate(self.gains):
             centre, other = float(self.payoffs[player]), own[1 - player]
@@ -238,7 +238,7 @@ class Strategies(_Statement):
         return cls(x, y, (row, column), tuple(by_best), game.players or cls.players)
 
     def are_best(self, game: Game, allowed: float) -> bool:
-        """Return whether no player gains more than the fraction `allowed` of the terms, of payoffs that are met."""
+        """Return whether no player gains more than `allowed` of the terms of its gain, of payoffs that are met."""
         terms = _terms(game, self.row.astype(float), self.column.astype(float), self.payoffs)
         return all(gain <= allowed * size for gain, size in zip(self.gains, terms, strict=True))
 
