@@ -22,8 +22,6 @@ from lcpcli.options import Limits
 from lcpcli.solving.driver import run
 from lcpcli.verify.certificate import proves_infeasible
 
-from .test_milp import murty
-
 TEXTBOOK = {"cover": ONES, "ties": LEXICOGRAPHIC}
 
 
@@ -56,8 +54,7 @@ def exactly(M: list[list[int]], q: list[int]) -> tuple[list[Fraction] | None, in
 @pytest.mark.parametrize("n", [2, 10])
 def test_number_of_pivots_doubles_with_every_unknown_on_the_worst_cases(n: int) -> None:
     """Murty 1978 and, symmetric positive definite, Fathi 1979: all 2^n complementary cones are passed."""
-    U = murty(n)
-    for M in (U.T, U.T @ U):
+    for M in (families.make("murty", n).M.T, families.make("fathi", n).M):
         result = run(Problem(M, -np.ones(n)), "lemke", **TEXTBOOK)
         assert (result.solved, result.z.tolist()) == (True, np.eye(n)[0].tolist())
         assert result.evaluations == result.iterations == 2**n

@@ -1,131 +1,51 @@
 """Small problems against exact verdicts: no statement about them is false.
 
 Random mixed problems, singular, degenerate and infeasible ones among them; linear programs whose costs and right-hand
-sides are up to 1e16 apart, also in units up to 2^400 apart, and mixed problems with bounds up to 1e17 away. The oracle
-of mixed problems knows nothing of the program: it takes each of the at most 3^n choices of states and decides by
-elimination in rational numbers whether the linear equations and inequalities of that choice have a solution (Fourier
-and Motzkin). LCP_ORACLE=3000 in the environment sets the number of problems.
-Nor does the answer depend on units, order, signs, or where the bounds lie.
+sides are up to 1e16 apart, also in units up to 2^400 apart, and mixed problems with bounds up to 1e17 away. The number
+of problems is LCP_ORACLE, in the environment. Nor does the answer depend on units, order, signs, or where bounds lie.
 """
 
 from __future__ import annotations
 
-import itertools
-import math
 import os
-from fractions import Fraction
-from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli import Problem, Result, from_qp, run
+from lcpcli import Problem, from_qp, run
 from lcpcli.typing import Vector
 
 from .. import exact, exact_measure
+from ..enumeration.solution_sets import random_problem as integers
 from ..mixed_problems import monotone, with_all_bounds
 
 COUNT = int(os.environ.get("LCP_ORACLE", "400"))
-UNDECIDED = 1e-3  # of all problems, at most
-NEAR = 1e-6  # a solution this close to z, relative to 1 + |z_i|, agrees with it
 
 
-class Mixed(NamedTuple):
-    M: Vector
-    q: Vector
-    lower: Vector
-    upper: Vector
+def random_problem(generator: np.random.Generator, most: int) -> Problem:
+    """Small integers with bounds of all kinds, or decimals with bounds away from 0."""
+    M, q, lower, upper = integers(generator, most)
+    if generator.random() < 0.3:
+        shift = generator.standard_normal(q.size).round(3)
+        M, q, lower, upper = M / 3, q / 10, lower + shift, upper + shift
+    return Problem(M, q, lower=lower, upper=upper)
 
 
-def problem(generator: np.random.Generator, most: int) -> Mixed:
-    n, size = int(generator.integers(1, most + 1)), int(generator.integers(1, 4))
-    M = generator.integers(-size, size + 1, (n, n)).astype(float)
-    kind = generator.integers(6)
-    if kind < 3:
-        M = (M @ M.T, M - M.T, np.outer(M[0], M[:, 0]))[kind]
-    elif kind == 3:
-        M = np.where(generator.random((n, n)) < 0.5, M, 0.0)
-    lower, upper = np.full(n, -np.inf), np.full(n, np.inf)
-    for i, state in enumerate(generator.integers(6, size=n).tolist()):
-        low, high = np.sort(generator.integers(-2, 3, 2)).tolist()
-        if state in (0, 1, 3, 4):
-            lower[i] = 0 if state == 0 else low
-        if state in (2, 3, 4):
-            upper[i] = low if state == 4 else high
-    q = generator.integers(-3, 4, n).astype(float)
-    if generator.random() < 0.3:  # decimals, and bounds away from 0
-        M, q = M / 3, q / 10
-        shift = generator.standard_normal(n).round(3)
-        lower, upper = lower + shift, upper + shift
-    return Mixed(M, q, lower, upper)
-
-
-def is_solvable(given: Mixed, near: Vector | None = None) -> bool:
-    """Whether the problem has a solution; with `near`, one whose components are close to those of `near`."""
-    M = [list(map(Fraction, row)) for row in given.M.tolist()]
-    ends = np.column_stack((given.lower, given.upper))
-    reach = np.full(given.q.size, np.inf) if near is None else NEAR * (1 + np.abs(near))
-    around = np.zeros(given.q.size) if near is None else near
-    within = np.clip(ends, (around - reach)[:, np.newaxis], (around + reach)[:, np.newaxis])
-    states = [
-        ["fixed"] if low == high else ["basic"] + ["lower"] * math.isfinite(low) + ["upper"] * math.isfinite(high)
-        for low, high in ends.tolist()
-    ]
-    for choice in itertools.product(*states):
-        own = np.where(np.array(choice)[:, np.newaxis] == "basic", within, ends)
-        at = np.where(np.array(choice) == "upper", ends[:, 1], ends[:, 0])
-        is_near = all(s == "basic" or abs(z - a) <= r for s, z, a, r in zip(choice, at, around, reach, strict=True))
-        if is_near and exact.of_states(M, list(map(Fraction, given.q.tolist())), *own.T.tolist(), choice) is not None:
-            return True
-    return False
-
-
-def solves(given: Mixed, z: Vector) -> bool:
-    w, sizes = given.M @ z + given.q, 1 + np.abs(given.M) @ np.abs(z) + np.abs(given.q)
-    return bool((np.abs(z - np.clip(z - w, given.lower, given.upper)) <= 1e-9 * sizes).all())
+def is_true(problem: Problem) -> bool:
+    """Whether the problem has a solution; it fails if what is said of it is not so, or nothing is decided."""
+    solvable, result = exact.solution(problem) is not None, run(problem, time_limit=120.0)
+    if result.solved:
+        assert solvable
+        assert exact_measure.relative_residual(problem, result.z) <= 1e-10 or "last digits" in result.message
+    assert not (result.status.has_no_solution and solvable)
+    assert result.solved or result.status.has_no_solution, "it is decided"
+    return solvable
 
 
 def test_what_is_said_of_small_problems_is_true() -> None:
-    generator, undecided, solvable = np.random.default_rng(13), [], 0
-    for _ in range(COUNT):
-        given = problem(generator, 4)
-        result = lcpcli.solve(given.M, given.q, lower=given.lower, upper=given.upper)
-        truth = is_solvable(given)
-        solvable += truth
-        if result.solved:
-            assert truth, given
-            assert solves(given, result.z), given
-            assert is_solvable(given, result.z), given
-        elif result.status.has_no_solution:
-            assert not truth, given
-        else:
-            undecided.append(given)
-    assert 0.2 * COUNT < solvable < 0.9 * COUNT
-    assert len(undecided) <= UNDECIDED * COUNT, undecided
-
-
-def states(given: Mixed, result: lcpcli.Result) -> Vector:
-    """-1 at a lower bound with w > 0, 1 at an upper one with w < 0, else 0; up to rounding."""
-    return np.sign(np.where(np.abs(result.w) <= 1e-9 * (1 + np.abs(given.q)), 0, -result.w))
-
-
-def test_what_is_proved_of_mixed_problems_holds_in_exact_arithmetic() -> None:
-    generator, found = np.random.default_rng(15), set()
-    for _ in range(COUNT // 8):
-        given = problem(generator, 3)
-        whole = lcpcli.Problem(given.M, given.q, lower=given.lower, upper=given.upper)
-        result = lcpcli.exact(whole)
-        if result.exact is None:
-            continue
-        found.add(result.status)
-        if result.solved:
-            assert exact.solves(whole, result.exact.z), given
-        elif result.exact.y is not None:
-            assert exact.refutes(whole, result.exact.y), given
-        else:
-            assert not is_solvable(given), given
-    assert {lcpcli.Status.SOLVED, lcpcli.Status.INFEASIBLE} <= found
+    generator = np.random.default_rng(13)
+    assert 0.2 * COUNT < sum(is_true(random_problem(generator, 4)) for _ in range(COUNT)) < 0.9 * COUNT
 
 
 def spread(random: np.random.Generator, values: np.ndarray) -> np.ndarray:
@@ -164,14 +84,11 @@ def test_linear_programs_with_numbers_far_apart(largest: int) -> None:
     for seed in range(COUNT // 8):
         given = linear_program(seed)
         lower, upper = given.box.vectors(given.n)
-        truth = is_solvable(Mixed(given.M, given.q, lower, upper))
         R, C = np.exp2(np.random.default_rng(seed).integers(-largest, largest + 1, (2, given.n)).astype(float))
-        moved = Problem(R[:, None] * given.M * C, R * given.q, lower=lower / C, upper=upper / C)
-        problem = moved if largest else given
-        assert_true(run(problem, time_limit=120.0), problem, truth)
+        is_true(Problem(R[:, None] * given.M * C, R * given.q, lower=lower / C, upper=upper / C) if largest else given)
 
 
-def mixed(seed: int) -> Mixed:
+def mixed(seed: int) -> Problem:
     """One to three unknowns, integers, and bounds 1e6 to 1e17 away from 0."""
     random = np.random.default_rng(seed)
     n = int(random.integers(1, 4))
@@ -185,22 +102,12 @@ def mixed(seed: int) -> Mixed:
     )
     upper = np.select([kinds[1] == 0, kinds[1] == 1], [far[1], np.full(n, np.inf)], lower + random.integers(0, 5, n))
     upper = np.where(np.isfinite(upper), upper, np.inf)
-    return Mixed(M, q, lower, np.where(upper < lower, lower + 1, upper))
-
-
-def assert_true(result: Result, problem: Problem, solvable: bool) -> None:
-    if result.solved:
-        assert solvable
-        assert exact_measure.relative_residual(problem, result.z) <= 1e-10 or "last digits" in result.message
-    assert not (result.status.has_no_solution and solvable)
-    assert result.solved or result.status.has_no_solution, "it is decided"
+    return Problem(M, q, lower=lower, upper=np.where(upper < lower, lower + 1, upper))
 
 
 def test_mixed_problems_with_far_bounds() -> None:
     for seed in range(COUNT // 2):
-        given = mixed(seed)
-        problem = Problem(given.M, given.q, lower=given.lower, upper=given.upper)
-        assert_true(run(problem, time_limit=120.0), problem, is_solvable(given))
+        is_true(mixed(seed))
 
 
 def near(z: Vector, reference: Vector, size: float = 1.0) -> bool:
