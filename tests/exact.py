@@ -178,6 +178,15 @@ def _regular(A: list[Row], b: Row) -> Row | None:
     return x
 
 
+def determinant(rows: list[Row]) -> Fraction:
+    """By expansion along the first row."""
+    if not rows:
+        return Fraction(1)
+    first, rest = rows[0], rows[1:]
+    minors = ((-1) ** j * a * determinant([row[:j] + row[j + 1 :] for row in rest]) for j, a in enumerate(first) if a)
+    return sum(minors, Fraction(0))
+
+
 def _rational(problem: Problem, number: Callable[[float], Fraction] = Fraction) -> tuple[list[Row], Row]:
     M = problem.M if isinstance(problem.M, np.ndarray) else problem.M.toarray()
     return [list(map(number, row)) for row in M.tolist()], list(map(number, problem.q.tolist()))

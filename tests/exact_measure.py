@@ -1,28 +1,35 @@
 """The measure of `lcpcli.verify.measure` in rational arithmetic, from its definition, with constants of its own; only
-the units are the package's."""
+the units and the reference point are the package's, unless others are given."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
-
-from lcpcli import Problem
-
-from . import exact
+from scipy.sparse import coo_array
 
 FINEST, ROUNDING, DROWNED = 0.01, 2.0**-50, 1e8  # as documented
 Numbers = list[Fraction]
+Entries = list[tuple[int, int, Fraction]]
 
 
-def relative_residual(problem: Problem, z: np.ndarray) -> float:
-    """The largest v_i / min(t_i, c_i) of z, rounded in the end; at most ROUNDING for what counts as rounding."""
+def relative_residual(problem: Any, z: Any, units: Any = None, reference: Any = None) -> float:
+    """The largest v_i / min(t_i, c_i) of z, rounded in the end; at most ROUNDING for what counts as rounding.
+
+    units : powers of two of rows and columns, and the connected part of each.
+    """
     if not np.isfinite(z).all():
         return math.inf
-    M, q = exact._rational(problem)
+    units, coo = units or problem.units, coo_array(problem.M)
+    M = list(zip(coo.row.tolist(), coo.col.tolist(), map(Fraction, coo.data.tolist()), strict=True))
     low, high = (np.broadcast_to(bound, problem.n).tolist() for bound in (problem.lower, problem.upper))
-    point, there = (list(map(Fraction, values.tolist())) for values in (z, problem.reference_point))
+    q, point, there = (
+        list(map(Fraction, np.asarray(values, dtype=float).tolist()))
+        for values in (problem.q, z, problem.reference_point if reference is None else reference)
+    )
     w, w_there = _w(M, q, point), _w(M, q, there)
     given, given_there = _terms(M, q, point), _terms(M, q, there)
     far = _terms(M, w_there, [a - b for a, b in zip(point, there, strict=True)])
@@ -31,20 +38,16 @@ def relative_residual(problem: Problem, z: np.ndarray) -> float:
         abs(a - b) if low[j] < high[j] and (a <= low[j] or a >= high[j]) else Fraction(0)
         for j, (a, b) in enumerate(zip(point, there, strict=True))
     ]
-    sizes = _component_sizes(problem, _violations(there, real, low, high), real, moved)
-    worst, grid = 0.0, _grid(M, point, low, high)
+    sizes = _component_sizes(units, _violations(there, real, low, high), real, moved)
+    # doubles near 0 lie on a grid: 2^-1042 |M_ij| for basic z_j below 2^-1022
+    tiny = [Fraction(0 < abs(a) < Fraction(2) ** -1022 and low[j] < a < high[j]) for j, a in enumerate(point)]
+    worst, grid = 0.0, _w(M, [Fraction(0)] * problem.n, tiny, abs)
     for i, violation in enumerate(_violations(point, w, low, high)):
-        violation = max(violation - grid[i], Fraction(0)) if violation != math.inf else violation
+        violation = max(violation - grid[i] / 2**1042, Fraction(0)) if violation != math.inf else violation
         terms = min(given[i], max(far[i], Fraction(FINEST) * given[i]))
-        cap = max(abs(w_there[i]), _power(sizes[problem.units.row_part[i]] - problem.units.rows[i]))
+        cap = max(abs(w_there[i]), _power(sizes[units.row_part[i]] - units.rows[i]))
         worst = max(worst, _ratio(violation, terms, cap, given[i]))
     return worst
-
-
-def _grid(M: list[Numbers], z: Numbers, low: list[float], high: list[float]) -> Numbers:
-    """What each row may be violated by as doubles near 0 lie on a grid: 2^-1042 |M_ij| for basic z_j below 2^-1022."""
-    tiny = [0 < abs(a) < Fraction(2) ** -1022 and low[j] < a < high[j] for j, a in enumerate(z)]
-    return [sum((abs(row[j]) for j in range(len(z)) if tiny[j]), Fraction(0)) / 2**1042 for row in M]
 
 
 def _ratio(violation: Fraction, terms: Fraction, cap: Fraction, given: Fraction) -> float:
@@ -58,21 +61,16 @@ def _ratio(violation: Fraction, terms: Fraction, cap: Fraction, given: Fraction)
     return min(ratio, ROUNDING) if violation <= Fraction(ROUNDING) * rounding else ratio
 
 
-def _component_sizes(problem: Problem, violations: Numbers, real: Numbers, moved: Numbers) -> list[float]:
+def _component_sizes(units: Any, violations: Numbers, real: Numbers, moved: Numbers) -> list[float]:
     """log2 of k for each component."""
-    units = problem.units
-    found = []
-    for part in range(units.parts):
-        rows = [i for i in range(problem.n) if units.row_part[i] == part]
-        columns = [j for j in range(problem.n) if units.column_part[j] == part]
-        values = [_log2(violations[i]) + units.rows[i] for i in rows] + [
-            _log2(moved[j]) - units.columns[j] for j in columns
-        ]
-        size = max(values, default=-math.inf)
-        if size == -math.inf:
-            size = max((_log2(abs(real[i])) + units.rows[i] for i in rows), default=-math.inf)
-        found.append(math.inf if size == -math.inf else size)
-    return found
+    found, fallback = ([-math.inf] * (int(max(*units.row_part, *units.column_part)) + 1) for _ in range(2))
+    for part, violation, value, unit in zip(units.row_part, violations, real, units.rows, strict=True):
+        found[part] = max(found[part], _log2(violation) + unit)
+        fallback[part] = max(fallback[part], _log2(abs(value)) + unit)
+    for part, distance, unit in zip(units.column_part, moved, units.columns, strict=True):
+        found[part] = max(found[part], _log2(distance) - unit)
+    sizes = [a if a > -math.inf else b for a, b in zip(found, fallback, strict=True)]
+    return [math.inf if size == -math.inf else size for size in sizes]
 
 
 def _violations(z: Numbers, w: Numbers, low: list[float], high: list[float]) -> Numbers:
@@ -87,12 +85,15 @@ def _violations(z: Numbers, w: Numbers, low: list[float], high: list[float]) -> 
     return found
 
 
-def _w(M: list[Numbers], q: Numbers, z: Numbers) -> Numbers:
-    return [sum((a * b for a, b in zip(row, z, strict=True)), value) for row, value in zip(M, q, strict=True)]
+def _w(M: Entries, q: Numbers, z: Numbers, of: Callable[[Fraction], Fraction] = lambda value: value) -> Numbers:
+    w = list(map(of, q))
+    for i, j, value in M:
+        w[i] += of(value * z[j])
+    return w
 
 
-def _terms(M: list[Numbers], q: Numbers, z: Numbers) -> Numbers:
-    return [sum((abs(a * b) for a, b in zip(row, z, strict=True)), abs(value)) for row, value in zip(M, q, strict=True)]
+def _terms(M: Entries, q: Numbers, z: Numbers) -> Numbers:
+    return _w(M, q, z, abs)
 
 
 def _log2(value: Fraction) -> float:

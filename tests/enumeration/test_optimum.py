@@ -1,13 +1,15 @@
-"""The best solution by a linear objective, against all solutions, and what is proved at a limit."""
+"""The best solution by a linear objective, against all solutions, and what is proved at a limit. Linear bilevel
+programs of the literature, with published optima: the conditions of the follower are a mixed problem.
+"""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -222,3 +224,81 @@ def test_a_table_of_an_optimum_says_where_it_is_cut(lcp: Lcp, tmp_path: Path, mo
     shown = lcp("solve", str(file), "--minimize", "z1").out
     assert f"the first {n - 1} of {n} unknowns; --format json and csv have all of them" in shown
     assert (f"z{n - 1} " in shown, f"z{n} " in shown) == (True, False)
+
+
+Rows = Sequence[Sequence[float]]
+THREE_ROWS = [[0, 0, -1, 1, 1], [2, 0, -1, 2, -0.5], [0, 2, 2, -1, -0.5]]
+
+
+class Program(NamedTuple):
+    """Minimize leader'(x, y) for 0 <= x <= most and upper (x, y) <= limits, where y minimizes a convex function, with
+    the gradient curvature (x, y) + follower, for rows (x, y) <= sides and 0 <= y <= most; the first of these rows are
+    equations."""
+
+    source: str
+    optimum: str
+    leader: Sequence[float]
+    follower: Sequence[float]
+    rows: Rows
+    sides: Sequence[float]
+    most: float = 10
+    upper: Rows = ()
+    limits: Sequence[float] = ()
+    equations: int = 0
+    curvature: Rows = ()
+
+    def problem(self) -> lcpcli.Problem:
+        """Return the mixed problem in x, y, the multipliers of the rows, and one unknown for each row of the leader."""
+        k, m, outer, n = len(self.follower), len(self.rows), len(self.limits), len(self.leader)
+        G, H = np.array(self.rows), np.reshape(self.upper, (outer, n))
+        M = np.zeros((n + m + outer, n + m + outer))
+        M[n - k : n, :n] = self.curvature or 0
+        M[n - k : n, n : n + m] = G[:, n - k :].T
+        M[n : n + m, :n], M[n + m :, :n] = -G, -H
+        q = [*[0] * (n - k), *self.follower, *self.sides, *self.limits]
+        lower = [*[0] * n, *[-np.inf] * self.equations, *[0] * (m - self.equations + outer)]
+        return lcpcli.Problem(M, q, lower=lower, upper=[*[self.most] * n, *[np.inf] * (m + outer)])
+
+
+PROGRAMS = [
+    Program(
+        "Candler and Townsley 1982, section 6",
+        "-29.2",
+        [-8, -4, 4, -40, -4, 0, 0, 0],
+        [1, 1, 2, 0, 0, 0],
+        np.hstack((THREE_ROWS, np.eye(3))).tolist(),
+        [1, 1, 1],
+        equations=3,
+    ),
+    Program("Clark and Westerberg 1988", "-37", [1, -4], [1], [[-2, 1], [2, 5], [2, -3]], [0, 108, -4], most=30),
+    Program(
+        "Savard 1989",
+        "-14.6",
+        [-8, -4, 4, -40, 4],
+        [2, 1, 2],
+        [[0, 0, -1, 1, 1], [4, 0, -2, 4, -1], [0, 4, 4, -2, -1]],
+        [1, 2, 2],
+        upper=[[1, 2, 0, 0, -1]],
+        limits=[1.3],
+    ),
+    Program(  # with y + 10 for y
+        "Aiyoshi and Shimizu 1984, example 2",
+        "0",
+        [2, 2, -3, -3],
+        [20, 20],
+        [[-1, 0, 2, 0], [0, -1, 0, 2]],
+        [10, 10],
+        most=50,
+        upper=[[1, 1, 1, -2]],
+        limits=[30],
+        curvature=[[-2, 0, 2, 0], [0, -2, 0, 2]],
+    ),
+]
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda program: program.source)
+def test_the_optimum_is_the_published_one(program: Program) -> None:
+    problem = program.problem()
+    costs = {f"z{i}": Fraction(str(cost)) for i, cost in enumerate(program.leader, 1)}
+    found = lcpcli.optimum(ExactProblem.of_decimals(problem), costs)
+    assert (found.status, found.value) == ("optimal", Fraction(program.optimum))

@@ -22,6 +22,9 @@ from lcpcli.inspection.definite import semidefinite_rank
 from lcpcli.inspection.verdict import CLASSES, NO, UNDECIDED, YES, Verdict, called, classify
 from lcpcli.interrupts import within
 
+from .. import exact
+from ..methods.grids import plane
+
 IMPLIED = {
     "positive_definite": ("positive_semidefinite", "p_matrix", "strictly_copositive"),
     "positive_semidefinite": ("p0_matrix", "column_sufficient", "row_sufficient", "copositive_plus"),
@@ -240,14 +243,8 @@ def test_classes_have_words() -> None:
     assert [called(name) for name in ("p0_matrix", "copositive_plus")] == ["a P0-matrix", "copositive-plus"]
 
 
-def obstacle(m: int) -> Any:
-    T = sparse.diags_array([-1.0, 2.0, -1.0], offsets=[-1, 0, 1], shape=(m, m))
-    identity = sparse.eye_array(m)
-    return (sparse.kron(T, identity) + sparse.kron(identity, T)).tocsr()
-
-
 def test_large_sparse_matrices_are_classified_without_becoming_dense() -> None:
-    L = obstacle(100)
+    L = plane(100)
     H = sparse.eye_array(L.shape[0])
     found = classify(L)
     assert (found["m_matrix"].word, found["positive_definite"].word) == (YES, YES)
@@ -307,17 +304,7 @@ def rational(M: Any) -> Rows:
 
 def minor(A: Rows, indices: tuple[int, ...]) -> Fraction:
     """The principal minor."""
-    return determinant([[A[i][j] for j in indices] for i in indices])
-
-
-def determinant(rows: Rows) -> Fraction:
-    """By expansion along the first row."""
-    if not rows:
-        return Fraction(1)
-    first, rest = rows[0], rows[1:]
-    parts = [a * determinant([row[:j] + row[j + 1 :] for row in rest]) for j, a in enumerate(first) if a]
-    signs = [(-1) ** j for j, a in enumerate(first) if a]
-    return sum((sign * part for sign, part in zip(signs, parts, strict=True)), Fraction(0))
+    return exact.determinant([[A[i][j] for j in indices] for i in indices])
 
 
 def minors(A: Rows) -> list[Fraction]:

@@ -15,14 +15,13 @@ from scipy.sparse import coo_array, csc_array, csr_array, diags_array, random_ar
 from lcpcli import Problem, from_qp
 from lcpcli.linalg import compressed_rows
 from lcpcli.linalg.compressed_rows import of_columns
-from lcpcli.linalg.entries import BLOCK_ROWS
 from lcpcli.linalg.logarithms import LARGEST_ELIMINATED, mean_logarithms
 from lcpcli.linalg.matrices import column_maxima, multiplier, norm_inf, row_and_column_maxima, row_maxima
 from lcpcli.linalg.stencils import Operator
 from lcpcli.linalg.units import equilibrate, units
 from lcpcli.typing import Matrix
 
-from ..methods.grids import line, plane, space, stream
+from ..methods.grids import plane, space, stream
 
 
 @given(seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 400), density=st.sampled_from([0.2, 0.5, 1.0]))
@@ -206,14 +205,11 @@ def with_other_rows(M: Matrix) -> Matrix:
 
 
 MATRICES = {
-    "line": line(2 * BLOCK_ROWS + 5),
-    "plane": plane(150, 0.1) / 3,
     "space": space(25),
     "stream": stream(130, 50),
     "other rows": with_other_rows(plane(130)),
     "small": plane(9),
     "variable": csr_array(plane(110) @ diags_array(np.linspace(1, 2, 12_100))),
-    "diagonal": csr_array(diags_array(np.full(10_000, 3.0))),
     "zero": csr_array((9000, 9000)),
     "empty": csr_array((0, 0)),
 }

@@ -201,16 +201,6 @@ def test_kernels_are_forgotten_that_are_older_than_the_files_they_use(
     assert sorted(path.name for path in cache.iterdir()) == ["new.nbi", "old.nbc"]
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_the_kernels_take_the_steps_of_the_program(seed: int) -> None:
-    A, B = np.random.default_rng(seed).standard_normal((2, 14, 14))
-    lower, upper = np.array([[-1.0, -1.0], [0.0, 1.0], [0.0, np.inf], [0.0, 0.0]])[np.arange(14) % 4].T
-    problem = Problem(A @ A.T + B - B.T + np.eye(14), 3 * A[0] - B[0], lower=lower, upper=upper)
-    kernels, plain = (run(problem, compiled=by_kernels) for by_kernels in (True, False))
-    assert (kernels.route, kernels.iterations) == (plain.route, plain.iterations)
-    np.testing.assert_allclose(kernels.z, plain.z, rtol=1e-9, atol=1e-12)
-
-
 def test_a_violation_is_not_small_in_the_units_of_another_row() -> None:
     R, z = np.array([2.0**-30, 2.0**30]), np.array([2.0**20, 2.0**20 + 1])
     problem = Problem(csr_array(R[:, np.newaxis] * [[1.0, -1.0], [-1.0, 1.0]]), R * [-1.0, -1.0])

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from lcpcli import Problem, Result, Status, read, run
 from lcpcli.files import contents
+from lcpcli.gallery import families
 from lcpcli.methods import milp as module
 from lcpcli.methods.linear import linear
 from lcpcli.methods.milp import ComplementarySystem
@@ -142,43 +142,20 @@ def test_several_basic_solutions_are_not_taken_for_the_only_one() -> None:
     assert not system(M, q).excluded(np.ones(2, dtype=bool))
 
 
-def murty(n: int) -> NDArray[np.float64]:
-    return np.eye(n) + 2 * np.triu(np.ones((n, n)), 1)
-
-
-def cyclic(n: int, alpha: float) -> NDArray[np.float64]:
-    return np.eye(n) + alpha * np.roll(np.eye(n), 1, axis=0)
-
-
-KNOWN: list[tuple[str, Any, Any, Any]] = [
-    ("Kostreva, cycles where ties go to the first index", [[1, 2, 0], [0, 1, 2], [2, 0, 1]], [-1] * 3, [1 / 3] * 3),
-    ("Murty", murty(8), -np.ones(8), np.eye(8)[7]),
-    ("Murty, 20", murty(20), -np.ones(20), np.eye(20)[19]),
-    ("Fathi", murty(12).T @ murty(12), -np.ones(12), np.eye(12)[0]),
-    ("Curtis-Han-Robinson", [[4, 5, -5], [5, 9, -5], [-5, -5, 7]], [2, 1, -3], [0, 4 / 19, 11 / 19]),
-    ("Ben Gharbia-Gilbert, q = e", cyclic(9, 2.0), np.ones(9), np.zeros(9)),
-    ("Ben Gharbia-Gilbert, q = -e", cyclic(9, 2.0), -np.ones(9), np.full(9, 1 / 3)),
-    ("growth", np.eye(40) - np.tril(np.ones((40, 40)), -1), -np.ones(40), 2.0 ** np.arange(40)),
-    ("units from 1e-6 to 1e6", np.diag(10.0 ** np.arange(-6, 7)), -(10.0 ** np.arange(-6, 7)), np.ones(13)),
-    ("one unknown", [[2.0]], [-1.0], [0.5]),
-    ("one unknown, q > 0 and M < 0", [[-1.0]], [1.0], [0.0]),
-    ("one unknown, q = 0", [[0.0]], [0.0], [0.0]),
-    ("q = 0", [[0.0, 1.0], [-1.0, 0.0]], [0.0, 0.0], [0.0, 0.0]),
-    ("large", [[2e-9]], [-1e5], [5e13]),
-    *((f"Hilbert, {n}", 1 / (np.arange(n)[:, None] + np.arange(n) + 1.0), -np.ones(n), None) for n in (2, 5, 8, 12)),
-]
+KNOWN = {"kostreva": 3, "murty": 20, "fathi": 12, "curtis-han-robinson": 3, "ben-gharbia-gilbert": 9, "growth": 40}
+TINY = [([[2.0]], [-1.0], [0.5]), ([[2e-9]], [-1e5], [5e13]), ([[0, 1], [-1, 0]], [0, 0], [0, 0])]
 
 
 @pytest.mark.parametrize("method", ["auto", "lemke", "milp"])
-@pytest.mark.parametrize(("M", "q", "z"), [row[1:] for row in KNOWN], ids=[row[0] for row in KNOWN])
-def test_known_solutions_are_found_and_systems_with_hilbert_matrices_solved(
-    M: Any, q: Any, z: Any, method: str
-) -> None:
-    start = -np.ones(len(np.asarray(q))) if method == "lemke" else None
-    result = run(Problem(M, q, x0=start), method)
-    assert result.solved
-    if z is not None and (len(np.asarray(q)) > 1 or np.min(M) > 0):
-        assert np.allclose(result.z, z, rtol=1e-15, atol=1e-15)
+def test_known_solutions_are_found_and_systems_with_hilbert_matrices_solved(method: str) -> None:
+    known = [families.make(name, n) for name, n in (*KNOWN.items(), ("murty", 8), ("diagonal", 13))]
+    known += [Problem(known[4].M, -np.ones(9), solutions=[np.full(9, 1 / 3)])]  # of Ben Gharbia and Gilbert, q = -e
+    known += [Problem(M, q, solutions=[z]) for M, q, z in TINY] + [Problem([[-1]], [1]), Problem([[0]], [0])]
+    known += [Problem(1 / (np.arange(n)[:, None] + np.arange(n) + 1.0), -np.ones(n)) for n in (2, 5, 8, 12)]
+    for problem in known:
+        result = run(Problem(problem.M, problem.q, x0=-np.ones(problem.n) if method == "lemke" else None), method)
+        assert result.solved
+        assert all(np.allclose(result.z, z, rtol=1e-15, atol=1e-15) for z in problem.solutions), problem.name
 
 
 def test_solution_for_a_skew_matrix_is_that_of_a_linear_program() -> None:

@@ -178,29 +178,6 @@ def test_numbers_far_smaller_than_others_are_settled_by_their_own_rows(small: fl
     assert np.allclose(result.z, np.array([4, 7, 4 * small, 7 * small]) / 3, rtol=1e-12, atol=0)
 
 
-@settings(max_examples=60)
-@given(seed=st.integers(0, 10**6), n=st.integers(1, 12), program=st.booleans())
-def test_rows_of_the_reduction_are_those_of_the_problem_where_its_equations_hold(
-    seed: int, n: int, program: bool
-) -> None:
-    """For any y of the bounded variables that satisfies G y + g = 0, the rows of w are those of z but for terms in the
-    range of H, which u takes up."""
-    problem, generator = planted(seed, n, program), np.random.default_rng(seed)
-    reduction = Reduction(problem.M, problem.box)
-    k, m = reduction.constants(problem.q), reduction.bounded.size
-    y: Vector = generator.normal(size=k.size)
-    s = (k.size - m) // 2
-    if s:
-        G, g = reduction.K[m : m + s, :m], k[m : m + s]
-        y[:m] -= np.linalg.pinv(G, rcond=1e-9) @ (G @ y[:m] + g)
-    nothing = np.zeros(k.size, dtype=bool)
-    z, _ = reduction.given(y, nothing, nothing)
-    w, own = problem.w(z), reduction.given_w(reduction.K @ y + k)
-    bounded = ~problem.box.free & ~problem.box.fixed
-    scale = np.abs(problem.M) @ np.abs(z) + np.abs(problem.q)
-    assert np.allclose(own[bounded], w[bounded], rtol=0, atol=1e-7 * scale.max())
-
-
 KINDS = {"free": (-INF, INF), "lower": (1, INF), "upper": (-INF, 1), "boxed": (0, 1), "fixed": (1, 1)}
 
 

@@ -28,76 +28,55 @@ def made(family: str, n: int, *parameters: str) -> Any:
     return lcpcli.read(path)
 
 
+def calls(call: Callable[..., Any], make: Callable[..., Any], *given: Any, **options: Any) -> Callable[[], Call]:
+    """Prepare calls of a function with what another one has made of some arguments."""
+
+    def prepare() -> Call:
+        made_before = make(*given)
+        return lambda: call(made_before, **options)
+
+    return prepare
+
+
 def of_family(family: str, n: int, *parameters: str, **options: Any) -> Callable[[], Call]:
-    def prepare() -> Call:
-        problem = made(family, n, *parameters)
-        return lambda: lcpcli.run(problem, **options)
-
-    return prepare
+    return calls(lcpcli.run, made, family, n, *parameters, **options)
 
 
-def arrays(n: int, **options: Any) -> Callable[[], Call]:
-    def prepare() -> Call:
-        M, q = random_lcp(n)
-        return lambda: lcpcli.solve(M, q, **options)
-
-    return prepare
+def of_arrays(given: tuple[np.ndarray, np.ndarray], **options: Any) -> Any:
+    return lcpcli.solve(*given, **options)
 
 
-def of_file(path: Path, **options: Any) -> Callable[[], Call]:
-    def prepare() -> Call:
-        problem = lcpcli.read(path)
-        return lambda: lcpcli.run(problem, **options)
-
-    return prepare
+def of_many(given: tuple[np.ndarray, np.ndarray], **options: Any) -> Any:
+    return list(lcpcli.solve_many(*given, **options))
 
 
-def many(columns: int, **options: Any) -> Callable[[], Call]:
-    def prepare() -> Call:
-        M, _ = random_lcp(10)
-        Q = np.random.default_rng(1).normal(size=(10, columns))
-        return lambda: list(lcpcli.solve_many(M, Q, **options))
-
-    return prepare
+def columns(number: int) -> tuple[np.ndarray, np.ndarray]:
+    return random_lcp(10)[0], np.random.default_rng(1).normal(size=(10, number))
 
 
-def batch() -> Call:
-    problems = [random_lcp(10, seed) for seed in range(200)]
-    M, q = (np.array(part) for part in zip(*problems, strict=True))
-    return lambda: lcpcli.solve_many(M, q).z
+def batch() -> list[np.ndarray]:
+    return [np.array(part) for part in zip(*(random_lcp(10, seed) for seed in range(200)), strict=True)]
 
 
-def solver(family: str, n: int, *parameters: str, step: float = 0.01) -> Callable[[], Call]:
-    def prepare() -> Call:
-        problem = made(family, n, *parameters)
-        steps = problem.q[:, None] * (1 + step * np.random.default_rng(2).normal(size=(problem.n, 20)))
-
-        def call() -> None:
-            own = lcpcli.Solver(problem.M)
-            for q in steps.T:
-                own.solve(q)
-
-        return call
-
-    return prepare
+def sequence(family: str, n: int, *parameters: str) -> tuple[Any, np.ndarray]:
+    problem = made(family, n, *parameters)
+    return problem.M, problem.q[:, None] * (1 + 0.01 * np.random.default_rng(2).normal(size=(problem.n, 20)))
 
 
-def game(n: int, all_equilibria: bool = False) -> Callable[[], Call]:
-    def prepare() -> Call:
-        A, B = np.random.default_rng(n).integers(-50, 51, (2, n, n)).astype(float)
-        if all_equilibria:
-            return lambda: list(lcpcli.solutions(lcpcli.from_game(A, B)))
-        return lambda: lcpcli.run(lcpcli.from_game(A, B))
-
-    return prepare
+def in_turn(given: tuple[Any, np.ndarray]) -> None:
+    M, steps = given
+    own = lcpcli.Solver(M)
+    for q in steps.T:
+        own.solve(q)
 
 
-def exact(family: str, n: int) -> Callable[[], Call]:
-    def prepare() -> Call:
-        problem = made(family, n)
-        return lambda: lcpcli.exact(lcpcli.Problem(problem.M, problem.q))
+def game(n: int) -> np.ndarray:
+    return np.random.default_rng(n).integers(-50, 51, (2, n, n)).astype(float)
 
-    return prepare
+
+def plain(family: str, n: int) -> Any:
+    problem = made(family, n)
+    return lcpcli.Problem(problem.M, problem.q)
 
 
 def command(*words: str) -> Callable[[], Call]:
@@ -110,9 +89,9 @@ def rows(folder: Path, data: list[Path]) -> dict[str, Callable[[], Call]]:
     FOLDER[:] = [folder]
     table: dict[str, Callable[[], Call]] = {}
     for n in (4, 10, 50, 300):
-        table[f"lcp {n}"] = arrays(n)
-        table[f"lcp {n} compiled"] = arrays(n, compiled=True)
-        table[f"lcp {n} loop"] = arrays(n, trace=True)
+        table[f"lcp {n}"] = calls(of_arrays, random_lcp, n)
+        table[f"lcp {n} compiled"] = calls(of_arrays, random_lcp, n, compiled=True)
+        table[f"lcp {n} loop"] = calls(of_arrays, random_lcp, n, trace=True)
     table["boxes 10"], table["boxes 10 compiled"] = of_family("boxes", 10), of_family("boxes", 10, compiled=True)
     for n in (20, 100):
         table[f"contact {n} at rest"] = of_family("rigid-boxes", n, "kind=tower")
@@ -124,21 +103,22 @@ def rows(folder: Path, data: list[Path]) -> dict[str, Callable[[], Call]]:
     for name in ("lp", "qp", "portfolio", "control", "lasso", "transport"):
         table[f"program {name} 200 compiled"] = of_family(name, 200, compiled=True)
     for path in data:
-        table[f"program {path.stem}"] = of_file(path, compiled=True)
+        table[f"program {path.stem}"] = calls(lcpcli.run, lcpcli.read, path, compiled=True)
     table["obstacle 100 x 100"] = of_family("obstacle", 10_000)
-    table["solve_many 200 columns"], table["solve_many 2000 columns"] = many(200, compiled=False), many(2000)
-    table["solve_many batch of 200"] = batch
-    table["Solver 50"] = solver("harker-pang", 50)
-    table["Solver contact"] = solver("rigid-boxes", 30, "kind=tower")
-    table["Solver obstacle"] = solver("obstacle", 400)
+    table["solve_many 200 columns"] = calls(of_many, columns, 200, compiled=False)
+    table["solve_many 2000 columns"] = calls(of_many, columns, 2000)
+    table["solve_many batch of 200"] = calls(lambda given: lcpcli.solve_many(*given).z, batch)
+    table["Solver 50"] = calls(in_turn, sequence, "harker-pang", 50)
+    table["Solver contact"] = calls(in_turn, sequence, "rigid-boxes", 30, "kind=tower")
+    table["Solver obstacle"] = calls(in_turn, sequence, "obstacle", 400)
     table["start-up"] = command("solve", "paper-example-1", "--format", "json")
     table["start-up of help"] = command("solve", "--help")
     for n in (5, 20):
-        table[f"games {n} x {n}"] = game(n)
-    table["games 6 x 6 all equilibria"] = game(6, True)
+        table[f"games {n} x {n}"] = calls(lambda given: lcpcli.run(lcpcli.from_game(*given)), game, n)
+    table["games 6 x 6 all equilibria"] = calls(lambda given: list(lcpcli.solutions(lcpcli.from_game(*given))), game, 6)
     table["games poker"] = of_family("poker", 30)
     for n in (12, 16, 20):
-        table[f"exact {n}"] = exact("harker-pang", n)
+        table[f"exact {n}"] = calls(lcpcli.exact, plain, "harker-pang", n)
     table["on request: obstacle 1000 x 1000"] = of_family("obstacle", 1_000_000)
     return table
 

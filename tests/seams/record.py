@@ -22,9 +22,10 @@ from typing import Any, NamedTuple
 
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):  # the order of sums must not depend on threads
     os.environ.setdefault(variable, "1")
-sys.path.append(str(Path(__file__).parents[1]))  # for `exact`, which the tests share
+sys.path.append(str(Path(__file__).parents[1]))  # for what the tests share
 
 import exact as exact  # noqa: E402
+import exact_measure as exact_measure  # noqa: E402
 import numpy as np  # noqa: E402
 
 GENEROUS_SECONDS = 120.0  # a limit for cases that hang; what ends the others is counted

@@ -4,117 +4,64 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from record import exact
+from record import exact, exact_measure
 from scipy import sparse
 from scipy.sparse import csgraph, linalg
 
 TOL = 2e-10  # twice that of the program, as units from least squares have few digits
-ROUNDING, DROWNED = 4 * 2.0**-52, 1e8
 NOISE = 1e-13  # of the largest component: what is removed from z before it is measured a third time
 NEAR = 1e-6  # distance of a z from an exact solution with its states, relative to each component
 MOST_ENUMERATED, MOST_STATES = 6, 729
 MOST_EXACT = 20  # unknowns up to which the states of z are solved exactly
 NO_SOLUTION = ("infeasible", "unsolvable")
-Numbers = list[Fraction]
 
 
-class Measure:
-    """The componentwise backward error with the cap of each row, of one problem.
+def passes(problem: Any, z: Sequence[float]) -> bool:
+    """Return whether z as it is, put on the bounds, or freed from noise, passes."""
+    given, (lower, upper), own = np.asarray(z, dtype=float), bounds(problem), Units.of(problem)
+    if not np.isfinite(given).all() or (given < lower).any() or (given > upper).any():
+        return False
+    R, C, reference = 2.0**own.rows, 2.0**own.columns, np.clip(np.zeros(problem.n), lower, upper)
+    far = np.abs(given - reference) / C
+    largest = np.zeros(2 * problem.n + 1)
+    np.maximum.at(largest, own.column_part, far)
+    clean = np.where(far <= NOISE * largest[own.column_part], reference, given)
 
-    Row i has the violation v_i and the terms t_i = |q|_i + (|M| |z|)_i, or, if they are smaller, those from the
-    reference point, the admissible z nearest to 0. It passes if v_i <= max(TOL min(t_i, c_i), ROUNDING min(t_i,
-    DROWNED c_i)), with the cap c_i = k / R_i, where k is the largest violation at the reference point and distance
-    from it of a z_j on a bound, in the units R and C of the problem's connected part.
-    """
+    def on_bounds(z: np.ndarray) -> np.ndarray:
+        w = R * (problem.M @ z + problem.q)
+        z = np.where((z - lower) / C < w, lower, z)
+        return np.where((upper - z) / C < -w, upper, z)
 
-    def __init__(self, problem: Any) -> None:
-        self.n = problem.n
-        coo = sparse.coo_array(problem.M)
+    points = given, on_bounds(given), on_bounds(clean)
+    return any(exact_measure.relative_residual(problem, point, own, reference) <= TOL for point in points)
+
+
+class Units(NamedTuple):
+    """Logarithms of R and C, in which R_i |M_ij| C_j is near 1, and the connected part of each row and column."""
+
+    rows: np.ndarray
+    columns: np.ndarray
+    row_part: list[int]
+    column_part: list[int]
+
+    @classmethod
+    def of(cls, problem: Any) -> Units:
+        """Return those of the least squares of log|M_ij| + log R_i + log C_j (Curtis and Reid)."""
+        coo, n = sparse.coo_array(problem.M), problem.n
         kept = coo.data != 0
         i, j, values = coo.row[kept], coo.col[kept], coo.data[kept]
-        self.entries = list(zip(i.tolist(), j.tolist(), map(Fraction, values.tolist()), strict=True))
-        self.q = [Fraction(value) for value in problem.q.tolist()]
-        self.lower, self.upper = bounds(problem)
-        self.reference = np.clip(np.zeros(self.n), self.lower, self.upper)
-        self.R, self.C, self.row_part, self.column_part = units(self.n, i, j, values)
-
-    def passes(self, z: Sequence[float]) -> bool:
-        """Return whether z as it is, put on the bounds, or freed from noise, passes."""
-        given = np.asarray(z, dtype=float)
-        if not np.isfinite(given).all() or (given < self.lower).any() or (given > self.upper).any():
-            return False
-        far = np.abs(given - self.reference) / self.C
-        largest = np.zeros(2 * self.n + 1)
-        np.maximum.at(largest, self.column_part, far)
-        clean = np.where(far <= NOISE * largest[self.column_part], self.reference, given)
-        return any(self._passes(point) for point in (given, self._on_bounds(given), self._on_bounds(clean)))
-
-    def _on_bounds(self, z: np.ndarray) -> np.ndarray:
-        w = self.R * np.array([float(value) for value in self._w(z)[0]])
-        z = np.where((z - self.lower) / self.C < w, self.lower, z)
-        return np.where((self.upper - z) / self.C < -w, self.upper, z)
-
-    def _passes(self, z: np.ndarray) -> bool:
-        w, terms = self._w(z)
-        w_there, _ = self._w(self.reference)
-        moved = [Fraction(a) - Fraction(b) for a, b in zip(z.tolist(), self.reference.tolist(), strict=True)]
-        from_there = [abs(value) for value in w_there]
-        for i, j, value in self.entries:
-            from_there[i] += abs(value * moved[j])
-        violations, caps = self._violations(z, w), self._caps(z, w_there, moved)
-        for v, a, b, cap in zip(violations, terms, from_there, caps, strict=True):
-            t = min(a, b)
-            if v > max(Fraction(TOL) * min(t, cap), Fraction(ROUNDING) * min(t, Fraction(DROWNED) * cap)):
-                return False
-        return True
-
-    def _w(self, z: np.ndarray) -> tuple[Numbers, Numbers]:
-        """Return w and the sums of the absolute values of its terms."""
-        w, terms, point = list(self.q), [abs(value) for value in self.q], [Fraction(value) for value in z.tolist()]
-        for i, j, value in self.entries:
-            product = value * point[j]
-            w[i] += product
-            terms[i] += abs(product)
-        return w, terms
-
-    def _violations(self, z: np.ndarray, w: Numbers) -> Numbers:
-        ends = zip(z.tolist(), w, self.lower.tolist(), self.upper.tolist(), strict=True)
-        return [
-            Fraction(0) if low == high else max(-b, 0) if a <= low else max(b, 0) if a >= high else abs(b)
-            for a, b, low, high in ends
-        ]
-
-    def _caps(self, z: np.ndarray, w_there: Numbers, moved: Numbers) -> Numbers:
-        sizes = [Fraction(0)] * (2 * self.n + 1)
-        R, C = map(Fraction, self.R.tolist()), [Fraction(value) for value in self.C.tolist()]
-        R = list(R)
-        for i, violation in enumerate(self._violations(self.reference, w_there)):
-            sizes[self.row_part[i]] = max(sizes[self.row_part[i]], R[i] * violation)
-        for j in range(self.n):
-            if self.lower[j] < self.upper[j] and not self.lower[j] < z[j] < self.upper[j]:
-                sizes[self.column_part[j]] = max(sizes[self.column_part[j]], abs(moved[j]) / C[j])
-        fallback = [Fraction(0)] * len(sizes)
-        for i, value in enumerate(w_there):
-            fallback[self.row_part[i]] = max(fallback[self.row_part[i]], R[i] * abs(value))
-        infinite = Fraction(2) ** 4000
-        return [(sizes[p] or fallback[p] or infinite) / R[i] for i, p in enumerate(self.row_part)]
-
-
-def units(n: int, i: np.ndarray, j: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return R and C from the least squares of log|M_ij| + log R_i - log C_j (Curtis and Reid), R_i |M_ij| C_j near 1,
-    and the connected part of each row and of each column."""
-    m = values.size
-    graph = sparse.coo_array((np.ones(m), (i, n + j)), shape=(2 * n, 2 * n))
-    part = csgraph.connected_components(graph, directed=False)[1]
-    if not m:
-        return np.ones(n), np.ones(n), part[:n], part[n:]
-    columns = np.r_[i, n + j], np.r_[np.arange(m), np.arange(m)]
-    A = sparse.coo_array((np.ones(2 * m), columns[::-1]), shape=(m, 2 * n)).tocsr()
-    x = linalg.lsqr(A, -np.log2(np.abs(values)), atol=1e-13, btol=1e-13, iter_lim=20 * n)[0]
-    return 2.0 ** x[:n], 2.0 ** x[n:], part[:n], part[n:]
+        m = values.size
+        graph = sparse.coo_array((np.ones(m), (i, n + j)), shape=(2 * n, 2 * n))
+        part = csgraph.connected_components(graph, directed=False)[1].tolist()
+        x = np.zeros(2 * n)
+        if m:
+            places = np.r_[np.arange(m), np.arange(m)], np.r_[i, n + j]
+            A = sparse.coo_array((np.ones(2 * m), places), shape=(m, 2 * n)).tocsr()
+            x = linalg.lsqr(A, -np.log2(np.abs(values)), atol=1e-13, btol=1e-13, iter_lim=20 * n)[0]
+        return cls(x[:n], x[n:], part[:n], part[n:])
 
 
 def bounds(problem: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -137,7 +84,7 @@ def judge(problem: Any, entry: dict[str, Any]) -> str:
     if status == "solved":
         if near_solution(problem, entry["z"]):
             return "right"
-        if problem.n <= 500 and any(map(Measure(problem).passes, (entry["z"], without_noise(entry["z"])))):
+        if problem.n <= 500 and any(passes(problem, z) for z in (entry["z"], without_noise(entry["z"]))):
             return "right"
         return "false: z violates the conditions" if problem.n <= 500 else "undecided"
     if status not in NO_SOLUTION:

@@ -32,6 +32,7 @@ from lcpcli.solving.proof import prove
 from lcpcli.solving.reference import with_reference
 
 from .. import exact as oracle
+from ..enumeration.solution_sets import random_problem as random_mixed_problem
 
 Lcp = Callable[..., Any]
 
@@ -48,7 +49,7 @@ def assert_proved(result: Result, whole: Problem, units: Any = 1) -> None:
     if oracle.solution(whole) is not None:
         assert (result.status, found.status) == (Status.SOLVED, Status.SOLVED)
         assert oracle.solves(whole, found.z)
-    elif oracle.feasible(whole):
+    elif found.y is None if whole.is_mixed else oracle.feasible(whole):
         assert found.status is Status.UNSOLVABLE
     else:
         assert found.status is Status.INFEASIBLE
@@ -56,10 +57,11 @@ def assert_proved(result: Result, whole: Problem, units: Any = 1) -> None:
         assert oracle.refutes(whole, [value / int(unit) for value, unit in zip(found.y, own, strict=True)])
 
 
-@settings(max_examples=40)
-@given(st.integers(0, 10**6))
-def test_verdict_is_that_of_enumeration(seed: int) -> None:
-    problem = oracle.random_problem(seed, 4)
+@settings(max_examples=80)
+@given(st.integers(0, 10**6), st.booleans())
+def test_verdict_is_that_of_enumeration(seed: int, mixed: bool) -> None:
+    M, q, lower, upper = random_mixed_problem(np.random.default_rng(seed), 4)
+    problem = Problem(M, q, lower=lower, upper=upper) if mixed else oracle.random_problem(seed, 4)
     assert_proved(proved(problem), problem)
 
 

@@ -173,23 +173,22 @@ def _mixture(random: Random, size: int) -> list[Fraction]:
     return [Fraction(weight, sum(weights)) for weight in weights]
 
 
-def test_kuhns_poker_has_its_value_and_degenerate_equilibria_are_proved() -> None:
-    for n in (40, 76):
-        problem = make("poker", n, perturbation=0)
-        assert problem.n == n
-        one, two = exactly(problem).answer.exact.payoffs
-        assert one == -two
-        assert one == KUHN or n > 40
+TREES = [("poker", 40, 0), ("poker", 76, 0), ("poker", 160, 3), ("poker", 244, 3), ("bargaining", 142, 0)]
 
 
-@pytest.mark.parametrize(("family", "n"), [("poker", 160), ("bargaining", 142), ("poker", 244)])
-def test_games_of_the_gallery_are_solved_in_fractions(family: str, n: int) -> None:
-    problem = make(family, n, seed=3 * (family == "poker"))
+@pytest.mark.parametrize(("family", "n", "seed"), TREES)
+def test_games_of_the_gallery_are_solved_in_fractions_and_kuhns_poker_has_its_value(
+    family: str, n: int, seed: int
+) -> None:
+    """Without perturbations, two of them have degenerate equilibria."""
+    problem = make(family, n, seed, **({"perturbation": 0} if n < 100 else {}))
     assert (problem.M + problem.M.T).min() >= 0  # so that M is copositive
     answer = exactly(problem).answer
+    one, two = answer.exact.payoffs
     assert (problem.n, tuple(answer.exact.gains)) == (n, (0, 0))
+    assert (one == KUHN or n != 40, one == -two or n > 100) == (True, True)
     assert answer.statement.startswith("an equilibrium")
-    assert np.allclose(answer.payoffs, [float(value) for value in answer.exact.payoffs])
+    assert np.allclose(answer.payoffs, [float(one), float(two)])
 
 
 def test_every_equilibrium_of_a_small_tree_is_among_all_solutions(lcp: Lcp, entry: str) -> None:
@@ -267,15 +266,6 @@ def with_penalties(random: Random) -> Fraction:
     return Fraction(-(10 ** random.randint(8, 17)) if random.random() < 0.2 else random.randint(-3, 4))
 
 
-def penalized(random: Random, rows: int, columns: int) -> list[list[Fraction]]:
-    """Payoffs of a player."""
-    return [[with_penalties(random) for _ in range(columns)] for _ in range(rows)]
-
-
-def bimatrix(A: list[list[Fraction]], B: list[list[Fraction]]) -> lcpcli.Problem:
-    return lcpcli.from_game(*([list(map(float, row)) for row in payoffs] for payoffs in (A, B)))
-
-
 def shares(probabilities: Any) -> list[Fraction]:
     exact = list(map(Fraction, map(float, probabilities)))
     return [value / sum(exact) for value in exact]
@@ -297,20 +287,6 @@ def test_solved_trees_are_equilibria_by_fractions_and_check_agrees() -> None:
             for each in result.answer.information_sets:
                 own[tree.names().index(each.player)].append(shares(each.probabilities))
             assert gains_little(gains(tree, own), list(map(abs, payoffs(tree, own))))
-
-
-def test_solved_bimatrix_games_are_equilibria_by_fractions_and_check_agrees() -> None:
-    for seed in range(30):
-        random = Random(seed)
-        m, k = random.randint(2, 8), random.randint(2, 8)
-        A, B = penalized(random, m, k), penalized(random, m, k)
-        result = lcpcli.run(bimatrix(A, B))
-        assert (result.solved, lcpcli.check(result.problem, result.z).accepted) == (True, True)
-        x, y = shares(result.answer.row), shares(result.answer.column)
-        by_row = [sum(a * v for a, v in zip(row, y, strict=True)) for row in A]
-        by_column = [sum(B[i][j] * x[i] for i in range(m)) for j in range(k)]
-        now = [sum(map(Fraction.__mul__, x, by_row)), sum(map(Fraction.__mul__, y, by_column))]
-        assert gains_little([max(by_row) - now[0], max(by_column) - now[1]], list(map(abs, now)))
 
 
 @pytest.mark.parametrize("options", [(), ("--exact",)], ids=["doubles", "exact"])

@@ -1,131 +1,63 @@
 """Small problems against exact verdicts: no statement about them is false.
 
 Random mixed problems, singular, degenerate and infeasible ones among them; linear programs whose costs and right-hand
-sides are up to 1e16 apart, also in units up to 2^400 apart, and mixed problems with bounds up to 1e17 away. The oracle
-of mixed problems knows nothing of the program: it takes each of the at most 3^n choices of states and decides by
-elimination in rational numbers whether the linear equations and inequalities of that choice have a solution (Fourier
-and Motzkin). LCP_ORACLE=3000 in the environment sets the number of problems.
-Nor does the answer depend on units, order, signs, or where the bounds lie.
+sides are up to 1e16 apart, also in units up to 2^400 apart, and mixed problems with bounds up to 1e17 away. The number
+of problems is LCP_ORACLE, in the environment. Nor does the answer depend on units, order, signs, or where bounds lie.
+
+Problems that rounding of M makes solvable, or infeasible: one verdict for one thing, at every size. M = J W J' of boxes
+in a column, crushed between a floor and a ceiling: its rows sum to rounding, and q'e < 0. It is tridiagonal without a
+positive entry off the diagonal. So if its exact pivots are positive, it is a P-matrix, and there is a solution, a huge
+one; if the last one is not, there is a y > 0 with M'y <= 0, near e, and no solution.
 """
 
 from __future__ import annotations
 
-import itertools
-import math
 import os
 from fractions import Fraction
-from typing import NamedTuple
+from functools import partial
 
 import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli import Problem, Result, from_qp, run
+from lcpcli import Problem, Result, Status, from_qp
+from lcpcli.gallery.families import make
+from lcpcli.rational import elimination
 from lcpcli.typing import Vector
+from lcpcli.verify.certificate import proves_infeasible, rounded_proof
+from lcpcli.verify.ill_posed import is_run_off
+from lcpcli.verify.point import Criterion, Point
 
 from .. import exact, exact_measure
+from ..enumeration.solution_sets import random_problem as integers
 from ..mixed_problems import monotone, with_all_bounds
 
 COUNT = int(os.environ.get("LCP_ORACLE", "400"))
-UNDECIDED = 1e-3  # of all problems, at most
-NEAR = 1e-6  # a solution this close to z, relative to 1 + |z_i|, agrees with it
 
 
-class Mixed(NamedTuple):
-    M: Vector
-    q: Vector
-    lower: Vector
-    upper: Vector
+def random_problem(generator: np.random.Generator, most: int) -> Problem:
+    """Small integers with bounds of all kinds, or decimals with bounds away from 0."""
+    M, q, lower, upper = integers(generator, most)
+    if generator.random() < 0.3:
+        shift = generator.standard_normal(q.size).round(3)
+        M, q, lower, upper = M / 3, q / 10, lower + shift, upper + shift
+    return Problem(M, q, lower=lower, upper=upper)
 
 
-def problem(generator: np.random.Generator, most: int) -> Mixed:
-    n, size = int(generator.integers(1, most + 1)), int(generator.integers(1, 4))
-    M = generator.integers(-size, size + 1, (n, n)).astype(float)
-    kind = generator.integers(6)
-    if kind < 3:
-        M = (M @ M.T, M - M.T, np.outer(M[0], M[:, 0]))[kind]
-    elif kind == 3:
-        M = np.where(generator.random((n, n)) < 0.5, M, 0.0)
-    lower, upper = np.full(n, -np.inf), np.full(n, np.inf)
-    for i, state in enumerate(generator.integers(6, size=n).tolist()):
-        low, high = np.sort(generator.integers(-2, 3, 2)).tolist()
-        if state in (0, 1, 3, 4):
-            lower[i] = 0 if state == 0 else low
-        if state in (2, 3, 4):
-            upper[i] = low if state == 4 else high
-    q = generator.integers(-3, 4, n).astype(float)
-    if generator.random() < 0.3:  # decimals, and bounds away from 0
-        M, q = M / 3, q / 10
-        shift = generator.standard_normal(n).round(3)
-        lower, upper = lower + shift, upper + shift
-    return Mixed(M, q, lower, upper)
-
-
-def is_solvable(given: Mixed, near: Vector | None = None) -> bool:
-    """Whether the problem has a solution; with `near`, one whose components are close to those of `near`."""
-    M = [list(map(Fraction, row)) for row in given.M.tolist()]
-    ends = np.column_stack((given.lower, given.upper))
-    reach = np.full(given.q.size, np.inf) if near is None else NEAR * (1 + np.abs(near))
-    around = np.zeros(given.q.size) if near is None else near
-    within = np.clip(ends, (around - reach)[:, np.newaxis], (around + reach)[:, np.newaxis])
-    states = [
-        ["fixed"] if low == high else ["basic"] + ["lower"] * math.isfinite(low) + ["upper"] * math.isfinite(high)
-        for low, high in ends.tolist()
-    ]
-    for choice in itertools.product(*states):
-        own = np.where(np.array(choice)[:, np.newaxis] == "basic", within, ends)
-        at = np.where(np.array(choice) == "upper", ends[:, 1], ends[:, 0])
-        is_near = all(s == "basic" or abs(z - a) <= r for s, z, a, r in zip(choice, at, around, reach, strict=True))
-        if is_near and exact.of_states(M, list(map(Fraction, given.q.tolist())), *own.T.tolist(), choice) is not None:
-            return True
-    return False
-
-
-def solves(given: Mixed, z: Vector) -> bool:
-    w, sizes = given.M @ z + given.q, 1 + np.abs(given.M) @ np.abs(z) + np.abs(given.q)
-    return bool((np.abs(z - np.clip(z - w, given.lower, given.upper)) <= 1e-9 * sizes).all())
+def is_true(problem: Problem) -> bool:
+    """Whether the problem has a solution; it fails if what is said of it is not so, or nothing is decided."""
+    solvable, result = exact.solution(problem) is not None, lcpcli.run(problem, time_limit=120.0)
+    if result.solved:
+        assert solvable
+        assert exact_measure.relative_residual(problem, result.z) <= 1e-10 or "last digits" in result.message
+    assert not (result.status.has_no_solution and solvable)
+    assert result.solved or result.status.has_no_solution, "it is decided"
+    return solvable
 
 
 def test_what_is_said_of_small_problems_is_true() -> None:
-    generator, undecided, solvable = np.random.default_rng(13), [], 0
-    for _ in range(COUNT):
-        given = problem(generator, 4)
-        result = lcpcli.solve(given.M, given.q, lower=given.lower, upper=given.upper)
-        truth = is_solvable(given)
-        solvable += truth
-        if result.solved:
-            assert truth, given
-            assert solves(given, result.z), given
-            assert is_solvable(given, result.z), given
-        elif result.status.has_no_solution:
-            assert not truth, given
-        else:
-            undecided.append(given)
-    assert 0.2 * COUNT < solvable < 0.9 * COUNT
-    assert len(undecided) <= UNDECIDED * COUNT, undecided
-
-
-def states(given: Mixed, result: lcpcli.Result) -> Vector:
-    """-1 at a lower bound with w > 0, 1 at an upper one with w < 0, else 0; up to rounding."""
-    return np.sign(np.where(np.abs(result.w) <= 1e-9 * (1 + np.abs(given.q)), 0, -result.w))
-
-
-def test_what_is_proved_of_mixed_problems_holds_in_exact_arithmetic() -> None:
-    generator, found = np.random.default_rng(15), set()
-    for _ in range(COUNT // 8):
-        given = problem(generator, 3)
-        whole = lcpcli.Problem(given.M, given.q, lower=given.lower, upper=given.upper)
-        result = lcpcli.exact(whole)
-        if result.exact is None:
-            continue
-        found.add(result.status)
-        if result.solved:
-            assert exact.solves(whole, result.exact.z), given
-        elif result.exact.y is not None:
-            assert exact.refutes(whole, result.exact.y), given
-        else:
-            assert not is_solvable(given), given
-    assert {lcpcli.Status.SOLVED, lcpcli.Status.INFEASIBLE} <= found
+    generator = np.random.default_rng(13)
+    assert 0.2 * COUNT < sum(is_true(random_problem(generator, 4)) for _ in range(COUNT)) < 0.9 * COUNT
 
 
 def spread(random: np.random.Generator, values: np.ndarray) -> np.ndarray:
@@ -164,14 +96,11 @@ def test_linear_programs_with_numbers_far_apart(largest: int) -> None:
     for seed in range(COUNT // 8):
         given = linear_program(seed)
         lower, upper = given.box.vectors(given.n)
-        truth = is_solvable(Mixed(given.M, given.q, lower, upper))
         R, C = np.exp2(np.random.default_rng(seed).integers(-largest, largest + 1, (2, given.n)).astype(float))
-        moved = Problem(R[:, None] * given.M * C, R * given.q, lower=lower / C, upper=upper / C)
-        problem = moved if largest else given
-        assert_true(run(problem, time_limit=120.0), problem, truth)
+        is_true(Problem(R[:, None] * given.M * C, R * given.q, lower=lower / C, upper=upper / C) if largest else given)
 
 
-def mixed(seed: int) -> Mixed:
+def mixed(seed: int) -> Problem:
     """One to three unknowns, integers, and bounds 1e6 to 1e17 away from 0."""
     random = np.random.default_rng(seed)
     n = int(random.integers(1, 4))
@@ -185,22 +114,12 @@ def mixed(seed: int) -> Mixed:
     )
     upper = np.select([kinds[1] == 0, kinds[1] == 1], [far[1], np.full(n, np.inf)], lower + random.integers(0, 5, n))
     upper = np.where(np.isfinite(upper), upper, np.inf)
-    return Mixed(M, q, lower, np.where(upper < lower, lower + 1, upper))
-
-
-def assert_true(result: Result, problem: Problem, solvable: bool) -> None:
-    if result.solved:
-        assert solvable
-        assert exact_measure.relative_residual(problem, result.z) <= 1e-10 or "last digits" in result.message
-    assert not (result.status.has_no_solution and solvable)
-    assert result.solved or result.status.has_no_solution, "it is decided"
+    return Problem(M, q, lower=lower, upper=np.where(upper < lower, lower + 1, upper))
 
 
 def test_mixed_problems_with_far_bounds() -> None:
     for seed in range(COUNT // 2):
-        given = mixed(seed)
-        problem = Problem(given.M, given.q, lower=given.lower, upper=given.upper)
-        assert_true(run(problem, time_limit=120.0), problem, is_solvable(given))
+        is_true(mixed(seed))
 
 
 def near(z: Vector, reference: Vector, size: float = 1.0) -> bool:
@@ -235,3 +154,108 @@ def test_units_order_signs_and_shifts_do_not_matter(seed: int) -> None:
     plain, spelt = lcpcli.solve(M, q), lcpcli.solve(M, q, lower=np.zeros(n), upper=[np.inf] * n)
     assert (plain.z.tobytes(), plain.w.tobytes()) == (spelt.z.tobytes(), spelt.w.tobytes())
     assert plain.relative_residual == spelt.relative_residual
+
+
+SIZES = (5, 20, 21, 34)
+NEAR = (8, 22)  # that are solved in different ways
+
+
+def crushed(n: int, seed: int, decades: int = 0) -> Problem:
+    """Boxes in a column, n contacts; in units of rows and columns that spread by so many decades."""
+    random = np.random.default_rng([n, seed])
+    weights, units = random.uniform(0.3, 2.0, n - 1), 10.0 ** random.uniform(-decades / 2, decades / 2, n)
+    diagonal = np.append(0.0, weights) + np.append(weights, 0.0)
+    M = np.diag(diagonal) - np.diag(weights, 1) - np.diag(weights, -1)
+    q = np.zeros(n)
+    q[0], q[-1] = -0.0981, -0.9019
+    return Problem(units[:, np.newaxis] * M * units, units * q)
+
+
+def lifted(problem: Problem) -> Problem:
+    """The problem with forces that can be balanced."""
+    q = problem.q.copy()
+    q[len(q) // 2] += 3 * np.abs(q).max() + 3 * abs(problem.M[len(q) // 2, len(q) // 2])
+    return Problem(problem.M, q)
+
+
+def is_solvable(problem: Problem) -> bool:
+    """Whether all exact pivots are positive."""
+    M = [[Fraction(value) for value in row] for row in problem.M.tolist()]
+    pivot = M[0][0]
+    for i in range(1, problem.n):
+        assert pivot > 0
+        pivot = M[i][i] - M[i][i - 1] * M[i - 1][i] / pivot
+    return pivot > 0
+
+
+@pytest.mark.parametrize("n", SIZES)
+def test_crushed_boxes_are_ill_posed_or_infeasible_as_exact_arithmetic_says(n: int) -> None:
+    for decades in (0, 6):
+        assert_ill_posed(lcpcli.run(ill_posed(n, decades)))
+        problem = next(each for each in map(partial(crushed, n, decades=decades), range(100)) if not is_solvable(each))
+        result = lcpcli.run(problem)
+        assert result.status is Status.INFEASIBLE
+        assert not result.certificate.is_rounded
+        assert proves_infeasible(problem, result.certificate.vector)
+
+
+def ill_posed(n: int, decades: int = 0) -> Problem:
+    return next(problem for problem in map(partial(crushed, n, decades=decades), range(100)) if is_solvable(problem))
+
+
+def assert_ill_posed(result: Result) -> None:
+    """Both facts are told, and nothing else is claimed."""
+    assert (result.status.word, result.status.has_no_solution, result.solved) == ("ill_posed", False, False)
+    assert result.certificate.is_rounded
+    assert rounded_proof(result.problem, result.certificate.vector, few=True) is not None
+    assert not Point(Criterion(result.problem), result.z).solves()
+    assert is_run_off(result.problem, result.z, result.tol)
+    assert result.message.startswith("ill-posed: z ")
+    assert "times their sum cancel" in result.message
+
+
+@pytest.mark.parametrize("n", SIZES)
+def test_boxes_that_are_not_crushed_are_solved(n: int) -> None:
+    result = lcpcli.run(lifted(crushed(n, 0)))
+    assert result.solved
+    assert result.point.solves()
+    assert lcpcli.run(make("hilbert", n)).solved, "as there is no such proof"
+
+
+@pytest.mark.parametrize("n", NEAR)
+def test_mixed_forms_and_columns_have_the_same_verdict(n: int) -> None:
+    plain = ill_posed(n)
+    M, q, free = plain.M, plain.q, np.full(n, -np.inf)
+    beside = np.zeros((n + 1, n + 1))  # with a free variable, half of the first one
+    beside[:n, :n], beside[n, n], beside[n, 0] = M, 2.0, -1.0
+    assert_ill_posed(lcpcli.run(Problem(M, q - M @ np.ones(n), lower=1.0)))
+    assert_ill_posed(lcpcli.run(Problem(M, -q, lower=free, upper=0.0)))
+    assert_ill_posed(lcpcli.run(Problem(beside, np.append(q, 1.0), lower=np.append(np.zeros(n), -np.inf))))
+    columns = np.column_stack([q, lifted(plain).q, q])
+    words = [result.status.word for result in lcpcli.solve_many(M, columns)]
+    assert words == ["ill_posed", "solved", "ill_posed"]
+    pytest.importorskip("flint")
+    exact = lcpcli.exact(plain)  # of the doubles as they are
+    assert (exact.solved, exact.certificate) == (True, None)
+
+
+def test_program_is_neither_solved_nor_infeasible() -> None:
+    problem = ill_posed(8)
+    result = lcpcli.run(lcpcli.from_qp(problem.M, problem.q, lower=0))
+    assert_ill_posed(result)
+    assert (result.word, result.answer.proved) == ("ill_posed", None)
+    assert "depends on the rounding of its data" in result.answer.statement
+
+
+def test_without_exact_arithmetic_a_run_off_takes_the_place_of_the_solution(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(elimination, "library", lambda: None)
+    result = lcpcli.run(crushed(60, 0))
+    assert_ill_posed(result)
+    assert "violates no row by more than 1e-10 of its terms" in result.message
+
+
+def test_forces_that_nearly_balance_crush_no_boxes() -> None:
+    """Their proof but for rounding leaves more than six digits of the sums of its terms."""
+    problem = ill_posed(5)
+    assert lcpcli.run(Problem(problem.M, [-1.0001, 0.0, 0.0, 0.0, 1.0])).solved
+    assert_ill_posed(lcpcli.run(Problem(problem.M, [-1.01, 0.0, 0.0, 0.0, 1.0])))

@@ -6,7 +6,6 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +14,7 @@ import lcpcli
 from lcpcli import Problem, options
 from lcpcli.errors import OptionError, ParameterError
 from lcpcli.gallery import families
+from lcpcli.linalg.matrices import dense
 from lcpcli.options import KERNELS
 from lcpcli.solving import direct_run
 from lcpcli.solving.result import Result
@@ -34,30 +34,17 @@ def demand(p: Vector) -> Vector:
     return p + p**2 / 4 - np.array([9, 4]) / (1 + p)
 
 
-def each_alone(problem: Problem, **given: Any) -> list[Result]:
-    bounds = {"lower": problem.lower, "upper": problem.upper}
-    return [lcpcli.run(problem, **given), lcpcli.solve(problem.M, problem.q, **bounds, **given)]
+def columns(problem: Problem) -> Vector:
+    return np.column_stack([problem.q * factor for factor in (1.0, 2.0, 0.5, 3.0)])
 
 
-def in_a_list(problem: Problem, **given: Any) -> list[Result]:
-    return list(lcpcli.solve_many(2 * [problem], **given))
-
-
-def of_one_matrix(problem: Problem, **given: Any) -> list[Result]:
-    Q = np.column_stack([problem.q * factor for factor in (1.0, 2.0, 0.5, 3.0)])
-    return list(lcpcli.solve_many(problem.M, Q, lower=problem.lower, upper=problem.upper, **given))
-
-
-def in_a_batch(problem: Problem, **given: Any) -> list[Result]:
-    M = np.asarray(problem.M.toarray() if hasattr(problem.M, "toarray") else problem.M)
-    return list(lcpcli.solve_many(M[None], problem.q[None], lower=problem.lower, upper=problem.upper, **given))
-
-
-def nonlinear(_: Problem, **given: Any) -> list[Result]:
-    return [lcpcli.solve_mcp(demand, x0=[1.0, 1.0], **given)]
-
-
-WAYS: dict[str, Calls] = {each.__name__: each for each in (each_alone, in_a_list, of_one_matrix, in_a_batch, nonlinear)}
+WAYS: dict[str, Calls] = {
+    "alone": lambda p, **own: [lcpcli.run(p, **own), lcpcli.solve(p.M, p.q, **p.bounds, **own)],
+    "list": lambda p, **own: list(lcpcli.solve_many(2 * [p], **own)),
+    "one matrix": lambda p, **own: list(lcpcli.solve_many(p.M, columns(p), **p.bounds, **own)),
+    "batch": lambda p, **own: list(lcpcli.solve_many(dense(p.M)[None], p.q[None], **p.bounds, **own)),
+    "nonlinear": lambda _, **own: [lcpcli.solve_mcp(demand, x0=[1.0, 1.0], **own)],
+}
 
 
 @pytest.mark.parametrize("way", WAYS.values(), ids=WAYS)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from fractions import Fraction
-from itertools import product
 
 import numpy as np
 import pytest
@@ -68,21 +67,6 @@ def problem_of(kind: str, random: Generator, margin: float = 0.1, form: str = "p
     return exact.rescaled(problem, random) if form == "scaled" else problem
 
 
-def solution(problem: Problem) -> list[Fraction]:
-    """The solution without rounding; with bounds, of a P-matrix, by trying all states."""
-    if not problem.is_mixed:
-        return exact.solution(problem)
-    ends = [bound.tolist() for bound in (problem.lower, problem.upper)]
-    for states in product(("lower", "upper", "basic"), repeat=problem.n):
-        at = zip(*ends, states, strict=True)
-        if any(math.isinf(high if state == "upper" else low) for low, high, state in at if state != "basic"):
-            continue
-        z = exact.of_states(*exact._rational(problem), *ends, states)
-        if z is not None and exact.solves(problem, z):
-            return z
-    raise AssertionError("a P-matrix has a solution for all bounds")
-
-
 def error(z: np.ndarray, true: list[Fraction]) -> Fraction:
     """|z - z*|_inf without rounding."""
     return max(abs(Fraction(a) - b) for a, b in zip(z.tolist(), true, strict=True))
@@ -109,7 +93,7 @@ def others(true: list[Fraction], random: Generator) -> list[np.ndarray]:
 def test_every_bound_holds_exactly(seed: int, kind: str, margin: float, form: str) -> None:
     random = np.random.default_rng(seed)
     problem = problem_of(kind, random, margin, form)
-    true = solution(problem)
+    true = exact.solution(problem)
     theorems = [*error_theorems.definite_theorems(problem).values(), error_theorems.h_plus_theorem(problem)]
     for z in [perturbed(true, random, random.choice(SIZES)), *others(true, random)]:
         bound = error_bound(problem, z)
@@ -129,7 +113,7 @@ def test_no_bound_of_any_class_of_matrix_is_wrong(seed: int) -> None:
     z = random.normal(size=problem.n)
     bound = error_bound(problem, z)
     if bound is not None:
-        assert error(z, solution(problem)) <= Fraction(bound.value)
+        assert error(z, exact.solution(problem)) <= Fraction(bound.value)
 
 
 @settings(deadline=None, max_examples=50)
@@ -137,7 +121,7 @@ def test_no_bound_of_any_class_of_matrix_is_wrong(seed: int) -> None:
 def test_well_conditioned_matrices_always_have_a_close_bound(seed: int, kind: str, form: str) -> None:
     """Whatever the units; but a nonsymmetric M scaled by rows and columns alike need not be positive definite."""
     problem = problem_of(kind, np.random.default_rng(seed), 1.0, "plain" if kind == "nonsymmetric" else form)
-    z = np.array([float(v) for v in solution(problem)])
+    z = np.array([float(v) for v in exact.solution(problem)])
     for M in (problem.M, csr_array(problem.M)):
         bound = error_bound(replace(problem, M=M), z)
         assert form == "scaled" or bound.value <= 1e-11 * max(1, np.abs(z).max())

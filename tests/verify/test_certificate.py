@@ -1,28 +1,38 @@
 """Proofs of infeasibility, with bounds too: never believed about a feasible problem, found for infeasible ones in any
-units, also where rounding, or one wrong sign, would turn them into false ones.
+units, also where rounding, or one wrong sign, would turn them into false ones. Certificates and rays hold exactly as
+they are printed and written, in whole numbers, for numbers of all sizes, whatever the way in.
 """
 
 from __future__ import annotations
 
+import json
+import random
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
 import lcpcli
-from lcpcli import Problem, from_qp
+from lcpcli import Problem, Result, Solver, from_qp, run, solve, solve_many
 from lcpcli.model.problem import conditions_of
 from lcpcli.rational import elimination, numbers
-from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.exact_problem import ExactProblem, fractions_of
+from lcpcli.rational.numbers import approximate, brief
+from lcpcli.rational.tree import first_solution
+from lcpcli.report import result_formats, wording
+from lcpcli.solving import proof as solving
 from lcpcli.solving.no_minimum import Constraints
 from lcpcli.verify.alternative import FarkasSystem
-from lcpcli.verify.certificate import farkas_certificate, is_clear, proves_infeasible
+from lcpcli.verify.certificate import farkas_certificate, is_clear, proof, proves_infeasible
 from lcpcli.verify.enclosure import enclosure
 from lcpcli.verify.farkas import exact_proof, refutes
 
 from .. import exact
+from ..conftest import Outcome
 from ..methods.programs import random_program
 
 INF = np.inf
@@ -219,3 +229,247 @@ def test_each_violation_is_named() -> None:
     assert sorted(found) == [(0, "z < lower"), (1, "z > upper"), (2, "w > 0"), (3, "z > upper")]
     assert verified.backward_error == np.inf
     assert lcpcli.check(problem, [1, 0.5, -1, 1]).accepted
+
+
+Lcp = Callable[..., Outcome]
+
+
+def tight(random: np.random.Generator, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """M and q of integers; in half of them row 0 is almost minus a positive combination of the others."""
+    M, q = random.integers(-9, 10, (n, n)) * (random.random((n, n)) < 0.7), random.integers(-9, 10, n)
+    if random.integers(2):
+        c, k = random.integers(0, 8, n), int(random.integers(1, 8))
+        M, q = k * M, k * q
+        M[0], q[0] = -(c[1:] @ M[1:]) // k, -(c[1:] @ q[1:]) // k - 1
+    return M, q
+
+
+def bounds(random: np.random.Generator, n: int) -> dict[str, np.ndarray]:
+    lower = np.where(random.random(n) < 0.6, random.integers(-2, 3, n), -np.inf)
+    width = np.where(random.random(n) < 0.3, random.integers(0, 3, n), np.inf)
+    return {"lower": lower, "upper": np.where(np.isfinite(lower), lower, 0) + width}
+
+
+def whole(values: Sequence[float]) -> list[Fraction]:
+    assert all(value == int(value) for value in values), values
+    return [Fraction(value) for value in values]
+
+
+@pytest.mark.parametrize("with_bounds", [False, True])
+def test_farkas_vectors_in_json_hold_exactly(with_bounds: bool) -> None:
+    proofs = 0
+    for seed in range(30):
+        random = np.random.default_rng(seed)
+        n = int(random.integers(2, 9))
+        problem = Problem(*tight(random, n), **(bounds(random, n) if with_bounds else {}))
+        record = json.loads(lcpcli.run(problem).to_json())
+        if record["status"] == "infeasible":
+            assert exact.refutes(problem, whole(record["certificate"]["vector"])), seed
+            proofs += 1
+    assert proofs > 9
+
+
+def test_decimals_have_a_vector_of_integers_that_holds_as_they_are_written(lcp: Lcp, tmp_path: Path) -> None:
+    """y = (3, 1), although doubles of 0.1 and 0.3 are not in that ratio."""
+    file = tmp_path / "p.json"
+    file.write_text('{"M": [[0.1, -0.1], [-0.3, 0.3]], "q": [-0.1, 0.2]}')
+    for arguments in ((), ("--exact",)):
+        record = json.loads(lcp("solve", str(file), *arguments, "--format", "json").out)
+        assert (record["status"], record["certificate"]["vector"]) == ("infeasible", [3, 1])
+    assert record["exact"]["y"] == ["3", "1"]
+    assert "Farkas certificate y = (3, 1)" in lcp("solve", str(file)).out
+
+
+def test_whole_numbers_are_shown_with_all_digits_and_others_as_rounded_also_beyond_doubles() -> None:
+    shown = {2.0**53: "9007199254740992", 0.5: "0.5", 1 / 3: "~0.3333333", -3.0: "-3"}
+    assert {value: wording.multiplier(value) for value in shown} == shown
+    huge, tiny = Fraction(10) ** 400 / 3, Fraction(1, 3 * 10**400)
+    assert (brief(huge), brief(tiny), approximate(-huge)) == ("~3.333333e+399", "~3.333333e-401", "-3.333333e+399")
+    assert (approximate(Fraction(0)), approximate(Fraction(1, 3))) == ("0", "0.3333333")
+
+
+def test_proof_in_integers_leaves_columns_of_bounded_variables_that_nearly_vanish() -> None:
+    """y = (b, a, 0) is 0 in the first column exactly, and in the third one 1e-9 of its terms, which cannot both be
+    0; but the third variable is between 0 and 1."""
+    a, b = 1234567891.0, 987654323.0
+    M = [[a, -1, 1 / b], [-b, -1, (1e-9 - 1) / a], [0, 0, 1]]
+    problem = Problem(M, [-2, 1, 0], lower=[-np.inf, 0, 0], upper=[np.inf, np.inf, 1])
+    y = proof(problem, np.array([b, a, 0]) / a)
+    assert exact.refutes(problem, whole(y.tolist()))
+
+
+def test_proof_for_integers_is_one_for_the_decimals_that_they_are_made_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rows with different denominators, and a run that has found nothing; without the search at the end."""
+    monkeypatch.setattr(solving, "_searched", lambda *given: None)  # noqa: ARG005
+    problem = Problem([[0.1, -0.7], [-0.001, 0.007]], [-1, 0.0099])
+    lost = lcpcli.run(problem, "shi", max_iterations=0)
+    found = solving.prove(lambda: ExactProblem.of_decimals(problem), lost).exact
+    assert found.y == [1, 100]
+
+
+ROUNDED_TO_FEASIBLE = (9, 13, 24, 27, 36, 50)  # seeds for which rounding leaves some z >= 0 with Mz + q >= 0
+
+
+def infeasible(seed: int) -> Problem:
+    """Return a problem with a row of negative numbers, or two rows that contradict each other."""
+    rng = random.Random(seed)
+    n, span = rng.randint(1, 4), rng.choice((10, 100, 300))
+
+    def number() -> float:
+        sign = rng.choice((0, -1, 1))
+        return sign * float(f"{rng.uniform(1, 10):.{rng.choice((0, 2, 16))}f}e{rng.randint(-span, span)}")
+
+    M, q = [[number() for _ in range(n)] for _ in range(n)], [number() for _ in range(n)]
+    a, b = rng.randrange(n), rng.randrange(n)
+    if a == b:
+        M[a] = [-abs(value) for value in M[a]]
+    else:
+        factor = 10.0 ** rng.randint(-span // 2, span // 2)
+        M[b] = [max(min(-factor * value, 1e305), -1e305) for value in M[a]]
+    q[a], q[b] = -abs(q[a]) or -1e-10, -abs(q[b]) or -1.0
+    return Problem(M, q)
+
+
+@pytest.mark.parametrize("seed", [seed for seed in range(0, 60, 2) if seed not in ROUNDED_TO_FEASIBLE])
+def test_what_is_written_proves_exactly_what_it_claims(seed: int) -> None:
+    pytest.importorskip("flint")
+    problem = infeasible(seed)
+    for result in (run(problem, time_limit=120), lcpcli.exact(problem, time_limit=120)):
+        held = json.loads(result_formats.line(result_formats.data(result)))
+        if held["status"] == "infeasible":
+            y = [Fraction(value) for value in held["certificate"]["vector"]]
+            of_decimals = result.exact is None and exact.refutes(problem, y, as_written=True)
+            assert of_decimals or exact.refutes(problem, y)
+    assert held["status"] == "infeasible"
+
+
+def test_proof_with_entries_far_apart_is_printed_and_accepted(lcp: Lcp, tmp_path: Path) -> None:
+    """y = (1e507, 1, 0)."""
+    pytest.importorskip("flint")
+    file, found = tmp_path / "far.json", tmp_path / "result.json"
+    file.write_text('{"M": [[1e-238, -1e-238, 0], [-1e269, 1e269, 0], [0, 0, 1]], "q": [-1, -1, 1]}')
+    assert lcp("solve", str(file), "--exact", "-o", str(found)).code == 3
+    held = json.loads(found.read_text())
+    y = [Fraction(value) for value in held["certificate"]["vector"]]
+    assert exact.refutes(lcpcli.read(file), y, as_written=True)
+    assert lcp("check", str(file), str(found), "--exact").code == 0
+    for form in ("csv", "html", "latex"):
+        assert lcp("solve", str(file), "--exact", "--format", form).code == 3
+    assert "M'y = (0, 0, 0) and q'y = -1e+507, so y'(Mz + q) < 0" in lcp("solve", str(file), "--exact").out
+
+
+def test_proof_that_doubles_do_not_hold_is_written_in_fractions_which_check_accepts(lcp: Lcp, tmp_path: Path) -> None:
+    """y is a multiple of (b^2, a b, a^2, 0), as M'y = 0."""
+    a, b = float(2**53 - 1), float(2**53 - 3)
+    M = np.array([[a, -a, 0, 0], [-b, b, a, -a], [0, 0, -b, b], [0, 0, 0, 0]])
+    file, found = tmp_path / "a.json", tmp_path / "result.json"
+    lcpcli.write(Problem(M, [-1, -1, -1, 1]), file)
+    assert lcp("solve", str(file), "-o", str(found)).code == 3
+    vector = json.loads(found.read_text())["certificate"]["vector"]
+    assert vector == [str(2**106 - 6 * 2**53 + 9), str(2**106 - 4 * 2**53 + 3), str(2**106 - 2 * 2**53 + 1), "0"]
+    assert lcp("check", str(file), str(found)).code == 0
+    assert "M'y = (0, 0, 0, 0)" in lcp("solve", str(file)).out
+
+
+def test_long_proof_says_that_it_is_rounded_unless_doubles_show_it() -> None:
+    """y = (1, ..., 1) proves the first; the y of the second makes M'y vanish, but for rounding."""
+    rng = np.random.default_rng(0)
+    clear = run(Problem(-rng.uniform(1, 2, (200, 200)), -np.ones(200)), "auto")
+    A = rng.standard_normal((150, 60))
+    M = np.hstack((A, -A, np.zeros((150, 30))))
+    long = run(Problem(M, -np.abs(rng.standard_normal(150))), "auto")
+    for result, is_said in ((clear, False), (long, True)):
+        assert result.certificate.statement.endswith("up to rounding of y") == is_said
+        y = fractions_of(result.certificate.vector)
+        assert is_said or ExactProblem.of_floats(result.problem).refuted_by(y)
+
+
+SWAP = np.array([[0.0, 1.0], [1.0, 0.0]])
+NONE = {"INFEASIBLE", "UNSOLVABLE"}
+
+
+def without_solution(kind: str) -> Problem:
+    """Return a feasible problem without a solution, of 23 unknowns, whose bounds make q round in other variables."""
+    random, n, m = np.random.default_rng(5), 23, 8
+    A = random.integers(-2, 3, (n - m, n - m))
+    coupling = random.integers(-1, 2, (n - m, m))
+    M = np.block([[np.kron(np.eye(m // 2), SWAP), np.zeros((m, n - m))], [coupling, A @ A.T + np.eye(n - m)]])
+    q = np.append(np.tile([-1.0, 1.0], m // 2), random.integers(-9, 10, n - m)) - M @ np.full(n, 0.1)
+    lower, upper = np.full(n, 0.1), np.full(n, np.inf)
+    if kind != "lower":
+        lower[m : m + 3], upper[m + 3 : m + 6] = -np.inf, 0.7
+    if kind == "all":
+        lower[m + 4], upper[m + 1], lower[m + 6], upper[m + 6] = -np.inf, 3.3, 0.3, 0.3
+    return Problem(M, q, lower=lower, upper=upper)
+
+
+@pytest.mark.parametrize("n", [50, 100])
+def test_a_solution_with_w_0_is_found_by_one_look_however_many_z_are_rounding_of_0(n: int) -> None:
+    random = np.random.default_rng(n)
+    A = random.standard_normal((n, n))
+    for M in (A, A + A.T):
+        z = np.where(random.random(n) < 0.5, 0.0, random.random(n))
+        result = run(Problem(M, -M @ z))
+        assert result.solved
+        assert result.route == ("newton",)
+
+
+def as_pyomo_writes_it(M: np.ndarray, q: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> Result:
+    """With free w = Mz + q."""
+    n, one = len(q), np.eye(len(q))
+    ends = {"lower": np.append(lower, np.full(n, -np.inf)), "upper": np.append(upper, np.full(n, np.inf))}
+    return run(Problem(np.block([[0 * one, one], [-M, one]]), np.append(np.zeros(n), -q), **ends))
+
+
+WAYS: dict[str, Callable[..., Result]] = {
+    **{name: partial(solve, method=name) for name in ("auto", "milp")},
+    "pyomo": as_pyomo_writes_it,
+    "sparse": lambda M, q, **bounds: solve(csr_array(M), q, **bounds),
+    "Solver": lambda M, q, **bounds: Solver(M, **bounds).solve(q),
+    "solve_many": lambda M, q, **bounds: list(solve_many(M, np.column_stack((q, q)), **bounds))[1],
+    "pairs": lambda M, q, **bounds: list(solve_many([M, M], [q, q], **bounds))[1],
+    "exact": lambda M, q, **bounds: lcpcli.exact(Problem(M, q, **bounds)),
+}
+
+
+@pytest.mark.parametrize(
+    ("way", "kind"), [*((way, "all") for way in WAYS), ("milp", "lower"), ("auto", "free and boxes")]
+)
+def test_no_way_in_loses_the_proof(way: str, kind: str) -> None:
+    problem = without_solution("lower" if way == "pyomo" else kind)
+    result = WAYS[way](problem.M, problem.q, lower=problem.lower, upper=problem.upper)
+    assert result.status.name in (NONE if way == "pyomo" else {"UNSOLVABLE"})
+    assert way not in ("auto", "milp") or result.certificate.kind == "exhaustion"
+
+
+def test_the_tree_of_milp_agrees_with_that_in_rational_arithmetic_for_any_bounds() -> None:
+    random = np.random.default_rng(11)
+    for _ in range(40):
+        n = int(random.integers(2, 8))
+        M, kind = random.integers(-3, 4, (n, n)) * (random.random((n, n)) < 0.7), random.integers(0, 5, n)
+        lower = np.where(np.isin(kind, (0, 3)), -0.3, np.where(kind == 4, 0.7, -np.inf))
+        upper = np.where(kind == 1, 1.1, np.where(kind == 3, 2.3, np.where(kind == 4, 0.7, np.inf)))
+        problem = Problem(M, random.integers(-4, 5, n), lower=lower, upper=upper)
+        status, z = run(problem, "milp").status, first_solution(ExactProblem.of_floats(problem), lambda: None)
+        assert status.name in ({"SOLVED"} if z else {"SOLVED", *NONE})
+        assert z or status.name in NONE or run(problem).solved, "a solution but for rounding"
+
+
+@pytest.mark.parametrize("decimals", [0, 1, 16])
+def test_proofs_are_small_integers_where_there_is_room_to_round(decimals: int) -> None:
+    random = np.random.default_rng(decimals)
+    for n in (5, 15, 30):
+        M, q = np.round(random.uniform(-5, 3, (n, n)), decimals), np.round(random.uniform(-9, 5, n), decimals)
+        result = run(Problem(M, q))
+        assert result.status.name == "INFEASIBLE"
+        y = result.certificate.vector
+        assert (y == np.rint(y)).all()
+        assert y.max() <= 64
+
+
+def test_a_simple_proof_replaces_a_long_one_but_nothing_replaces_a_vector_that_proves_nothing() -> None:
+    problem = Problem([[1, -2], [-2, 1]], [1, -1])
+    assert proof(problem, np.array([51.0, 58.0])).max() < 10
+    assert proof(problem, np.array([1.0, 0.0])) is None
+    found = lcpcli.exact(problem)
+    assert max(map(abs, found.exact.y)) <= Fraction(2)
