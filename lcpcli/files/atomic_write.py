@@ -248,7 +248,7 @@ def open_log(path: str, anew: bool) -> Iterator[Log]:
     is_empty = Path(path).is_file() and not Path(path).stat().st_size
     try:
         if anew and Path(path).is_file() and not is_empty:
-            raise OptionError(path, "has results", f"go on with --resume {path}, or delete it to begin again")
+            raise OptionError(path, "is not empty", f"go on with --resume {path}, or delete it to begin again")
         yield Log(path, file)
     except BaseException:
         with suppress(OSError):
