@@ -1,14 +1,10 @@
 """Bounds, starting points, states and solutions given in addition to a problem, as numbers or words, or in files.
-
 Numbers may be typed in place of a file name: 1,0,15/29 or "1 0 2.5" or "[1, 0]".
+
 A proposed solution, a z to be verified or a Farkas vector, with all digits, is a result in JSON or CSV as `lcp solve`
-writes it, a list in JSON, or a row or column of numbers; the output of `lcp solve --all` has several solutions. Among
-several results in JSON lines, the result for the problem is found by its file or name; else the first is read. For a
+writes it, a list in JSON, or a row, a column or a table of numbers; the output of `lcp solve --all` has several. For a
 game, strategies may be given, in JSON under row and column. Besides decimals, fractions like 15/29 are read, in JSON as
 strings. If a result has exact vectors, these are read.
-
-In a CSV table with a header, the columns z and w are read; a column `component` gives the order, and of several results
-the first is taken. A table without a header has z, or z and w, after an index: 0, 1, 2, ..., or 1, 2, 3, ..., or names.
 """
 
 from __future__ import annotations

@@ -1,14 +1,9 @@
-"""Problems in CSV: n rows of n + 1 columns [M | q], or one file with the rows of M and another with q.
+"""Problems in CSV: n rows of n + 1 columns [M | q], or one file with the rows of M and another with q; see `lcp help
+formats`. Bounds of z are two more columns, headed lower and upper, beside one headed q; an empty cell means no bound.
 
-Bounds of z are two more columns, headed lower and upper, beside one headed q; an empty cell means no bound.
-
-Columns are separated by semicolons, tabs, commas or blanks: the first of these that the first row contains. A header
-has the names of the unknowns, if q is in the table too. Blank lines, lines that begin with # and a byte order mark are
-skipped, and so are a title above the table and empty cells at its end. Any line endings are accepted.
-A header whose first name is empty, as pandas writes it, or that is a column short, as R writes it, marks the first
-column as an index, which is skipped too; so does one whose first name has only
-names below it or, in a problem with one column too many, 0, 1, 2, ... or 1, 2, 3, ... Labels that are the names of the
-unknowns in another order are refused. The decimal mark is a point or, if commas do not separate the columns, a comma.
+Columns are separated by semicolons, tabs, commas or blanks: the first of these that the first row contains. Blank
+lines, lines that begin with # and a byte order mark are skipped, and so are a title above the table and empty cells at
+its end. Any line endings are accepted. A header that is a column short is as R writes it, above an index.
 """
 
 from __future__ import annotations

@@ -1,13 +1,10 @@
-"""Linear and quadratic programs in MPS, fixed and free, with QUADOBJ, QSECTION or QMATRIX. Others are read as LP files.
+"""Linear and quadratic programs in MPS, fixed and free, with QUADOBJ, QSECTION or QMATRIX; others are read as LP files,
+which HiGHS converts to MPS: files with warnings are refused, and numbers have up to 15 digits.
 
 What programs interpret differently is refused: an entry or a bound given twice, and a negative upper bound without a
 lower bound, which some take to mean no lower bound. Bounds, right-hand sides and ranges of 1e20 or more are infinite.
-
-Programs written as free MPS.
-
-QUADOBJ has one triangle of Q; the right-hand side of the objective is minus its constant.
-
-Programs in LP format, which HiGHS converts to MPS. Files with warnings are refused; numbers have up to 15 digits.
+Programs are written as free MPS: QUADOBJ has one triangle of Q, and the right-hand side of the objective is minus its
+constant.
 """
 
 from __future__ import annotations

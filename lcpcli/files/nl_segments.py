@@ -1,11 +1,6 @@
-"""The segments of AMPL's .nl files (D. M. Gay, "Writing .nl files", 2005): the content of a file, not yet a problem.
-
-The tokens of AMPL's .nl files, in text or in binary, in the order in which they are read (D. M. Gay, "Writing .nl
-files", 2005).
-
-The operators in expressions of AMPL's .nl files, by number (D. M. Gay, "Writing .nl files", 2005, table 5).
-
-The names of the variables and rows of an .nl model, from the files .col and .row beside it.
+"""The content of AMPL's .nl files, in text or in binary, not yet a problem: tokens in the order in which they are read,
+operators by number (table 5), segments, and names from the files .col and .row beside (D. M. Gay, "Writing .nl files",
+2005).
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""An array as numpy.save writes it: M alone, n x n, or [M | q], n x (n + 1), or a vector; and the meaning of named
-arrays, as in NPZ and MAT. Nothing is ever unpickled.
+"""An array as numpy.save writes it, M alone, [M | q] or a vector, and the meaning of named arrays, as in NPZ and MAT.
+Nothing is ever unpickled.
 """
 
 from __future__ import annotations
