@@ -102,8 +102,7 @@ def with_exact_bounds(data: ExactProblem, problem: Problem, given: Mapping[str, 
 
 
 def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any], names: Names) -> Any:
-    """Return the value of a bound, or the list of values; None stands for no bound. number : converts a number; `float`
-    gives the nearest double."""
+    """Return the value of a bound, or the list of values; None stands for no bound. number : converts a number."""
     if _is_typed(text):
         words = re.split(PARTING, text.strip().strip("[]").strip())
         values = [None if word.casefold() in ABSENT else _end(name, word, number) for word in words]
@@ -249,8 +248,7 @@ def _result_in(form: str, content: bytes, n: int, before: str = "") -> tuple[Vec
 
 
 def _first_in(content: bytes) -> Any:
-    """Return the content of a JSON text: if it has several objects, one per line, the first one; if it is a log, the
-    record of the first problem."""
+    """Return the content of a JSON text: of several objects, one per line, that of the first problem."""
     text = decode(content)
     are_several = text.strip().partition("\n")[2].lstrip().startswith("{")
     return load_json(first_of(text.strip()) if are_several else text)
@@ -321,8 +319,7 @@ def record_of(text: str, problem: Sought) -> tuple[str, str]:
 
 
 def first_of(text: str) -> str:
-    """Return the result of the first problem, the one with the least number, from results with one in each line; else
-    the first line."""
+    """Return the result with the least number from results with one in each line; else the first line."""
     lines = text.split("\n")
     given = [_object(line).get("number") for line in lines]
     numbers = [own if isinstance(own, int) else at for at, own in enumerate(given, 1)]

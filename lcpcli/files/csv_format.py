@@ -237,8 +237,7 @@ def _has_title(lines: list[tuple[int, str]]) -> bool:
 
 
 def _without_empty_ends(rows: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:
-    """Return rows without those of empty cells alone at the end, and without last columns of empty cells, as
-    spreadsheets leave them."""
+    """Return rows without empty ones at the end and without empty last columns, as spreadsheets leave them."""
     while len(rows) > 1 and not any(map(str.strip, rows[-1][1])):
         rows = rows[:-1]
     while all(len(cells) > 2 and not cells[-1].strip() for _, cells in rows):

@@ -58,8 +58,7 @@ def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: 
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa: ARG001
-    """Return the fields as a MAT file, numbers bit for bit; sparse matrices stay sparse, names are cells, and several
-    solutions are columns."""
+    """Return the fields as a MAT file, numbers bit for bit; names are cells, and several solutions are columns."""
     from scipy.io import savemat
 
     variables = dict(fields) | {key: np.array(fields[key], dtype=object) for key in NAME_FIELDS if key in fields}

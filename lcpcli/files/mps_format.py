@@ -51,8 +51,7 @@ FIXED = ((1, 3), (4, 12), (14, 22), (24, 36), (39, 47), (49, 61))  # the places 
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
-    """Return the program in a file, under the native keys. number : converts the numbers in MPS; a `Doubles` gives each
-    number a double of its own."""
+    """Return the program in a file, under the native keys. number : converts the numbers in MPS."""
     text = unpacked(content)
     if not MPS.search(text):
         try:
@@ -447,8 +446,7 @@ def as_mps(text: bytes) -> bytes:
 
 
 def _complaint(event: str) -> str:
-    """Return the first line of a complaint, with the line of the file if the next ones show it, as since version 1.16
-    of HiGHS."""
+    """Return the first line of a complaint, with the line of the file, which follows it since version 1.16 of HiGHS."""
     first, _, rest = event.partition(":")[2].strip().partition("\n")
     place = PLACE.search(rest)
     return " ".join(first.split()) if place is None else f"line {place[1]}: {first}"

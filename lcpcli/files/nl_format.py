@@ -131,8 +131,7 @@ class Model:
 
     @property
     def objective(self) -> LinearObjective | None:
-        """Return the objective of a linear model, with decimals as written; None if there is none, or a constant one.
-        Raise ProblemError if it is not linear."""
+        """Return the objective of a linear model, with its decimals; None if there is none, or a constant one."""
         if self.model.objective is None:
             return None
         exact = _model(self._content, is_exact=True)

@@ -346,8 +346,7 @@ class Conditions:
             raise ProblemError(self.names[x], f"is complementary to {self.names[u]}, and neither has bounds", LOST_ENDS)
 
     def _definition(self, x: int, condition: int | None = None) -> int | None:
-        """Return the equation that is x or -x plus terms of other unknowns, if x occurs in no other row but this
-        condition; else None."""
+        """Return the equation that is x or -x plus other terms, if only this condition has x too; else None."""
         rows = [row for row in self._rows_with.get(x, ()) if row != condition]
         if len(rows) != 1 or rows[0] not in self.equations:
             return None

@@ -25,8 +25,7 @@ STORED = {"n": "d", "s": "h", "l": "i"}  # the numbers in a binary file: doubles
 
 
 def whole(text: str) -> int:
-    """Return the integer that a text of at most 18 digits stands for, more than any count or index has; raise
-    ValueError for another text."""
+    """Return the integer that a text of at most 18 digits stands for; raise ValueError for another text."""
     if not WHOLE.fullmatch(text):
         raise ValueError(text)
     return int(text)
@@ -388,8 +387,7 @@ class _Reader:
         return self._tokens.number(letter)
 
     def _arguments(self, operator: int) -> int:
-        """Return the number of arguments of an operator, which for some is in the file; of a piecewise linear function
-        the number of slopes."""
+        """Return the number of arguments of an operator; of a piecewise linear function the number of slopes."""
         if operator not in MEANINGS:
             raise self._tokens.error(f"has the unknown operator o{operator}", COUNTS)
         name, size = MEANINGS[operator]
