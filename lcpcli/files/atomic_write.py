@@ -123,8 +123,7 @@ def _target(path: str) -> Path:
 
 
 def _temporary(target: Path, content: Content) -> Path:
-    """Write a complete temporary file beside the target, ready to replace it, with the target's permissions, or with
-    the permissions of a new file."""
+    """Write a complete temporary file beside the target, with the permissions of the target or of a new file."""
     from tempfile import mkstemp
 
     handle, name = mkstemp(dir=target.parent, prefix=".lcp-")
@@ -241,14 +240,13 @@ class Log:
 
 @contextmanager
 def open_log(path: str, anew: bool) -> Iterator[Log]:
-    """Open a context with a log, which is created if it is missing. anew : whether OptionError is raised if it has
-    records."""
+    """Open a context with a log, which is created if it is missing. anew : whether it is refused if it has records."""
     with naming(path):
         file = open_alone(path, path)
     is_empty = Path(path).is_file() and not Path(path).stat().st_size
     try:
         if anew and Path(path).is_file() and not is_empty:
-            raise OptionError(path, "has results", f"go on with --resume {path}, or delete it to begin again")
+            raise OptionError(path, "is not empty", f"go on with --resume {path}, or delete it to begin again")
         yield Log(path, file)
     except BaseException:
         with suppress(OSError):

@@ -1,14 +1,10 @@
 """Bounds, starting points, states and solutions given in addition to a problem, as numbers or words, or in files.
-
 Numbers may be typed in place of a file name: 1,0,15/29 or "1 0 2.5" or "[1, 0]".
+
 A proposed solution, a z to be verified or a Farkas vector, with all digits, is a result in JSON or CSV as `lcp solve`
-writes it, a list in JSON, or a row or column of numbers; the output of `lcp solve --all` has several solutions. Among
-several results in JSON lines, the result for the problem is found by its file or name; else the first is read. For a
+writes it, a list in JSON, or a row, a column or a table of numbers; the output of `lcp solve --all` has several. For a
 game, strategies may be given, in JSON under row and column. Besides decimals, fractions like 15/29 are read, in JSON as
 strings. If a result has exact vectors, these are read.
-
-In a CSV table with a header, the columns z and w are read; a column `component` gives the order, and of several results
-the first is taken. A table without a header has z, or z and w, after an index: 0, 1, 2, ..., or 1, 2, 3, ..., or names.
 """
 
 from __future__ import annotations
@@ -106,8 +102,7 @@ def with_exact_bounds(data: ExactProblem, problem: Problem, given: Mapping[str, 
 
 
 def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any], names: Names) -> Any:
-    """Return the value of a bound, or the list of values; None stands for no bound. number : converts a number; `float`
-    gives the nearest double."""
+    """Return the value of a bound, or the list of values; None stands for no bound. number : converts a number."""
     if _is_typed(text):
         words = re.split(PARTING, text.strip().strip("[]").strip())
         values = [None if word.casefold() in ABSENT else _end(name, word, number) for word in words]
@@ -253,8 +248,7 @@ def _result_in(form: str, content: bytes, n: int, before: str = "") -> tuple[Vec
 
 
 def _first_in(content: bytes) -> Any:
-    """Return the content of a JSON text: if it has several objects, one per line, the first one; if it is a log, the
-    record of the first problem."""
+    """Return the content of a JSON text: of several objects, one per line, that of the first problem."""
     text = decode(content)
     are_several = text.strip().partition("\n")[2].lstrip().startswith("{")
     return load_json(first_of(text.strip()) if are_several else text)
@@ -325,8 +319,7 @@ def record_of(text: str, problem: Sought) -> tuple[str, str]:
 
 
 def first_of(text: str) -> str:
-    """Return the result of the first problem, the one with the least number, from results with one in each line; else
-    the first line."""
+    """Return the result with the least number from results with one in each line; else the first line."""
     lines = text.split("\n")
     given = [_object(line).get("number") for line in lines]
     numbers = [own if isinstance(own, int) else at for at, own in enumerate(given, 1)]

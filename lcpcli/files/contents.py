@@ -65,8 +65,7 @@ def shipped_problems() -> dict[str, Path]:
 
 
 def shipped_file(name: str) -> Path | None:
-    """Return the file of the shipped problem with this name, with or without the suffix; None if there is none, or if
-    the user has a file with the name."""
+    """Return the file of the shipped problem with this name; None if there is none, or the user has one so named."""
     file = None if os.path.lexists(name) else shipped_problems().get(os.path.splitext(os.path.basename(name))[0])
     return file if file is not None and name in (file.stem, file.name) else None
 
@@ -188,8 +187,7 @@ def _likely_file(path: str) -> str:
 
 
 def without_mark(content: bytes) -> bytes:
-    """Return the content without a byte order mark, in UTF-8 if it was UTF-16 with a mark, like Excel's Unicode
-    text."""
+    """Return the content without a byte order mark, in UTF-8 if it was UTF-16, like Excel's Unicode text."""
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         with suppress(UnicodeError):
             return content.decode("utf-16").encode()

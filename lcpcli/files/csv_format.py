@@ -1,14 +1,9 @@
-"""Problems in CSV: n rows of n + 1 columns [M | q], or one file with the rows of M and another with q.
+"""Problems in CSV: n rows of n + 1 columns [M | q], or one file with the rows of M and another with q; see `lcp help
+formats`. Bounds of z are two more columns, headed lower and upper, beside one headed q; an empty cell means no bound.
 
-Bounds of z are two more columns, headed lower and upper, beside one headed q; an empty cell means no bound.
-
-Columns are separated by semicolons, tabs, commas or blanks: the first of these that the first row contains. A header
-has the names of the unknowns, if q is in the table too. Blank lines, lines that begin with # and a byte order mark are
-skipped, and so are a title above the table and empty cells at its end. Any line endings are accepted.
-A header whose first name is empty, as pandas writes it, or that is a column short, as R writes it, marks the first
-column as an index, which is skipped too; so does one whose first name has only
-names below it or, in a problem with one column too many, 0, 1, 2, ... or 1, 2, 3, ... Labels that are the names of the
-unknowns in another order are refused. The decimal mark is a point or, if commas do not separate the columns, a comma.
+Columns are separated by semicolons, tabs, commas or blanks: the first of these that the first row contains. Blank
+lines, lines that begin with # and a byte order mark are skipped, and so are a title above the table and empty cells at
+its end. Any line endings are accepted. A header that is a column short is as R writes it, above an index.
 """
 
 from __future__ import annotations
@@ -242,8 +237,7 @@ def _has_title(lines: list[tuple[int, str]]) -> bool:
 
 
 def _without_empty_ends(rows: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:
-    """Return rows without those of empty cells alone at the end, and without last columns of empty cells, as
-    spreadsheets leave them."""
+    """Return rows without empty ones at the end and without empty last columns, as spreadsheets leave them."""
     while len(rows) > 1 and not any(map(str.strip, rows[-1][1])):
         rows = rows[:-1]
     while all(len(cells) > 2 and not cells[-1].strip() for _, cells in rows):

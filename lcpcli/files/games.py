@@ -2,8 +2,8 @@
 a tree, and in two tables, one with the payoffs of each player.
 
 A .nfg file lists the payoffs of all pairs of strategies, or outcomes with payoffs and then the outcome of each pair;
-the first player's strategy changes fastest. Numbers are integers, decimals or fractions, with or without commas between
-them; outcome 0 pays nothing. (Gambit, Software Tools for Game Theory, https://www.gambit-project.org, file formats.)
+the first player's strategy changes fastest; outcome 0 pays nothing. (Gambit, https://www.gambit-project.org, file
+formats.)
 """
 
 from __future__ import annotations

@@ -83,8 +83,7 @@ class Input(NamedTuple):
         return problem if problem.name else problem.named(f"{reading.name_of(self.paths[0])}:{self.line}")
 
     def length(self) -> int:
-        """Return the number of bytes of the texts among the contents; numbers in texts may have any number of
-        digits."""
+        """Return the number of bytes of the texts among the contents, whose numbers may have any number of digits."""
         return sum(len(text) for text in map(unpacked, self.contents) if b"\0" not in text)
 
     def exact_parts(self) -> ExactParts:
@@ -256,8 +255,7 @@ def _refuse_swapped(path: str, content: bytes, left: list[str]) -> None:
 
 
 def _without_q(path: str, content: bytes) -> tuple[Matrix | None, Mapping[str, Any] | None]:
-    """Return M and what several q share with it in a file without q; None if it has q, and None twice if it is no
-    problem."""
+    """Return M and what several q share with it in a file; None if it has q, and None twice if it is no problem."""
     if content.lstrip().startswith(b"{") and b'"q"' in content:  # a guess that spares reading it twice
         return None, {}
     with suppress(ProblemError):
@@ -291,8 +289,7 @@ def _is_q(path: str, n: int | None = None) -> bool:
 
 
 def _columns(path: str, content: bytes, n: int) -> tuple[Matrix, list[str]] | None:
-    """Return Q of shape (n, k) with the names of its columns, by default q1, q2, ...; None if the file has a single
-    vector, or a format without such tables."""
+    """Return Q of shape (n, k) and the names of its columns; None if the file has a single vector, or no such table."""
     form, names = form_of(path, content), list[str]()
     if form == "matrix_market_format" or kind_in(form).has_no_vector:
         return None

@@ -1,9 +1,7 @@
-"""Problems in JSON: an object with M, q and, if known, lower, upper, name, x0, x1, solution, verdict, source, note and
-origin; or an object with a program or a game, as in `fields`.
+"""Problems in JSON: an object with M, q and, if known, other keys (see `lcp help formats`), or a program or a game.
 
 M is a list of rows, or {"format": "coo", "shape": [n, n], "rows": [...], "cols": [...], "values": [...]} with
-indices from 0. lower and upper are numbers, null for no bound, or lists of numbers and null. solution is one z or a
-list of them; origin is as in `lcpcli.model.reductions`. Numbers are decimals; each key occurs only once.
+indices from 0. origin is as in `lcpcli.model.reductions`. Numbers are decimals; each key occurs only once.
 """
 
 from __future__ import annotations

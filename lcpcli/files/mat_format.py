@@ -1,14 +1,12 @@
-"""Problems in MATLAB's MAT files up to version 7: variables called M, q and, if known, lower, upper, x0, x1,
-solution and the text fields.
+"""Problems in MATLAB's MAT files up to version 7: variables called M, q and so on, as the keys in JSON.
 
 Vectors may be rows or columns. solution is one z or has one z per column. Other variables are ignored, as `save` in
 MATLAB writes the whole workspace, but bounds under other names are refused. origin is a JSON string.
 
-The elements of a MAT file, checked before scipy reads them: its readers are compiled, and wrong sizes in a file make
-them run beyond their memory.
-
-Version 5 (also 6 and 7): elements with a type and a size; an array consists in turn of elements, with its flags,
-dimensions, name and values. Version 4: arrays with five numbers each. (The MathWorks, MAT-File Format.)
+The elements of a file are checked before scipy reads them: its readers are compiled, and wrong sizes in a file make
+them run beyond their memory. Version 5 (also 6 and 7): elements with a type and a size; an array consists in turn of
+elements, with its flags, dimensions, name and values. Version 4: arrays with five numbers each. (The MathWorks,
+MAT-File Format.)
 """
 
 from __future__ import annotations
@@ -60,8 +58,7 @@ def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: 
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa: ARG001
-    """Return the fields as a MAT file, numbers bit for bit; sparse matrices stay sparse, names are cells, and several
-    solutions are columns."""
+    """Return the fields as a MAT file, numbers bit for bit; names are cells, and several solutions are columns."""
     from scipy.io import savemat
 
     variables = dict(fields) | {key: np.array(fields[key], dtype=object) for key in NAME_FIELDS if key in fields}

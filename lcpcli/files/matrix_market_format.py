@@ -80,8 +80,7 @@ def _text(matrix: Matrix, exact: Exact) -> bytes:
 
 
 def _matrix(field: str, content: bytes, number: Number) -> Any:
-    """Return the matrix, dense or in scipy's coordinate form, if the file has its entries and memory has room for
-    it."""
+    """Return the matrix, dense or in scipy's coordinate form, if the file has its entries."""
     header = _header(content)
     declared, width = " x ".join(map(str, header.shape)), WIDTHS[header.form]
     if SIGNS[header.symmetry] and header.shape[0] != header.shape[1]:

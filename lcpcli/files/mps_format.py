@@ -1,13 +1,10 @@
-"""Linear and quadratic programs in MPS, fixed and free, with QUADOBJ, QSECTION or QMATRIX. Others are read as LP files.
+"""Linear and quadratic programs in MPS, fixed and free, with QUADOBJ, QSECTION or QMATRIX; others are read as LP files,
+which HiGHS converts to MPS: files with warnings are refused, and numbers have up to 15 digits.
 
 What programs interpret differently is refused: an entry or a bound given twice, and a negative upper bound without a
 lower bound, which some take to mean no lower bound. Bounds, right-hand sides and ranges of 1e20 or more are infinite.
-
-Programs written as free MPS.
-
-QUADOBJ has one triangle of Q; the right-hand side of the objective is minus its constant.
-
-Programs in LP format, which HiGHS converts to MPS. Files with warnings are refused; numbers have up to 15 digits.
+Programs are written as free MPS: QUADOBJ has one triangle of Q, and the right-hand side of the objective is minus its
+constant.
 """
 
 from __future__ import annotations
@@ -54,8 +51,7 @@ FIXED = ((1, 3), (4, 12), (14, 22), (24, 36), (39, 47), (49, 61))  # the places 
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
-    """Return the program in a file, under the native keys. number : converts the numbers in MPS; a `Doubles` gives each
-    number a double of its own."""
+    """Return the program in a file, under the native keys. number : converts the numbers in MPS."""
     text = unpacked(content)
     if not MPS.search(text):
         try:
@@ -450,8 +446,7 @@ def as_mps(text: bytes) -> bytes:
 
 
 def _complaint(event: str) -> str:
-    """Return the first line of a complaint, with the line of the file if the next ones show it, as since version 1.16
-    of HiGHS."""
+    """Return the first line of a complaint, with the line of the file, which follows it since version 1.16 of HiGHS."""
     first, _, rest = event.partition(":")[2].strip().partition("\n")
     place = PLACE.search(rest)
     return " ".join(first.split()) if place is None else f"line {place[1]}: {first}"

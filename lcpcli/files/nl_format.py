@@ -65,13 +65,11 @@ def _ends(ends: Sequence[Any], of: Callable[[Any], float]) -> Vector:
 
 
 def _model(content: bytes, is_exact: bool = False) -> NlModel:
-    return model_of(segments_in(content, _decimal if is_exact else float), is_exact)
+    def decimal(text: str) -> Any:
+        double = float(text)
+        return fraction(text) if isfinite(double) else double
 
-
-def _decimal(text: str) -> Any:
-    """Return a number with all its decimals; infinities and nan as doubles."""
-    double = float(text)
-    return fraction(text) if isfinite(double) else double
+    return model_of(segments_in(content, decimal if is_exact else float), is_exact)
 
 
 def read_nl(path: str | os.PathLike[str]) -> NonlinearProblem:
@@ -131,8 +129,7 @@ class Model:
 
     @property
     def objective(self) -> LinearObjective | None:
-        """Return the objective of a linear model, with decimals as written; None if there is none, or a constant one.
-        Raise ProblemError if it is not linear."""
+        """Return the objective of a linear model, with its decimals; None if there is none, or a constant one."""
         if self.model.objective is None:
             return None
         exact = _model(self._content, is_exact=True)

@@ -103,7 +103,7 @@ def model_of(segments: Segments, is_exact: bool = False) -> NlModel:
     nodes = [place[i] if i in place else graph.constant(fixed[i]) for i in range(len(bounds))]
     expressions = _Expressions(graph, dict(enumerate(nodes)))
     for number, (linear, terms) in segments.common.items():
-        expressions.define(len(bounds) + number, linear, terms)
+        expressions.nodes[len(bounds) + number] = graph.share(expressions.node(linear, terms, 0))
     equations, complements = list[int](), dict[int, int]()
     row_of = {row: variable for variable, (row, _) in segments.complements.items()}
     for row, (low, high) in enumerate(segments.sides):
@@ -173,14 +173,11 @@ class _Expressions:
     """The expressions of a file in a graph. nodes : of each variable the unknown, or the constant if it is fixed."""
 
     def __init__(self, graph: Graph, nodes: dict[int, int]) -> None:
-        self.graph, self._nodes = graph, nodes
-
-    def define(self, number: int, linear: Linear, terms: Sequence[Term]) -> None:
-        self._nodes[number] = self.graph.share(self.node(linear, terms, 0))
+        self.graph, self.nodes = graph, nodes
 
     def node(self, linear: Linear, terms: Sequence[Term], constant: Any) -> int:
         """Return the sum of an expression, of multiples of variables and of a constant."""
-        parts = [(self._nodes[variable], factor) for variable, factor in linear.items()]
+        parts = [(self.nodes[variable], factor) for variable, factor in linear.items()]
         return self.graph.sum([*parts, (self._expression(terms), 1)], constant)
 
     def _expression(self, terms: Sequence[Term]) -> int:
@@ -191,7 +188,7 @@ class _Expressions:
             elif letter == "p":
                 found.append([(self._piecewise_linear(value[::2], value[1::2], self.graph.sum(found.pop())), 1)])
             else:
-                found.append([(self._nodes[value] if letter == "v" else self.graph.constant(value), 1)])
+                found.append([(self.nodes[value] if letter == "v" else self.graph.constant(value), 1)])
         return self.graph.sum(found.pop())
 
     def _apply(self, name: str, arguments: Sequence[_Parts]) -> _Parts:
@@ -346,8 +343,7 @@ class Conditions:
             raise ProblemError(self.names[x], f"is complementary to {self.names[u]}, and neither has bounds", LOST_ENDS)
 
     def _definition(self, x: int, condition: int | None = None) -> int | None:
-        """Return the equation that is x or -x plus terms of other unknowns, if x occurs in no other row but this
-        condition; else None."""
+        """Return the equation that is x or -x plus other terms, if only this condition has x too; else None."""
         rows = [row for row in self._rows_with.get(x, ()) if row != condition]
         if len(rows) != 1 or rows[0] not in self.equations:
             return None

@@ -1,11 +1,6 @@
-"""The segments of AMPL's .nl files (D. M. Gay, "Writing .nl files", 2005): the content of a file, not yet a problem.
-
-The tokens of AMPL's .nl files, in text or in binary, in the order in which they are read (D. M. Gay, "Writing .nl
-files", 2005).
-
-The operators in expressions of AMPL's .nl files, by number (D. M. Gay, "Writing .nl files", 2005, table 5).
-
-The names of the variables and rows of an .nl model, from the files .col and .row beside it.
+"""The content of AMPL's .nl files, in text or in binary, not yet a problem: tokens in the order in which they are read,
+operators by number (table 5), segments, and names from the files .col and .row beside (D. M. Gay, "Writing .nl files",
+2005).
 """
 
 from __future__ import annotations
@@ -30,8 +25,7 @@ STORED = {"n": "d", "s": "h", "l": "i"}  # the numbers in a binary file: doubles
 
 
 def whole(text: str) -> int:
-    """Return the integer that a text of at most 18 digits stands for, more than any count or index has; raise
-    ValueError for another text."""
+    """Return the integer that a text of at most 18 digits stands for; raise ValueError for another text."""
     if not WHOLE.fullmatch(text):
         raise ValueError(text)
     return int(text)
@@ -393,8 +387,7 @@ class _Reader:
         return self._tokens.number(letter)
 
     def _arguments(self, operator: int) -> int:
-        """Return the number of arguments of an operator, which for some is in the file; of a piecewise linear function
-        the number of slopes."""
+        """Return the number of arguments of an operator; of a piecewise linear function the number of slopes."""
         if operator not in MEANINGS:
             raise self._tokens.error(f"has the unknown operator o{operator}", COUNTS)
         name, size = MEANINGS[operator]

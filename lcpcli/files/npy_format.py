@@ -1,5 +1,5 @@
-"""An array as numpy.save writes it: M alone, n x n, or [M | q], n x (n + 1), or a vector; and the meaning of named
-arrays, as in NPZ and MAT. Nothing is ever unpickled.
+"""An array as numpy.save writes it, M alone, [M | q] or a vector, and the meaning of named arrays, as in NPZ and MAT.
+Nothing is ever unpickled.
 """
 
 from __future__ import annotations
@@ -93,8 +93,7 @@ def of_arrays(arrays: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def named(field: str, arrays: Mapping[str, Any]) -> Any:
-    """Return the array for a field or an option: the array of its name, or the only array; a bound may be one
-    number."""
+    """Return the array for a field or an option: the one of its name, or the only one; a bound may be one number."""
     name = field.lstrip("-")
     if name not in arrays and len(arrays) != 1:
         raise ProblemError(name, "is missing", f"add the key {name}, or keep a single array")

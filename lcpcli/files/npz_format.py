@@ -1,5 +1,4 @@
-"""Problems in NPZ, as numpy.savez writes it: arrays called M, q and, if known, lower, upper, x0, x1, solution and
-the text fields.
+"""Problems in NPZ, as numpy.savez writes it: arrays called M, q and so on, as the keys in JSON.
 
 A sparse M is stored in parts, as scipy.sparse.save_npz writes them: data, indices, indptr and shape (compressed sparse
 rows), or the parts of another form, with its name as format; or called M.data etc., as for programs A.data etc.

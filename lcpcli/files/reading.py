@@ -65,8 +65,7 @@ def read_origin(kind: str, path: str) -> Problem:
 
 
 def read_next(paths: Sequence[str], infinity: float = math.inf) -> tuple[Problem, Sequence[str]]:
-    """Read the problem in the first of some files, with q from the second if the first has M alone; return the problem
-    and its files."""
+    """Read the problem in the first of some files, with q from the second if it has none; return it and its files."""
     used = paths[: 1 if is_whole(fields_in(paths[0], content_of(paths[0], WHOLE))) else 2]
     return read(*used, infinity=infinity), used
 
@@ -107,8 +106,7 @@ def fields_in(path: str, content: bytes, number: Number = float) -> dict[str, An
 
 
 def _called(form: str, function: str, *given: Any) -> Any:
-    """Return what a function of a format returns for a file. A fault of the module of another package is one of the
-    file."""
+    """Return what a function of a format returns for a file. A fault of another package's module is one of the file."""
     try:
         return getattr(load(form), function)(*given)
     except Exception as error:
@@ -139,8 +137,7 @@ def require_order(path: str, content: bytes, names: Names) -> None:
 def vector_in(
     field: str, path: str, content: bytes, n: int | None = None, number: Number = float, names: Names = tuple
 ) -> Vector:
-    """Return the vector in a file's content. n : the length of the vector; None for any length. names : of its entries,
-    as for `require_order`."""
+    """Return the vector in a file's content. n : its length; None for any. names : of its entries, as labels may be."""
     require_order(path, content, names)
     form = form_of(path, content)
     if fault := kind_in(form).has_no_vector:

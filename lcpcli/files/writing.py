@@ -153,8 +153,7 @@ def _of_game(problem: Problem, game: Game) -> Written[Problem] | None:
 
 
 def is_rounded(found: Written[Problem], path: str) -> bool:
-    """Return whether a file with the problem of `with_costs` has rounded doubles in place of some of the written
-    numbers."""
+    """Return whether a file with the problem of `with_costs` has rounded doubles in place of written numbers."""
     game = found.own.origin if isinstance(found.own.origin, Game) else None
     if isinstance(found.own.origin, ExtensiveGame):
         return found.own.origin.is_rounded and formats.FORMATS[Path(path).suffix.casefold()].keeps != formats.ALL
@@ -182,8 +181,7 @@ def exact_endings(problem: Problem) -> list[str]:
 
 
 def ending_of(path: str) -> str:
-    """Return the suffix of a file to be written, one of FORMATS or of another package; raise ProblemError for any
-    other."""
+    """Return the suffix of a file to be written; raise ProblemError for one that is not written."""
     ending = Path(path).suffix
     kind = formats.kind_with(ending.casefold())
     if kind is not None and kind.keeps:
@@ -197,8 +195,7 @@ def ending_of(path: str) -> str:
 
 
 def file_of_q(path: str) -> str | None:
-    """Return the file for q that is written beside a file for M alone; None where there is none. Raise ProblemError for
-    an unknown suffix."""
+    """Return the file for q that is written beside a file for M alone; None where there is none."""
     ending = ending_of(path)
     own = path.removesuffix(ending) + ".q" + ending
     kind = formats.FORMATS.get(ending.casefold())
