@@ -181,7 +181,7 @@ class _Columns:
         points = [part[:MOST_ROWS] for part in self.terms.points]
         vectors = zip((list(map(self.terms.values, points[1])), points[2]), self._largest, strict=True)
         columns = ((column, largest) for own, largest in vectors for column in zip(names, *own, strict=True))
-        return [max(len(name), *(len(_cell(v, largest)) for v in own)) + 1 for (name, *own), largest in columns]
+        return [max(map(len, (name, *(_cell(v, largest) for v in own)))) + 1 for (name, *own), largest in columns]
 
     def rows(self, points: Points, notes: Sequence[str]) -> list[list[str]]:
         """Return the rows of some points, each with a note on what changes there."""
