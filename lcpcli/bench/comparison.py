@@ -90,9 +90,8 @@ class Comparison:
         old, new = map(runs_in, paths)
         old, new = with_unread(old, new), with_unread(new, old)
         if not old.keys() & new.keys():
-            raise OptionError(
-                place(paths[1]), f"has no run in common with {place(paths[0])}", "name files of the same runs"
-            )
+            fault = f"has no run in common with {place(paths[0])}"
+            raise OptionError(place(paths[1]), fault, "name files of the same runs")
         self.paths, self.limit = paths, limit
         self.changes = [Change(key, old.get(key), new.get(key)) for key in {**old, **new}]
 

@@ -41,12 +41,10 @@ MOST_CONVERTED = 2000  # unknowns up to which a matrix is converted; beyond that
 
 
 def not_lcp(problem: Problem) -> str:
-    """Return why a peer for z >= 0 does not take the problem, as a clause; "" if it does."""
     return "takes no bounds but z >= 0" if problem.is_mixed else ""
 
 
 def not_convex(problem: Problem) -> str:
-    """Return why the problem is not a convex quadratic program, as a clause; "" if it is."""
     if isinstance(problem.origin, Program):
         return "" if is_monotone(problem) else "needs a convex program"
     convex = is_symmetric(problem.M) and is_monotone(problem)
@@ -54,7 +52,6 @@ def not_convex(problem: Problem) -> str:
 
 
 def not_monotone(problem: Problem) -> str:
-    """Return why the problem is not a monotone variational inequality, as a clause; "" if it is."""
     return "" if is_monotone(problem) else "needs v'Mv >= 0 for all v"
 
 
@@ -74,7 +71,6 @@ def program_of(problem: Problem, infinite: float = np.inf) -> ProgramData:
 
 
 def _not_stored(kind: str, problem: Problem) -> str:
-    """Return why a peer for dense or for sparse matrices does not take M, as a clause; "" if it does."""
     fits = problem.n <= MOST_CONVERTED or is_sparse(problem.M) is (kind == "sparse")
     return "" if fits else f"takes {kind} matrices only; others are converted up to n = {MOST_CONVERTED}"
 

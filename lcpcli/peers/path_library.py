@@ -13,7 +13,7 @@ PATH_LICENSE_STRING may hold, the library takes up to 300 unknowns and 2,000 ent
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from ctypes import CDLL, CFUNCTYPE, POINTER, Structure, byref, c_char_p, c_double, c_int, c_void_p
 from functools import cached_property
 from importlib import import_module
@@ -42,6 +42,11 @@ ENDINGS = (  # of PATH, by their numbers from 1
     "domain error, infeasible, error, license error"
 )
 
+SIGNATURES = (  # of the functions of the library
+    "Output_SetInterface pointer, Options_Create, Path_AddOptions pointer, Options_Default pointer, "
+    "Options_Set pointer text, Options_Destroy pointer, MCP_Create int int, MCP_SetInterface pointer pointer, "
+    "MCP_Destroy pointer, MCP_GetX pointer, Path_Solve pointer pointer"
+)
 _Doubles, _Integers = POINTER(c_double), POINTER(c_int)
 _Print, _Flush = CFUNCTYPE(None, c_void_p, c_int, c_char_p), CFUNCTYPE(None, c_void_p, c_int)
 _Size = CFUNCTYPE(None, c_void_p, _Integers, _Integers)
@@ -134,21 +139,9 @@ class _Library:
     @cached_property
     def _functions(self) -> Any:
         path = CDLL(str(self._path))
-        pointers: dict[str, Sequence[Any]] = {
-            "Output_SetInterface": [c_void_p],
-            "Options_Create": [],
-            "Path_AddOptions": [c_void_p],
-            "Options_Default": [c_void_p],
-            "Options_Set": [c_void_p, c_char_p],
-            "Options_Destroy": [c_void_p],
-            "MCP_Create": [c_int, c_int],
-            "MCP_SetInterface": [c_void_p, c_void_p],
-            "MCP_Destroy": [c_void_p],
-            "MCP_GetX": [c_void_p],
-            "Path_Solve": [c_void_p, c_void_p],
-        }
-        for name, types in pointers.items():
-            getattr(path, name).argtypes = types
+        kinds = {"pointer": c_void_p, "int": c_int, "text": c_char_p}
+        for name, *types in map(str.split, SIGNATURES.split(", ")):
+            getattr(path, name).argtypes = [kinds[kind] for kind in types]
         path.Options_Create.restype = path.MCP_Create.restype = c_void_p
         path.MCP_GetX.restype = _Doubles
         path.Output_SetInterface(byref(_SILENT))

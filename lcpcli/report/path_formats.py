@@ -156,12 +156,18 @@ class _Columns:
         names = wording.all_visible(terms.names(most))
         left = room(form, width)
         if left is not None:
-            left += OTHER_COLUMNS - CELL * (self._has_t + len(moved) + bool(program)) - max(map(len, notes), default=0)
+            left -= CELL * (self._has_t + len(moved) + bool(program)) + max(map(len, notes), default=0)
+        usual = None if left is None else left + OTHER_COLUMNS
+        widths = [] if left is None or n > left else self._widths(names)
+
+        def fits(count: int) -> bool:
+            return sum(widths[:count]) <= (left or 0) if widths else shown_components(count, usual) is None
+
         counts = [n] if program is None else [n - program.ranges, program.variables]
-        count = next((count for count in counts if shown_components(count, left) is None), counts[-1])
+        count = next(filter(fits, counts), counts[-1])
         self._kept = wording.places(terms.names(), chosen) if chosen else range(count)
-        self._components = None if chosen else shown_components(count, left)
-        self._has_w = not chosen and program is None and shown_components(2 * n, left) is None
+        self._components = None if chosen or fits(count) else shown_components(count, usual)
+        self._has_w = not chosen and program is None and fits(2 * n)
         self.elided = self._components is not None or (not chosen and count < counts[0])
         names = self._of_shown(names)
         w = [f"w{i}" for i in range(1, n + 1)] if self._has_w else []
@@ -169,6 +175,13 @@ class _Columns:
 
     def _of_shown(self, values: Sequence[Any], cell: Callable[[Any], str] = str) -> list[str]:
         return with_ellipsis([values[i] for i in self._kept], self._components, cell)
+
+    def _widths(self, names: Sequence[str]) -> list[int]:
+        """Return the widths of the columns of z, and then of w, with the gap after each."""
+        points = [part[:MOST_ROWS] for part in self.terms.points]
+        vectors = zip((list(map(self.terms.values, points[1])), points[2]), self._largest, strict=True)
+        columns = ((column, largest) for own, largest in vectors for column in zip(names, *own, strict=True))
+        return [max(map(len, (name, *(_cell(v, largest) for v in own)))) + 1 for (name, *own), largest in columns]
 
     def rows(self, points: Points, notes: Sequence[str]) -> list[list[str]]:
         """Return the rows of some points, each with a note on what changes there."""

@@ -138,11 +138,9 @@ class Ends:
         (data, _), rows = self._data, self.program.rows or [""] * (self._ends[0].n - self.program.variables)
         rows = rows[: data.row_lower.size]
         sides = [rows[i] for i in np.flatnonzero(data.ranges)]
-        named = {
-            letter: [f"{letter} {row}" if row else "" for row in own] for letter, own in (("y", rows), ("s", sides))
-        }
+        y, s = ([f"{letter} {row}" if row else "" for row in own] for letter, own in (("y", rows), ("s", sides)))
         columns = wording.short_names(self.program.columns or [""] * self.program.variables, most, "x")
-        return [*columns, *(name for letter, own in named.items() for name in wording.short_names(own, most, letter))]
+        return [*columns, *wording.short_names(y, most, "y"), *wording.short_names(s, most, "s")]
 
     @cached_property
     def _data(self) -> tuple[ProgramData, ProgramData]:

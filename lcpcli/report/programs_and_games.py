@@ -91,15 +91,9 @@ def moves(own: Any) -> list[list[Any]]:
 
 def behavior(sets: Sequence[InformationSetStrategy]) -> Table:
     """Return a table of what players do at their information sets, actions that are not chosen left out."""
-    rows = [
-        [
-            own.player,
-            own.label,
-            wording.number(own.reached),
-            named(list(own.probabilities), own.actions, wording.number, True)[1:-1],
-        ]
-        for own in sets[:MOST_SETS]
-    ]
+    chosen = (named(list(own.probabilities), own.actions, wording.number, True)[1:-1] for own in sets)
+    shown = zip(sets[:MOST_SETS], chosen, strict=False)
+    rows = [[own.player, own.label, wording.number(own.reached), actions] for own, actions in shown]
     left_out = f"the first {MOST_SETS} of {len(sets)} information sets; JSON has all"
     notes = [left_out] * (len(sets) > MOST_SETS)
     return Table(["player", "information set", "reached", "probabilities"], [rows], (0, 1, 3), (3,), notes=notes)
@@ -137,11 +131,8 @@ def no_optimum(answer: Any, origin: Any) -> list[str]:
         ("excluded within the bounds by its rows times", answer.certificate, origin.rows),
         ("improves without limit in the direction", answer.ray, origin.columns),
     )
-    return [
-        f"{what} {named(v.tolist(), names, wording.multiplier, sparing=True)}"
-        for what, v, names in proofs
-        if v is not None
-    ]
+    known = ((what, v.tolist(), names) for what, v, names in proofs if v is not None)
+    return [f"{what} {named(v, names, wording.multiplier, sparing=True)}" for what, v, names in known]
 
 
 def named(

@@ -70,15 +70,13 @@ def iterates(results: Sequence[Result], chosen: Sequence[str] = (), names: Seque
     lines: list[Cells] = [
         ["problem", "method", *(cell for name in shown for cell in heads.get(name, [name])), "status"]
     ]
+    game: Any
     for result, game in zip(results, games, strict=True):
         start, blanks = [result.problem.name, wording.name(result)], [""] * (n - result.problem.n)
         rows = result.trace.rows if result.trace else []
         for row in rows:
-            values = (
-                programs_and_games.iterate_of_game(game, row.z)
-                if of_games and isinstance(game, Game)
-                else row.z.tolist()
-            )
+            is_game = of_games and isinstance(game, Game)
+            values = programs_and_games.iterate_of_game(game, row.z) if is_game else row.z.tolist()
             status = result.status.word if row is rows[-1] else ""
             whole = [*values, *blanks]
             own = {"k": [row.k], "z": [whole[i] for i in kept]}

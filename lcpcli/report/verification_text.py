@@ -43,7 +43,7 @@ def _section(verification: Verification) -> Section:
     violations = [
         [name, v.kind, number(v.z), number(v.w)] for name, v in zip(names, verification.violations, strict=True)
     ]
-    left_out = f"the worst {len(violations)} of {verification.violated}"
+    left_out = [f"the worst {len(violations)} of {verification.violated}"] * (verification.violated > len(violations))
     return Section(
         ": ".join(filter(None, (title(problem), size(problem)))),
         verification.message,
@@ -52,12 +52,7 @@ def _section(verification: Verification) -> Section:
         [
             *([] if sets is None else [programs_and_games.behavior(sets)]),
             Table(["", "", ""], [rows], words=(0, 2), texts=(2,)),
-            Table(
-                ["component", "violated", "z", "w"],
-                [violations],
-                words=(0, 1),
-                notes=[left_out] * (verification.violated > len(violations)),
-            ),
+            Table(["component", "violated", "z", "w"], [violations], words=(0, 1), notes=left_out),
         ],
     )
 
@@ -74,12 +69,8 @@ def _of_origin(verification: Verification) -> list[str]:
     if hasattr(own, "information_sets"):
         return [programs_and_games.payoffs_of(own), *lines]
     if own is not None:
-        return [
-            ", ".join(
-                programs_and_games.strategies(origin, own.row.tolist(), own.column.tolist(), own.payoffs, number)
-            ),
-            *lines,
-        ]
+        parts = programs_and_games.strategies(origin, own.row.tolist(), own.column.tolist(), own.payoffs, number)
+        return [", ".join(parts), *lines]
     if multipliers is None:
         return [*lines, *programs_and_games.no_optimum(verification.answer, origin)]
     return [*lines, f"found y = {programs_and_games.named(multipliers.tolist(), getattr(origin, 'rows', ()))}"]

@@ -283,8 +283,9 @@ def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
     if not patterns:
         return list(range(len(names)))
     found: dict[int, None] = {}
+    short = [name.replace("column ", "col ", 1).removeprefix("y ") for name in names]  # in narrow tables, and of a row
     for pattern in patterns:
-        own = [i for i, name in enumerate(names) if name and _has_name(name, pattern)]
+        own = [i for i, name in enumerate(names) if name and (_fits(name, pattern) or _fits(short[i], pattern))]
         own = own or [i for i in range(len(names)) if _fits(f"z{i + 1}", pattern)]
         if not own:
             last = f"z{len(names)}"
@@ -294,13 +295,6 @@ def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
             raise ParameterError("show", f"{quoted(pattern)} is not the name of an unknown", hint)
         found |= dict.fromkeys(own)
     return list(found)
-
-
-def _has_name(name: str, pattern: str) -> bool:
-    """Return whether a pattern fits a name; a column strategy is also called as in the heading of a narrow table, and a
-    multiplier as its row."""
-    short = name.replace("column ", "col ", 1).removeprefix("y ")
-    return pattern == name or _fits(name, pattern) or _fits(short, pattern)
 
 
 def _fits(name: str, pattern: str) -> bool:

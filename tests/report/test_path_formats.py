@@ -111,6 +111,14 @@ def test_wide_table_shows_the_first_and_the_last_components_in_its_width() -> No
     assert len(of_csv(path)[0]) == 3 + 2 * n
 
 
+@pytest.mark.parametrize("width", [None, 40, 80])
+def test_a_path_of_no_points_has_its_reason_alone(width: int | None) -> None:
+    path = lcpcli.path(Problem([[-1]], [-2], name="none"), Problem([[-1]], [2]))
+    title, verdict = text_of(path, "table", (), width).splitlines()[:2]
+    assert (title, path.message.startswith(verdict[:30])) == ("none to problem: n = 1", True)
+    assert "z1" not in text_of(path, "table", (), width)
+
+
 def test_range_of_a_row_has_the_name_of_the_row() -> None:
     first, last = (portfolio(0.07, row_upper=[1, most]) for most in (0.09, 0.08))
     terms = Terms(lcpcli.path(first, last))

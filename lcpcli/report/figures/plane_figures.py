@@ -232,6 +232,7 @@ NUMBERS = [step * 10**decade for decade in range(7) for step in (1, 2, 5)]  # of
 TICKS = 5  # intervals between labels on an axis at most
 LABELS_APART = 0.12  # of the length of an axis, between two iterates with labels
 INSET = 4  # points: of the labels in the corners
+BESIDE = 0.035  # of the length of an axis: from an iterate to its number
 START: dict[str, Any] = {"marker": "s", "markersize": 6.5, "markerfacecolor": "white", "markeredgecolor": "black"}
 SOLUTION: dict[str, Any] = {"marker": "*", "markersize": 11, "markerfacecolor": "white", "markeredgecolor": "black"}
 
@@ -338,13 +339,17 @@ def _numbers(axes: Axes, picture: Trajectories, chosen: Looks) -> None:
         style |= {"xycoords": "axes fraction", "textcoords": "offset points", "path_effects": [OUTLINE], "zorder": 9}
         axes.annotate(variables(members), (right, top), inwards, **style)
     low, high = np.transpose(ranges(picture))
+    everywhere = np.array([x for path in picture.paths for x in path.x]).reshape(-1, 2)
+    everywhere = (everywhere[np.isfinite(everywhere).all(axis=1)] - low) / (high - low)
     numbered: list[Any] = []
     for path in picture.paths:
         for k, x in zip(path.k, path.x, strict=True):
             place = (np.array(x) - low) / (high - low)
-            is_wanted = (k in NUMBERS or k == path.k[-1] > 0) and bool(((place > 0) & (place < 0.95)).all())
+            if (k not in NUMBERS and not k == path.k[-1] > 0) or not ((place > 0) & (place < 0.95)).all():
+                continue
+            is_own = (np.abs(everywhere - place - BESIDE).max(axis=1) >= 0.75 * BESIDE).all()  # no other one is nearer
             is_free = all(np.abs(place - other).max() >= LABELS_APART for other in numbered)
-            if is_wanted and is_free and (np.abs(place - 0.5) < (0.3, 0.35)).any():
+            if is_own and is_free and (np.abs(place - 0.5) < (0.3, 0.35)).any():
                 numbered.append(place)
                 look: dict[str, Any] = {"color": chosen[path.name, path.label].color, "fontsize": SMALL_FONT}
                 look |= {"textcoords": "offset points", "path_effects": [OUTLINE], "zorder": 9}

@@ -178,6 +178,7 @@ def _ratio_axis(axes: Axes, profiles: Sequence[Profile]) -> Range:
     _log_axis(axes, "x", across, 0.0)
     if math.log2(across.high) <= DOUBLINGS:
         axes.set_xscale("log", base=2, subs=[])
+        axes.xaxis.set_minor_formatter(NullFormatter())
         axes.xaxis.set_major_locator(LogLocator(2, numticks=8))
         axes.xaxis.set_major_formatter("{x:.0f}")
     return across
