@@ -134,18 +134,16 @@ def stopping() -> Iterator[list[int]]:
     """Open a context in which the first Ctrl-C or SIGTERM ends what is done in a context `within` at its next `check`,
     as a time limit does, so that nothing is left half done; yield the list of such signals. A second one is handled as
     usual."""
-    usual = {number: signal.getsignal(number) for number in REQUESTS}
+    with ExitStack() as handlers:
 
-    def stop(number: int, _: object) -> None:
-        received.append(number)
-        _stops.append(number)
-        for each in handled:
-            signal.signal(each, usual[each])
+        def stop(number: int, _: object) -> None:
+            received.append(number)
+            _stops.append(number)
+            handlers.close()
 
-    handled = [number for number in REQUESTS if usual[number] not in (None, signal.SIG_IGN)]
-    with ExitStack() as stack:
-        for number in handled:
-            stack.enter_context(handling(number, stop))
+        for number in REQUESTS:
+            if signal.getsignal(number) not in (None, signal.SIG_IGN):
+                handlers.enter_context(handling(number, stop))
         try:
             yield _stops
         finally:

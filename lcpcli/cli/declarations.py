@@ -78,6 +78,10 @@ def numeric(heading: str, declared: Option) -> Declaration:
     )
 
 
+def switch(heading: str, name: str, meaning: str, default: str) -> Declaration:
+    return option(heading, f"--{name}/--no-{name}", default=None, help=f"{meaning}  [default: --{default}]")
+
+
 def vector_option(heading: str, name: str, kind: str, meaning: str) -> Declaration:
     """Declare an option whose value, a vector or states, is typed or read from a file."""
     return option(heading, f"--{name}", metavar=f"{kind}|FILE", shell_complete=FILES, help=meaning)
@@ -223,18 +227,10 @@ solving = declared(  # the options of the methods, the limits and the output of 
         numeric(_methods([name for name, method in (METHODS | NONLINEAR).items() if own in method.options]), own)
         for own in OPTIONS.values()
     ),
+    *(switch(ITERATING, name, meaning, f"no-{name}") for name, meaning in ADDITIONS.items()),
     *(
-        option(ITERATING, f"--{name}/--no-{name}", default=None, help=f"{meaning}  [default: --no-{name}]")
-        for name, meaning in ADDITIONS.items()
-    ),
-    *(
-        option(
-            _methods([name for name, method in METHODS.items() if switch in method.switches]),
-            f"--{switch}/--no-{switch}",
-            default=None,
-            help=f"{meaning}  [default: --{switch}]",
-        )
-        for switch, meaning in SWITCHES.items()
+        switch(_methods([name for name, method in METHODS.items() if own in method.switches]), own, meaning, own)
+        for own, meaning in SWITCHES.items()
     ),
     *(
         vector_option("Start", name, "STATES" if name == "basis" else "NUMBERS", meaning)

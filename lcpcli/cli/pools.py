@@ -10,16 +10,18 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Future, ProcessPoolExecutor
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from multiprocessing import active_children, get_context, parent_process
 from typing import Any, TypeAlias
 
 from lcpcli.cli.problems import tell
 from lcpcli.errors import OptionError
-from lcpcli.interrupts import deferring_signals
+from lcpcli.interrupts import REQUESTS, deferring_signals
 
+TASKS = "/proc/self/task"  # on Linux, the threads of this process
+MOST_COPIES = 32  # that are made at once, as they are all made before the first one works
 MOST_ON_WINDOWS = 61  # processes of an executor
 SECONDS_TO_CONNECT = 10  # to a scheduler, which answers within a second unless the address is wrong
 SECONDS_BETWEEN_COUNTS = 4.0  # of a scheduler's workers, which come and go seldom; a count costs a message
@@ -28,7 +30,7 @@ SECONDS_ALONE = 9.0  # without workers until a warning: two counts, as workers t
 
 class Local:
     """Processes on this machine. They are copies of this one, which start at once, where that is safe: on Linux, beside
-    no other threads, be it of linear algebra, and only up to one for each processor.
+    no other threads, be it of linear algebra, and unless they are very many.
 
     Like the workers of a cluster they have a size, the number of processes; the largest number of inputs handed over to
     a process at once, whose records come back together; the error of a future whose process was killed; errors that
@@ -41,7 +43,7 @@ class Local:
     end = OptionError("--jobs", "no process could be started", "leave it out")
 
     def __init__(self, size: int) -> None:
-        are_safe = sys.platform == "linux" and len(os.listdir("/proc/self/task")) == 1 and size <= (os.cpu_count() or 1)
+        are_safe = os.path.isdir(TASKS) and len(os.listdir(TASKS)) == 1 and size <= MOST_COPIES
         self.size = min(size, MOST_ON_WINDOWS) if sys.platform == "win32" else size
         try:
             self._executor = self._started("fork" if are_safe else "spawn")
@@ -54,7 +56,7 @@ class Local:
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         """Have one of the processes call a function."""
-        with deferring_signals():  # a new process is not ready for them
+        with deferring_signals(), _blocked_signals():  # until a new process is ready for them
             try:
                 return self._executor.submit(function, *arguments)
             except BrokenExecutor:
@@ -78,10 +80,26 @@ class Local:
         results._writer.close()  # where a process has written the beginning of a result, the rest is missing for ever
 
 
+@contextmanager
+def _blocked_signals() -> Iterator[None]:
+    """Open a context in which Ctrl-C and SIGTERM are blocked, also in processes that start in it, until they end
+    this."""
+    if sys.platform == "win32":
+        yield
+        return
+    usual = signal.pthread_sigmask(signal.SIG_BLOCK, REQUESTS)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, usual)
+
+
 def _leave_signals_to_parent() -> None:
     """Leave Ctrl-C to the parent, and end with it, however it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    if sys.platform != "win32":
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, REQUESTS)
     parent = parent_process()
     assert parent is not None
 

@@ -244,7 +244,7 @@ def all_records(task: Task, works: Iterable[Work], pool: Pool | None, in_order: 
             pool.look()
             done = [piece for piece in running if piece.future.done()]
             if any(isinstance(piece.future.exception(), pool.kill_error) for piece in done):
-                wait([piece.future for piece in running])  # the others may have been killed with it
+                _await(running, pool)  # the others may have been killed with it
                 done = running[:]
             for piece, (records, seconds) in zip(done, _outcomes(done, task, pool), strict=True):
                 running.remove(piece)
@@ -306,11 +306,14 @@ def _outcomes(done: Sequence[_Piece], task: Task, pool: Pool) -> list[Records]:
 
 
 def _alone(task: Task, work: Work, pool: Pool) -> list[TaskRecord]:
-    future: Future[Records] = pool.submit(task.all_of, [work])
-    while not wait([future], SECONDS_BETWEEN).done:
-        pool.look()
+    piece = _Piece([work], pool.submit(task.all_of, [work]))
+    _await([piece], pool)
     try:
-        (records,), _ = future.result()
-        return records
+        return piece.future.result()[0][0]
     except pool.kill_error:
         return task.records_of_loss(work, KILLED)
+
+
+def _await(pieces: Sequence[_Piece], pool: Pool) -> None:
+    while wait([piece.future for piece in pieces], SECONDS_BETWEEN).not_done:
+        pool.look()

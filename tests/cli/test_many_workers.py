@@ -192,6 +192,7 @@ def test_killed_worker_of_a_cluster_costs_no_record_and_no_order(tmp_path: Path)
             give(stdin, problems[200:])
             _, told = process.communicate(timeout=PATIENCE)
         assert_all_solved(process, told, log)
+        log.unlink()
         with solving("--cluster", address, "-o", str(log)) as (process, stdin):
             give(stdin, problems[:200])
             until(lambda: 10 <= log.read_bytes().count(b"\n") < MANY)
