@@ -21,7 +21,16 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.interrupts import interruptibly
-from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric, norm_inf, plus_diagonal, product, width
+from lcpcli.linalg.matrices import (
+    column_maxima,
+    is_sparse,
+    is_symmetric,
+    norm_inf,
+    plus_diagonal,
+    principal,
+    product,
+    width,
+)
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 FEWEST_ROWS = 3  # that scipy's gttrs takes
@@ -196,16 +205,6 @@ def well_conditioned_inverse(M: Matrix, largest: float = MODEST_CONDITION) -> Ma
     return None
 
 
-def principal_block(M: Matrix, indices: Indices) -> Matrix:
-    """Return M_PP for the indices of P, which may be M itself."""
-    n = M.shape[0]
-    if is_sparse(M) and indices.size < n <= MOST_SELECTED * indices.size:
-        with imports:
-            from lcpcli.linalg.compressed_rows import principal
-        return principal(M, indices)
-    return M if indices.size == n else M[indices][:, indices]
-
-
 def definite_solver(M: Matrix) -> Solve | None:
     """Return a solver of M x = b if M is symmetric positive definite to working precision, else None."""
     if not is_symmetric(M) or not M.diagonal().min() > 0:
@@ -271,7 +270,12 @@ class PrincipalSolver:
 
     def block(self, indices: Indices) -> Matrix:
         """Return M_PP for the indices of P, stored by columns if it is small, so that its rows can be exchanged."""
-        return self._M.T.take(indices, 0).take(indices, 1).T if self._small else principal_block(self._M, indices)
+        if self._small:
+            return self._M.T.take(indices, 0).take(indices, 1).T
+        n = self._M.shape[0]
+        if is_sparse(self._M) and indices.size < n <= MOST_SELECTED * indices.size:
+            return principal(self._M, indices)
+        return self._M if indices.size == n else self._M[indices][:, indices]
 
     def factorized(self, block: Matrix, overwrite: bool = False) -> Solve:
         """Return a solver of systems with M_PP, without refinement; raise SingularMatrix if M_PP is singular."""
