@@ -21,6 +21,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.interrupts import interruptibly
+from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric, norm_inf, plus_diagonal, product, width
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
@@ -29,7 +30,6 @@ MOST_NUMPY_ROWS = 200  # up to which a dense matrix is inverted by numpy: import
 MOST_QUICK_ENTRIES = 10_000  # up to which a sparse factorization is too fast to need an interruptible thread
 LONG_LU, LONG_CHOLESKY = 2000, 5000  # rows from which dense factorizations are interruptible; see `_DenseFactors`
 LAPACK = "scipy.linalg.lapack"  # solves small systems in half the time of numpy, but importing it takes longer
-MOST_SELECTED = 3  # unknowns, for each index of a block of a sparse matrix, up to which going through all entries pays
 MOST_UPDATED = 1 / 12  # of an index set: changes up to which an update costs clearly less than a factorization
 MODEST_CONDITION = 1e8  # the condition number up to which an inverse has half of the digits of a double
 Solve = Callable[[Vector], Vector]
@@ -196,16 +196,6 @@ def well_conditioned_inverse(M: Matrix, largest: float = MODEST_CONDITION) -> Ma
     return None
 
 
-def principal_block(M: Matrix, indices: Indices) -> Matrix:
-    """Return M_PP for the indices of P, which may be M itself."""
-    n = M.shape[0]
-    if is_sparse(M) and indices.size < n <= MOST_SELECTED * indices.size:
-        with imports:
-            from lcpcli.linalg.compressed_rows import principal
-        return principal(M, indices)
-    return M if indices.size == n else M[indices][:, indices]
-
-
 def definite_solver(M: Matrix) -> Solve | None:
     """Return a solver of M x = b if M is symmetric positive definite to working precision, else None."""
     if not is_symmetric(M) or not M.diagonal().min() > 0:
@@ -271,7 +261,9 @@ class PrincipalSolver:
 
     def block(self, indices: Indices) -> Matrix:
         """Return M_PP for the indices of P, stored by columns if it is small, so that its rows can be exchanged."""
-        return self._M.T.take(indices, 0).take(indices, 1).T if self._small else principal_block(self._M, indices)
+        if self._small:
+            return self._M.T.take(indices, 0).take(indices, 1).T
+        return matrices.principal(self._M, indices)
 
     def factorized(self, block: Matrix, overwrite: bool = False) -> Solve:
         """Return a solver of systems with M_PP, without refinement; raise SingularMatrix if M_PP is singular."""

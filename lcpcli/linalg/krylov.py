@@ -22,7 +22,7 @@ from lcpcli.linalg.matrices import absolute_product, dense, is_symmetric, plus_d
 from lcpcli.typing import Matrix, Vector
 
 EIGENVALUE_STEPS = 8  # of power or inverse iteration from a random vector: enough for a factor 3 in an eigenvalue
-MOST_IN_ONE_THREAD = 1 << 10  # numbers of an inner product for which no BLAS uses threads
+MOST_IN_ONE_THREAD = 10_000  # numbers of an inner product up to which OpenBLAS uses no threads
 # Times n: how far rounding may push eigenvalues of a semidefinite M with diagonal 1 below 0.
 SEMIDEFINITE_ROUNDING = 10 * EPS
 Operator = Callable[[Vector], Vector]

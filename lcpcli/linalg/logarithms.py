@@ -16,6 +16,8 @@ from typing import TypeAlias
 import numpy as np
 
 from lcpcli.clock import imports
+from lcpcli.linalg.doubles import largest
+from lcpcli.linalg.krylov import conjugate_gradients, identity, norm
 from lcpcli.linalg.matrices import Shape, compressed_multiplier, is_sparse, row_parts, width
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
@@ -101,7 +103,7 @@ def _dense(M: Vector) -> Fitted | None:
     if n > MOST_DENSE:
         scaled = entries / np.multiply.outer(*map(_roots, counts))
         times = [scaled.__matmul__, scaled.T.__matmul__]
-        *found, is_settled = conjugate_gradients([*sums], [*counts], times, DENSE_CG_STEPS)
+        *found, is_settled = _by_gradients([*sums], [*counts], times, DENSE_CG_STEPS)
         if not is_settled:
             return None
     row_part, column_part, parts = _components(used, entries)
@@ -154,7 +156,7 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Fitted:
             x = np.concatenate((found, found))
         else:
             times = [_product(_scaled(*each), n) for each in ((rows, *counts), (columns, *counts[::-1]))]
-            *both, is_settled = conjugate_gradients(sums, [*counts], times, most)
+            *both, is_settled = _by_gradients(sums, [*counts], times, most)
             x = np.concatenate(both)
         if not is_settled and n <= LARGEST_ELIMINATED:
             E = of_arrays(M.shape, indptr, indices, np.ones(M.nnz))
@@ -183,7 +185,7 @@ def _symmetric(
     if inner[1].size:
         times.append(_product(_scaled(inner, of_entries[1], of_entries[1]), other.size))
     x = np.empty(counts.size)
-    x[first], x[other], is_settled = conjugate_gradients(of_logarithms, of_entries, times, most)
+    x[first], x[other], is_settled = _by_gradients(of_logarithms, of_entries, times, most)
     return x, is_settled
 
 
@@ -206,7 +208,7 @@ def _centred(x: Vector, counts: Vector, part: Indices, parts: int) -> tuple[Vect
     return x[:n] - change[part[:n]], x[n:] + change[part[n:]]
 
 
-def conjugate_gradients(
+def _by_gradients(
     sums: Sequence[Vector], counts: Sequence[Vector], times: Sequence[Callable[[Vector], Vector]], most: int
 ) -> tuple[Vector, Vector, bool]:
     """Return rho and gamma by conjugate gradients on the normal equations, with 1 on their diagonal, after rho is
@@ -217,24 +219,23 @@ def conjugate_gradients(
     and, if there are any, with the same of entries between columns.
     """
     (forth, back, *among), (of_rows, of_columns) = times, map(_roots, counts)
-    gamma, means = np.zeros(of_columns.size), sums[0] / of_rows
-    residual = back(means) - sums[1] / of_columns
-    settled = SETTLED_ERROR * max(float(np.abs(residual / of_columns).max(initial=0.0)), 1.0)
-    direction, size, is_settled = residual.copy(), float(residual @ residual), False
-    for _ in range(most):
-        is_near = size <= residual.size * settled**2
-        if is_settled := is_near and not np.abs(residual / of_columns).max(initial=0.0) > settled:
-            break
-        image = direction - back(forth(direction)) if of_rows.size else direction.copy()
-        for product in among:
-            image += product(direction)
-        length = size / float(direction @ image)
-        gamma += length * direction
-        residual -= np.multiply(length, image, out=image)
-        before, size = size, float(residual @ residual)
-        direction *= size / before
-        direction += residual
-    return -(means + forth(gamma)) / of_rows, gamma / of_columns, is_settled
+    means = sums[0] / of_rows
+    b = back(means) - sums[1] / of_columns
+
+    def product(v: Vector) -> Vector:
+        image = v - back(forth(v)) if of_rows.size else v.copy()
+        for other in among:
+            image += other(v)
+        return image
+
+    settled, root = SETTLED_ERROR * max(largest(b / of_columns), 1.0), max(b.size, 1) ** 0.5
+
+    def measure(r: Vector) -> float:
+        mean = norm(r) / root
+        return mean if mean > settled else largest(r / of_columns)
+
+    gamma, left = conjugate_gradients(product, b, np.zeros(b.size), settled, most, identity, measure)
+    return -(means + forth(gamma)) / of_rows, gamma / of_columns, left <= settled
 
 
 def _roots(counts: Vector) -> Vector:
@@ -302,7 +303,7 @@ def _banded(
     M: Matrix, farthest: int, sums: Vector, counts: Vector, times: list[Callable[[Vector], Vector]], roots: Indices
 ) -> Vector:
     """Return rho and gamma, one after another, of a band by Cholesky factors, with 0 at the roots, and one step of
-    refinement. Row i of M has place 2 i, and column j place 2 j + 1. times : as in `conjugate_gradients`."""
+    refinement. Row i of M has place 2 i, and column j place 2 j + 1. times : as in `_by_gradients`."""
     with imports:
         from scipy.linalg import cho_solve_banded, cholesky_banded
     n, last = M.shape[0], 2 * farthest + 1
