@@ -61,8 +61,8 @@ def tableau_of(M: Vector, q: Vector, cover: Vector) -> Tableau:
 
 def exchange(T: Vector, row: int, column: int) -> None:
     """Exchange the basic variable of a row with the nonbasic one of a column."""
-    pivot, others, own = T[row, column], T[:, column].copy(), T[row].copy()
-    own /= -pivot
+    pivot, others = T[row, column], T[:, column].copy()
+    own = T[row] / -pivot
     others[row], own[column] = 0.0, 0.0
     rows = others.nonzero()[0]
     if 2 * rows.size < others.size:

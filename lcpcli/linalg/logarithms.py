@@ -332,7 +332,7 @@ def _components(used: Mask, entries: Vector) -> tuple[Indices, Indices, int]:
         roots = first == np.arange(n)
         rows, count = (np.cumsum(roots) - 1)[first], int(np.count_nonzero(roots))
         columns = np.where(used.any(axis=0), rows[used.argmax(axis=0)], -1)
-    for i in range(n):
+    for i in range(n if n > MOST_DENSE else 0):
         if rows[i] >= 0:
             continue
         front: Indices = np.array([i])

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -52,31 +52,19 @@ class Units:
     def largest_of_rows(self, values: Vector) -> Vector:
         """Return the largest value in each component, for values of rows, shape (..., n); minus infinity in an empty
         component."""
-        return self._largest(values, 0)
+        return self._largest(values, self.row_part)
 
     def largest_of_columns(self, values: Vector) -> Vector:
         """Return the same for values of columns."""
-        return self._largest(values, 1)
+        return self._largest(values, self.column_part)
 
-    def _largest(self, values: Vector, side: int) -> Vector:
+    def _largest(self, values: Vector, part: Indices) -> Vector:
         if self.parts == 1:
             return np.asarray(values.max(axis=-1, keepdims=True, initial=-np.inf))
-        ordered, numbers, starts = self._orders[side]
         found = np.full((*values.shape[:-1], self.parts), -np.inf)
-        found[..., numbers] = np.maximum.reduceat(values[..., ordered], starts, axis=-1)
+        place: Any = part if values.ndim == 1 else (..., part)  # the first takes a fraction of the time
+        np.maximum.at(found, place, values)
         return found
-
-    @cached_property
-    def _orders(self) -> list[tuple[Indices, Indices, Indices]]:
-        return [_by_parts(part) for part in (self.row_part, self.column_part)]
-
-
-def _by_parts(part: Indices) -> tuple[Indices, Indices, Indices]:
-    """Return the indices in the order of their components, the numbers of these, and where each of them begins."""
-    order = np.argsort(part, kind="stable")
-    ordered = part[order]
-    starts = np.flatnonzero(np.append(True, ordered[1:] != ordered[:-1])[: ordered.size])
-    return order, ordered[starts], starts
 
 
 def units(M: Matrix, S: Vector | None = None) -> Units:

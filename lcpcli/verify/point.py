@@ -274,12 +274,14 @@ class Point:
         with imports:
             from lcpcli.verify import noise
         criterion, measure, z = self.criterion, self.criterion.measure, self._inside
-        points, near = [self], noise.without_small_distances(measure, z)
-        for start in (z,) if np.array_equal(near, z) else (z, near):
+        points, start = [self], z
+        while True:
             cleaned = noise.on_bounds(measure, start, (self._plain if start is z else measure.rows(start)).w)
             if not np.array_equal(cleaned, z):
                 points.append(Point(criterion, criterion.original(cleaned)))
                 yield points[-1]
+            if start is not z or np.array_equal(start := noise.without_small_distances(measure, z), z):
+                break
         for point in points[:]:
             rows = point._rows_of_noise
             if rows.size and (moved := noise.without_columns(measure, point._inside, rows)) is not None:
