@@ -13,12 +13,8 @@ from pathlib import Path
 
 import lcpcli
 
-# modules that use those of earlier stages; of one stage, each is compiled by whoever comes first
-STAGES = (
-    ("measure_kernels", "gradient_kernels", "kernels"),
-    ("compiled",),
-    ("compiled_mixed",),
-)
+# modules that use none of each other, those that take longest first: each is compiled by whoever comes first
+MODULES = "kernels", "bounded_kernels", "pivoting_kernels", "measure_kernels", "gradient_kernels"
 
 
 def loaded(name: str, waits: bool) -> bool:
@@ -36,7 +32,5 @@ def loaded(name: str, waits: bool) -> bool:
 
 worker = os.environ.get("PYTEST_XDIST_WORKER", "")
 if worker and find_spec("numba") is not None and sys.platform != "win32":
-    for names in STAGES:
-        ordered = names[:: -1 if int(worker[2:]) % 2 else 1]
-        for name in [name for name in ordered if not loaded(name, waits=False)]:
-            loaded(name, waits=True)
+    for name in [name for name in MODULES if not loaded(name, waits=False)]:
+        loaded(name, waits=True)

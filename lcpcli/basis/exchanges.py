@@ -243,4 +243,5 @@ def solve_basic(M: Vector, q: Vector, reference: Vector, z: Vector, B: Indices, 
 
 def reciprocals(sizes: Vector) -> Vector:
     """Return 1 / sizes, 1 for 0; of subnormal sizes the largest double, so that 0 times it stays 0."""
-    return np.minimum(1.0 / np.where(sizes > 0.0, sizes, 1.0), LARGEST_DOUBLE)
+    found: Vector = np.minimum(1.0 / (sizes + (sizes == 0.0)), LARGEST_DOUBLE)
+    return found

@@ -121,7 +121,7 @@ def kept(M: Vector, lower: Vector, upper: Vector) -> Kept:
     """Return the variables that are not fixed, for bounds of shape (n,)."""
     own = (lower != upper).nonzero()[0]
     low, high = np.isfinite(lower[own]), np.isfinite(upper[own])
-    turn = np.where(high & ~low, -1.0, 1.0)
+    turn = 1.0 - 2.0 * (high & ~low)
     A = M.copy() if own.size == lower.size else M[own][:, own]
     if turn.size and turn.min() < 0.0:
         A *= turn.reshape(-1, 1)
@@ -206,7 +206,9 @@ def reduced(
 ) -> tuple[Vector, Vector, Vector]:
     """Return K, k and d of a problem from the variables that are kept, with A in these units."""
     found = eliminated(own, rows, columns)
-    corner = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper, 0.0))
+    corner = np.zeros(q.size)
+    for i in range(q.size):
+        corner[i] = lower[i] if lower[i] > -np.inf else upper[i] if upper[i] < np.inf else 0.0
     k, _ = constants(own, found, q + M @ corner if corner.any() else q)
     return found.K, k, widths(own, found, upper - lower)
 

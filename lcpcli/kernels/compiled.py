@@ -4,23 +4,18 @@ to compile its kernels, once on a machine."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
-from numba import njit, types
-from numba.extending import overload, register_jitable
 
-from lcpcli.basis import exchanges, free_variables, tableau
-from lcpcli.basis.tableau import NO_ROW, NOISE, SMALL, UNBOUNDED, ZERO, lexicographic_minimum
+from lcpcli.basis import tableau
 from lcpcli.kernels.announcement import announced
-from lcpcli.linalg import factors, matrices, units
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import Units
 from lcpcli.methods.direct import CERTAIN, MOST_COMPILED, DirectAnswer
 from lcpcli.methods.final_states import Confirmed, confirmed
 from lcpcli.methods.lemke_path import LEAST_REFRESHED, cover_of
 from lcpcli.methods.projected_gradient import GRADIENT_BLOCK, GRADIENT_GROWTH, Glance, most_steps
-from lcpcli.model.box import BASIC, LOWER, Box, of_masks
+from lcpcli.model.box import Box, of_masks
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, States, Vector
 from lcpcli.verify.measure import Rows
@@ -30,100 +25,6 @@ COVER = cover_of(0, np.ones(2 * MOST_COMPILED))  # the covering vector of any nu
 LOWEST, HIGHEST = np.zeros(MOST_COMPILED), np.full(MOST_COMPILED, np.inf)  # bounds of LCPs
 MOST_WITH_UNITS = 100  # unknowns up to which the units of M take microseconds, so that it matters little who needs them
 MOST_JUDGED_ENTRIES = 1_000_000  # of a sparse M: for more, Ctrl-C would have to wait for the end of the judgement
-OPTIONS = {"nogil": True, "error_model": "numpy"}
-VECTOR, MATRIX = (types.Array(types.float64, d, "C", readonly=True) for d in (1, 2))
-
-
-@overload(tableau.exchange, jit_options=OPTIONS)
-def _exchange(T: Any, row: Any, column: Any) -> Any:  # noqa: ARG001
-    """Return the body of `tableau.exchange` that is compiled: one pass over the tableau in place of three."""
-
-    def exchange(T: Any, row: Any, column: Any) -> Any:
-        pivot, own = T[row, column], T[row].copy()
-        own /= -pivot
-        own[column] = 0.0
-        for i in range(T.shape[0]):
-            other, factor = T[i], T[i, column]
-            if i != row and factor != 0.0:
-                for j in range(own.size):
-                    other[j] += factor * own[j]
-                other[column] = factor / pivot
-        T[row] = own
-        T[row, column] = 1.0 / pivot
-
-    return exchange
-
-
-@overload(tableau.shift, jit_options=OPTIONS)
-def _shift(tableau: Any, entering: Any, way: Any, step: Any) -> Any:  # noqa: ARG001
-    """Return the body of `tableau.shift` that is compiled: one pass."""
-
-    def shift(tableau: Any, entering: Any, way: Any, step: Any) -> Any:
-        fastest, values, noise = 0.0, tableau.values, tableau.noise
-        for i in range(values.size):
-            change = tableau.T[i, entering] * way
-            rate = abs(change)
-            fastest = max(fastest, rate)
-            values[i] += step * change
-            noise[i] = max(noise[i], NOISE * step * rate)
-            if abs(values[i]) <= ZERO * noise[i]:
-                values[i] = 0.0
-        return fastest
-
-    return shift
-
-
-@overload(tableau.choose, jit_options=OPTIONS)
-def _choose(tableau: Any, d: Any, entering: Any, way: Any, cover_row: Any, lexicographic: Any) -> Any:  # noqa: ARG001
-    """Return the body of `tableau.choose` that is compiled: two passes."""
-
-    def choose(tableau: Any, d: Any, entering: Any, way: Any, cover_row: Any, lexicographic: Any) -> Any:
-        n, noise, values = tableau.values.size, tableau.noise, tableau.values
-        variable, most = tableau.nonbasic[entering], SMALL * tableau.growth[0]
-        own = d[variable - n] if n <= variable < 2 * n else np.inf
-        rooms, least = np.empty(n), own
-        for i in range(n):
-            change = tableau.T[i, entering] * way
-            room = max(values[i] - tableau.lower[i] if change < 0.0 else tableau.upper[i] - values[i], 0.0)
-            rooms[i] = room
-            if abs(change) > most:
-                least = min(least, room / abs(change))
-        if least == np.inf:
-            return UNBOUNDED, 0.0
-        fall = -tableau.T[cover_row, entering] * way
-        if fall > most and values[cover_row] - least * fall <= noise[cover_row]:
-            return cover_row, rooms[cover_row] / fall
-        if own <= least:
-            return NO_ROW, own
-        row, fastest, tied = 0, 0.0, np.zeros(n, np.bool_)
-        for i in range(n):
-            rate = abs(tableau.T[i, entering])
-            tied[i] = rate > most and rooms[i] - least * rate <= noise[i]
-            if tied[i] and rate > fastest:
-                row, fastest = i, rate
-        if lexicographic:
-            row = lexicographic_minimum(tableau, np.nonzero(tied)[0], tableau.T[:, entering] * way)
-        return row, rooms[row] / abs(tableau.T[row, entering])
-
-    return choose
-
-
-@overload(matrices.row_and_column_maxima, jit_options=OPTIONS)
-def _maxima(M: Any, R: Any, C: Any) -> Any:  # noqa: ARG001
-    """Return the body of `row_and_column_maxima` that is compiled: one pass over a dense M."""
-
-    def maxima(M: Any, R: Any, C: Any) -> Any:
-        rows, columns = np.zeros(R.size), np.zeros(R.size)
-        for i in range(R.size):
-            row = M[i]
-            for j in range(R.size):
-                if row[j] != 0.0:
-                    size = abs(row[j]) * R[i] * C[j]
-                    rows[i], columns[j] = max(rows[i], size), max(columns[j], size)
-        return rows, columns
-
-    return maxima
-
 
 with announced():
     from lcpcli.kernels.gradient_kernels import gradient_block
@@ -137,26 +38,8 @@ with announced():
         units_of,
         without_small_distances,
     )
-
-    for function in (
-        *(tableau.lexicographic_minimum, tableau.move, tableau.tableau_of, tableau.begin, tableau.follow),
-        *(factors.finite, exchanges.reciprocals, exchanges.solve_basic),
-        *(units.half_power, units.common_power, units.are_far_apart, units.sizes_in_units, units.swept),
-        *(units.moderate_powers, free_variables.are_near_one),
-    ):
-        register_jitable(**OPTIONS)(function)
-    follow = njit(cache=True, **OPTIONS)(tableau.follow)
-    follow(tableau.tableau_of(np.eye(1), np.ones(1), np.ones(1)), np.ones(1), 0, 1.0, 0, False, 0)  # compiles it
-    path = njit((MATRIX, VECTOR, VECTOR, VECTOR, types.int64), cache=True, **OPTIONS)(tableau.path)
-    exponents = njit((MATRIX,), cache=True, **OPTIONS)(free_variables.exponents)
-
-    @njit((MATRIX, VECTOR, VECTOR, VECTOR, types.Array(types.int8, 1, "C", readonly=True)), cache=True, **OPTIONS)
-    def basic_solution(M: Any, q: Any, lower: Any, upper: Any, states: Any) -> Any:
-        """Return the basic solution z of a basis, put within the bounds, shape (n,); the least one if M_BB is
-        singular."""
-        z, nothing = np.where(states == LOWER, lower, np.where(states == BASIC, 0.0, upper)), np.zeros(q.size)
-        exchanges.solve_basic(M, q, nothing, z, (states == BASIC).nonzero()[0], nothing)
-        return np.minimum(np.maximum(z, lower), upper)
+    from lcpcli.kernels.pivoting_kernels import basic_solution, exponents, path
+    from lcpcli.kernels.pivoting_kernels import follow as follow
 
 
 def direct(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnswer | None:

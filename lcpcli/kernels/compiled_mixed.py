@@ -4,34 +4,21 @@ takes time as `kernels.compiled` does."""
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, types
-from numba.extending import register_jitable
 
 from lcpcli.basis import free_variables
 from lcpcli.basis.tableau import SOLVED
 from lcpcli.kernels.announcement import announced
-from lcpcli.kernels.compiled import COVER, MATRIX, OPTIONS, VECTOR, basic_solution, exponents, judged, path, rows_of
+from lcpcli.kernels.compiled import COVER, judged, rows_of
 from lcpcli.linalg import matrices
 from lcpcli.methods.direct import DirectAnswer
 from lcpcli.methods.lemke_path import LEAST_REFRESHED
 from lcpcli.model.problem import Problem
 
 with announced():
+    from lcpcli.kernels.bounded_kernels import given_states, kept, reduced
     from lcpcli.kernels.kernels import pivot_blocks
     from lcpcli.kernels.measure_kernels import reference_of, surely_solves
-
-    for function in (
-        *(free_variables.largest, free_variables.cleaned, free_variables.solved, free_variables.combinations),
-        *(free_variables.same_units, free_variables.split, free_variables.eliminated),
-        *(free_variables.constants, free_variables.widths),
-    ):
-        register_jitable(**OPTIONS)(function)
-    OWN_MATRIX = types.Array(types.float64, 2, "C")
-    NUMBERS, INDICES, STATES = (types.Array(each, 1, "C") for each in (types.float64, types.int64, types.int8))
-    KEPT = types.NamedTuple((OWN_MATRIX, INDICES, NUMBERS, INDICES, INDICES), free_variables.Kept)
-    kept = njit((MATRIX, VECTOR, VECTOR), cache=True, **OPTIONS)(free_variables.kept)
-    reduced = njit((MATRIX, *3 * (VECTOR,), KEPT, NUMBERS, NUMBERS), cache=True, **OPTIONS)(free_variables.reduced)
-    given_states = njit((KEPT, types.int64, STATES), cache=True, **OPTIONS)(free_variables.given_states)
+    from lcpcli.kernels.pivoting_kernels import basic_solution, exponents, path
 
 
 def mixed(problem: Problem, tol: float) -> DirectAnswer | None:

@@ -38,6 +38,7 @@ from lcpcli.verify.measure import FEW_UNKNOWNS
 
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc"}}
 compiled = njit(**OPTIONS)
+inlined = njit(inline="always", **OPTIONS)  # what one kernel calls once: numba takes half as long
 _safeguarded, _is_hopeless, _regular_change = map(compiled, (safeguarded, is_hopeless, regular_change))
 NUMBER, COUNT = types.float64, types.int64
 VECTOR, MATRIX, MATRICES = (types.Array(NUMBER, d, "C", readonly=True) for d in (1, 2, 3))
@@ -96,7 +97,7 @@ def _solve(A: Any, rows: Any, k: int, b: Any) -> None:
         b[i] = total / A[i, i]
 
 
-@compiled
+@inlined
 def _basic_solution(M: Any, q: Any, basic: Any, A: Any, rows: Any, P: Any, z: Any, b: Any) -> int:
     """Write the z of a basis into z, and factors of M_PP into A; return the order of M_PP, -1 if it is singular."""
     k = 0
@@ -130,7 +131,7 @@ def _repeats(M: Any, q: Any, i: int, k: int, P: Any) -> bool:
     return False
 
 
-@compiled
+@inlined
 def _block_pivoting(
     M: Any, q: Any, basic: Any, is_start: bool, A: Any, rows: Any, P: Any, z: Any, b: Any
 ) -> tuple[int, int]:
@@ -178,7 +179,7 @@ def _block_pivoting(
                 basic[i] = not basic[i]
 
 
-@compiled
+@inlined
 def _judged(M: Any, q: Any, tol: float, k: int, A: Any, rows: Any, P: Any, z: Any, b: Any) -> int:
     """Refine z by its residual, with the factors of M_PP; return what it is, as the kernel does."""
     n = q.size
@@ -206,7 +207,7 @@ def _judged(M: Any, q: Any, tol: float, k: int, A: Any, rows: Any, P: Any, z: An
     return found
 
 
-@compiled
+@inlined
 def _hides_terms(q: Any, largest: float, z: Any) -> bool:
     """Return the same as `final_states.hides_terms`, of numbers that are not long."""
     least_z, largest_z, least_q, largest_q = np.inf, 0.0, np.inf, 0.0
@@ -218,7 +219,7 @@ def _hides_terms(q: Any, largest: float, z: Any) -> bool:
     return min(largest * least_z, least_q) < HIDDEN_TERM * max(largest * largest_z, largest_q)
 
 
-@compiled
+@inlined
 def _is_sure(M: Any, q: Any, k: int, P: Any, z: Any) -> bool:
     """Return whether a solution with the states of z surely differs from it by its last digits alone."""
     B = P[:k]
@@ -239,42 +240,29 @@ def _is_sure(M: Any, q: Any, k: int, P: Any, z: Any) -> bool:
     return left == 0
 
 
-@compiled
-def _solve_one(
-    M: Any, q: Any, largest: float, tol: float, z: Any, basic: Any, is_start: bool, work: Any
-) -> tuple[int, int]:
-    """Write a solution into z; return what was found, and the steps of `newton`, from a basis that is overwritten."""
-    A, rows, P, b = work
-    k, steps = _block_pivoting(M, q, basic, is_start, A, rows, P, z, b)
-    if k < 0:
-        return NOTHING, steps
-    found = _judged(M, q, tol, k, A, rows, P, z, b) if k else CERTAIN
-    is_long = q.size > 0 and max(largest, np.abs(q).max()) > LONG_NUMBER
-    is_open = q.size <= FEW_UNKNOWNS and (is_long or (_hides_terms(q, largest, z) and not _is_sure(M, q, k, P, z)))
-    return NOTHING if is_open else found, steps
-
-
-@compiled
-def _workspace(n: int) -> Any:
-    return np.empty((n, n)), np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n)
-
-
 @njit(FOUND(MATRIX, VECTOR, BASIC_ONES, types.boolean, NUMBER, NUMBER), **OPTIONS)
 def solve_one(M: Any, q: Any, basic: Any, is_start: bool, largest: float, tol: float) -> Any:
     """Return what was found for one problem from a basis, the steps of `newton`, and z of shape (n,)."""
-    z = np.empty(q.size)
-    found, steps = _solve_one(M, q, largest, tol, z, basic.copy(), is_start, _workspace(q.size))
-    return found, steps, z
+    n = q.size
+    A, rows, P, z, b = np.empty((n, n)), np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n), np.empty(n)
+    k, steps = _block_pivoting(M, q, basic.copy(), is_start, A, rows, P, z, b)
+    if k < 0:
+        return NOTHING, steps, z
+    found = _judged(M, q, tol, k, A, rows, P, z, b) if k else CERTAIN
+    is_long = n > 0 and max(largest, np.abs(q).max()) > LONG_NUMBER
+    is_open = n <= FEW_UNKNOWNS and (is_long or (_hides_terms(q, largest, z) and not _is_sure(M, q, k, P, z)))
+    return NOTHING if is_open else found, steps, z
 
 
 @njit(types.void(MATRICES, MATRIX, VECTOR, NUMBER, types.Array(NUMBER, 2, "C"), types.Array(COUNT, 2, "C")), **OPTIONS)
 def solve_rows(M: Any, Q: Any, largest: Any, tol: float, Z: Any, found: Any) -> None:
     """Solve the problems with the rows of Q, each with its M or all with the only one, and write their z into Z, and
     the rest into the rows of `found`."""
-    work = _workspace(M.shape[1])
     for i in range(Q.shape[0]):
         own = min(i, M.shape[0] - 1)
-        found[i, 0], found[i, 1] = _solve_one(M[own], Q[i], largest[own], tol, Z[i], Q[i] < 0.0, False, work)
+        found[i, 0], found[i, 1], z = solve_one(M[own], Q[i], Q[i] < 0.0, False, largest[own], tol)
+        for j in range(z.size):
+            Z[i, j] = z[j]
 
 
 FEW_ROWS = 48  # of M_BB, up to which LAPACK does not pay
@@ -331,7 +319,7 @@ def _state(t: float, lower: float, upper: float) -> int:
     return LOWER if t <= lower else UPPER if t >= upper else BASIC
 
 
-@compiled
+@inlined
 def _order(entries: Any, n: int) -> Any:
     """Return the variables by the numbers of entries of their columns, which keeps factors sparse."""
     starts, columns, _ = entries
@@ -347,7 +335,7 @@ def _order(entries: Any, n: int) -> Any:
     return order
 
 
-@compiled
+@inlined
 def _system(entries: Any, lower: Any, upper: Any, states: Any, order: Any) -> Any:
     """Return whether M_BB is regular, z with zeros in place of basic variables, and the system of the basis: the places
     of its variables, M_BB or its factors with their row exchanges, and whether these are factors."""
@@ -389,7 +377,7 @@ def _correct(entries: Any, q: Any, system: Any, z: Any, w: Any) -> Any:
     return True, _w(entries, q, z)
 
 
-@compiled
+@inlined
 def _is_wrong(entries: Any, q: Any, lower: float, upper: float, state: int, z: Any, w: float, i: int) -> bool:
     """Return whether a component violates the condition of its state by more than rounding."""
     starts, columns, values = entries

@@ -129,7 +129,8 @@ def swept(M: Matrix, sizes: Vector, diagonal: Vector, powers: Vector, is_limited
     low, high = -LARGEST_POWER, LARGEST_POWER
     if is_limited and changes.max() - changes.min() <= NEAR_UNITS:
         low, high = -changes.max() - EXPONENT_MARGIN, -changes.min() + EXPONENT_MARGIN
-    logarithms = np.where(diagonal > 0.0, np.log2(np.where(diagonal > 0.0, diagonal, 1.0)), -np.inf)
+    none = diagonal == 0.0
+    logarithms = np.log2(diagonal + none) - 4.0 * LARGEST_POWER * none
     for _ in range(MOST_SWEEPS):
         if not changes.any():
             break
@@ -164,7 +165,7 @@ def are_far_apart(sizes: Vector) -> bool:
 
 def half_power(sizes: Vector) -> Vector:
     """Return half the binary logarithm of each size, rounded to an integer; 0 where the size is 0."""
-    found: Vector = np.rint(0.5 * np.log2(np.where(sizes > 0.0, sizes, 1.0)))
+    found: Vector = np.rint(0.5 * np.log2(sizes + (sizes == 0.0)))
     return found
 
 

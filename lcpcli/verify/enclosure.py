@@ -80,7 +80,8 @@ def regular_change(B: Vector, size: Vector) -> Vector:
         return nothing
     absolute, rounding = np.abs(R), 4 * (k + 2)
     terms = absolute @ np.abs(B)
-    a = 2.0 * (np.abs(np.eye(k) - R @ B) + rounding * (EPS * terms + SMALLEST_NORMAL)).sum(axis=1).max()
+    errors = np.abs(np.eye(k) - R @ B) + rounding * (EPS * terms + SMALLEST_NORMAL)
+    a = 2.0 * (errors @ np.ones(k)).max()
     change: Vector = 2.0 * (absolute @ size + rounding * SMALLEST_NORMAL)
     return change + 2.0 * a * change.max() if a < 0.5 else nothing
 

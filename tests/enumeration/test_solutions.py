@@ -124,17 +124,23 @@ def test_blocks_are_searched_no_further_than_it_takes() -> None:
 
 
 @pytest.mark.parametrize(
-    ("M", "q", "lower", "is_point"),
+    ("M", "q", "lower", "are_points"),
     [
-        ([[2]], [-1], 0, True),
-        ([[0]], [0], 0, False),
-        ([[0]], [0], -np.inf, False),
-        ([[1, 1], [1, 1]], [-1, -1], 0, False),
+        ([[2]], [-1], 0, [True]),
+        ([[0]], [0], 0, [False]),
+        ([[0]], [0], -np.inf, [False]),
+        ([[1, 1], [1, 1]], [-1, -1], 0, [False]),
+        ([[-1]], [1], 0, [True, True]),
+        ([[-1, 0], [-1, 0]], [1, 1], 0, [True, False]),
     ],
-    ids=["a point", "a ray", "a line", "a segment"],
+    ids=["a point", "a ray", "a line", "a segment", "two points", "a point and a ray"],
 )
-def test_only_a_piece_of_one_point_is_an_isolated_solution(M: Any, q: Any, lower: float, is_point: bool) -> None:
-    assert [piece.is_point for piece in lcpcli.solutions(Problem(M, q, lower=lower))] == [is_point]
+def test_only_a_piece_of_one_point_is_an_isolated_solution(
+    M: Any, q: Any, lower: float, are_points: list[bool]
+) -> None:
+    found = lcpcli.solutions(Problem(M, q, lower=lower))
+    assert sorted((piece.is_point for piece in found), reverse=True) == are_points
+    assert ("all isolated" in SolutionSet(found, "", 0.0).message) == (are_points == [True, True])
 
 
 @pytest.mark.parametrize("as_matrix", [np.asarray, csr_array])

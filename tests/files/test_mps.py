@@ -165,6 +165,7 @@ READ: dict[str, tuple[dict[str, str], dict[str, Any]]] = {  # what is other than
     "bounds of 1e20": ({UP: " LO b bread -1e20\n UP b bread 1e20"}, {"lower": [-INF, 0], "upper": [INF, INF]}),
     "a bound below 1e20": ({UP: " MI b bread\n UP b bread 9.9e19"}, {"lower": [-INF, 0], "upper": [9.9e19, INF]}),
     "a negative upper bound": ({UP: " MI b bread\n UP b bread -3"}, {"lower": [-INF, 0], "upper": [-3, INF]}),
+    "a fixed variable": ({UP: " FX b bread 2"}, {"lower": [2, 0], "upper": [2, INF]}),
     "a number behind FR": ({UP: " FR b bread 0"}, {"lower": [-INF, 0], "upper": [INF, INF]}),
     "a number behind MI": ({UP: " MI b bread 0"}, {"lower": [-INF, 0], "upper": [INF, INF]}),
     "a number behind PL": ({UP: " PL b bread 0"}, {"lower": [0, 0], "upper": [INF, INF]}),

@@ -152,6 +152,7 @@ def test_columns_of_one_name_leave_the_rows_where_they_are(folder: Path) -> None
         ("wheat,corn,q,lower\n2,1,-5,0\n1,2,-6,\n", ["wheat", "corn"]),
         ("M1,M2,q\n2,1,-5\n1,2,-6\n", ["", ""]),
         ("a,a,q\n2,1,-5\n1,2,-6\n", ["", ""]),
+        ("a,,q\n2,1,-5\n1,2,-6\n", ["", ""]),
     ],
 )
 def test_a_header_names_the_unknowns_unless_it_is_a_title_or_numbers(text: str, names: list[str], folder: Path) -> None:

@@ -163,6 +163,17 @@ def test_random_expressions_and_their_enclosures() -> None:
         assert (found.F_upper > found.F_lower).all()
 
 
+@pytest.mark.parametrize(
+    ("name", "ends"),
+    [("asin", (0.5, 2)), ("acos", (0.5, 2)), ("atanh", (0.5, 2)), ("acosh", (0, 2)), ("sqrt", (-1, 1))],
+)
+def test_nothing_is_enclosed_where_a_function_is_not_defined_everywhere(name: str, ends: tuple[float, float]) -> None:
+    interval = functions_of([(name, "v0")], 1).interval
+    assert interval is not None
+    found = interval(*np.array([ends]).T)
+    assert not np.isfinite([found.F_lower, found.F_upper]).any()
+
+
 def test_enclosures_take_decimals_as_written() -> None:
     problem = functions_of([("-", ("*", "v0", "v0"), ("*", 0.1, "v0"))], 1)
     assert problem.interval is not None
@@ -171,6 +182,12 @@ def test_enclosures_take_decimals_as_written() -> None:
     exact = tenth * tenth - Fraction(1, 10) * tenth
     assert exact != 0
     assert Fraction(found.F_lower[0]) < exact < Fraction(found.F_upper[0])
+    product, exact, z = "v0", Fraction(9, 8), np.array([1.125, 1.1875 + 2.0**-50])
+    for k in range(8):
+        product, exact = ("*", product, f"v{1 - k % 2}"), exact * Fraction(z[1 - k % 2])
+    rounded = functions_of([product, "v0"], 2)
+    assert rounded.interval is not None
+    assert Fraction(rounded.interval(z, z).F_upper[0]) >= exact
 
 
 COMMON = [({0: 1.5}, ("sin", "v1")), ({}, ("*", "v2", "v2")), ({1: -1}, ("exp", ("*", 0.1, "v3")))]

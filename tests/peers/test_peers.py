@@ -220,7 +220,8 @@ def test_solvers_for_nonnegative_z_are_given_no_bounds() -> None:
 def test_gambit_takes_games_only() -> None:
     peer = peers.load("gambit")
     assert peer.excludes(gallery.make("bimatrix", 11)) == peer.excludes(reading.read("winkels")) == ""
-    for other in (gallery.make("boxes", 5), gallery.make("lp", 6), Problem([[0, 1], [1, 0]], [-1, -2])):
+    others = Problem([[0, 1], [1, 0]], [-1, -2]), Problem([[-1, 1], [1, 0]], [-1, -1])
+    for other in (gallery.make("boxes", 5), gallery.make("lp", 6), *others):
         assert peer.excludes(other) == "takes games of two players only"
 
 

@@ -273,6 +273,10 @@ def test_durations_have_a_unit_that_fits() -> None:
     assert wording.duration(1234.0) == "1234 s"
 
 
+def test_zero_has_no_sign() -> None:
+    assert wording.vector([-0.0, -1.0]) == "(0, -1)"
+
+
 def test_components_beyond_seven_decimals_are_shown_with_their_exponent() -> None:
     assert wording.components([1.0, 2e6], largest=1.0) == ["1.0000000", "2.000000e+06"]
     assert wording.components([1e-9, 0.0], largest=1e-9) == ["1.000000e-09", "0.000000e+00"]

@@ -1,0 +1,120 @@
+"""Functions of other rooms as kernels call them, most of them as they are written for numpy. Nothing is compiled here,
+so that the modules of kernels need none of each other."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import types
+from numba.extending import overload, register_jitable
+
+from lcpcli.basis import exchanges, free_variables, tableau
+from lcpcli.basis.tableau import NO_ROW, NOISE, SMALL, UNBOUNDED, ZERO, lexicographic_minimum
+from lcpcli.linalg import factors, matrices, units
+
+OPTIONS = {"nogil": True, "error_model": "numpy"}
+VECTOR, MATRIX = (types.Array(types.float64, d, "C", readonly=True) for d in (1, 2))
+
+
+@overload(tableau.exchange, jit_options=OPTIONS)
+def _exchange(T: Any, row: Any, column: Any) -> Any:  # noqa: ARG001
+    """Return the body of `tableau.exchange` that is compiled: one pass over the tableau in place of three."""
+
+    def exchange(T: Any, row: Any, column: Any) -> Any:
+        pivot, own = T[row, column], T[row].copy()
+        own /= -pivot
+        own[column] = 0.0
+        for i in range(T.shape[0]):
+            other, factor = T[i], T[i, column]
+            if i != row and factor != 0.0:
+                for j in range(own.size):
+                    other[j] += factor * own[j]
+                other[column] = factor / pivot
+        T[row] = own
+        T[row, column] = 1.0 / pivot
+
+    return exchange
+
+
+@overload(tableau.shift, jit_options=OPTIONS)
+def _shift(tableau: Any, entering: Any, way: Any, step: Any) -> Any:  # noqa: ARG001
+    """Return the body of `tableau.shift` that is compiled: one pass."""
+
+    def shift(tableau: Any, entering: Any, way: Any, step: Any) -> Any:
+        fastest, values, noise = 0.0, tableau.values, tableau.noise
+        for i in range(values.size):
+            change = tableau.T[i, entering] * way
+            rate = abs(change)
+            fastest = max(fastest, rate)
+            values[i] += step * change
+            noise[i] = max(noise[i], NOISE * step * rate)
+            if abs(values[i]) <= ZERO * noise[i]:
+                values[i] = 0.0
+        return fastest
+
+    return shift
+
+
+@overload(tableau.choose, jit_options=OPTIONS)
+def _choose(tableau: Any, d: Any, entering: Any, way: Any, cover_row: Any, lexicographic: Any) -> Any:  # noqa: ARG001
+    """Return the body of `tableau.choose` that is compiled: two passes."""
+
+    def choose(tableau: Any, d: Any, entering: Any, way: Any, cover_row: Any, lexicographic: Any) -> Any:
+        n, noise, values = tableau.values.size, tableau.noise, tableau.values
+        variable, most = tableau.nonbasic[entering], SMALL * tableau.growth[0]
+        own = d[variable - n] if n <= variable < 2 * n else np.inf
+        rooms, least = np.empty(n), own
+        for i in range(n):
+            change = tableau.T[i, entering] * way
+            room = max(values[i] - tableau.lower[i] if change < 0.0 else tableau.upper[i] - values[i], 0.0)
+            rooms[i] = room
+            if abs(change) > most:
+                least = min(least, room / abs(change))
+        if least == np.inf:
+            return UNBOUNDED, 0.0
+        fall = -tableau.T[cover_row, entering] * way
+        if fall > most and values[cover_row] - least * fall <= noise[cover_row]:
+            return cover_row, rooms[cover_row] / fall
+        if own <= least:
+            return NO_ROW, own
+        row, fastest, tied = 0, 0.0, np.zeros(n, np.bool_)
+        for i in range(n):
+            rate = abs(tableau.T[i, entering])
+            tied[i] = rate > most and rooms[i] - least * rate <= noise[i]
+            if tied[i] and rate > fastest:
+                row, fastest = i, rate
+        if lexicographic:
+            row = lexicographic_minimum(tableau, np.nonzero(tied)[0], tableau.T[:, entering] * way)
+        return row, rooms[row] / abs(tableau.T[row, entering])
+
+    return choose
+
+
+@overload(matrices.row_and_column_maxima, jit_options=OPTIONS)
+def _maxima(M: Any, R: Any, C: Any) -> Any:  # noqa: ARG001
+    """Return the body of `row_and_column_maxima` that is compiled: one pass over a dense M."""
+
+    def maxima(M: Any, R: Any, C: Any) -> Any:
+        rows, columns = np.zeros(R.size), np.zeros(R.size)
+        for i in range(R.size):
+            row = M[i]
+            for j in range(R.size):
+                if row[j] != 0.0:
+                    size = abs(row[j]) * R[i] * C[j]
+                    rows[i], columns[j] = max(rows[i], size), max(columns[j], size)
+        return rows, columns
+
+    return maxima
+
+
+for function in (
+    *(tableau.lexicographic_minimum, tableau.move, tableau.tableau_of, tableau.begin),
+    *(factors.finite, exchanges.reciprocals, exchanges.solve_basic),
+    *(units.half_power, units.common_power, units.are_far_apart, units.sizes_in_units, units.swept),
+    *(units.moderate_powers, free_variables.are_near_one),
+    *(free_variables.largest, free_variables.cleaned, free_variables.solved, free_variables.combinations),
+    *(free_variables.same_units, free_variables.split, free_variables.eliminated),
+    *(free_variables.constants, free_variables.widths),
+):
+    register_jitable(**OPTIONS)(function)
