@@ -219,8 +219,7 @@ def ray(n: int, seed: int) -> Problem:
 def integer_matrix(random: Generator, n: int) -> Vector:
     """Return A'A + I with entries of A from -1, 0 and 1: symmetric positive definite, with integers up to n + 1."""
     A = random.integers(-1, 2, (n, n)).astype(np.float64)
-    M: Vector = A.T @ A + np.eye(n)
-    return M
+    return np.asarray(A.T @ A + np.eye(n))
 
 
 def complementary(size: Vector, inside: Mask) -> tuple[Vector, Vector]:

@@ -159,8 +159,7 @@ class Scene:
 
 def _distances(points: Vector) -> Vector:
     x, y = points.T
-    distances: Vector = np.hypot(np.subtract.outer(x, x), np.subtract.outer(y, y))
-    return distances
+    return np.asarray(np.hypot(np.subtract.outer(x, x), np.subtract.outer(y, y)))
 
 
 def contact_in_time(kind: str, boxes: int, seed: int = 0, friction: float = 0.5) -> Scene:

@@ -40,10 +40,6 @@ from lcpcli.typing import Matrix
 MOST_CONVERTED = 2000  # unknowns up to which a matrix is converted; beyond that, the benchmark would misuse the peer
 
 
-def not_lcp(problem: Problem) -> str:
-    return "takes no bounds but z >= 0" if problem.is_mixed else ""
-
-
 def not_convex(problem: Problem) -> str:
     if isinstance(problem.origin, Program):
         return "" if is_monotone(problem) else "needs a convex program"
@@ -148,7 +144,7 @@ def _quantecon(optimize: Any, problem: Problem, *_: Any) -> Ending:
 quantecon = PackageSolver(
     "quantecon.optimize",
     _quantecon,
-    (not_lcp, not_dense),
+    (lambda problem: "takes no bounds but z >= 0" * problem.is_mixed, not_dense),
     # a first call compiles the method for writable arrays in row-major order, as M and q are
     compile=lambda optimize: optimize.lcp_lemke(np.eye(2), -np.ones(2), max_iter=10**6),
 )

@@ -68,7 +68,8 @@ def render(
 def _linear_tables(found: Inspection, classes: Sequence[Row], whole: bool) -> list[Table]:
     methods = [(name, guarantee.word, guarantee.reason) for name, guarantee in found.guarantees.items()]
     guaranteed = _table(("method", "guaranteed", "in exact arithmetic, because"), methods)
-    plan = [(method, "; ".join(filter(None, (part, _share(k)))), why) for method, part, k, why in found.plan or ()]
+    tries = [(one, f"{count(one[2], 'iteration')}, then twice as many" if one[2] else "") for one in found.plan or ()]
+    plan = [(method, "; ".join(filter(None, (part, share))), why) for (method, part, _, why), share in tries]
     if whole:
         return [
             _table(("", ""), _facts(found) if found.problem.n else []),
@@ -95,10 +96,6 @@ def verdict(found: Inspection | NonlinearInspection) -> str:
 
 def _table(header: Row, rows: Sequence[Row], texts: Sequence[int] = ()) -> Table:
     return Table(header, [rows], words=range(len(header)), texts=texts or (len(header) - 1,))
-
-
-def _share(iterations: int | None) -> str:
-    return "" if iterations is None else f"{count(iterations, 'iteration')}, then twice as many"
 
 
 def _facts(found: Inspection) -> list[Row]:

@@ -53,19 +53,13 @@ def render(document: Document, width: int | None, color: bool) -> str:
             if section.verdict or (table.texts and (j or section.facts)):
                 console.print()
             _print(console, table if color else _starred(table), width)
-            show(_notes(table, color), "", width or PIPE_WIDTH)
+            star = [f"* {table.why}"] * bool(table.best and not color)  # where there is no bold type
+            last = "; ".join([*table.notes[-1:], *star])
+            show([*table.notes[:-1], *filter(None, [last])], "", width or PIPE_WIDTH)
         if not section.verdict:
             show(section.remarks, REMARK)
         show([section.provenance] * bool(section.provenance), "", width or PIPE_WIDTH)
     return trim(out)
-
-
-def _notes(table: Table, color: bool) -> list[str]:
-    """Return the notes of a table, the last one with what a star means where there is no bold type."""
-    if color or not table.best:
-        return list(table.notes)
-    star = f"* {table.why}"
-    return [*table.notes[:-1], f"{table.notes[-1]}; {star}"] if table.notes else [star]
 
 
 def page(text: str, width: int, color: bool) -> str:
