@@ -466,7 +466,8 @@ def _solution(rows: Rows) -> Candidate:
 
 
 def _column(name: str, rows: Rows) -> list[Fraction]:
-    return [within(f"line {k}, column {[*row].index(name) + 1}", ratio, row[name]) for k, row in rows]
+    j = [*rows[0][1]].index(name) + 1
+    return [within(f"line {k}, column {j}", ratio, row[name]) for k, row in rows]
 
 
 def _in_order(name: str, rows: Rows) -> Rows:
