@@ -36,7 +36,7 @@ from lcpcli.typing import Vector
 
 from .planted import solvable
 from .stages import through
-from .test_reflections import planted
+from .test_milp import planted
 
 PROBLEM = families.make("harker-pang", 150)
 STRUCTURE = Structure(PROBLEM, np.zeros(PROBLEM.n))
