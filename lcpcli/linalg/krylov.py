@@ -31,7 +31,7 @@ Measure = Callable[[Vector], float]
 
 def dot(u: Vector, v: Vector) -> float:
     """Return u'v, by one thread alone."""
-    return float(u @ v if u.size <= MOST_IN_ONE_THREAD else np.einsum("i,i->", u, v))
+    return float(u.dot(v) if u.size <= MOST_IN_ONE_THREAD else np.einsum("i,i->", u, v))
 
 
 def norm(v: Vector) -> float:
