@@ -173,6 +173,7 @@ class Solver:
         self._reduction = kept or reduced(problem)
         return self._reduction
 
+    @np.errstate(over="ignore")
     def _states(self, problem: Problem) -> States | None:
         """Return the states of the last solution; None if q points in too different a direction."""
         last, box = self._last, problem.box
