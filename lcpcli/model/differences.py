@@ -124,13 +124,18 @@ class Slopes:
     def unsmooth(self, noise: Vector) -> tuple[Mask, Mask]:
         """Return the rows with a kink at z, by the slopes on both sides, and those with a jump, far above the noise."""
         d = self._direction()
-        sides = [[self._quotient(sign * step * d).change for step in STEPS[:2]] for sign in (1.0, -1.0)]
-        steady = [np.abs(long - short) <= KINKED / 4 * np.abs(short) for long, short in sides]
-        short = [side[1] for side in sides]
+        room = np.minimum(self._problem.upper - self._z, self._z - self._problem.lower)
+        sides, inner = self._sides(d), self._sides(np.where(room < STEPS[0] * np.abs(d), 0.0, d))
+        steady = [np.abs(long - short) <= KINKED / 4 * np.abs(short) for long, short in inner]
+        short = [side[1] for side in inner]
         kink = steady[0] & steady[1] & (np.abs(short[0] + short[1]) > KINKED * np.fmax(*np.abs(short)))
         grows = [np.abs(short) > RATIO / 2 * np.abs(long) for long, short in sides]
         large = [STEPS[1] * np.abs(short) > 16 * noise for _, short in sides]
         return kink, (grows[0] & large[0]) | (grows[1] & large[1])
+
+    def _sides(self, d: Vector) -> list[list[Vector]]:
+        """Return the changes by a long and a short step along d, and those by steps to the other side."""
+        return [[self._quotient(sign * step * d).change for step in STEPS[:2]] for sign in (1.0, -1.0)]
 
     def _quotient(self, step: Vector) -> _Quotient:
         move = (moved := self._problem.box.project(self._z + step)) - self._z

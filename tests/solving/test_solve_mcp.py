@@ -447,6 +447,15 @@ def test_noise_that_no_difference_shows_is_told_where_the_tolerance_is_loose() -
     assert "F is noisy at about " in result.message
 
 
+@pytest.mark.parametrize(("lower", "is_told"), [(2.0, False), (0.0, True)])
+def test_a_kink_is_told_between_bounds_and_none_at_a_bound_of_a_function_smooth_within_it(
+    lower: float, is_told: bool
+) -> None:
+    slope = lambda z: np.diag(np.where(z > 2, 1.0, 0.0))  # noqa: E731
+    problem = NonlinearProblem(lambda z: np.maximum(z - 2, 0) - 1e-9, slope, x0=[2.0], lower=lower)
+    assert ("F has a kink there, in row 1" in str(lcpcli.check(problem, [2.0]))) == is_told
+
+
 @pytest.mark.parametrize(("shift", "scale"), [(1e7, 1.0), (3e6, 1.0), (1e7, 100.0), (2e7, 0.01)])
 def test_oscillation_that_finer_differences_resolve_is_no_noise(shift: float, scale: float) -> None:
     A = np.array([[0.8, 0.6], [-0.5, 0.4]])
