@@ -30,7 +30,6 @@ MOST_CG_STEPS = 300  # for so many rows that elimination may take too long, and 
 THIN, THIN_CG_STEPS = 4, 32  # entries in a row of few symmetric ones, and their steps: elimination takes less then
 FEW_SYMMETRIC, LARGEST_ELIMINATED = 10_000, 100_000  # rows
 BAND = 5  # how far entries are from the diagonal in a band whose factors take less time than conjugate gradients
-FEW_LEVELS = 3  # of a breadth-first search, in which it reaches all rows of most matrices that have one component
 MOST_DENSE = 48  # rows up to which dense normal equations take no longer than conjugate gradients
 FEW_ROWS = 256  # of a dense M, for which products with it are tried without a look at its zeros
 DENSE, DENSE_CG_STEPS = 0.2, 30  # the share of entries from which products with them are dense, and the steps tried

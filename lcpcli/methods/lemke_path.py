@@ -48,7 +48,9 @@ def cover_of(cover: int | str, units: Vector) -> Vector:
 
 @lru_cache(maxsize=16)
 def _seeded_cover(seed: int, size: int) -> Vector:
-    return np.asarray(0.5 + generator(seed).random(size))
+    cover: Vector = 0.5 + generator(seed).random(size)
+    cover.setflags(write=False)  # as all paths share it
+    return cover
 
 
 class LemkePath:

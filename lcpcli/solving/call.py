@@ -218,7 +218,7 @@ def chosen(options: Mapping[str, object], known: Collection[str], method: str = 
     given = {name: value for name, value in options.items() if value is not None}
     if given.get("interrupts", RAISE) not in INTERRUPTS:
         raise ParameterError("interrupts", f"{given['interrupts']!r} is unknown", 'give "raise" or "return"')
-    for name in (name for name in given if name not in known):
+    for name in (name for name in options if name not in known):
         if method and name in OF_PROBLEMS:
             raise OptionError(name, "belongs to the problem", f"write Problem(M, q, {name}=...)")
         own = methods.parameters_of(method) if method else []

@@ -121,7 +121,7 @@ def solve_mcp(
     >>> result.status.word, result.z.round(6).tolist(), result.route
     ('solved', [2.0], ('josephy-newton',))
     """
-    began = seconds()
+    began, given = seconds(), chosen(options, NonlinearOptions.__annotations__, of="solve_mcp")
     if isinstance(F, NonlinearProblem):
         bounds = {"lower": (lower, 0.0), "upper": (upper, math.inf), "infinity": (infinity, math.inf)}
         others = {"J": (J, None), "x0": (x0, None), "names": (names or None, None), "jax": (jax, False)}
@@ -134,7 +134,6 @@ def solve_mcp(
         if jax:
             F, J = by_jax(F, J)
         problem = NonlinearProblem(F, J, lower=lower, upper=upper, infinity=infinity, x0=x0, names=names)
-    given = chosen(options, NonlinearOptions.__annotations__, of="solve_mcp")
     return run_nonlinear(problem, pattern=pattern, began=began, limits=Limits.taken_from(given), **given)
 
 

@@ -323,10 +323,13 @@ def decision(measure: Measure, z: Vector, w: Vector, tol: float) -> bool | None:
     if excess[row] > 2 * tol * own[row] and _fails(problem, sizes, excess[row], row, np.inf, tol):
         return False
     rows, least = _open_rows(problem, z, excess, own, sizes, tol)
-    if not rows.size or (problem.M.all() and (least <= _least_caps(problem, rows)).all()):
+    if not rows.size:
+        return True
+    are_known = bool((least < np.inf).all())  # caps too are infinite, in a component without a size
+    if are_known and problem.M.all() and (least <= _least_caps(problem, rows)).all():
         return True
     caps = measure.caps(z)
-    if (least <= caps[rows]).all():
+    if are_known and (least <= caps[rows]).all():
         return True
     row = int((excess / caps).argmax())
     return False if _fails(problem, sizes, excess[row], row, caps[row], tol) else None

@@ -90,9 +90,10 @@ def test_options_for_type_checkers_are_those_of_the_calls_and_of_the_registry() 
     ],
     ids=lambda call: call.func.__name__,
 )
-def test_misspelt_option_is_refused_with_the_one_that_is_meant(call: Any) -> None:
+@pytest.mark.parametrize("value", [3, None])
+def test_misspelt_option_is_refused_with_the_one_that_is_meant(call: Any, value: Any) -> None:
     with pytest.raises(OptionError, match=r"^time_limt: is not an option of .*; did you mean time_limit\?$"):
-        call(time_limt=3)
+        call(time_limt=value)
 
 
 def test_truth_of_a_result_is_refused() -> None:

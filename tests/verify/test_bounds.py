@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.random import Generator
-from scipy.sparse import csr_array, diags_array
+from scipy.sparse import csr_array, diags_array, eye_array, kron
 
 from lcpcli import Problem, error_bound
 from lcpcli.errors import ProblemError
@@ -184,6 +184,17 @@ def test_large_sparse_h_plus_matrix_has_a_bound(margin: float) -> None:
     bound = error_bound(problem, z)
     assert bound.source == "Chen and Xiang 2006, M is H+"
     assert np.abs(z - true).max() <= bound.value <= 1.1 * np.abs(z - true).max()
+
+
+def test_a_bound_takes_no_factors_of_a_matrix_with_much_fill(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scipy.sparse.linalg.splu", None)
+    k = 20
+    second = diags_array([np.full(k - 1, -1.0), np.full(k, 2.5), np.full(k - 1, -1.0)], offsets=[-1, 0, 1])
+    M = csr_array(kron(kron(second, eye_array(k)), eye_array(k)) + kron(eye_array(k * k), second))
+    true = np.maximum(np.sin(np.arange(k**3) / 100.0), 0.0)
+    bound = error_bound(Problem(M, np.where(true > 0, 0.0, 0.5) - M @ true), true)
+    assert bound is not None
+    assert bound.value <= 1e-10
 
 
 def test_numbers_beyond_range_have_no_bound_and_no_traceback() -> None:

@@ -186,6 +186,21 @@ def test_bounds_never_call_a_solution_what_is_none(seed: int, n: int, spread: in
         assert is_run_off(problem, z, 1.1 * residual)
 
 
+@pytest.mark.parametrize("largest_error", [1e-3, 1e-5])
+def test_a_part_without_data_of_a_size_is_violated_by_anything_whatever_the_other_parts_are(
+    largest_error: float,
+) -> None:
+    m, generator = 40, np.random.default_rng(0)
+    M, z = np.zeros((2 * m, 2 * m)), np.zeros(2 * m)
+    M[:m, :m], M[m:, m:] = (np.eye(m) + 0.01 * generator.random((m, m)) / m for _ in range(2))
+    z[:m] = 1e8
+    problem = Problem(M, -M @ z)
+    z[0], z[m] = z[0] + largest_error, 1e-6
+    point = Point(Criterion(problem), z)
+    assert point.relative_residual == 1.0
+    assert not point.solves()
+
+
 def around(z: Vector, generator: np.random.Generator) -> Vector:
     """z and points near it at all distances, some so near that rounding decides."""
     steps = 10.0 ** generator.uniform(-17, 0, (60, 1)) * generator.standard_normal((60, z.size))
