@@ -5,6 +5,7 @@ How a run of many problems is resumed: which problems are in its log, and which 
 
 from __future__ import annotations
 
+import os.path
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
@@ -14,7 +15,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.cli.declarations import COMPARE, refuse_beside
+from lcpcli.cli.declarations import COMPARE, STARTS, refuse_beside
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, of_several, of_status
 from lcpcli.cli.output import Output, refuse
 from lcpcli.cli.problems import tell
@@ -23,7 +24,7 @@ from lcpcli.cli.terminal import STANDARD, Line, emit, shows_progress
 from lcpcli.cli.workers import Task, TaskRecord, all_records
 from lcpcli.errors import LCPError, OptionError, count
 from lcpcli.files.atomic_write import gradual_writing, open_log, refuse_unwritable
-from lcpcli.files.contents import place
+from lcpcli.files.contents import Source, place
 from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.files.formats import LINES
 from lcpcli.files.inputs import QColumns, Work, digest
@@ -170,7 +171,7 @@ MARKED_TOGETHER = 4096  # q of one M whose marks are made at once: many, to shar
 HINT = "give the same files, delete its line to solve it again, or begin a new log"
 
 Kind = tuple[str, int]  # how a run ended: a word and an exit code
-Past = dict[int, tuple[str, Kind]]  # by the number of a problem, its digest and how its run ended
+Past = dict[int, tuple[str, Kind, Source]]  # by the number of a problem, its digest, how its run ended, and its place
 
 
 def options_of(request: Request) -> dict[str, str]:
@@ -179,8 +180,8 @@ def options_of(request: Request) -> dict[str, str]:
     given = {name: given[name] for name in OF_RUN if given[name] not in (None, False)}
     given |= {"method": request.variants[0], **request.own, **vars(request.limits)}
     texts = {name: str(value) for name, value in given.items()}
-    for name, text in texts.items():
-        if text and Path(text).is_file():
+    for name in {*STARTS, *BOUND_OPTIONS} & texts.keys():
+        if os.path.isfile(text := texts[name]):
             texts[name] = f"{text} (digest {digest(Path(text).read_bytes())})"
     return texts
 
@@ -190,7 +191,7 @@ def missing(works: Iterator[Work], given: Mapping[str, str], past: Past, ends: C
 
     given : the options. past : what the log has. ends : counts how the runs of these problems ended.
     """
-    number = 0
+    number, places = 0, {source for _, _, source in past.values()}
     for whole in works:
         for work in whole.parts(MARKED_TOGETHER) if isinstance(whole, QColumns) else [whole]:
             marks: list[dict[str, Any]]
@@ -198,7 +199,10 @@ def missing(works: Iterator[Work], given: Mapping[str, str], past: Past, ends: C
             are_new = [mark["number"] not in past for mark in marks]
             for source, mark in zip(work.sources, marks, strict=True):
                 number = mark["number"]
-                own, kind = past.pop(number, (mark["digest"], None))
+                is_elsewhere = number not in past and source._replace(mark=None) in places
+                own, kind, _ = past.pop(number, (mark["digest"], None, source))
+                if is_elsewhere:
+                    raise OptionError("--resume", f"has {source} under another number than {number}", HINT)
                 if own != mark["digest"]:
                     raise OptionError("--resume", f"has a problem other than {source} as number {number}", HINT)
                 ends.update([kind] if kind else [])
@@ -213,10 +217,11 @@ def missing(works: Iterator[Work], given: Mapping[str, str], past: Past, ends: C
         raise OptionError("--resume", fault, HINT)
 
 
-def _known(record: Mapping[str, Any], given: Mapping[str, str]) -> tuple[int, tuple[str, Kind]]:
-    """Return the number of the problem of a record, its digest and how its run ended; raise OptionError if the record
-    was written with other options."""
+def _known(record: Mapping[str, Any], given: Mapping[str, str]) -> tuple[int, tuple[str, Kind, Source]]:
+    """Return the number of the problem of a record, its digest, how its run ended, and its place; raise OptionError if
+    the record was written with other options."""
     number, word, exact = record["number"], record["status"], record["exact"]
+    source = Source(record.get("file"), record.get("item"))
     try:
         then = {**dict.fromkeys(given, "none"), **record["given"]}
         now = {**dict.fromkeys(then, "none"), **given}
@@ -229,7 +234,7 @@ def _known(record: Mapping[str, Any], given: Mapping[str, str]) -> tuple[int, tu
         if word != result_formats.BAD_INPUT:
             code = of_status(Status[word.upper()]) if exact is None or exact["status"] else NOT_SOLVED
             word = word_of(word, (record["answer"] or {}).get("proved"))
-        return number, (record["digest"], (word, code))
+        return number, (record["digest"], (word, code), source)
     except (KeyError, TypeError, AttributeError):
-        fault = f"has a record of {record['file']} that is damaged"
+        fault = f"has a record of {source} that is damaged"
         raise OptionError("--resume", fault, "begin a new log") from None

@@ -310,18 +310,21 @@ def require_order(content: bytes, names: Callable[[], Sequence[str]]) -> None:
     first = lines_of(content[:HEAD])[:1]
     header = cells_of(*first[0], delimiter_of(first[0][1])) if first else []
     if len(header) > 1 and is_header(header) and "component" not in header and (own := names()):
-        grid = grid_of(content, all_bounds=True)
+        words = any(is_absent(cell) for cell in header if cell.strip())  # a row of bounds, which is no header
+        grid = grid_of(content, all_bounds=words)
         refuse_other_order([row[0] for _, row in grid.rows], own)
-        refuse_other_order(grid.header * (len(grid.rows) == 1), own)
+        refuse_other_order(grid.header[grid.indexed :] * (len(grid.rows) == 1), own)
 
 
 def refuse_other_order(labels: Sequence[str], names: Sequence[str]) -> None:
     """Raise ProblemError if labels are some of the names of the unknowns, or all in another order."""
     own = [label.strip() for label in labels]
     if own != list(names) and set(own) & set(names) - {""} and len(set(names)) == len(names):
-        other = next((label for label, name in zip(own, names, strict=False) if label != name), own[-1])
-        fault = f"has the label {quoted(other)} where another unknown is meant by its place"
-        raise ProblemError("", fault, f"put the rows in the order {', '.join(names)}, or leave the labels out")
+        fault = f"has {count(len(own), 'label')} for {count(len(names), 'unknown')}"
+        if len(own) == len(names):
+            label, name = next(pair for pair in zip(own, names, strict=True) if pair[0] != pair[1])
+            fault = f"has the label {quoted(label)} in the place of {quoted(name)}"
+        raise ProblemError("", fault, "put the labels in the order of the unknowns, or leave them out")
 
 
 NAME = re.compile(r"[^\W\d]")  # begins like a name

@@ -39,6 +39,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     texts |= {"numbered": ",q\n0,-1\n1,2\n2,-3\n", "others": ",q\nx,-1\ny,2\nu,-3\n"}  # which do not count
     texts["short"] = '"a" "b" "c" "q"\n"a" 4 -1 0 -1\n"b" -1 4 -1 2\n"c" 0 -1 4 -3\n'
     texts["bounded"] = ",q,a,upper,b,c\na,-1,4,7,-1,0\nb,2,-1,8,4,-1\nc,-3,0,9,-1,4\n"
+    texts |= {"ended": "a,b,c,,\n-1,2,-3,,\n,,,,\n", "indexed": '"a" "b" "c"\n"1" -1 2 -3\n'}
     texts |= {"mixed": ",a,b,c,q\nb,-1,4,-1,2\nc,0,-1,4,-3\na,4,-1,0,-1\n", "swapped": "c,b,a\n-3,2,-1\n"}
     for name, text in (texts | {"plain": "-5\n3.3\n"}).items():
         Path(f"{name}.csv").write_text(text)
@@ -50,7 +51,20 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize(
-    "names", ["whole", "short", "bounded", "matrix q", "m q", "m row", "m blank", "m numbered", "m others"]
+    "names",
+    [
+        "whole",
+        "short",
+        "bounded",
+        "matrix q",
+        "m q",
+        "m row",
+        "m blank",
+        "m numbered",
+        "m others",
+        "m ended",
+        "m indexed",
+    ],
 )
 def test_labels_may_be_the_names_of_the_unknowns_in_their_order(names: str, lcp: Lcp) -> None:
     files = [f"{name}.{'json' if name == 'm' else 'csv'}" for name in names.split()]
@@ -63,9 +77,8 @@ def test_labels_may_be_the_names_of_the_unknowns_in_their_order(names: str, lcp:
 def test_labels_that_would_put_numbers_elsewhere_are_refused(line: str, lcp: Lcp, folder: Path) -> None:
     for labels in ("cab", "abd", "abca"):
         (folder / "other.csv").write_text(",q\n" + "".join(f"{label},1\n" for label in labels))
-        assert_refused(
-            lcp(*line.split()), "has the label ", "put the rows in the order a, b, c, or leave the labels out"
-        )
+        told = "has 4 labels for 3 unknowns" if len(labels) > 3 and "other" in line else "in the place of "
+        assert_refused(lcp(*line.split()), told, "put the labels in the order of the unknowns, or leave them out")
 
 
 @pytest.mark.parametrize(
@@ -75,7 +88,7 @@ def test_bounds_starts_directions_and_answers_keep_the_order_too(line: str, lcp:
     (folder / "v.csv").write_text(",z\na,0.25\nb,0\nc,0.75\n")
     assert lcp(*line.split(), "v.csv").code == 0
     (folder / "v.csv").write_text(",z\nc,0.75\na,0.25\nb,0\n")
-    assert_refused(lcp(*line.split(), "v.csv"), "has the label 'c' where another unknown is meant by its place")
+    assert_refused(lcp(*line.split(), "v.csv"), "has the label 'c' in the place of 'a'")
 
 
 def test_a_sign_or_a_fraction_that_is_no_number_is_said_as_what_it_is(lcp: Lcp, folder: Path) -> None:
