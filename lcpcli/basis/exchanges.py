@@ -13,6 +13,7 @@ and its Applications 21 (1978) 207-215.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Generator
 from typing import Any, NamedTuple
 
@@ -61,7 +62,7 @@ def exchanging(problem: Any, basis: States) -> Generator[BasicSolution, Indices 
             problem, basis = problem.part(rows), basis[rows]
 
 
-class System:
+class System(ABC):
     """The basic solutions of w = M z + q, one after another, for M of any kind: a subclass has its products and
     solvers.
 
@@ -75,17 +76,17 @@ class System:
     largest: float
     has_terms = True
 
+    @abstractmethod
     def product(self, z: Vector) -> Vector:
         """Return M z, as a new array."""
-        raise NotImplementedError
 
+    @abstractmethod
     def terms(self, z: Vector, rows: Indices | None = None) -> Vector:
         """Return |M| |z| + |q|, in all rows or some of them."""
-        raise NotImplementedError
 
+    @abstractmethod
     def solver(self, indices: Indices) -> Solve:
         """Return a solver of systems with M_PP, of half of all digits at least; raise SingularMatrix here or there."""
-        raise NotImplementedError
 
     def exchanging(self, basis: States) -> Generator[BasicSolution, Indices | None, None]:
         """Yield basic solutions by block principal pivoting from a basis, as the function `exchanging` does; raise
@@ -174,7 +175,7 @@ class BasicSolutions(System):
 
     def __init__(self, problem: Problem, solver: PrincipalSolver | None = None) -> None:
         self._problem, self.box, self.q, M = problem, problem.box, problem.q, problem.M
-        self.solver = (solver or PrincipalSolver(M, problem.latest)).at  # type: ignore[method-assign]
+        self._solver = solver or PrincipalSolver(M, problem.latest)
         self.has_terms = is_sparse(M) or M.size <= MOST_COPIED_ENTRIES
 
     @property
@@ -191,6 +192,9 @@ class BasicSolutions(System):
     def terms(self, z: Vector, rows: Indices | None = None) -> Vector:
         M, q = (self._problem.M, self.q) if rows is None else (self._problem.M[rows], self.q[rows])
         return absolute_product(M, np.abs(z)) + np.abs(q)
+
+    def solver(self, indices: Indices) -> Solve:
+        return self._solver.at(indices)
 
 
 def in_units_of_state(terms: Vector, maxima: Vector, basic: Mask) -> Vector:

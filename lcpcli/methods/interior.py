@@ -183,9 +183,8 @@ class Run:
                 best, least = at, merit
             if merit < CLOSE_MERIT and merit < MERIT_DROP * tried:
                 tried = merit
-                yield from self._exchanged(
-                    solutions, at.z, _active(self._within, at)
-                )  # before `at`, which is less accurate
+                # Before the point itself, which is less accurate.
+                yield from self._exchanged(solutions, at.z, _active(self._within, at))
             if lengths:
                 step = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {regularization.rho:.0e}"
                 yield self._shown(at.z, step)._replace(signs_final=mu < SMALL_MU)  # else the next ones are better

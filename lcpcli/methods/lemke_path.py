@@ -1,13 +1,10 @@
 """Lemke's path for a mixed problem, in the bounded variables that `free_variables` leaves of it.
 
-The solution at a basis, as where Lemke's path ends, computed anew from M and q.
-
-What is left of a problem at a point that solves it but for rows of small numbers, as a problem of its own.
-
-A path ends once z_0 is within rounding of the largest numbers, before numbers decide that are smaller by sixteen
-digits, as those of bodies at rest: momenta of 1e-17 beside impulses of 1. At the point z that it finds, M (z + s d) + q
-= s (M d + (M z + q) / s): in units s of what is violated this is a problem in d with the bounds (l - z) / s, in which
-components far inside their bounds are free, and those with a large w stay where they are.
+Where the path ends, the solution at its basis is computed from M and q, and small numbers are settled by problems of
+what they leave: a path ends once z_0 is within rounding of the largest numbers, before numbers decide that are smaller
+by sixteen digits, as those of bodies at rest: momenta of 1e-17 beside impulses of 1. At the point z that it finds, M (z
++ s d) + q = s (M d + (M z + q) / s): in units s of what is violated this is a problem in d with the bounds (l - z) / s,
+in which components far inside their bounds are free, and those with a large w stay where they are.
 """
 
 from __future__ import annotations

@@ -100,7 +100,7 @@ class _InDoubles:
 
 
 class _InFractions:
-    """The same in fractions."""
+    """M and q in fractions, with the systems of some basic indices, as `_InDoubles` has them."""
 
     def __init__(self, data: ExactProblem, effort: Effort) -> None:
         self._data, self._effort = data, effort
