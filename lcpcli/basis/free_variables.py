@@ -160,9 +160,10 @@ def eliminated(own: Kept, rows: Vector, columns: Vector) -> Eliminated:
 
 def same_units(A: Vector, rows: Vector, columns: Vector, bounded: Indices) -> tuple[Vector, Vector]:
     """Scale rows and columns of bounded variables by the same factors, without which A is not monotone even if M
-    is, unless these units are far apart; return the units."""
+    is, unless M cannot be monotone, or these units are far apart; return the units."""
     ratios = rows[bounded] / columns[bounded]
-    if bounded.size and ratios.max() <= NEAR_UNITS * ratios.min():
+    is_near = bounded.size > 0 and ratios.max() <= NEAR_UNITS * ratios.min()
+    if is_near and may_be_monotone(A / rows.reshape(-1, 1) / columns):
         units = np.exp2(np.rint(0.5 * np.log2(rows[bounded] * columns[bounded])))
         own_rows, own_columns = rows.copy(), columns.copy()
         own_rows[bounded], own_columns[bounded] = units, units
@@ -170,6 +171,14 @@ def same_units(A: Vector, rows: Vector, columns: Vector, bounded: Indices) -> tu
         A *= own_columns / columns
         return own_rows, own_columns
     return rows, columns
+
+
+def may_be_monotone(M: Vector) -> bool:
+    """Return whether all minors of order 2 of M + M' are nonnegative, up to rounding."""
+    M = 0.5 * M
+    d, pairs = np.diag(M), np.abs(M + M.T) - CANCELLED * (np.abs(M) + np.abs(M.T))
+    roots = np.sqrt(np.maximum(d, 0.0))
+    return bool(d.min() >= 0.0 and (pairs <= (2.0 + CANCELLED) * np.outer(roots, roots)).all())
 
 
 def split(K: Vector, G: Vector, H: Vector) -> Vector:

@@ -114,7 +114,7 @@ for function in (
     *(units.half_power, units.common_power, units.are_far_apart, units.sizes_in_units, units.swept),
     *(units.moderate_powers, free_variables.are_near_one),
     *(free_variables.largest, free_variables.cleaned, free_variables.solved, free_variables.combinations),
-    *(free_variables.same_units, free_variables.split, free_variables.eliminated),
+    *(free_variables.may_be_monotone, free_variables.same_units, free_variables.split, free_variables.eliminated),
     *(free_variables.constants, free_variables.widths),
 ):
     register_jitable(**OPTIONS)(function)

@@ -207,6 +207,20 @@ def test_monotone_problems_whose_free_variables_have_a_singular_block_are_solved
     assert run(Problem(M, q, lower=lower), "lemke").solved
 
 
+def test_a_path_reaches_the_minimizer_of_most_programs_with_equations_whose_rows_have_units_of_their_own() -> None:
+    solved = 0
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        k, m = int(rng.integers(4, 12)), int(rng.integers(1, 4))
+        G, A, x = rng.normal(size=(k, k)), rng.normal(size=(m, k)), np.maximum(rng.normal(size=k), 0.0)
+        c = np.where(x > 0, 0.0, rng.random(k)) - G @ (G.T @ x) + A.T @ rng.normal(size=m)
+        units = 2.0 ** rng.integers(-10, 11, k + m)
+        M = units[:, np.newaxis] * np.block([[G @ G.T, -A.T], [A, np.zeros((m, m))]])
+        lower = np.append(np.zeros(k), np.full(m, -np.inf))
+        solved += run(Problem(M, units * np.append(c, -A @ x), lower=lower), "lemke").solved
+    assert solved >= 36  # without units of rows and columns, a third of the paths end on rays
+
+
 def test_a_contradiction_that_the_tolerance_hides_does_not_end_a_run_of_auto() -> None:
     """e'z >= 1 and e'z <= 1 - 3e-11: the path ends on a ray that is a proof, beside a point that is accepted."""
     n = 23
