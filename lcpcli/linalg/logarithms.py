@@ -27,7 +27,7 @@ Arrays: TypeAlias = tuple[Indices, Indices, Vector]  # where each row begins, th
 SETTLED_ERROR = 1e-10  # of the first step of conjugate gradients, or of 1: the last step
 FEW_CG_STEPS = 100  # after which elimination is tried
 MOST_CG_STEPS = 300  # for so many rows that elimination may take too long, and for few rows that are also the columns
-THIN, THIN_CG_STEPS = 4, 32  # entries in a row of few symmetric ones, and their steps: elimination takes less then
+THIN = 4  # entries in a row of few symmetric ones, on average: elimination takes less then
 FEW_SYMMETRIC, LARGEST_ELIMINATED = 10_000, 100_000  # rows
 BAND = 5  # how far entries are from the diagonal in a band whose factors take less time than conjugate gradients
 MOST_DENSE = 48  # rows up to which dense normal equations take no longer than conjugate gradients
@@ -146,17 +146,16 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Fitted:
         times = [_product((*each[:2], np.ones(M.nnz)), n) for each in (rows, columns)]
         x = _banded(M, farthest, np.array(sums), counts, times, _first_of_parts(part, parts))
     else:
-        is_brief = n > LARGEST_ELIMINATED or (is_symmetric and n <= FEW_SYMMETRIC)
+        is_brief, is_settled = n > LARGEST_ELIMINATED or (is_symmetric and n <= FEW_SYMMETRIC), False
         most = MOST_CG_STEPS if is_brief else FEW_CG_STEPS
-        if is_symmetric:
-            most = THIN_CG_STEPS if n <= FEW_SYMMETRIC and M.nnz <= THIN * n else most
-            chosen = np.zeros(n, dtype=bool) if S is None else S < 0
-            found, is_settled = _symmetric(M.shape, rows, sums[0], counts[0], chosen, most)
-            x = np.concatenate((found, found))
-        else:
+        if not is_symmetric:
             times = [_product(_scaled(*each), n) for each in ((rows, *counts), (columns, *counts[::-1]))]
             *both, is_settled = _by_gradients(sums, [*counts], times, most)
             x = np.concatenate(both)
+        elif n > FEW_SYMMETRIC or M.nnz > THIN * n:
+            chosen = np.zeros(n, dtype=bool) if S is None else S < 0
+            found, is_settled = _symmetric(M.shape, rows, sums[0], counts[0], chosen, most)
+            x = np.concatenate((found, found))
         if not is_settled and n <= LARGEST_ELIMINATED:
             E = of_arrays(M.shape, indptr, indices, np.ones(M.nnz))
             x = _eliminated(E, sums, counts, part, parts, is_symmetric)
