@@ -24,7 +24,7 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 # rho, gamma, the components of rows and columns, each of shape (n,), and the number of components
 Fitted: TypeAlias = tuple[Vector, Vector, Indices, Indices, int]
 Arrays: TypeAlias = tuple[Indices, Indices, Vector]  # where each row begins, the columns and the values of the entries
-SETTLED_ERROR = 1e-10  # of the first step of conjugate gradients, or of 1: the last step
+SETTLED_ERROR = 1e-8  # of the first step of conjugate gradients, or of 1: the last step
 FEW_CG_STEPS = 100  # after which elimination is tried
 MOST_CG_STEPS = 300  # for so many rows that elimination may take too long, and for few rows that are also the columns
 THIN = 4  # entries in a row of few symmetric ones, on average: elimination takes less then
