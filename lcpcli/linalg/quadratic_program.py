@@ -43,22 +43,24 @@ def minimized(
     bounds: tuple[Vector, Vector],
     tol: float,
     most_steps: int = 250,
+    most_gap: float | None = None,
 ) -> Ended:
     """Minimize x'Qx / 2 + c'x with A x = b, low <= G x <= high and lower <= x <= upper.
 
     Q, equations, rows, bounds : Q; A, b; G, low, high; lower, upper. The matrices are all dense, or all csc_matrices.
     tol : for PIQP's residuals and the duality gap: relative, and absolute in units of the largest |c_i| and |b_i|.
     most_steps : by default PIQP's own limit; it has no limit of time, and cannot be interrupted.
+    most_gap : the tolerance of the duality gap, by default `tol`.
     """
     with imports:
         piqp = import_module(MODULE)
     (A, b), (G, low, high), (lower, upper) = equations, rows, bounds
     solver = piqp.DenseSolver() if isinstance(Q, np.ndarray) else piqp.SparseSolver()
     settings = solver.settings
-    settings.eps_rel = settings.eps_duality_gap_rel = tol
     ends = [v[np.isfinite(v)] for v in (c, b, low, high)]
-    largest = max(float(np.abs(v).max(initial=0.0)) for v in ends)
-    settings.eps_abs = settings.eps_duality_gap_abs = tol * (largest or 1.0)
+    largest, gap = max(float(np.abs(v).max(initial=0.0)) for v in ends) or 1.0, tol if most_gap is None else most_gap
+    settings.eps_rel, settings.eps_abs = tol, tol * largest
+    settings.eps_duality_gap_rel, settings.eps_duality_gap_abs = gap, gap * largest
     settings.max_iter = most_steps
     constraints: dict[str, Any] = {"x_l": lower} | ({"x_u": upper} if np.isfinite(upper).any() else {})
     constraints |= {"A": A, "b": b} if b.size else {}

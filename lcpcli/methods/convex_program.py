@@ -21,7 +21,8 @@ from lcpcli.methods.stages import Breakdown, Stage
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Mask, Matrix, Vector
 
-TOLERANCE = 1e-13  # of PIQP: with less of it, the states of a few programs in a hundred are wrong
+TOLERANCE = 1e-13  # of PIQP's residuals: with less of it, the states of a few programs in a hundred are wrong
+MOST_GAP = 1e-11  # between its objectives, which rounding may keep from falling further long before the residuals
 INFINITE = 1e30  # to PIQP, and what is larger
 MOST_STEPS = 60  # of PIQP: about twice as many as it usually takes
 MOST_OPERATIONS = 6e7  # of a factorization: PIQP, which cannot be interrupted, then ends in a few tenths of a second
@@ -79,7 +80,7 @@ def _minimizer(problem: Problem, S: Vector) -> Vector | None:
         for sign, each, (ends, indices, data) in zip((1, -1, -1), (x, equations, rows), parts, strict=True)
     )
     of_rows = G, low[rows], high[rows]
-    ended = minimized(Q, q[x], (A, -q[equations]), of_rows, (lower[x], upper[x]), TOLERANCE, MOST_STEPS)
+    ended = minimized(Q, q[x], (A, -q[equations]), of_rows, (lower[x], upper[x]), TOLERANCE, MOST_STEPS, MOST_GAP)
     z: Vector = np.zeros(problem.n)
     z[x], z[equations], z[rows] = ended[:3]
     return None if "INFEASIBLE" in ended.status or not np.isfinite(z).all() else z
