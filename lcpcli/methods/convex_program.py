@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csc_matrix
 
+from lcpcli.clock import imports
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.compressed_rows import block, of_arrays
 from lcpcli.linalg.factors import SingularMatrix
@@ -19,7 +20,7 @@ from lcpcli.methods.direct import as_sparse
 from lcpcli.methods.interior import EXCHANGE_ROUNDS, FAR_RESIDUAL, Run
 from lcpcli.methods.stages import Breakdown, Stage
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.typing import Mask, Matrix, Vector
+from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 TOLERANCE = 1e-13  # of PIQP's residuals: with less of it, the states of a few programs in a hundred are wrong
 MOST_GAP = 1e-11  # between its objectives, which rounding may keep from falling further long before the residuals
@@ -51,13 +52,30 @@ def convex_program(problem: Problem) -> Stage:
 
 
 def _most_operations(M: Matrix, is_row: Mask) -> float:
-    """Return the number of operations of a factorization that eliminates the constraints first, or the variables
-    without entries of Q off the diagonal, and fills all that is left: a cheap bound for a better order."""
-    counts, rows = np.diff(M.indptr), int(np.count_nonzero(is_row))
-    of_Q = counts - np.bincount(M.indices[np.repeat(is_row, counts)], minlength=counts.size)
-    coupled = int(np.count_nonzero(of_Q[~is_row] > (M.diagonal()[~is_row] != 0)))
-    left = min(counts.size - rows, rows + coupled)
-    return float(np.square(counts, dtype=np.float64).sum() + left**3 / 3)
+    """Return a bound, but for lower terms, on the operations of a factorization: one that eliminates the constraints
+    first, or the variables without entries of Q off the diagonal, and fills all that is left; if that takes more than
+    MOST_OPERATIONS, one that fills what these variables leave in the envelope of the reverse Cuthill-McKee order."""
+    counts, n, rows = np.diff(M.indptr), M.shape[0], int(np.count_nonzero(is_row))
+    of_Q = counts - np.bincount(M.indices[np.repeat(is_row, counts)], minlength=n)
+    first = ~is_row & (of_Q <= (M.diagonal() != 0))
+    full = min(n - rows, n - int(np.count_nonzero(first))) ** 3 / 3
+    most: float = np.square(counts, dtype=np.float64).sum() + full
+    if most <= MOST_OPERATIONS:
+        return most
+    with imports:
+        from scipy.sparse.csgraph import reverse_cuthill_mckee
+    order = reverse_cuthill_mckee(M, symmetric_mode=True)
+    order = order[~first[order]]
+    places = np.full(n, n)
+    places[order] = np.arange(order.size)
+
+    def least_of_rows(values: Indices) -> Indices:
+        least = np.minimum.reduceat(np.append(values[M.indices], n), M.indptr[:-1])
+        return np.asarray(np.where(counts > 0, least, n))
+
+    nearest = least_of_rows(np.where(first, least_of_rows(places), places))
+    widths = np.maximum(places - nearest, 0)[order] + 1
+    return float(np.square(np.concatenate((widths, counts[first])), dtype=np.float64).sum())
 
 
 def _minimizer(problem: Problem, S: Vector) -> Vector | None:
