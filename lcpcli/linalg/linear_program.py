@@ -81,12 +81,20 @@ def minimized(
     """Return the minimum of objective'x with row_lower <= A x <= row_upper and lower <= x <= upper, if one is found.
 
     ends, bounds : the pairs row_lower, row_upper and lower, upper; infinite where there is no bound. effort : as for
-    `linprog`.
+    `linprog`, to which more is copied than to HiGHS in its own package.
     """
     with imports:
         highspy = import_module("highspy") if find_spec("highspy") else None
     if highspy is not None:
-        return _by_highspy(highspy, objective, A, ends, bounds, effort)
+        limits = _limits(A, effort, "simplex_iteration_limit")
+        if (highs := highs_with(highspy, objective, A, ends, bounds, TOLERANCES | limits)) is None:
+            return None
+        highs.run() if A.shape[0] * A.shape[1] <= FEW_ENTRIES else interruptibly(highs.run)
+        status, known, solution = highs.getModelStatus(), highspy.HighsModelStatus, highs.getSolution()
+        if status == known.kTimeLimit and remaining() <= 0:
+            raise TimeIsUp
+        found = Optimum(np.array(solution.col_value), np.array(solution.row_dual), highs.getObjectiveValue())
+        return found if status == known.kOptimal else None
     low, high = ends
     equal = np.flatnonzero(low == high)
     below, above = (np.flatnonzero(np.isfinite(end) & (low != high)) for end in ends)
@@ -100,29 +108,6 @@ def minimized(
     y[below] -= found.ineqlin.marginals[: below.size]
     y[above] += found.ineqlin.marginals[below.size :]
     return Optimum(found.x, y, float(found.fun))
-
-
-def _by_highspy(
-    highspy: Any,
-    objective: Vector,
-    A: Matrix,
-    ends: tuple[Vector, Vector],
-    bounds: tuple[Vector, Vector],
-    effort: float,
-) -> Optimum | None:
-    """Return the minimum by HiGHS in its own package, to which less is copied than by scipy's linprog."""
-    limits = _limits(A, effort, "simplex_iteration_limit")
-    highs = highs_with(highspy, objective, A, ends, bounds, TOLERANCES | limits)
-    if highs is None:
-        return None
-    highs.run() if A.shape[0] * A.shape[1] <= FEW_ENTRIES else interruptibly(highs.run)
-    status, known = highs.getModelStatus(), highspy.HighsModelStatus
-    if status == known.kTimeLimit and remaining() <= 0:
-        raise TimeIsUp
-    if status != known.kOptimal:
-        return None
-    found = highs.getSolution()
-    return Optimum(np.array(found.col_value), np.array(found.row_dual), highs.getObjectiveValue())
 
 
 def highs_with(

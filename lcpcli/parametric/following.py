@@ -15,7 +15,7 @@ import numpy as np
 from lcpcli.clock import seconds
 from lcpcli.interrupts import TimeIsUp, check, deferring_signals, within
 from lcpcli.linalg.doubles import generator
-from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, factorizer, finite, well_conditioned_inverse
+from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, checked_solver, finite, well_conditioned_inverse
 from lcpcli.linalg.matrices import dense, is_sparse, product
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.changes import scale
@@ -91,7 +91,7 @@ def _null_vector(M: Matrix, states: States) -> Vector | None:
     if is_sparse(block) or basic.size > MOST_NUMPY_ROWS:
         known = generator(0).uniform(1, 2, block.shape[0])
         with suppress(SingularMatrix):
-            if np.abs(factorizer(block)(0.0)(product(block, known)) - known).max() <= RECOVERED:
+            if np.abs(checked_solver(block)(product(block, known)) - known).max() <= RECOVERED:
                 return None
         block = dense(block)
     elif well_conditioned_inverse(block, 1 / SINGULAR) is not None:

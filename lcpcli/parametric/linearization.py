@@ -8,7 +8,6 @@ the signs. Like these terms, this does not depend on units, and it grows with th
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cached_property
@@ -20,7 +19,7 @@ from lcpcli.errors import DerivativeError
 from lcpcli.linalg import factors
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING, distinct
 from lcpcli.linalg.factors import Latest, SingularMatrix
-from lcpcli.linalg.matrices import absolute_product, column_maxima, dense, is_sparse, product
+from lcpcli.linalg.matrices import absolute_product, column_maxima, dense, product
 from lcpcli.linalg.units import LEAST_DIGITS, PseudoInverse
 from lcpcli.model.problem import Problem
 from lcpcli.solving.result import Result
@@ -193,12 +192,4 @@ def _two_way(M: Matrix, indices: Indices, latest: Latest) -> Callable[..., Vecto
     kept = latest.kept
     if kept is not None and np.array_equal(kept[0], indices):
         return kept[1]
-    A = M[indices][:, indices]
-    if not is_sparse(A):
-        small = A.shape[0] <= factors.MOST_NUMPY_ROWS and factors.LAPACK not in sys.modules
-        return factors.invert(A) if small else factors.dense_factors().lu(A, overwrite=True)
-    definite = factors.definite_solver(A)
-    if definite is not None:
-        return lambda b, transposed=False: definite(b)  # noqa: ARG005 (A is symmetric)
-    lu = factors.sparse_lu(symmetric=False)(A)
-    return lambda b, transposed=False: lu.solve(b, "T" if transposed else "N")
+    return factors.solver(M[indices][:, indices])
