@@ -116,8 +116,7 @@ def judged_by_entries(problem: Problem, z: Vector, tol: float) -> tuple[bool | N
     ends = conditions_of(problem)[2:]
     answer, rows, found = judgement(*rows_of(problem), problem.q, *ends, tol, np.ascontiguousarray(z))
     if found[-1]:
-        rho, gamma, parts, count = found
-        problem.knowing(units=Units(rho, gamma, parts[: problem.n], parts[problem.n :], count))
+        problem.knowing(units=_units(*found))
     return {SOLVES: True, FAILS: False}.get(answer), Rows(*rows) if len(rows) else None
 
 
@@ -136,8 +135,12 @@ def with_units(problem: Problem) -> Problem:
     M = problem.M
     if "units" in vars(problem) or (M.nnz > MOST_JUDGED_ENTRIES if is_sparse(M) else problem.n > MOST_WITH_UNITS):
         return problem
-    found = Units(*units_of(*rows_of(problem)))
+    found = _units(*units_of(*rows_of(problem)))
     return problem.knowing(units=found) if found.parts else problem
+
+
+def _units(rho: Vector, gamma: Vector, parts: Indices, count: int) -> Units:
+    return Units(rho, gamma, parts[: rho.size], parts[rho.size :], count)
 
 
 def direct_many(M: Vector, Q: Vector, largest: Vector, tol: float) -> tuple[Vector, Indices]:

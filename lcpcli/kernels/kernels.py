@@ -320,22 +320,6 @@ def _state(t: float, lower: float, upper: float) -> int:
 
 
 @inlined
-def _order(entries: Any, n: int) -> Any:
-    """Return the variables by the numbers of entries of their columns, which keeps factors sparse."""
-    starts, columns, _ = entries
-    counts, order, used = np.zeros(n, np.int64), np.empty(n, np.int64), 0
-    for at in range(starts[n]):
-        counts[columns[at]] += 1
-    for count in range(n + 1):
-        for j in range(n):
-            if counts[j] == count:
-                order[used], used = j, used + 1
-        if used == n:
-            break
-    return order
-
-
-@inlined
 def _system(entries: Any, lower: Any, upper: Any, states: Any, order: Any) -> Any:
     """Return whether M_BB is regular, z with zeros in place of basic variables, and the system of the basis: the places
     of its variables, M_BB or its factors with their row exchanges, and whether these are factors."""
@@ -396,7 +380,8 @@ def pivot_blocks(begin: Any, columns: Any, values: Any, q: Any, lower: Any, uppe
     """Exchange wrong signs, from the states of t = z - w, as `auto` lets `newton` do; return the number of steps and z
     of the solution; if there is none, minus the number of basic solutions, and 0."""
     entries = begin, columns, values
-    order, diagonal = _order(entries, q.size), np.zeros(q.size)
+    order = np.argsort(np.bincount(columns, minlength=q.size), kind="mergesort")  # which keeps factors sparse
+    diagonal = np.zeros(q.size)
     n, steps, waiting, most, is_single = q.size, 0, BLOCK_PATIENCE, np.inf, False
     states, last, wrong = np.empty(n, np.int8), np.empty(n, np.int8), np.zeros(n, np.bool_)
     is_hasty, left = False, FEW_INDEX_STEPS if n <= MOST_PIVOTED else LEAST_INDEX_STEPS

@@ -37,11 +37,6 @@ class ExactFamily:
             for bounds in ((first.lower, last.lower), (first.upper, last.upper))
         )
 
-    def bound(self, i: int, is_upper: bool, s: Fraction) -> Fraction | None:
-        """Return a bound of z_i at s, None if there is none."""
-        own = (self.upper if is_upper else self.lower)[i]
-        return None if own is None else own[0] + s * own[1]
-
     def w(self, s: Fraction, z: Values) -> Values:
         """Return w = M z + q at s."""
         return [w + s * change for w, (_, change) in zip(self._first.w(z), self.q, strict=True)]
@@ -49,7 +44,7 @@ class ExactFamily:
     def satisfies(self, states: States, s: Fraction, z: Values, w: Values) -> bool:
         """Return whether a point satisfies the conditions of these states, as all of a piece does if its ends do."""
         for i, state in enumerate(states.tolist()):
-            low, high = self.bound(i, False, s), self.bound(i, True, s)
+            low, high = (own and own[0] + s * own[1] for own in (self.lower[i], self.upper[i]))
             within = (low is None or z[i] >= low) and (high is None or z[i] <= high)
             if not within or (w[i] if state == BASIC else z[i] != (high if state == UPPER else low)):
                 return False
@@ -63,12 +58,10 @@ class ExactPivoting(Pivoting):
 
     def __init__(self, family: ExactFamily, states: States) -> None:
         n, self.family = family.n, family
-        self._bases = [low or high or NOTHING for low, high in zip(family.lower, family.upper, strict=True)]
-        self._at_upper = [
-            low is None and high is not None for low, high in zip(family.lower, family.upper, strict=True)
-        ]
-        own = self._own = [2 * n + i if self._at_upper[i] else i for i in range(n)]  # the forms that stand for z_i
         bounds = list(zip(family.lower, family.upper, strict=True))
+        self._bases = [low or high or NOTHING for low, high in bounds]
+        self._signs = [-1 if low is None and high else 1 for low, high in bounds]
+        own = self._own = [i if sign > 0 else 2 * n + i for i, sign in enumerate(self._signs)]  # which stand for z_i
         signed = [3 * n, 3 * n + 1, *(i for i, (low, _) in enumerate(bounds) if low is not None)]
         signed += [2 * n + i for i, (_, high) in enumerate(bounds) if high is not None]
         signed += [n + i for i, (low, high) in enumerate(bounds) if low is None or low != high]
@@ -77,8 +70,7 @@ class ExactPivoting(Pivoting):
 
     def _rows(self) -> dict[int, list[int]]:
         """Return the other forms in terms of those that stand for z_i and of s, each times a positive integer."""
-        n, family, ends = self.family.n, self.family, self._bases
-        signs = [-1 if at_upper else 1 for at_upper in self._at_upper]
+        n, family, ends, signs = self.family.n, self.family, self._bases, self._signs
         rows = {3 * n + 1: [1, *[0] * n, -1]}
         for i, (row, scale, (q, change)) in enumerate(zip(family.rows, family.scales, family.q, strict=True)):
             check()
@@ -102,8 +94,8 @@ class ExactPivoting(Pivoting):
                 here.pivot(n + i, columns[0])
             elif state == UPPER:
                 here.negate(n + i)
-                if not self._at_upper[i]:
-                    here.pivot(2 * n + i, here.cobasic.index(i) + 1)
+                if self._signs[i] > 0:
+                    here.pivot(2 * n + i, self._column(i))
 
     @property
     def is_feasible(self) -> bool:
@@ -112,12 +104,8 @@ class ExactPivoting(Pivoting):
 
     def vertex(self) -> tuple[Fraction, Values]:
         """Return s and z of the dictionary."""
-        s = self.value_of(self.parameter)
-        ends = [base + s * change for base, change in self._bases]
-        return s, [
-            end + (-1 if at_upper else 1) * self.value_of(form)
-            for end, at_upper, form in zip(ends, self._at_upper, self._own, strict=True)
-        ]
+        s, each = self.value_of(self.parameter), zip(self._bases, self._signs, self._own, strict=True)
+        return s, [base + s * change + sign * self.value_of(form) for (base, change), sign, form in each]
 
     def edges(self) -> Iterator[Edge]:
         """Yield one edge of the path after another."""
@@ -126,7 +114,7 @@ class ExactPivoting(Pivoting):
             states = np.array(pivot.states, np.int8)
             yield Edge(states, pivot.rise, pivot.is_point, *self.vertex(), is_last=pivot.leaving in last)
         if self.ray is not None:
-            s, *rates = self.here.direction(self.here.cobasic.index(self.ray) + 1, [self.parameter, *self._own])
-            bases = zip(self._bases, self._at_upper, rates, strict=True)
-            z = [s * change + (-rate if at_upper else rate) for (_, change), at_upper, rate in bases]
+            s, *rates = self.here.direction(self._column(self.ray), [self.parameter, *self._own])
+            each = zip(self._bases, self._signs, rates, strict=True)
+            z = [s * change + sign * rate for (_, change), sign, rate in each]
             yield Edge(np.array(self.states, np.int8), 0, False, self.vertex()[0], z, is_ray=True, is_last=True)
