@@ -3,8 +3,6 @@ to compile its kernels, once on a machine."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from lcpcli.basis import tableau
@@ -14,8 +12,7 @@ from lcpcli.linalg.units import Units
 from lcpcli.methods.direct import CERTAIN, MOST_COMPILED, DirectAnswer
 from lcpcli.methods.final_states import Confirmed, confirmed
 from lcpcli.methods.lemke_path import LEAST_REFRESHED, cover_of
-from lcpcli.methods.projected_gradient import GRADIENT_BLOCK, GRADIENT_GROWTH, Glance, most_steps
-from lcpcli.model.box import Box, of_masks
+from lcpcli.model.box import of_masks
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, States, Vector
 from lcpcli.verify.measure import Rows
@@ -27,7 +24,6 @@ MOST_WITH_UNITS = 100  # unknowns up to which the units of M take microseconds, 
 MOST_JUDGED_ENTRIES = 1_000_000  # of a sparse M: for more, Ctrl-C would have to wait for the end of the judgement
 
 with announced():
-    from lcpcli.kernels.gradient_kernels import gradient_block
     from lcpcli.kernels.kernels import solve_one, solve_rows
     from lcpcli.kernels.measure_kernels import (
         FAILS,
@@ -118,16 +114,6 @@ def judged_by_entries(problem: Problem, z: Vector, tol: float) -> tuple[bool | N
     if found[-1]:
         problem.knowing(units=_units(*found))
     return {SOLVES: True, FAILS: False}.get(answer), Rows(*rows) if len(rows) else None
-
-
-def gradient_steps(box: Box, M: Vector, scale: Vector, q: Vector, z: Vector, w: Vector) -> Iterator[Glance]:
-    """Yield what `projected_gradient.single_steps` yields; z and w are overwritten by the next steps."""
-    M, t, start = np.ascontiguousarray(M), 0.5, w.dot(w)
-    lower, upper = (np.full(z.size, bound, dtype=np.float32) for bound in (box.lower, box.upper))
-    basis = box.basis_of(0.5 * (z - w))
-    for _ in range(most_steps(z.size) // GRADIENT_BLOCK):
-        changes, t = gradient_block(M, scale, q, lower, upper, z, w, basis, t, GRADIENT_BLOCK)
-        yield Glance(z, w, basis, changes, w.dot(w) <= GRADIENT_GROWTH * start)
 
 
 def with_units(problem: Problem) -> Problem:
