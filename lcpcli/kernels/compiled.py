@@ -17,6 +17,7 @@ from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, States, Vector
 from lcpcli.verify.measure import Rows
 
+Vectors = tuple[Vector, ...]
 NUMBERS_AT_ONCE = 1 << 18  # in the systems that are solved before Ctrl-C can take effect
 COVER = cover_of(0, np.ones(2 * MOST_COMPILED))  # the covering vector of any number of unknowns is its beginning
 LOWEST, HIGHEST = np.zeros(MOST_COMPILED), np.full(MOST_COMPILED, np.inf)  # bounds of LCPs
@@ -25,15 +26,7 @@ MOST_JUDGED_ENTRIES = 1_000_000  # of a sparse M: for more, Ctrl-C would have to
 
 with announced():
     from lcpcli.kernels.kernels import solve_one, solve_rows
-    from lcpcli.kernels.measure_kernels import (
-        FAILS,
-        SOLVES,
-        compressed,
-        judgement,
-        surely_solves,
-        units_of,
-        without_small_distances,
-    )
+    from lcpcli.kernels.measure_kernels import FAILS, SOLVES, compressed, judgement, on_bounds, surely_solves, units_of
     from lcpcli.kernels.pivoting_kernels import basic_solution, exponents, path
     from lcpcli.kernels.pivoting_kernels import follow as follow
 
@@ -67,7 +60,7 @@ def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnsw
     return None if found is None else DirectAnswer(found.z, True, 1, "lemke", pivots, found.basis)
 
 
-def rows_of(problem: Problem) -> tuple[Vector, Vector, Vector]:
+def rows_of(problem: Problem) -> Vectors:
     """Return M in compressed sparse rows: where each begins, the columns and the values of its entries."""
     M = problem.M
     if is_sparse(M):
@@ -77,17 +70,12 @@ def rows_of(problem: Problem) -> tuple[Vector, Vector, Vector]:
 
 
 def judged(
-    problem: Problem,
-    rows: tuple[Vector, ...],
-    box: tuple[Vector, ...],
-    z: Vector,
-    tol: float,
-    states: States | None = None,
+    problem: Problem, rows: Vectors, box: Vectors, z: Vector, tol: float, states: States | None = None
 ) -> Confirmed | None:
     """Return a z within the box, or the exact solution near it, if it is a solution beyond doubt, or if it is one but
     for numbers and distances from bounds that may be rounding of 0; else None. rows : those of M."""
     if not surely_solves(*rows, problem.q, *box, tol, z):
-        z = without_small_distances(*box, z)
+        z = on_bounds(*box, z)
         if not surely_solves(*rows, problem.q, *box, tol, z):
             return None
     found = confirmed(problem, z, states)

@@ -82,22 +82,10 @@ def _reference(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper:
 
 
 @compiled
-def _sizes(
-    count: Any,
-    parts: Any,
-    rho: Any,
-    gamma: Any,
-    lower: Any,
-    upper: Any,
-    z: Any,
-    reference: Any,
-    q_ref: Any,
-    least: Any,
-    is_rough: Any,
-) -> Any:
+def _sizes(units: Any, lower: Any, upper: Any, z: Any, reference: Any, q_ref: Any, least: Any, is_rough: Any) -> Any:
     """Return log2 of k for each component of M, as `Measure.component_sizes` has them, but NaN where q_ref is too
     rough. least : bounds on |q_ref|, from below."""
-    n = z.size
+    n, (rho, gamma, parts, count) = z.size, units
     sizes, of_reference, rough = np.full(count, -np.inf), np.full(count, -np.inf), np.zeros(count, np.bool_)
     for i in range(n):
         part = parts[i]
@@ -238,9 +226,10 @@ def _judgement(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper:
     elif is_sure and (is_closed or not is_small):
         answer = SOLVES if is_small else FAILS if fails and is_known else UNDECIDED
     elif is_sure:
-        rho, gamma, parts, count = units = units_of(begin, columns, values)
+        units = units_of(begin, columns, values)
+        rho, parts, count = units[0], units[2], units[3]
         answer = SOLVES if count else UNDECIDED
-        sizes = _sizes(count, parts, rho, gamma, lower, upper, z, reference, q_ref, least, is_rough)
+        sizes = _sizes(units, lower, upper, z, reference, q_ref, least, is_rough)
         for i in range(n if count else 0):
             cap = max(2.0 ** (sizes[parts[i]] - rho[i]), least[i])
             if not worst[i] <= max(tol * min(terms[i], cap), ROUNDING * min(given[i], DROWNED * cap)):
@@ -280,7 +269,7 @@ def compressed(M: Any) -> Any:
 
 
 @njit(NUMBERS(VECTOR, VECTOR, VECTOR), **OPTIONS)
-def without_small_distances(lower: Any, upper: Any, z: Any) -> Any:
+def on_bounds(lower: Any, upper: Any, z: Any) -> Any:
     """Return z with 0 and bounds in place of entries that are near them."""
     most, found = SMALL_DISTANCE * np.abs(z).max(), np.empty(z.size)
     for i in range(z.size):

@@ -22,6 +22,7 @@ FEW_ENTRIES = 20_000  # so many take milliseconds, for which Ctrl-C may wait: a 
 EARLIER = 0.9  # of the time that remains, for the solver: if it ends by itself, no thread is left behind
 # What an iteration of the simplex method usually takes, in seconds, besides for each entry and each row and column.
 OF_ITERATION, OF_ENTRY, OF_LINE = 1e-5, 5e-9, 4e-8
+Pair = tuple[Vector, Vector]
 TOLERANCES = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 
 
@@ -75,9 +76,7 @@ class Optimum(NamedTuple):
     value: float
 
 
-def minimized(
-    objective: Vector, A: Matrix, ends: tuple[Vector, Vector], bounds: tuple[Vector, Vector], effort: float = math.inf
-) -> Optimum | None:
+def minimized(objective: Vector, A: Matrix, ends: Pair, bounds: Pair, effort: float = math.inf) -> Optimum | None:
     """Return the minimum of objective'x with row_lower <= A x <= row_upper and lower <= x <= upper, if one is found.
 
     ends, bounds : the pairs row_lower, row_upper and lower, upper; infinite where there is no bound. effort : as for
@@ -111,13 +110,7 @@ def minimized(
 
 
 def highs_with(
-    highspy: Any,
-    objective: Vector,
-    A: Matrix,
-    ends: tuple[Vector, Vector],
-    bounds: tuple[Vector, Vector],
-    options: Mapping[str, Any],
-    lower_triangle: Matrix | None = None,
+    highspy: Any, c: Vector, A: Matrix, ends: Pair, bounds: Pair, options: Mapping[str, Any], lower_triangle: Any = None
 ) -> Any:
     """Return HiGHS with a program, the lower triangle of whose Hessian is sparse or None; None if it is refused."""
     with imports:
@@ -125,12 +118,12 @@ def highs_with(
     highs, model = solver(highspy, {"output_flag": False} | dict(options)), highspy.HighsModel()
     lp, hessian, columns = model.lp_, model.hessian_, csc_array(A)
     lp.num_row_, lp.num_col_ = columns.shape
-    lp.col_cost_, (lp.col_lower_, lp.col_upper_), (lp.row_lower_, lp.row_upper_) = objective, bounds, ends
+    lp.col_cost_, (lp.col_lower_, lp.col_upper_), (lp.row_lower_, lp.row_upper_) = c, bounds, ends
     lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
     lp.a_matrix_.start_, lp.a_matrix_.index_, lp.a_matrix_.value_ = columns.indptr, columns.indices, columns.data
     if lower_triangle is not None:
         triangle = csc_array(lower_triangle)
-        hessian.dim_, hessian.format_ = objective.size, highspy.HessianFormat.kTriangular
+        hessian.dim_, hessian.format_ = c.size, highspy.HessianFormat.kTriangular
         hessian.start_, hessian.index_, hessian.value_ = triangle.indptr, triangle.indices, triangle.data
     return None if highs.passModel(model) == highspy.HighsStatus.kError else highs
 

@@ -82,9 +82,7 @@ def _decided_by_environment() -> bool:
 
 
 _lock = threading.Lock()
-_asked: dict[
-    object, int
-] = {}  # the numbers for which calls under way ask: that of the process is the smallest of these
+_asked: dict[object, int] = {}  # by the calls under way: the number of the process is the least of these
 _usual: list[int] = []  # those from before the first of them, of each library
 _thread = threading.local()  # is_limited : whether it is within a context of `limited`
 

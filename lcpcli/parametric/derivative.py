@@ -30,7 +30,7 @@ at once, with the inverses of M_BB as matrices of shape (n, n) that have zeros o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
 from typing import Any, TypeVar
@@ -89,27 +89,18 @@ def gradient(problem: Problem, result: Result, g: VectorLike, J: Any = None) -> 
 
 @with_limited_threads
 @np.errstate(all="ignore")
-def derivative(
-    problem: Problem,
-    result: Result,
-    dM: Any = None,
-    dq: VectorLike | None = None,
-    dlower: VectorLike | None = None,
-    dupper: VectorLike | None = None,
-    one_sided: bool = False,
-    J: Any = None,
-) -> Derivative:
+def derivative(problem: Problem, result: Result, changes: Mapping[str, Any], one_sided: bool, J: Any) -> Derivative:
     """Return the derivative of the solution, or of J z, in the direction of these changes; None for no change."""
+    dM = changes["dM"]
     at, rows = linearization(result, J is not None), None if J is None else _rows(J, problem.n)
     if rows is not None:
         _refuse_undetermined(at, rows)
-    dq, dlower, dupper = by_names(lambda: problem.names, dq=dq, dlower=dlower, dupper=dupper)
+    dq, *ends = by_names(lambda: problem.names, **{name: changes[name] for name in ("dq", "dlower", "dupper")})
     change = np.zeros(problem.n) if dq is None else as_vector("dq", dq, problem.n).copy()
     if dM is not None:
         change += product(as_square("dM", dM, problem.n)[0], at.z)
-    moves = [
-        None if d is None else as_vector(name, d, problem.n) for name, d in (("dlower", dlower), ("dupper", dupper))
-    ]
+    names = "dlower", "dupper"
+    moves = [d if d is None else as_vector(name, d, problem.n) for name, d in zip(names, ends, strict=True)]
     dz = moved_bounds(problem.box, at.upper, *moves)
     dz[at.basic] = 0.0
     right = product(problem.M, dz) + change
@@ -431,13 +422,7 @@ def gradients(
 
 @np.errstate(all="ignore")
 def derivatives(
-    results: Sequence[Result],
-    stack: Stack,
-    at: Linearizations,
-    changes: dict[str, Any],
-    one_sided: bool,
-    J: Any,
-    unsolved: str,
+    results: Sequence[Result], stack: Stack, at: Linearizations, changes: Any, one_sided: bool, J: Any, unsolved: str
 ) -> BatchDerivative:
     """Return what `derivative.derivative` returns for each result."""
     m, n = stack.q.shape

@@ -169,12 +169,10 @@ class Breakpoints:
             start, stop = Fraction(family.start), Fraction(family.stop)
             exact = ExactPath([start + point.s * (stop - start) for point in points], z, w)
             z, w = ([rounded(row) for row in rows] for rows in (z, w))
-        t, states = (
-            np.array([point.t for point in points]),
-            _rows([point.states for point in points[1:]], family, np.int8),
-        )
+        t, states = np.array([point.t for point in points]), [point.states for point in points[1:]]
         is_verified = bool(points) and self._are_solutions
-        return Path(family, t, _rows(z, family), _rows(w, family), states, "", "", is_verified, 0.0, exact=exact)
+        arrays = _rows(z, family), _rows(w, family), _rows(states, family, np.int8)
+        return Path(family, t, *arrays, "", "", is_verified, 0.0, exact=exact)
 
 
 def _rows(rows: list[Any], family: Family, kind: type = float) -> Any:
@@ -234,8 +232,7 @@ def path(
     as_problem(problem), as_problem(to)
 
     def data() -> Data:
-        first = ExactProblem.of_floats(problem)
-        return first, first.with_vectors_of(to)
+        return ExactProblem.of_floats(problem), ExactProblem.of_floats(to)
 
     given: dict[str, Any] = {"tol": tol, "max_breakpoints": max_breakpoints, "time_limit": time_limit}
     return follow(Family(problem, to, start, stop), turns, data if exact else None, **given)
