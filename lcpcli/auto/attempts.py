@@ -116,7 +116,7 @@ def usual_newton(structure: Structure) -> Stage:
     if is_sparse(problem.M):
         return newton(problem, structure.x0, problem.n)
     patience = _single_exchanges(structure) if problem.M.diagonal().min() > 0 else 0
-    return dense_route(problem, structure.x0, patience, structure.gradient_steps, _is_hasty(problem))
+    return dense_route(problem, structure.x0, patience, _is_hasty(problem))
 
 
 def _is_hasty(problem: Problem) -> bool:

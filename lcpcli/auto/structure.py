@@ -27,7 +27,6 @@ from lcpcli.typing import Mask, Vector
 
 if TYPE_CHECKING:
     from lcpcli.methods.bimatrix import Costs
-    from lcpcli.methods.projected_gradient import Steps
 
 FEWEST_FRICTIONAL = 35  # unknowns from which interior is tried on M with some zeros on the diagonal, as of contact
 MOST_PIVOTED_BY_NUMPY = 150  # unknowns from which on interior takes less time, if M + M' is semidefinite
@@ -40,15 +39,13 @@ class Structure:
 
     given, problem : the problem as it is, and with dense M if n is small. x0 : as auto starts.
     tried : the stages of first attempts that have been made, to be passed on instead of being made again.
-    follow : of Lemke's paths, `tableau.follow` or its compiled form. gradient_steps : those of projected gradients in
-        compiled form, or None. reduced : returns a `Reduction` that is
-        kept for problems with this M; None if none is.
+    follow : of Lemke's paths, `tableau.follow` or its compiled form. reduced : returns a `Reduction` that is kept for
+        problems with this M; None if none is.
     """
 
     def __init__(self, problem: Problem, x0: Vector, tried: Tried | None = None) -> None:
         self.given, self.x0, self.tried = problem, x0, tried or {}
         self.follow: Follow = tableau.follow
-        self.gradient_steps: Steps | None = None
         self.reduced: Callable[[Problem], Reduction] | None = None
         self.is_narrow = is_full_band(problem.M)
         self.is_large_and_sparse = self.is_narrow or (is_sparse(problem.M) and problem.n > MOST_AS_DENSE)

@@ -170,7 +170,7 @@ def kernels() -> None:
     if not has_numba():
         raise OptionError("kernels", *MISSING)
     try:
-        from lcpcli.kernels.ahead import KERNELS, compile_all
+        from lcpcli.kernels.announcement import KERNELS, compile_all
 
         begun, shown = itertools.count(1), shows_progress(False)
         with Line() as line:

@@ -183,7 +183,7 @@ def _along(end: InputProblem, d: Sequence[Fraction], t: Number) -> InputProblem:
         own: ExactProblem = end.exactly()
         rows = zip(own.constants, own.scales, d, strict=True)
         moved = [Fraction(constant, scale) + Fraction(t) * change for constant, scale, change in rows]
-        return own.with_vectors(problem, moved, own.lower, own.upper)
+        return ExactProblem(problem, own.M, moved, own.lower, own.upper)
 
     return InputProblem(problem, exactly, [])
 

@@ -1,4 +1,12 @@
-"""The pieces of the solution set of a problem, verified from its data, each once, as they are found."""
+"""The pieces of the solution set of a problem, verified from its data, each once, as they are found; and proofs that
+there is at most one, mostly for every q.
+
+If M is positive semidefinite, the solutions are one polyhedron; if all principal minors are positive, there is at most
+one (R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity Problem, SIAM 2009, sections 3.1 and 3.3; the
+same holds with bounds). The minors are positive if those of the strongly connected parts of M are, and these if,
+scaled, they are positive definite or diagonally dominant. If the payoffs of a game sum to a constant, the equilibria
+are one polyhedron too (J. von Neumann, Mathematische Annalen 100 (1928) 295-320).
+"""
 
 from __future__ import annotations
 
@@ -13,15 +21,18 @@ from typing import Any
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.enumeration import theorems
 from lcpcli.interrupts import TimeIsUp, remaining
+from lcpcli.linalg import matrices
 from lcpcli.model.box import BASIC, LOWER, UPPER, WORDS
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
-from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational import elimination
+from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import brief, over_one_denominator
 from lcpcli.rational.polyhedra import Direction, Point, generators
 from lcpcli.rational.tree import Node, Unknowns
+from lcpcli.typing import Vector
+from lcpcli.verify.matrix_classes import row_scalings, scaling
 
 FIXED = "fixed"
 SHOWN_PARTS = 6  # numbers of a point, and points, that are printed: they fit on a line
@@ -30,7 +41,11 @@ MOST_REMEMBERED = 10_000
 MOST_BASES_AT_FIRST = 1000  # a piece that takes more of them is listed after all other pieces
 MOST_FOR_TREE = 10  # unknowns up to which the tree finds a first solution as fast as a method does
 MOST_FOR_TREE_OF_GAME = 30  # the same for games, of which all solutions are sought and which are known to have one
+POINT, PIECE = "a point", "a piece"
+MOST_WITHOUT_THEOREM = 10  # unknowns up to which the tree is faster than a search for parts and multipliers
+MULTIPLIER_BITS = 30  # binary digits of the smallest component of d: integers stay short
 
+Rows = list[list[int]]
 Words = tuple[tuple[str, ...], ...]  # of the states that hold, for each unknown
 Points = tuple[Point, ...]
 
@@ -143,10 +158,10 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
 
     `check` is called before each step and may raise.
     """
-    shape = theorems.shape(data, check)
+    shape = shape_of(data, check)
     large = MOST_FOR_TREE if shape else MOST_FOR_TREE_OF_GAME if isinstance(data.problem.origin, Game) else math.inf
     z = _solution(data, check) if data.n > large else None
-    if z is not None and shape == theorems.POINT:
+    if z is not None and shape == POINT:
         yield Piece.of([states_of(data, tuple(z))], (tuple(z),))
         return
     unknowns = Unknowns(data, check)
@@ -237,3 +252,68 @@ def _solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] |
     effort = Effort()
     found = from_point(data, result.z, effort) if result.solved else None
     return found or pivoting.solve(data, effort)
+
+
+def shape_of(data: ExactProblem, check: Callable[[], None]) -> str:
+    """Return what the solutions are proved to be at most: POINT, PIECE or, if nothing is proved, ""."""
+    game = data.problem.origin
+    if isinstance(game, Game):
+        rows = zip(*game.payoffs(), strict=True)
+        return PIECE if len({a + b for own, other in rows for a, b in zip(own, other, strict=True)}) == 1 else ""
+    common, doubles = math.lcm(*data.scales), matrices.dense(data.problem.M)
+    own = zip(data.rows, (common // scale for scale in data.scales), strict=True)
+    M = [[row.get(j, 0) * k for j in range(data.n)] for row, k in own]  # integers, a multiple of M
+    indices = _strong_parts(data) if all(M[i][i] > 0 for i in range(data.n)) else []
+    parts = [([[M[i][j] for j in part] for i in part], doubles[np.ix_(part, part)]) for part in indices]
+    if parts and all(_is_dominant(*part) for part in parts):
+        return POINT
+    found = elimination.definiteness(elimination.symmetrized(M), check)
+    if found.negative is None:
+        return PIECE if found.zero else POINT
+    if not parts or data.n <= MOST_WITHOUT_THEOREM:
+        return ""
+    return POINT if all(_is_dominant(*part) or _is_definite(*part, check) for part in parts) else ""
+
+
+def _is_definite(M: Rows, doubles: Vector, check: Callable[[], None]) -> bool:
+    """Return whether diag(d) M is positive definite for some d > 0 (G. W. Cross, Lin. Alg. Appl. 20 (1978) 253-263)."""
+    for d in filter(None, map(_whole, row_scalings(doubles))):
+        found = elimination.definiteness(
+            elimination.symmetrized([[v * a for a in row] for v, row in zip(d, M, strict=True)]), check
+        )
+        if found.zero is None and found.negative is None:
+            return True
+    return False
+
+
+def _is_dominant(M: Rows, doubles: Vector) -> bool:
+    """Return whether M_ii d_i > sum of |M_ij| d_j, j != i, for some d > 0, which is proposed in doubles."""
+
+    def is_dominant(proposed: Vector) -> bool:
+        d = _whole(proposed)
+        return all(2 * row[i] * d[i] > sum(abs(a) * v for a, v in zip(row, d, strict=True)) for i, row in enumerate(M))
+
+    return scaling(doubles, is_dominant) is not None
+
+
+def _whole(d: Vector) -> list[int]:
+    """Return numbers times a common factor, rounded to integers; empty if they are not all positive and finite."""
+    if not (np.isfinite(d).all() and d.min() > 0):
+        return []
+    values = fractions_of(d)
+    unit = min(values) / 2**MULTIPLIER_BITS
+    return [int(value / unit) for value in values]
+
+
+def _strong_parts(data: ExactProblem) -> list[Sequence[int]]:
+    """Return the unknowns of the strongly connected parts of M; without scipy, of a small problem, all as one."""
+    if data.n <= MOST_WITHOUT_THEOREM:
+        return [range(data.n)]
+    with imports:
+        from scipy.sparse import csr_array
+        from scipy.sparse.csgraph import connected_components
+    pattern = np.zeros((data.n, data.n))
+    for i, row in enumerate(data.rows):
+        pattern[i, list(row)] = 1
+    count, part = connected_components(csr_array(pattern), connection="strong")
+    return [np.flatnonzero(part == k).tolist() for k in range(count)]

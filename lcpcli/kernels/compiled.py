@@ -3,8 +3,6 @@ to compile its kernels, once on a machine."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from lcpcli.basis import tableau
@@ -14,12 +12,12 @@ from lcpcli.linalg.units import Units
 from lcpcli.methods.direct import CERTAIN, MOST_COMPILED, DirectAnswer
 from lcpcli.methods.final_states import Confirmed, confirmed
 from lcpcli.methods.lemke_path import LEAST_REFRESHED, cover_of
-from lcpcli.methods.projected_gradient import GRADIENT_BLOCK, GRADIENT_GROWTH, Glance, most_steps
-from lcpcli.model.box import Box, of_masks
+from lcpcli.model.box import of_masks
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, States, Vector
 from lcpcli.verify.measure import Rows
 
+Vectors = tuple[Vector, ...]
 NUMBERS_AT_ONCE = 1 << 18  # in the systems that are solved before Ctrl-C can take effect
 COVER = cover_of(0, np.ones(2 * MOST_COMPILED))  # the covering vector of any number of unknowns is its beginning
 LOWEST, HIGHEST = np.zeros(MOST_COMPILED), np.full(MOST_COMPILED, np.inf)  # bounds of LCPs
@@ -27,17 +25,8 @@ MOST_WITH_UNITS = 100  # unknowns up to which the units of M take microseconds, 
 MOST_JUDGED_ENTRIES = 1_000_000  # of a sparse M: for more, Ctrl-C would have to wait for the end of the judgement
 
 with announced():
-    from lcpcli.kernels.gradient_kernels import gradient_block
     from lcpcli.kernels.kernels import solve_one, solve_rows
-    from lcpcli.kernels.measure_kernels import (
-        FAILS,
-        SOLVES,
-        compressed,
-        judgement,
-        surely_solves,
-        units_of,
-        without_small_distances,
-    )
+    from lcpcli.kernels.measure_kernels import FAILS, SOLVES, compressed, judgement, on_bounds, surely_solves, units_of
     from lcpcli.kernels.pivoting_kernels import basic_solution, exponents, path
     from lcpcli.kernels.pivoting_kernels import follow as follow
 
@@ -71,7 +60,7 @@ def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnsw
     return None if found is None else DirectAnswer(found.z, True, 1, "lemke", pivots, found.basis)
 
 
-def rows_of(problem: Problem) -> tuple[Vector, Vector, Vector]:
+def rows_of(problem: Problem) -> Vectors:
     """Return M in compressed sparse rows: where each begins, the columns and the values of its entries."""
     M = problem.M
     if is_sparse(M):
@@ -81,17 +70,12 @@ def rows_of(problem: Problem) -> tuple[Vector, Vector, Vector]:
 
 
 def judged(
-    problem: Problem,
-    rows: tuple[Vector, ...],
-    box: tuple[Vector, ...],
-    z: Vector,
-    tol: float,
-    states: States | None = None,
+    problem: Problem, rows: Vectors, box: Vectors, z: Vector, tol: float, states: States | None = None
 ) -> Confirmed | None:
     """Return a z within the box, or the exact solution near it, if it is a solution beyond doubt, or if it is one but
     for numbers and distances from bounds that may be rounding of 0; else None. rows : those of M."""
     if not surely_solves(*rows, problem.q, *box, tol, z):
-        z = without_small_distances(*box, z)
+        z = on_bounds(*box, z)
         if not surely_solves(*rows, problem.q, *box, tol, z):
             return None
     found = confirmed(problem, z, states)
@@ -116,19 +100,8 @@ def judged_by_entries(problem: Problem, z: Vector, tol: float) -> tuple[bool | N
     ends = conditions_of(problem)[2:]
     answer, rows, found = judgement(*rows_of(problem), problem.q, *ends, tol, np.ascontiguousarray(z))
     if found[-1]:
-        rho, gamma, parts, count = found
-        problem.knowing(units=Units(rho, gamma, parts[: problem.n], parts[problem.n :], count))
+        problem.knowing(units=_units(*found))
     return {SOLVES: True, FAILS: False}.get(answer), Rows(*rows) if len(rows) else None
-
-
-def gradient_steps(box: Box, M: Vector, scale: Vector, q: Vector, z: Vector, w: Vector) -> Iterator[Glance]:
-    """Yield what `projected_gradient.single_steps` yields; z and w are overwritten by the next steps."""
-    M, t, start = np.ascontiguousarray(M), 0.5, w.dot(w)
-    lower, upper = (np.full(z.size, bound, dtype=np.float32) for bound in (box.lower, box.upper))
-    basis = box.basis_of(0.5 * (z - w))
-    for _ in range(most_steps(z.size) // GRADIENT_BLOCK):
-        changes, t = gradient_block(M, scale, q, lower, upper, z, w, basis, t, GRADIENT_BLOCK)
-        yield Glance(z, w, basis, changes, w.dot(w) <= GRADIENT_GROWTH * start)
 
 
 def with_units(problem: Problem) -> Problem:
@@ -136,8 +109,12 @@ def with_units(problem: Problem) -> Problem:
     M = problem.M
     if "units" in vars(problem) or (M.nnz > MOST_JUDGED_ENTRIES if is_sparse(M) else problem.n > MOST_WITH_UNITS):
         return problem
-    found = Units(*units_of(*rows_of(problem)))
+    found = _units(*units_of(*rows_of(problem)))
     return problem.knowing(units=found) if found.parts else problem
+
+
+def _units(rho: Vector, gamma: Vector, parts: Indices, count: int) -> Units:
+    return Units(rho, gamma, parts[: rho.size], parts[rho.size :], count)
 
 
 def direct_many(M: Vector, Q: Vector, largest: Vector, tol: float) -> tuple[Vector, Indices]:

@@ -19,17 +19,7 @@ from numba import njit, types
 from lcpcli.auto.attempts import NEWTON_SETTLING_FACTOR, SETTLED_CHANGES
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.matrices import TINY_TERMS
-from lcpcli.methods.direct import (
-    BLOCK_PATIENCE,
-    CANDIDATE,
-    CERTAIN,
-    FEW_INDEX_STEPS,
-    MOST_PIVOTED,
-    MOST_WRONG,
-    NOTHING,
-    is_hopeless,
-    safeguarded,
-)
+from lcpcli.methods import direct
 from lcpcli.methods.final_states import HIDDEN_TERM, LONG_NUMBER, SURE_DIGITS
 from lcpcli.methods.newton import LEAST_INDEX_STEPS
 from lcpcli.model.box import BASIC, LOWER, UPPER
@@ -39,7 +29,7 @@ from lcpcli.verify.measure import FEW_UNKNOWNS
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc"}}
 compiled = njit(**OPTIONS)
 inlined = njit(inline="always", **OPTIONS)  # what one kernel calls once: numba takes half as long
-_safeguarded, _is_hopeless, _regular_change = map(compiled, (safeguarded, is_hopeless, regular_change))
+_safeguarded, _is_hopeless, _regular_change = map(compiled, (direct.safeguarded, direct.is_hopeless, regular_change))
 NUMBER, COUNT = types.float64, types.int64
 VECTOR, MATRIX, MATRICES = (types.Array(NUMBER, d, "C", readonly=True) for d in (1, 2, 3))
 NUMBERS = types.Array(NUMBER, 1, "C")
@@ -140,7 +130,7 @@ def _block_pivoting(
 
     is_start : whether the basis is a start that is given up for q < 0 if it is not near a solution's."""
     n, k, steps, single = q.size, 0, 0, False
-    fewest, waiting, left = n + 1, BLOCK_PATIENCE, FEW_INDEX_STEPS
+    fewest, waiting, left = n + 1, direct.BLOCK_PATIENCE, direct.FEW_INDEX_STEPS
     wrong = np.empty(n, np.bool_)
     for i in range(n):
         k += basic[i] or q[i] < 0.0
@@ -163,7 +153,7 @@ def _block_pivoting(
             if wrong[i]:
                 count += 1
                 first = min(first, i)
-        if is_start and (k < 0 or count > MOST_WRONG * n):
+        if is_start and (k < 0 or count > direct.MOST_WRONG * n):
             for i in range(n):
                 basic[i] = q[i] < 0.0
             is_start = False
@@ -191,7 +181,7 @@ def _judged(M: Any, q: Any, tol: float, k: int, A: Any, rows: Any, P: Any, z: An
     _solve(A, rows, k, b)
     for a in range(k):
         z[P[a]] = max(z[P[a]] - b[a], 0.0)
-    found = CERTAIN
+    found = direct.CERTAIN
     for i in range(n):
         w, terms = q[i], abs(q[i])
         for j in range(n):
@@ -199,11 +189,11 @@ def _judged(M: Any, q: Any, tol: float, k: int, A: Any, rows: Any, P: Any, z: An
             w += term
             terms += abs(term)
         if not (abs(w) if z[i] > 0.0 else -w) + ROW_ROUNDING * terms <= tol * abs(q[i]):
-            found = CANDIDATE
+            found = direct.CANDIDATE
         if terms <= TINY_TERMS:
             for j in range(n):
                 if M[i, j] != 0.0 and z[j] != 0.0:
-                    found = CANDIDATE  # the product may have underflowed
+                    found = direct.CANDIDATE  # the product may have underflowed
     return found
 
 
@@ -247,11 +237,11 @@ def solve_one(M: Any, q: Any, basic: Any, is_start: bool, largest: float, tol: f
     A, rows, P, z, b = np.empty((n, n)), np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n), np.empty(n)
     k, steps = _block_pivoting(M, q, basic.copy(), is_start, A, rows, P, z, b)
     if k < 0:
-        return NOTHING, steps, z
-    found = _judged(M, q, tol, k, A, rows, P, z, b) if k else CERTAIN
+        return direct.NOTHING, steps, z
+    found = _judged(M, q, tol, k, A, rows, P, z, b) if k else direct.CERTAIN
     is_long = n > 0 and max(largest, np.abs(q).max()) > LONG_NUMBER
     is_open = n <= FEW_UNKNOWNS and (is_long or (_hides_terms(q, largest, z) and not _is_sure(M, q, k, P, z)))
-    return NOTHING if is_open else found, steps, z
+    return direct.NOTHING if is_open else found, steps, z
 
 
 @njit(types.void(MATRICES, MATRIX, VECTOR, NUMBER, types.Array(NUMBER, 2, "C"), types.Array(COUNT, 2, "C")), **OPTIONS)
@@ -320,22 +310,6 @@ def _state(t: float, lower: float, upper: float) -> int:
 
 
 @inlined
-def _order(entries: Any, n: int) -> Any:
-    """Return the variables by the numbers of entries of their columns, which keeps factors sparse."""
-    starts, columns, _ = entries
-    counts, order, used = np.zeros(n, np.int64), np.empty(n, np.int64), 0
-    for at in range(starts[n]):
-        counts[columns[at]] += 1
-    for count in range(n + 1):
-        for j in range(n):
-            if counts[j] == count:
-                order[used], used = j, used + 1
-        if used == n:
-            break
-    return order
-
-
-@inlined
 def _system(entries: Any, lower: Any, upper: Any, states: Any, order: Any) -> Any:
     """Return whether M_BB is regular, z with zeros in place of basic variables, and the system of the basis: the places
     of its variables, M_BB or its factors with their row exchanges, and whether these are factors."""
@@ -396,10 +370,11 @@ def pivot_blocks(begin: Any, columns: Any, values: Any, q: Any, lower: Any, uppe
     """Exchange wrong signs, from the states of t = z - w, as `auto` lets `newton` do; return the number of steps and z
     of the solution; if there is none, minus the number of basic solutions, and 0."""
     entries = begin, columns, values
-    order, diagonal = _order(entries, q.size), np.zeros(q.size)
-    n, steps, waiting, most, is_single = q.size, 0, BLOCK_PATIENCE, np.inf, False
+    order = np.argsort(np.bincount(columns, minlength=q.size), kind="mergesort")  # which keeps factors sparse
+    diagonal = np.zeros(q.size)
+    n, steps, waiting, most, is_single = q.size, 0, direct.BLOCK_PATIENCE, np.inf, False
     states, last, wrong = np.empty(n, np.int8), np.empty(n, np.int8), np.zeros(n, np.bool_)
-    is_hasty, left = False, FEW_INDEX_STEPS if n <= MOST_PIVOTED else LEAST_INDEX_STEPS
+    is_hasty, left = False, direct.FEW_INDEX_STEPS if n <= direct.MOST_PIVOTED else LEAST_INDEX_STEPS
     for i in range(n):
         for at in range(begin[i], begin[i + 1]):
             if columns[at] == i:
@@ -432,7 +407,7 @@ def pivot_blocks(begin: Any, columns: Any, values: Any, q: Any, lower: Any, uppe
             return -steps, np.zeros(0)
         most = max(NEWTON_SETTLING_FACTOR * changes, float(SETTLED_CHANGES))
         fewest, waiting, left, is_single = _safeguarded(fewest, waiting, left, is_single, count)
-        if left < 0 or (n <= MOST_PIVOTED and _is_hopeless(fewest, waiting, n)):
+        if left < 0 or (n <= direct.MOST_PIVOTED and _is_hopeless(fewest, waiting, n)):
             return -steps, np.zeros(0)
         for i in range(n):
             if wrong[i] and (not is_single or i == first):

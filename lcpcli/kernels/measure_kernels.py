@@ -82,22 +82,10 @@ def _reference(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper:
 
 
 @compiled
-def _sizes(
-    count: Any,
-    parts: Any,
-    rho: Any,
-    gamma: Any,
-    lower: Any,
-    upper: Any,
-    z: Any,
-    reference: Any,
-    q_ref: Any,
-    least: Any,
-    is_rough: Any,
-) -> Any:
+def _sizes(units: Any, lower: Any, upper: Any, z: Any, reference: Any, q_ref: Any, least: Any, is_rough: Any) -> Any:
     """Return log2 of k for each component of M, as `Measure.component_sizes` has them, but NaN where q_ref is too
     rough. least : bounds on |q_ref|, from below."""
-    n = z.size
+    n, (rho, gamma, parts, count) = z.size, units
     sizes, of_reference, rough = np.full(count, -np.inf), np.full(count, -np.inf), np.zeros(count, np.bool_)
     for i in range(n):
         part = parts[i]
@@ -145,8 +133,8 @@ def _components(begin: Any, columns: Any, values: Any) -> Any:
     return parts, count
 
 
-@compiled
-def _units(begin: Any, columns: Any, values: Any) -> Any:
+@njit(types.Tuple((NUMBERS, NUMBERS, PARTS, types.int64))(*ROWS), **OPTIONS)
+def units_of(begin: Any, columns: Any, values: Any) -> Any:
     """Return log2 of R and of C, the components of rows and columns, shape (2 n,), and their number, as
     `linalg.logarithms.least_squares` finds them up to a constant for each component; 0 components if they are not
     settled."""
@@ -187,13 +175,6 @@ def _units(begin: Any, columns: Any, values: Any) -> Any:
             residual[v] -= size / total * image[v]
     parts, count = _components(begin, columns, values)
     return x[:n].copy(), x[n:].copy(), parts, count if is_settled else 0
-
-
-@njit(types.Tuple((NUMBERS, NUMBERS, PARTS, PARTS, types.int64))(*ROWS), **OPTIONS)
-def units_of(begin: Any, columns: Any, values: Any) -> Any:
-    """Return the fields of the `linalg.units.Units` of M, with 0 components if they are not settled."""
-    rho, gamma, parts, count = _units(begin, columns, values)
-    return rho, gamma, parts[: rho.size].copy(), parts[rho.size :].copy(), count
 
 
 @njit(types.Tuple((types.boolean, NUMBERS, NUMBERS))(*ROWS, *(VECTOR,) * 3), **OPTIONS)
@@ -245,9 +226,10 @@ def _judgement(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper:
     elif is_sure and (is_closed or not is_small):
         answer = SOLVES if is_small else FAILS if fails and is_known else UNDECIDED
     elif is_sure:
-        rho, gamma, parts, count = units = _units(begin, columns, values)
+        units = units_of(begin, columns, values)
+        rho, parts, count = units[0], units[2], units[3]
         answer = SOLVES if count else UNDECIDED
-        sizes = _sizes(count, parts, rho, gamma, lower, upper, z, reference, q_ref, least, is_rough)
+        sizes = _sizes(units, lower, upper, z, reference, q_ref, least, is_rough)
         for i in range(n if count else 0):
             cap = max(2.0 ** (sizes[parts[i]] - rho[i]), least[i])
             if not worst[i] <= max(tol * min(terms[i], cap), ROUNDING * min(given[i], DROWNED * cap)):
@@ -264,7 +246,7 @@ def surely_solves(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upp
 @njit((*ROWS, *(VECTOR,) * 3, types.float64, VECTOR), **OPTIONS)
 def judgement(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, tol: float, z: Any) -> Any:
     """Return whether an admissible z surely SOLVES the problem, surely FAILS to, or neither; `measure.Rows`, shape
-    (4, n), if these are known and the z does not; and what `_units` does, without components if it was not needed."""
+    (4, n), if these are known and the z does not; and what `units_of` does, without components if it was not needed."""
     answer, is_known, own, units = _judgement(begin, columns, values, q, lower, upper, tol, z)
     rows = np.empty((4 if is_known and answer != SOLVES else 0, z.size))
     for k in range(len(rows)):
@@ -287,7 +269,7 @@ def compressed(M: Any) -> Any:
 
 
 @njit(NUMBERS(VECTOR, VECTOR, VECTOR), **OPTIONS)
-def without_small_distances(lower: Any, upper: Any, z: Any) -> Any:
+def on_bounds(lower: Any, upper: Any, z: Any) -> Any:
     """Return z with 0 and bounds in place of entries that are near them."""
     most, found = SMALL_DISTANCE * np.abs(z).max(), np.empty(z.size)
     for i in range(z.size):

@@ -14,8 +14,7 @@ from itertools import chain, pairwise
 import numpy as np
 
 from lcpcli.interrupts import check
-from lcpcli.linalg.entries import row_parts
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import is_sparse, row_parts
 from lcpcli.typing import Matrix, Vector
 
 SPLITTER = 2.0**27 + 1  # Dekker's, for a mantissa of 53 bits

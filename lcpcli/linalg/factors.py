@@ -33,6 +33,7 @@ LAPACK = "scipy.linalg.lapack"  # solves small systems in half the time of numpy
 MOST_UPDATED = 1 / 12  # of an index set: changes up to which an update costs clearly less than a factorization
 MODEST_CONDITION = 1e8  # the condition number up to which an inverse has half of the digits of a double
 Solve = Callable[[Vector], Vector]
+TwoWay = Callable[..., Vector]  # solve(b, transposed=False)
 SingularMatrix = np.linalg.LinAlgError  # the matrix is singular, or so nearly that solutions have no correct digit
 
 
@@ -57,43 +58,35 @@ class Tridiagonal:
         return lambda b: np.asarray(self._solve(*factors, b)[0])
 
 
-def tridiagonal(M: Matrix) -> Tridiagonal | None:
-    """Return a sparse matrix with at least two rows as a tridiagonal one, if it is that; else None."""
-    n = M.shape[0]
-    return Tridiagonal(M) if n >= 2 and M.nnz <= 3 * n and width(M) <= 1 else None
+def solver(A: Matrix) -> TwoWay:
+    """Return a solver solve(b, transposed=False) of systems with A, which may be overwritten, or its transpose; this
+    function or the solver raises SingularMatrix if A is singular."""
+    if not is_sparse(A):
+        is_small = A.shape[0] <= MOST_NUMPY_ROWS and LAPACK not in sys.modules
+        return invert(A) if is_small else dense_factors().lu(A, overwrite=True)
+    if (definite := definite_solver(A)) is not None:
+        return lambda b, transposed=False: definite(b)  # noqa: ARG005 (A is symmetric)
+    lu = sparse_lu(symmetric=False)(A)
+    return lambda b, transposed=False: lu.solve(b, "T" if transposed else "N")
 
 
-def factorizer(M: Matrix) -> Callable[[float], Solve]:
-    """Return a function that factorizes shift I + M.
-
-    That function returns a solver x = solve(b) of (shift I + M) x = b, and raises SingularMatrix if that matrix is
-    singular to working precision. The test is a system with known solution, of which a solve must recover a digit.
-    Unlike a condition number, this is insensitive to the units of rows and columns.
-    """
-    factorize: Callable[[Matrix], Solve] = invert
-    if is_sparse(M):
-        lu = sparse_lu(is_symmetric(M))
-        factorize = lambda A: lu(A).solve  # noqa: E731
-    elif M.shape[0] > MOST_NUMPY_ROWS:
-        factorize = partial(dense_factors().lu, overwrite=True)
-
-    def checked(shift: float) -> Solve:
-        solve = factorize(plus_diagonal(M, shift, order="F"))
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            known = 1 / np.maximum(column_maxima(M), shift)
-            computed = solve(product(M, known) + shift * known)
-            if not np.max(np.abs(computed / known - 1)) < 0.5:
-                raise SingularMatrix
-        return solve
-
-    return checked
+def checked_solver(M: Matrix, shift: float = 0.0) -> Solve:
+    """Return a solver x = solve(b) of (shift I + M) x = b; raise SingularMatrix if that matrix is singular to working
+    precision. The test is a system with known solution, of which a solve must recover a digit. Unlike a condition
+    number, this is insensitive to the units of rows and columns."""
+    solve = solver(plus_diagonal(M, shift, order="F"))
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        known = 1 / np.maximum(column_maxima(M), shift)
+        if not np.max(np.abs(solve(product(M, known) + shift * known) / known - 1)) < 0.5:
+            raise SingularMatrix
+    return solve
 
 
 def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
     """Return scipy's splu for csr_arrays, raising SingularMatrix; with diagonal pivots for symmetric ones.
 
     Ordering M + M' instead of M'M halves the fill-in for symmetric matrices. Diagonal pivots are safe for positive
-    definite ones; otherwise the known system in `factorizer`, or refinement, detects failure.
+    definite ones; otherwise a known system, or refinement, detects failure.
     SuperLU must not see a structurally singular matrix: for some it passes negative sizes to BLAS, which prints to
     standard output, and fails with other errors.
     """
@@ -132,7 +125,7 @@ class _DenseFactors:
             from scipy.linalg import get_lapack_funcs
         self._potrf, self._potrs, self._getrf, self._getrs = get_lapack_funcs(("potrf", "potrs", "getrf", "getrs"))
 
-    def cholesky(self, A: Matrix) -> Callable[..., Vector]:
+    def cholesky(self, A: Matrix) -> TwoWay:
         """Return a solver, as `lu` does, from the Cholesky factors of A. scipy's potrf holds the interpreter's lock, so
         that neither Ctrl-C nor a time limit can end the wait for it; numpy's releases it, but copies A twice and
         takes a third longer."""
@@ -144,7 +137,7 @@ class _DenseFactors:
             raise SingularMatrix
         return lambda b, transposed=False: self._potrs(factor, b, lower=True)[0]  # noqa: ARG005
 
-    def lu(self, A: Matrix, overwrite: bool) -> Callable[..., Vector]:
+    def lu(self, A: Matrix, overwrite: bool) -> TwoWay:
         """Return a solver solve(b, transposed=False) from the LU factors of A, of systems with A or its transpose."""
         by_columns = A.flags.f_contiguous
         factorize = partial(self._getrf, A if by_columns else A.T, overwrite_a=overwrite)
@@ -157,7 +150,7 @@ class _DenseFactors:
 dense_factors = cache(_DenseFactors)
 
 
-def invert(A: Matrix) -> Callable[..., Vector]:
+def invert(A: Matrix) -> TwoWay:
     """Return a solver solve(b, transposed=False) from the inverse with one step of refinement, of systems with A or its
     transpose: as accurate as LU factors, without scipy."""
     inverse = np.linalg.inv(A)
@@ -181,7 +174,7 @@ class Latest:
     """The last large dense M_PP that was factorized, for who owns M; what is copied or pickled with it begins anew."""
 
     def __init__(self) -> None:
-        self.kept: tuple[Indices, Callable[..., Vector]] | None = None
+        self.kept: tuple[Indices, TwoWay] | None = None
 
     def __reduce__(self) -> tuple[type[Latest], tuple[()]]:
         return Latest, ()
@@ -225,7 +218,8 @@ class PrincipalSolver:
         self._dense = None if is_sparse(M) or (self._small and LAPACK not in sys.modules) else dense_factors()
         self._definite = not self._small and bool((M.diagonal() > 0).all()) and (not is_sparse(M) or is_symmetric(M))
         self._kept: tuple[Indices, Solve] | None = None
-        self._tridiagonal = tridiagonal(M) if is_sparse(M) else None
+        is_tridiagonal = is_sparse(M) and M.shape[0] >= 2 and M.nnz <= 3 * M.shape[0] and width(M) <= 1
+        self._tridiagonal = Tridiagonal(M) if is_tridiagonal else None
 
     def solve(self, indices: Indices, b: Vector) -> Vector:
         """Return x after one step of refinement, for b of shape (k,); raise SingularMatrix if M_PP is singular."""
@@ -277,7 +271,6 @@ class PrincipalSolver:
         return self._dense.lu(block, overwrite) if self._dense else sparse_lu(False)(block).solve
 
     def _factorized(self, indices: Indices) -> Solve:
-        """Return a solver for the indices of P; a copy of M_PP is not kept."""
         block = self.block(indices)
         return self.factorized(block, overwrite=block is not self._M)
 

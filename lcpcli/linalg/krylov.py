@@ -16,9 +16,8 @@ from typing import Any
 import numpy as np
 
 from lcpcli.linalg.doubles import EPS, generator
-from lcpcli.linalg.entries import row_parts
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, definite_solver
-from lcpcli.linalg.matrices import absolute_product, dense, is_symmetric, plus_diagonal, row_maxima, scaled
+from lcpcli.linalg.matrices import absolute_product, dense, is_symmetric, plus_diagonal, row_maxima, row_parts, scaled
 from lcpcli.typing import Matrix, Vector
 
 EIGENVALUE_STEPS = 8  # of power or inverse iteration from a random vector: enough for a factor 3 in an eigenvalue

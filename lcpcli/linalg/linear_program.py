@@ -22,6 +22,7 @@ FEW_ENTRIES = 20_000  # so many take milliseconds, for which Ctrl-C may wait: a 
 EARLIER = 0.9  # of the time that remains, for the solver: if it ends by itself, no thread is left behind
 # What an iteration of the simplex method usually takes, in seconds, besides for each entry and each row and column.
 OF_ITERATION, OF_ENTRY, OF_LINE = 1e-5, 5e-9, 4e-8
+Pair = tuple[Vector, Vector]
 TOLERANCES = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 
 
@@ -75,18 +76,24 @@ class Optimum(NamedTuple):
     value: float
 
 
-def minimized(
-    objective: Vector, A: Matrix, ends: tuple[Vector, Vector], bounds: tuple[Vector, Vector], effort: float = math.inf
-) -> Optimum | None:
+def minimized(objective: Vector, A: Matrix, ends: Pair, bounds: Pair, effort: float = math.inf) -> Optimum | None:
     """Return the minimum of objective'x with row_lower <= A x <= row_upper and lower <= x <= upper, if one is found.
 
     ends, bounds : the pairs row_lower, row_upper and lower, upper; infinite where there is no bound. effort : as for
-    `linprog`.
+    `linprog`, to which more is copied than to HiGHS in its own package.
     """
     with imports:
         highspy = import_module("highspy") if find_spec("highspy") else None
     if highspy is not None:
-        return _by_highspy(highspy, objective, A, ends, bounds, effort)
+        limits = _limits(A, effort, "simplex_iteration_limit")
+        if (highs := highs_with(highspy, objective, A, ends, bounds, TOLERANCES | limits)) is None:
+            return None
+        highs.run() if A.shape[0] * A.shape[1] <= FEW_ENTRIES else interruptibly(highs.run)
+        status, known, solution = highs.getModelStatus(), highspy.HighsModelStatus, highs.getSolution()
+        if status == known.kTimeLimit and remaining() <= 0:
+            raise TimeIsUp
+        found = Optimum(np.array(solution.col_value), np.array(solution.row_dual), highs.getObjectiveValue())
+        return found if status == known.kOptimal else None
     low, high = ends
     equal = np.flatnonzero(low == high)
     below, above = (np.flatnonzero(np.isfinite(end) & (low != high)) for end in ends)
@@ -102,37 +109,8 @@ def minimized(
     return Optimum(found.x, y, float(found.fun))
 
 
-def _by_highspy(
-    highspy: Any,
-    objective: Vector,
-    A: Matrix,
-    ends: tuple[Vector, Vector],
-    bounds: tuple[Vector, Vector],
-    effort: float,
-) -> Optimum | None:
-    """Return the minimum by HiGHS in its own package, to which less is copied than by scipy's linprog."""
-    limits = _limits(A, effort, "simplex_iteration_limit")
-    highs = highs_with(highspy, objective, A, ends, bounds, TOLERANCES | limits)
-    if highs is None:
-        return None
-    highs.run() if A.shape[0] * A.shape[1] <= FEW_ENTRIES else interruptibly(highs.run)
-    status, known = highs.getModelStatus(), highspy.HighsModelStatus
-    if status == known.kTimeLimit and remaining() <= 0:
-        raise TimeIsUp
-    if status != known.kOptimal:
-        return None
-    found = highs.getSolution()
-    return Optimum(np.array(found.col_value), np.array(found.row_dual), highs.getObjectiveValue())
-
-
 def highs_with(
-    highspy: Any,
-    objective: Vector,
-    A: Matrix,
-    ends: tuple[Vector, Vector],
-    bounds: tuple[Vector, Vector],
-    options: Mapping[str, Any],
-    lower_triangle: Matrix | None = None,
+    highspy: Any, c: Vector, A: Matrix, ends: Pair, bounds: Pair, options: Mapping[str, Any], lower_triangle: Any = None
 ) -> Any:
     """Return HiGHS with a program, the lower triangle of whose Hessian is sparse or None; None if it is refused."""
     with imports:
@@ -140,12 +118,12 @@ def highs_with(
     highs, model = solver(highspy, {"output_flag": False} | dict(options)), highspy.HighsModel()
     lp, hessian, columns = model.lp_, model.hessian_, csc_array(A)
     lp.num_row_, lp.num_col_ = columns.shape
-    lp.col_cost_, (lp.col_lower_, lp.col_upper_), (lp.row_lower_, lp.row_upper_) = objective, bounds, ends
+    lp.col_cost_, (lp.col_lower_, lp.col_upper_), (lp.row_lower_, lp.row_upper_) = c, bounds, ends
     lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
     lp.a_matrix_.start_, lp.a_matrix_.index_, lp.a_matrix_.value_ = columns.indptr, columns.indices, columns.data
     if lower_triangle is not None:
         triangle = csc_array(lower_triangle)
-        hessian.dim_, hessian.format_ = objective.size, highspy.HessianFormat.kTriangular
+        hessian.dim_, hessian.format_ = c.size, highspy.HessianFormat.kTriangular
         hessian.start_, hessian.index_, hessian.value_ = triangle.indptr, triangle.indices, triangle.data
     return None if highs.passModel(model) == highspy.HighsStatus.kError else highs
 

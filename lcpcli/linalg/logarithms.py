@@ -74,13 +74,13 @@ def _sums(M: Vector) -> Vector:
     n = M.shape[0]
     if n > MOST_FACTORS or np.abs(M).min(initial=1.0) < np.finfo(np.float64).smallest_normal:
         rows, columns = np.zeros((2, n))
-        for part in row_parts(M):
+        for part in row_parts(*M.shape):
             logarithms = _logarithms(M[part])
             rows[part] = logarithms.sum(axis=1)
             columns += logarithms.sum(axis=0)
         return np.array([rows, columns])
     rows, columns, products = np.zeros(n), np.zeros(n), np.ones(n)
-    for part in row_parts(M):
+    for part in row_parts(*M.shape):
         bits = np.ascontiguousarray(M[part]).view(np.int64)
         exponents = ((bits >> 52) & 0x7FF) - 1023
         fractions = ((bits & FRACTION) | ONE).view(np.float64)

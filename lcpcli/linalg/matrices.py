@@ -22,7 +22,7 @@ from lcpcli.linalg.doubles import LARGEST_DOUBLE, MOST_COPIED_ENTRIES, ROW_ROUND
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 MOST_GATHERED_ENTRIES = 20_000  # of a sparse M: up to which gathering a vector costs less than to make |M|
-BLOCK_BYTES = 1 << 20  # of a block of rows: it stays in the cache
+BLOCK_NUMBERS = 1 << 17  # in a block of rows: it stays in the cache
 MOST_NARROW_ENTRIES = 4  # of the band, times those of M: factors within it cannot have many more
 SAMPLED_ROWS = 32  # of a dense M, which tell that it has many entries other than 0
 FEWEST_SHARED_ROWS = 64  # from which a BLAS may use threads
@@ -140,8 +140,6 @@ def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
     """
     if not is_sparse(M):
         return _scaler(R, C)(M, R[:, np.newaxis], C)
-    with imports:
-        from lcpcli.linalg.entries import entries, with_data
     scale, data = _scaler(R, C), np.empty_like(M.data)
     for rows, own, owners in entries(M):
         data[own] = scale(M.data[own], R[rows][owners], C[M.indices[own]])
@@ -212,15 +210,31 @@ def _scaler(R: Vector, C: Vector) -> Callable[[Vector, Vector, Vector], Vector]:
 
 def row_blocks(M: Matrix) -> Iterator[tuple[slice, Vector]]:
     """Yield |M| a few rows at a time, so that no second matrix is formed."""
-    for part in row_parts(M):
+    for part in row_parts(*M.shape):
         yield part, np.abs(M[part])
 
 
-def row_parts(M: Matrix) -> Iterator[slice]:
-    """Yield the rows of a dense M a few at a time."""
-    height = max(1, BLOCK_BYTES // max(1, M.shape[1] * M.itemsize))
-    for top in range(0, M.shape[0], height):
-        yield slice(top, top + height)
+def row_parts(n: int, width: int = 8) -> Iterator[slice]:
+    """Yield slices of n rows, a block each: of a matrix with so many columns, or of as many vectors."""
+    height = max(1, BLOCK_NUMBERS // max(1, width))
+    for top in range(0, n, height):
+        yield slice(top, min(top + height, n))
+
+
+def entries(M: Matrix) -> Iterator[tuple[slice, slice, Indices]]:
+    """Yield for each block of rows of a sparse M the slices of the rows and of their entries, and the row of each
+    entry, counted from the first of the block: what is computed of them stays in the cache."""
+    for rows in row_parts(M.shape[0]):
+        starts = M.indptr[rows.start : rows.stop + 1]
+        owners = np.repeat(np.arange(starts.size - 1), np.diff(starts))
+        yield rows, slice(int(starts[0]), int(starts[-1])), owners
+
+
+def with_data(M: Matrix, data: Vector) -> Matrix:
+    """Return the matrix with these numbers in the places of the entries of M, whose arrays of places it shares."""
+    with imports:
+        from lcpcli.linalg.compressed_rows import of_arrays
+    return of_arrays(M.shape, M.indptr, M.indices, data)
 
 
 def column_reader(M: Matrix) -> Callable[[int], Vector]:
@@ -239,7 +253,8 @@ def column_reader(M: Matrix) -> Callable[[int], Vector]:
 def is_symmetric(M: Matrix) -> bool:
     """Return whether M equals its transpose exactly."""
     if not is_sparse(M):
-        return np.array_equal(M[:1], M[:, :1].T) and all(np.array_equal(M[part], M[:, part].T) for part in row_parts(M))
+        parts = row_parts(*M.shape)
+        return np.array_equal(M[:1], M[:, :1].T) and all(np.array_equal(M[part], M[:, part].T) for part in parts)
     pair = mirrored(M)
     return pair is not None and np.array_equal(pair[0].data, pair[1])
 

@@ -28,7 +28,7 @@ DENSE_FACTOR = 10.0  # times the root of n: the entries from which a row is dens
 MOST_SPLIT_OFF = 30  # dense rows and columns: the border of more would cost more than it saves
 MOST_PER_ENTRY = 300.0  # operations of LDL: columns of such a length are handled faster in dense blocks
 BRIEF_SECONDS = 0.02  # of a factorization, which the next one may take without a thread that can be interrupted
-Systems: TypeAlias = "SuperLU | LDL | Bordered | _ByFill | _Dense"
+Systems: TypeAlias = "SuperLU | LDL | Bordered | _Dense"
 """Systems of one M: factorize(d) factorizes M + diag(d), or raises SingularMatrix; solve(b) solves for the last d."""
 
 
@@ -39,16 +39,16 @@ def systems(M: Matrix, S: Vector | None) -> Systems:
     if S is None or not has_qdldl():
         dense = dense_places(M)
         return Bordered(M, dense, SuperLU) if dense.size else SuperLU(M)
-    return _ByFill(M, S)
+    return LDL(M, S)
 
 
 def operations(systems: Systems) -> float:
     """Return the number of operations of a factorization, if it is by QDLDL; else infinity. Raise SingularMatrix if
     M + I is singular."""
-    if not isinstance(systems, _ByFill):
+    if not isinstance(systems, LDL):
         return math.inf
-    systems.factorize(np.ones(systems.order))
-    return systems.operations()
+    systems.factorize(np.ones(systems.S.size))
+    return systems.operations()[0]
 
 
 def has_qdldl() -> bool:
@@ -113,7 +113,8 @@ class SuperLU:
 
 
 class LDL:
-    """Systems by QDLDL's factors of S (M + diag(d))."""
+    """Systems by QDLDL's factors of S (M + diag(d)), or by SuperLU once the first of them take so many operations per
+    entry that the dense blocks of SuperLU save more than the other half of the factors costs."""
 
     def __init__(self, M: Matrix, S: Vector) -> None:
         with imports:
@@ -129,37 +130,37 @@ class LDL:
         indices[is_off], data[is_off] = M.indices[below], (S[owners] * M.data)[below]
         indptr = np.concatenate(([0], ends)).astype(indices.dtype)
         self._upper = of_arrays(M.shape, indptr, indices, data, csc_matrix)
-        self._S, self._diagonal = S, M.diagonal()
+        self.S, self._M, self._diagonal = S, M, M.diagonal()
         self._solver: Any = None
+        self._in_blocks: SuperLU | None = None
+        self._are_first = True
         self._factorized = _Interruptible()
 
     def factorize(self, d: Vector) -> None:
         with imports:
             import qdldl
-        self._upper.data[self._places] = self._S * (self._diagonal + d)
+        if self._solver is not None and self._are_first:
+            self._are_first = False
+            if self.operations()[1] > MOST_PER_ENTRY:
+                self._in_blocks = SuperLU(self._M, order=np.argsort(self._solver.factors()[2]))
+        if self._in_blocks is not None:
+            self._in_blocks.factorize(d)
+            return
+        self._upper.data[self._places] = self.S * (self._diagonal + d)
         again = qdldl.Solver if self._solver is None else self._solver.update
         made = self._factorized(partial(again, self._upper, upper=True), self._upper.nnz)
         self._solver = self._solver or made
 
     def solve(self, b: Vector) -> Vector:
-        return np.asarray(self._solver.solve(self._S * b))
-
-    @property
-    def has_factors(self) -> bool:
-        """Return whether a matrix has been factorized."""
-        return self._solver is not None
+        if self._in_blocks is not None:
+            return self._in_blocks.solve(b)
+        return np.asarray(self._solver.solve(self.S * b))
 
     def operations(self) -> tuple[float, float]:
         """Return the number of operations for the factors, and its mean for an entry of these."""
         lengths = np.diff(self._solver.factors()[0].indptr).astype(np.float64)
         total = float((lengths * (lengths + 3)).sum())
         return total, total / max(float(lengths.sum()), 1.0)
-
-    @property
-    def order(self) -> Indices:
-        """Return the place of each row and column among the pivots."""
-        pivots: Indices = self._solver.factors()[2]
-        return np.argsort(pivots)
 
 
 class _Interruptible:
@@ -228,26 +229,3 @@ class Bordered:
         x[self._places] = self._inverse @ (b[self._places] - self._C @ y)
         x[self._rest] = y - self._W @ x[self._places]
         return x
-
-
-class _ByFill:
-    """Systems by LDL, or by SuperLU once the first factors of LDL take so many operations per entry that the dense
-    blocks of SuperLU save more than the other half of the factors costs."""
-
-    solve: Solve
-
-    def __init__(self, M: Matrix, S: Vector) -> None:
-        self._M, self._ldl, self.order = M, LDL(M, S), S.size
-        self._used: LDL | SuperLU | None = None
-
-    def factorize(self, d: Vector) -> None:
-        if self._used is None and self._ldl.has_factors:
-            is_long = self._ldl.operations()[1] > MOST_PER_ENTRY
-            self._used = SuperLU(self._M, order=self._ldl.order) if is_long else self._ldl
-        used = self._used or self._ldl
-        used.factorize(d)
-        self.solve = used.solve
-
-    def operations(self) -> float:
-        """Return the number of operations of the first factors of LDL."""
-        return self._ldl.operations()[0]

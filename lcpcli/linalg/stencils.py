@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.linalg.entries import row_parts, with_data
-from lcpcli.linalg.matrices import row_multiplier
+from lcpcli.linalg.matrices import row_multiplier, row_parts, with_data
 from lcpcli.typing import Indices, Matrix
 
 FEWEST_ROWS = 1 << 13  # from which a stencil is worth the search for it

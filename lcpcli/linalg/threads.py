@@ -81,45 +81,9 @@ def _decided_by_environment() -> bool:
     return in_environment() is not None
 
 
-class _Shared:
-    """The number of threads of the process while calls are under way that ask for one: the smallest of theirs. The
-    first of them changes it, and the last one puts it back."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._asked: dict[object, int] = {}  # by calls
-        self._usual: list[int] = []  # the numbers from before the first of them, of each library
-
-    def ask(self, call: object, number: int, libraries: Sequence[Any]) -> None:
-        """Take the number for which a call asks."""
-        with self._lock:
-            if not self._asked:
-                self._usual = [library.get_num_threads() for library in libraries]
-            self._asked[call] = number
-            self._set(libraries, [min(self._asked.values())] * len(libraries))
-
-    def leave(self, call: object, libraries: Sequence[Any]) -> None:
-        """Forget the number of a call, which is over."""
-        with self._lock:
-            if self._asked.pop(call, None) is None:  # Ctrl-C came first
-                return
-            least = min(self._asked.values(), default=None)
-            pairs = zip(libraries, self._usual, strict=True)
-            self._set(libraries, [usual if least is None or _of_thread(each) else least for each, usual in pairs])
-
-    def _set(self, libraries: Sequence[Any], numbers: Sequence[int]) -> None:
-        for library, number in zip(libraries, numbers, strict=True):
-            library.set_num_threads(number)
-            if hasattr(library, "clear_controlling_thread"):  # else threadpoolctl >= 3.8 would refuse other threads
-                library.clear_controlling_thread()
-
-
-def _of_thread(library: Any) -> bool:
-    """Return whether each thread has a number of its own for this library."""
-    return getattr(library, "threading_layer", "") == "openmp"
-
-
-_shared = _Shared()  # as the number is that of the process
+_lock = threading.Lock()
+_asked: dict[object, int] = {}  # by the calls under way: the number of the process is the least of these
+_usual: list[int] = []  # those from before the first of them, of each library
 _thread = threading.local()  # is_limited : whether it is within a context of `limited`
 
 
@@ -136,11 +100,30 @@ def limited(number: int) -> Iterator[None]:
         return
     try:
         _thread.is_limited = True
-        _shared.ask(call, number, libraries)
+        _share(libraries, call, number)
         yield
     finally:
-        _shared.leave(call, libraries)
+        _share(libraries, call)
         _thread.is_limited = False
+
+
+def _share(libraries: Sequence[Any], call: object, number: int | None = None) -> None:
+    """Take the number for which a call asks, or forget it at its end. The first call changes the number of the process,
+    and the last one puts it back."""
+    with _lock:
+        if not _asked:
+            _usual[:] = [library.get_num_threads() for library in libraries]
+        if number is None:
+            _asked.pop(call, None)  # which is not there if Ctrl-C came first
+        else:
+            _asked[call] = number
+        least = min(_asked.values(), default=None)
+        for library, usual in zip(libraries, _usual, strict=True):
+            has_one_of_each_thread = getattr(library, "threading_layer", "") == "openmp"
+            is_usual = least is None or (number is None and has_one_of_each_thread)
+            library.set_num_threads(usual if is_usual else least)
+            if hasattr(library, "clear_controlling_thread"):  # else threadpoolctl >= 3.8 would refuse other threads
+                library.clear_controlling_thread()
 
 
 @cache

@@ -49,16 +49,9 @@ class Units:
         """Return R and C, rounded to powers of two, so that scaling by them is exact."""
         return np.exp2(np.rint(self.rows)), np.exp2(np.rint(self.columns))
 
-    def largest_of_rows(self, values: Vector) -> Vector:
-        """Return the largest value in each component, for values of rows, shape (..., n); minus infinity in an empty
-        component."""
-        return self._largest(values, self.row_part)
-
-    def largest_of_columns(self, values: Vector) -> Vector:
-        """Return the same for values of columns."""
-        return self._largest(values, self.column_part)
-
-    def _largest(self, values: Vector, part: Indices) -> Vector:
+    def largest(self, values: Vector, part: Indices) -> Vector:
+        """Return the largest value in each component, for values of rows or columns with these components, of shape
+        (..., n); minus infinity in an empty component."""
         if self.parts == 1:
             return np.asarray(values.max(axis=-1, keepdims=True, initial=-np.inf))
         found = np.full((*values.shape[:-1], self.parts), -np.inf)

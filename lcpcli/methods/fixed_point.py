@@ -45,7 +45,7 @@ def fixed_point(
     """
     omega = best_omega(problem.M) if omega == AUTO else float(omega)
     try:
-        solve = factors.factorizer(problem.M)(omega)
+        solve = factors.checked_solver(problem.M, omega)
     except factors.SingularMatrix:
         name = "I + M" if omega == 1 else f"{omega:g} I + M"
         reason = f"{name} is singular to working precision, so the iteration is not defined; try another --omega"

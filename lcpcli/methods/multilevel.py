@@ -34,10 +34,9 @@ from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.clock import imports
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import SMALLEST_NORMAL, generator, largest
-from lcpcli.linalg.entries import entries, row_parts, with_data
 from lcpcli.linalg.factors import Solve
 from lcpcli.linalg.krylov import dot
-from lcpcli.linalg.matrices import absolute_product, dense, plus_diagonal
+from lcpcli.linalg.matrices import absolute_product, dense, entries, plus_diagonal, row_parts, with_data
 from lcpcli.linalg.stencils import Operator
 from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem

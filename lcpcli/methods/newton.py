@@ -30,7 +30,6 @@ from lcpcli.typing import States, Vector
 
 if TYPE_CHECKING:
     from lcpcli.methods.direct import Made
-    from lcpcli.methods.projected_gradient import Steps
 
 LEAST_INDEX, FINISH = "least index", "finish"
 SLOW = "the active set settles too slowly"
@@ -107,16 +106,14 @@ def iterates_of(made: Iterable[Made]) -> Iterator[Iterate]:
         yield Iterate((z - w) / 2, None, step, evaluations, "newton", signs_final=False)
 
 
-def dense_route(
-    problem: Problem, x0: Vector, patience: float = LEAST_INDEX_STEPS, steps: Steps | None = None, hasty: bool = False
-) -> Stage:
+def dense_route(problem: Problem, x0: Vector, patience: float = LEAST_INDEX_STEPS, hasty: bool = False) -> Stage:
     """Run newton from x0 or, if x0 = 0, from the reference point and its w (z = 0 and w = q for an LCP); for large n,
     from the active set at which projected gradients arrive.
 
     A product with M costs a small part of a factorization, and a few dozen of them correct most of the signs that
     block pivoting would take several factorizations for, if M is a well-conditioned P-matrix.
 
-    patience, hasty : as of newton. steps : as of projected_gradient.
+    patience, hasty : as of newton.
     """
     reference = 0.0 if problem.reference_z is None else problem.reference_z
     start = x0 if np.count_nonzero(x0) else (reference - problem.q_ref) / 2
@@ -125,7 +122,7 @@ def dense_route(
     with imports:
         from lcpcli.methods.projected_gradient import projected_gradient
     turns = Turns(x0)
-    ending = yield from turns.take("gradient", projected_gradient(problem, x0, steps))
+    ending = yield from turns.take("gradient", projected_gradient(problem, x0))
     start = start if isinstance(ending, Breakdown) else turns.last.x
     return (yield from turns.take("newton", newton(problem, start, patience, hasty)))
 

@@ -10,7 +10,7 @@ Projected Barzilai-Borwein methods for large-scale box-constrained quadratic pro
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,13 +30,11 @@ MOST_PER_UNKNOWN = 1 / 12
 SINGLE_RANGE = 1e9  # sizes up to which, and down to whose inverse, single precision has room for products
 
 
-def projected_gradient(problem: Problem, x0: Vector, steps: Steps | None = None) -> Stage:
+def projected_gradient(problem: Problem, x0: Vector) -> Stage:
     """Iterate z' = mid(l, u, z - t D^-1 (M z + q)), D = diag(M), with Barzilai and Borwein's two step sizes t in turn.
 
     For dense M in single precision, unless numbers are too large or small for it: that is enough for likely states, and
     a product takes half the time, or less where M in doubles does not fit in the cache.
-
-    steps : the `single_steps` in another form.
 
     Yields the last x = (z - D^-1 w) / 2, which stands for the likely states: what the loop does with an iterate may
     take as long as a step. Finished : the states have settled. Stalled : they have not settled within
@@ -49,7 +47,7 @@ def projected_gradient(problem: Problem, x0: Vector, steps: Steps | None = None)
     units, start = 1 / np.sqrt(diagonal), box.z_of(x0)
     w_start = problem.w(start) if np.count_nonzero(problem.from_reference(start)) else problem.q_ref
     few, history = max(SETTLED_INDICES, x0.size // SETTLED_ONE_IN), [x0.size] * LOOKS_TO_ADVANCE
-    for last in _looks(problem, units, start, w_start, steps or single_steps):
+    for last in _looks(problem, units, start, w_start):
         history.append(last.changes)
         settled = max(history[-2:]) <= few
         if settled or not last.bounded or history[-1] >= max(few, *history[-1 - LOOKS_TO_ADVANCE : -1]):
@@ -72,10 +70,7 @@ class Glance(NamedTuple):
     bounded: Any
 
 
-Steps: TypeAlias = Callable[..., Iterator[Glance]]  # called as `single_steps`
-
-
-def _looks(problem: Problem, units: Vector, z: Vector, w: Vector, single: Steps) -> Iterator[Glance]:
+def _looks(problem: Problem, units: Vector, z: Vector, w: Vector) -> Iterator[Glance]:
     """Return the `gradient_steps` of a problem in these units, from a z and its w; for a dense M whose numbers allow
     it, in single precision."""
     box, z, w = problem.box.in_units(units), z / units, units * w
@@ -83,11 +78,6 @@ def _looks(problem: Problem, units: Vector, z: Vector, w: Vector, single: Steps)
     if is_sparse(problem.M) or not max(sizes) <= SINGLE_RANGE or largest(w) < 1 / SINGLE_RANGE:
         return gradient_steps(box, lambda z: units * problem.w(units * z), z, w)
     M, scale, q = (given.astype(np.float32) for given in (problem.M, units, units * problem.q))
-    return single(box.in_single_precision(), M, scale, q, z.astype(np.float32), w.astype(np.float32))
-
-
-def single_steps(box: Box, M: Vector, scale: Vector, q: Vector, z: Vector, w: Vector) -> Iterator[Glance]:
-    """Return the `gradient_steps` for scale M scale and q, all in single precision."""
 
     def w_of(z: Vector) -> Vector:
         w = product(M, scale * z)
@@ -95,12 +85,7 @@ def single_steps(box: Box, M: Vector, scale: Vector, q: Vector, z: Vector, w: Ve
         w += q
         return w
 
-    return gradient_steps(box, w_of, z, w)
-
-
-def most_steps(n: int) -> int:
-    """Return the number of steps after which the iteration ends."""
-    return max(MOST_GRADIENT_STEPS, round(MOST_PER_UNKNOWN * n))
+    return gradient_steps(box.in_single_precision(), w_of, z.astype(np.float32), w.astype(np.float32))
 
 
 def gradient_steps(box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vector) -> Iterator[Glance]:
@@ -110,7 +95,7 @@ def gradient_steps(box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vec
     """
     step_size = _step_size if z.ndim == 1 else _step_sizes
     basis, start, t = box.basis_of(0.5 * (z - w)), _dots(w, w), z.dtype.type(0.5)
-    for step in range(1, most_steps(z.shape[-1]) + 1):
+    for step in range(1, max(MOST_GRADIENT_STEPS, round(MOST_PER_UNKNOWN * z.shape[-1])) + 1):
         change = t * w
         former, z = z, box.project(np.subtract(z, change, out=change))
         before, w = w, w_of(z)

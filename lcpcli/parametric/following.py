@@ -15,7 +15,7 @@ import numpy as np
 from lcpcli.clock import seconds
 from lcpcli.interrupts import TimeIsUp, check, deferring_signals, within
 from lcpcli.linalg.doubles import generator
-from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, factorizer, finite, well_conditioned_inverse
+from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, checked_solver, finite, well_conditioned_inverse
 from lcpcli.linalg.matrices import dense, is_sparse, product
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.changes import scale
@@ -23,9 +23,8 @@ from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL, Limits
 from lcpcli.options import check as check_options
 from lcpcli.parametric import path as ends
-from lcpcli.parametric.exact_pivoting import ExactFamily, ExactPivoting
 from lcpcli.parametric.path import ENDS, ExactPath, Family, Path
-from lcpcli.parametric.pivoting import Edge, Pivoting
+from lcpcli.parametric.pivoting import Edge, ExactFamily, ExactPivoting, Pivoting
 from lcpcli.parametric.verified import verify
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded
@@ -91,7 +90,7 @@ def _null_vector(M: Matrix, states: States) -> Vector | None:
     if is_sparse(block) or basic.size > MOST_NUMPY_ROWS:
         known = generator(0).uniform(1, 2, block.shape[0])
         with suppress(SingularMatrix):
-            if np.abs(factorizer(block)(0.0)(product(block, known)) - known).max() <= RECOVERED:
+            if np.abs(checked_solver(block)(product(block, known)) - known).max() <= RECOVERED:
                 return None
         block = dense(block)
     elif well_conditioned_inverse(block, 1 / SINGULAR) is not None:
@@ -129,17 +128,13 @@ class Breakpoints:
     def add(self, s: Any, z: Any, states: States | None) -> None:
         """Add a breakpoint, and the states on the piece before it; verify those before if there are many."""
         points = self.points
-        points.append(self._point(s, z, states))
+        points.append(self.point(s, z, states))
         new = len(points) - self._done
         if new >= LEAST_AT_ONCE and new * self.family.problem.n >= AT_ONCE:
             each = range(len(points) - 1, self._done, -1)
             self._verify(next((k for k in each if points[k].t != points[k - 1].t), 0))  # the others have the last t
 
-    def replace_last(self, s: Any, z: Any) -> None:
-        """Put another point in the place of the last breakpoint."""
-        self.points[-1] = self._point(s, z, self.points[-1].states)
-
-    def _point(self, s: Any, z: Any, states: States | None) -> _Point:
+    def point(self, s: Any, z: Any, states: States | None) -> _Point:
         t = self.family.start * (1 - float(s)) + self.family.stop * float(s)  # exactly a and b at the ends
         return _Point(s, t, z, None if self.exact is None else self.exact.w(s, z), states)
 
@@ -174,12 +169,10 @@ class Breakpoints:
             start, stop = Fraction(family.start), Fraction(family.stop)
             exact = ExactPath([start + point.s * (stop - start) for point in points], z, w)
             z, w = ([rounded(row) for row in rows] for rows in (z, w))
-        t, states = (
-            np.array([point.t for point in points]),
-            _rows([point.states for point in points[1:]], family, np.int8),
-        )
+        t, states = np.array([point.t for point in points]), [point.states for point in points[1:]]
         is_verified = bool(points) and self._are_solutions
-        return Path(family, t, _rows(z, family), _rows(w, family), states, "", "", is_verified, 0.0, exact=exact)
+        arrays = _rows(z, family), _rows(w, family), _rows(states, family, np.int8)
+        return Path(family, t, *arrays, "", "", is_verified, 0.0, exact=exact)
 
 
 def _rows(rows: list[Any], family: Family, kind: type = float) -> Any:
@@ -239,8 +232,7 @@ def path(
     as_problem(problem), as_problem(to)
 
     def data() -> Data:
-        first = ExactProblem.of_floats(problem)
-        return first, first.with_vectors_of(to)
+        return ExactProblem.of_floats(problem), ExactProblem.of_floats(to)
 
     given: dict[str, Any] = {"tol": tol, "max_breakpoints": max_breakpoints, "time_limit": time_limit}
     return follow(Family(problem, to, start, stop), turns, data if exact else None, **given)
@@ -292,7 +284,7 @@ class _Following:
                 result = driver.run(self.family.problem, "auto", limits=self.limits)
                 if result.interrupted:
                     raise KeyboardInterrupt
-                self.end = self._from(result) if result.solved else _unsolved(result)
+                self.end = self._from(result)
         except TimeIsUp:
             self.end = _End(ends.TIME_LIMIT, ENDS[ends.TIME_LIMIT])
         except KeyboardInterrupt:
@@ -312,7 +304,13 @@ class _Following:
         return replace(path, end=end, message=message, seconds=seconds() - began)
 
     def _from(self, result: Result) -> _End:
-        """Follow the path from a solution of the first problem; return how it ends."""
+        """Follow the path from the solution of the first problem; return how it ends."""
+        if result.status.has_no_solution:
+            return _End(ends.INFEASIBLE, f"the first problem {result.message}")
+        if result.status is Status.TIME_LIMIT:
+            return _End(ends.TIME_LIMIT, ENDS[ends.TIME_LIMIT])
+        if not result.solved:
+            return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]}: {result.message}")
         states = basic_states(self.family.problem, result.z, result.w, self.family.is_fixed)
         if states is None:
             return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]} whose basic variables it determines")
@@ -349,17 +347,9 @@ class _Following:
 
     def _append(self, edge: Edge) -> None:
         """Add the vertex at the end of an edge; if the edge has no length, only the end of the path counts."""
-        s = self.found.points[-1].s if edge.rise == 0 else edge.s  # rounding may have moved it
+        last = self.found.points[-1]
+        s = last.s if edge.rise == 0 else edge.s  # rounding may have moved it
         if not edge.is_point:
             self.found.add(s, edge.z, edge.states)
         elif edge.is_last:
-            self.found.replace_last(s, edge.z)
-
-
-def _unsolved(result: Result) -> _End:
-    """Return the end of a path that cannot begin."""
-    if result.status.has_no_solution:
-        return _End(ends.INFEASIBLE, f"the first problem {result.message}")
-    if result.status is Status.TIME_LIMIT:
-        return _End(ends.TIME_LIMIT, ENDS[ends.TIME_LIMIT])
-    return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]}: {result.message}")
+            self.found.points[-1] = self.found.point(s, edge.z, last.states)

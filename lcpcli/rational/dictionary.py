@@ -126,19 +126,20 @@ class Dictionary:
         row = self.rows.get(zero, [0])
         if any(row):
             sign = 1 if (-row[0] or next(filter(None, row))) > 0 else -1
-            k = self._entering_dual(objective, row, sign, False)
-            if k is None:
+            move = self._entering(row, sign, False, objective)
+            if move is None:
                 return False
-            self.pivot(zero, k)
+            self.pivot(zero, move[0])
         self._drop(zero)
         bland = False
         while below := [form for form, row in self.rows.items() if row[0] < 0 and form in self.signed]:
             leaving, rise, fall = -1, -1, 1
             for form in sorted(below):
                 row = self.rows[form]
-                k = self._entering_dual(objective, row, 1, bland)
-                if k is None:
+                move = self._entering(row, 1, bland, objective)
+                if move is None:
                     return False
+                k = move[0]
                 own = -self.rows[objective][k] * row[0]
                 if leaving < 0 or (own * fall > rise * abs(row[k]) and not bland):
                     leaving, column, rise, fall = form, k, own, abs(row[k])
@@ -148,17 +149,8 @@ class Dictionary:
 
     def nearest(self, k: int, direction: int = 1) -> list[int]:
         """Return the signed forms that reach 0 first as column k, counted from 1, changes."""
-        tied: list[int] = []
-        value, fall = 0, 1
-        for form, row in self.rows.items():
-            slope = direction * row[k]
-            if slope < 0 and form in self.signed:
-                difference = row[0] * fall + value * slope
-                if not tied or difference < 0:
-                    tied, value, fall = [form], row[0], -slope
-                elif not difference:
-                    tied.append(form)
-        return tied
+        falling = [form for form, row in self.rows.items() if direction * row[k] < 0 and form in self.signed]
+        return self._least(falling, 0, k, 1)
 
     def leaving(self, k: int, direction: int) -> tuple[int | None, int]:
         """Return the first of the nearest forms, and its value; None if there is none."""
@@ -172,7 +164,7 @@ class Dictionary:
             columns = {form: j for j, form in enumerate(self.cobasic, 1)}
             for relaxed in order:
                 if relaxed in columns:
-                    tied = self._least(tied, columns[relaxed], k, -1 if relaxed in less else 1)
+                    tied = self._least(tied, columns[relaxed], k, 1 if relaxed in less else -1)
                 elif relaxed in tied and relaxed in less:
                     return relaxed
                 elif relaxed in tied:
@@ -207,18 +199,20 @@ class Dictionary:
         rows[self.cobasic[k - 1]] = entered
         self.rows, self.divisor, self.cobasic[k - 1] = rows, new, leaving
 
-    def _least(self, tied: list[int], relaxed: int, k: int, sign: int) -> list[int]:
-        """Return those tied forms whose ratio changes least as the form of a column is relaxed, times a sign."""
+    def _least(self, forms: list[int], j: int, k: int, sign: int) -> list[int]:
+        """Return those forms whose entry in column j, times a sign, is least relative to the size of that in column
+        k."""
         best: list[int] = []
-        rise, fall = 0, 1
-        for form in tied:
+        value, size = 0, 1
+        for form in forms if len(forms) > 1 else ():
             row = self.rows[form]
-            difference = sign * row[relaxed] * fall - rise * row[k]
+            own, fall = sign * row[j], abs(row[k])
+            difference = own * size - value * fall
             if not best or difference < 0:
-                best, rise, fall = [form], sign * row[relaxed], row[k]
+                best, value, size = [form], own, fall
             elif not difference:
                 best.append(form)
-        return best
+        return best or forms
 
     def _reach_zero(self, form: int) -> bool:
         """Move to where a basic form is 0 and make it cobasic, unless 0 throughout; return False if it is 0 nowhere."""
@@ -240,28 +234,18 @@ class Dictionary:
             self.pivot(leaving, k)
         return True
 
-    def _entering(self, row: list[int], sign: int, bland: bool) -> tuple[int, int] | None:
-        """Return a column and the direction in which it changes a form with that sign; None if there is none."""
-        moves = []
-        for k, form in enumerate(self.cobasic, 1):
-            slope = sign * row[k]
-            if slope > 0 or (slope and form not in self.signed):
-                moves.append((form if bland else -abs(slope), k, 1 if slope > 0 else -1))
-        return min(moves)[1:] if moves else None
-
-    def _entering_dual(self, objective: int, row: list[int], sign: int, bland: bool) -> int | None:
-        """Return the column that changes a row with that sign at the least cost for its change, or None."""
-        costs, best = self.rows[objective], None
+    def _entering(self, row: list[int], sign: int, bland: bool, objective: int = -1) -> tuple[int, int] | None:
+        """Return a column, of those that change an objective least for their change of a form with that sign, and the
+        direction in which it does; None if there is none."""
+        costs, best, least, size = self.rows.get(objective), None, 0, 1
         for k, form in enumerate(self.cobasic, 1):
             slope = sign * row[k]
             if slope > 0 or (slope and form not in self.signed):
                 order = form if bland else -abs(slope)
-                if best is not None:
-                    difference = costs[k] * best[0] - best[1] * abs(slope)
-                    if difference > 0 or (not difference and order > best[2]):
-                        continue
-                best = abs(slope), costs[k], order, k
-        return None if best is None else best[3]
+                difference = costs[k] * size - least * abs(slope) if costs and best else 0
+                if best is None or difference < 0 or (not difference and order < best[0]):
+                    best, least, size = (order, k, 1 if slope > 0 else -1), costs[k] if costs else 0, abs(slope)
+        return None if best is None else best[1:]
 
     def _drop(self, form: int) -> None:
         """Leave out a form that is 0 throughout."""

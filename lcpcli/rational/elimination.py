@@ -109,13 +109,6 @@ def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
     return x
 
 
-def inverse(A: Rows) -> list[list[Fraction]] | None:
-    """Return the inverse of a square A of integers; None if it is singular."""
-    n = len(A)
-    rows, pivots, divisor = _reduced([[*row, *(int(i == j) for j in range(n))] for i, row in enumerate(A)], n)
-    return [[Fraction(value, divisor) for value in row[n:]] for row in rows] if len(pivots) == n else None
-
-
 def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int], int]:
     """Return the reduced row echelon form of n columns times a divisor, its pivot columns, and the divisor."""
     if len(rows) > MOST_PLAIN_ROWS and library():

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from copy import copy
 from fractions import Fraction
 from functools import cached_property
 from itertools import chain
@@ -50,16 +49,8 @@ class ExactProblem:
     rows, constants, scales : integers with rows[i][j] / scales[i] = M_ij, constants[i] / scales[i] = q_i; scales > 0.
     """
 
-    def __init__(
-        self,
-        problem: Problem,
-        M: Sequence[dict[int, Any]],
-        q: Sequence[Any] | None,
-        lower: Bounds | None = None,
-        upper: Bounds | None = None,
-    ) -> None:
-        """M, q : as Fractions, or as doubles, which are taken as exact."""
-        assert q is not None
+    def __init__(self, problem: Problem, M: Any, q: Any, lower: Bounds | None = None, upper: Bounds | None = None):
+        """M, q : as Fractions, or as doubles, which are taken as exact; M by its rows."""
         self.problem, self.n = problem, problem.n
         self.lower: Bounds = [Fraction(0)] * problem.n if lower is None else lower
         self.upper: Bounds = [None] * problem.n if upper is None else upper
@@ -97,24 +88,6 @@ class ExactProblem:
     def of_decimals(cls, problem: Problem) -> ExactProblem:
         """Return the problem with the shortest decimal of each double: as written, up to 15 digits."""
         return cls(problem, *decimal_parts_of(problem))
-
-    def with_vectors(self, problem: Problem, q: Sequence[Fraction], lower: Bounds, upper: Bounds) -> ExactProblem:
-        """Return the problem with the same M, and other q and bounds; `problem` is that in doubles."""
-        other = copy(self)
-        other.problem, other.lower, other.upper = problem, lower, upper
-        scales = [math.lcm(scale, value.denominator) for scale, value in zip(self.scales, q, strict=True)]
-        factors = [new // old for new, old in zip(scales, self.scales, strict=True)]
-        other.rows = [
-            {j: a * factor for j, a in row.items()} if factor > 1 else row
-            for row, factor in zip(in_time(self.rows), factors, strict=True)
-        ]
-        other.constants = [int(value * scale) for value, scale in zip(q, scales, strict=True)]
-        other.scales = scales
-        return other
-
-    def with_vectors_of(self, problem: Problem) -> ExactProblem:
-        """Return a problem with the same M, its q and bounds exactly the doubles of `problem`."""
-        return self.with_vectors(problem, fractions_of(problem.q), *_bounds_of(problem, number_of))
 
     def has_matrix_of(self, other: ExactProblem) -> bool:
         """Return whether another problem has the same M."""

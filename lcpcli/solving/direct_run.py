@@ -295,7 +295,7 @@ def _by_first_stages(session: Session, dense: Problem, fast: ModuleType | None, 
     made_before = {"newton": [ended(Stalled(SLOW), *iterates_of(lost))]} if lost else None
     structure, start = Structure(dense, np.zeros(dense.n), made_before), session.start
     if fast is not None:
-        structure.follow, structure.gradient_steps = fast.follow, fast.gradient_steps
+        structure.follow = fast.follow
         dense = fast.with_units(dense)
     structure.reduced = session.reduced
     turns, route = Turns(structure.x0), list[str]()

@@ -197,7 +197,8 @@ class Result:
         >>> result.derivative(dq=[3, 0]).z.round(9).tolist()
         [-2.0, 1.0]
         """
-        found: Derivative = views.derivative.derivative(self.problem, self, dM, dq, dlower, dupper, one_sided, J)
+        changes = {"dM": dM, "dq": dq, "dlower": dlower, "dupper": dupper}
+        found: Derivative = views.derivative.derivative(self.problem, self, changes, one_sided, J)
         return found
 
     def gradient(self, g: VectorLike, J: Any = None) -> Gradient:

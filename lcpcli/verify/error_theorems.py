@@ -151,7 +151,7 @@ def solver(A: Matrix) -> Solve:
 
         if iterate(A.diagonal())[1]:
             return lambda b: iterate(b)[0]
-    return factors.factorizer(A)(0.0)
+    return factors.checked_solver(A)
 
 
 def definite_theorems(problem: Problem, has_bound: bool = False) -> dict[str, Theorem]:

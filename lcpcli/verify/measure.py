@@ -214,14 +214,14 @@ class Measure:
         moved = np.where(at_bound, np.abs(z - self.reference), 0.0)
         if not np.count_nonzero(moved):
             return self._violated_sizes
-        return np.maximum(self._violated_sizes, units.largest_of_columns(np.log2(moved) - units.columns))
+        return np.maximum(self._violated_sizes, units.largest(np.log2(moved) - units.columns, units.column_part))
 
     @cached_property
     @np.errstate(divide="ignore")
     def _violated_sizes(self) -> Vector:
         """Return log2 of the part of k that comes from the violations at the reference point, for each component."""
         units, violations = self.data.units, self.violations(self.reference, self.reference_w)
-        return units.largest_of_rows(np.log2(violations) + units.rows)
+        return units.largest(np.log2(violations) + units.rows, units.row_part)
 
     def component_sizes(self, z: Vector) -> Vector:
         """Return log2 of k for each component, shape (..., parts)."""
@@ -237,7 +237,7 @@ class Measure:
     def _reference_sizes(self) -> Vector:
         """Return log2 of the largest R_j |q_ref|_j of each component."""
         units = self.data.units
-        return units.largest_of_rows(np.log2(np.abs(self.reference_w)) + units.rows)
+        return units.largest(np.log2(np.abs(self.reference_w)) + units.rows, units.row_part)
 
     @np.errstate(over="ignore")
     def caps(self, z: Vector) -> Vector:

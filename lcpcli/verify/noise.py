@@ -54,7 +54,7 @@ def without_small_distances(measure: Measure, z: Vector) -> Vector:
     reference point in all components whose rows it satisfies, as they are with the other z_i in place."""
     units, reference = measure.data.units, measure.reference
     distances, sizes = np.log2(np.abs(z - reference)) - units.columns, measure.unsolved_sizes(z)
-    small = np.minimum(units.largest_of_columns(distances), sizes) + np.log2(SMALL_DISTANCE)
+    small = np.minimum(units.largest(distances, units.column_part), sizes) + np.log2(SMALL_DISTANCE)
     is_solved = ~(sizes > -np.inf)
     near = np.where(distances <= small[units.column_part], reference, z)
     if measure.data.reference_z is not None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg.doubles import ROUNDING, is_finite, least, size
-from lcpcli.linalg.matrices import absolute_product, is_sparse
+from lcpcli.linalg.matrices import absolute_product, is_sparse, row_parts
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
@@ -144,8 +144,6 @@ class Point:
         rows = np.flatnonzero(doubtful)
         if not rows.size:
             return plain
-        with imports:
-            from lcpcli.linalg.entries import row_parts
         w = plain.w.copy()
         for part in row_parts(rows.size):
             w[rows[part]] = rounded_once(criterion.data, z, rows[part])

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lcpcli import Problem, from_qp, run, solutions
-from lcpcli.enumeration import others, search, theorems
+from lcpcli.enumeration import others, pieces, search
 from lcpcli.gallery import families
 from lcpcli.inspection.verdict import YES, classify
 from lcpcli.rational.exact_problem import ExactProblem
@@ -68,7 +68,7 @@ def test_theorem_tells_of_every_matrix_that_inspect_proves_to_be_dominant_after_
     """The scaling varies by 3^39, more than the digits of a double."""
     problem = families.make("all-cones", 40, 1)
     assert classify(problem.M, last="h_plus")["h_plus"].word == YES
-    assert theorems.shape(ExactProblem.of_floats(problem), lambda: None) == theorems.POINT
+    assert pieces.shape_of(ExactProblem.of_floats(problem), lambda: None) == pieces.POINT
     assert others.search_others(problem, run(problem).z, lambda: pytest.fail("a search was begun")) == (False, True)
 
 
@@ -170,7 +170,7 @@ def test_singular_matrices_are_searched_without_an_error(twins: bool) -> None:
     for _ in range(COUNT):
         n = int(generator.integers(11, 25))
         M, q = with_ones(generator, n, twins), generator.integers(-3, 4, n).astype(float)
-        proved += theorems.shape(ExactProblem.of_floats(Problem(M, q)), lambda: None) == theorems.POINT
+        proved += pieces.shape_of(ExactProblem.of_floats(Problem(M, q)), lambda: None) == pieces.POINT
     assert (proved > 0) == (not twins)
 
 

@@ -19,10 +19,9 @@ import lcpcli
 from lcpcli import Path, Problem, errors, from_qp, path, run, solutions
 from lcpcli.gallery import families as gallery
 from lcpcli.parametric import following
-from lcpcli.parametric.exact_pivoting import ExactFamily
 from lcpcli.parametric.following import basic_states
 from lcpcli.parametric.path import Family
-from lcpcli.parametric.pivoting import Edge
+from lcpcli.parametric.pivoting import Edge, ExactFamily
 from lcpcli.parametric.verified import verify
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 
