@@ -62,12 +62,12 @@ if TYPE_CHECKING:
     from lcpcli.parametric.following import path as path
     from lcpcli.parametric.path import Path as Path
     from lcpcli.report.plotting import plot as plot
-    from lcpcli.solving.batch import Batch as Batch
     from lcpcli.solving.call import Interrupted as Interrupted
     from lcpcli.solving.call import run as run
     from lcpcli.solving.call import solve as solve
     from lcpcli.solving.checking import check as check
     from lcpcli.solving.direct_run import use_kernels as use_kernels
+    from lcpcli.solving.many import Batch as Batch
     from lcpcli.solving.many import solve_many as solve_many
     from lcpcli.solving.proof import exact as exact
     from lcpcli.solving.result import Result as Result
@@ -83,7 +83,7 @@ if TYPE_CHECKING:
 __version__ = VERSION
 
 _HOMES = {  # the module of each public name, loaded on first use
-    "Batch": "solving.batch",
+    "Batch": "solving.many",
     "Interrupted": "solving.call",
     "Path": "parametric.path",
     "Problem": "model.problem",

@@ -63,7 +63,16 @@ class Structure:
     @cached_property
     def program(self) -> str:
         """Return "linear" or "quadratic" if M is large, sparse and that of a convex program; else ""."""
-        return _program(self.problem) if self.is_large_and_sparse else ""
+        M = self.problem.M
+        if not (self.is_large_and_sparse and self.is_no_p_matrix):  # there are zeros for the rows of a program
+            return ""
+        with imports:
+            from lcpcli.linalg.krylov import is_semidefinite
+            from lcpcli.methods.linear import is_skew
+        if is_skew(M):
+            return "linear"
+        S = self.problem.signs  # of rows, but for which M is symmetric: of a program there are both kinds
+        return "quadratic" if S is not None and (S[0] != S).any() and is_semidefinite(M) else ""
 
     @cached_property
     def is_no_p_matrix(self) -> bool:
@@ -140,21 +149,3 @@ class Structure:
     def has_zero_diagonal(self) -> bool:
         """Return whether the diagonal of M is zero, as in games."""
         return not self.problem.M.diagonal().any()
-
-
-def _program(problem: Problem) -> str:
-    """Return "linear" or "quadratic" for the sparse M of a convex program; "" for any other."""
-    if problem.M.diagonal().all():  # there are zeros for the rows of a program
-        return ""
-    with imports:
-        from lcpcli.linalg.krylov import is_semidefinite
-        from lcpcli.methods.linear import is_skew
-    if is_skew(problem.M):
-        return "linear"
-    return "quadratic" if _has_form_of_program(problem) and is_semidefinite(problem.M) else ""
-
-
-def _has_form_of_program(problem: Problem) -> bool:
-    """Return whether M is symmetric but for signs of rows, of both kinds, with zeros on the diagonal."""
-    S = None if problem.M.diagonal().all() else problem.signs
-    return S is not None and bool((S[0] != S).any())

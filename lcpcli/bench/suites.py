@@ -261,7 +261,7 @@ def prepare(case: Case) -> Problem | NonlinearProblem:
     """Return the problem of a case with a reference for errors: a solution is computed if none is known and the problem
     is linear. The verdict in a file is not believed if there is a solution."""
     from lcpcli.model.problem import Problem
-    from lcpcli.solving.reference import with_reference
+    from lcpcli.solving.proof import with_reference
 
     problem = problem_of(case)
     if not isinstance(problem, Problem):

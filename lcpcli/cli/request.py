@@ -243,14 +243,14 @@ def with_references(problems: Sequence[AnyProblem], limits: Limits) -> list[AnyP
     """
     from lcpcli.enumeration import others
     from lcpcli.model.problem import Problem
-    from lcpcli.solving import reference
+    from lcpcli.solving import proof
 
     found = list[AnyProblem]()
     try:
         for problem in problems:
             if isinstance(problem, Problem):
                 with within(limits.time_limit):
-                    solved = reference.with_reference(problem)
+                    solved = proof.with_reference(problem)
                 found.append(others.with_all_references(solved))
             else:
                 found.append(problem)

@@ -30,8 +30,7 @@ from lcpcli.files.formats import LINES
 from lcpcli.files.inputs import QColumns, Work, digest
 from lcpcli.report import result_formats
 from lcpcli.report.wording import flag
-from lcpcli.solving.answer import word_of
-from lcpcli.solving.result import Status
+from lcpcli.solving.result import Status, word_of
 
 if TYPE_CHECKING:
     from lcpcli.cli.pools import Pool

@@ -55,7 +55,7 @@ class Problem:
     name, source, note : the name and the source of the problem, and a remark.
     x0, x1 : starting points for methods that iterate on x = (z - w) / 2, shape (n,), or None.
     solutions : the known solutions z*, each of shape (n,); empty if none is known.
-    reference : "known" for given solutions, else how they were found: "exact" or "computed", see `solving.reference`.
+    reference : "known" for given solutions, else how they were found: "exact" or "computed", see `solving.proof`.
     verdict : "infeasible" or "unsolvable" if known to have no solution, "ray" if Lemke's method ends on a ray; else "".
     origin : the program or the game behind the problem, or the object for it in a file; or its `names`; or None.
     names : n texts, the names of the unknowns, in place of an origin; else those of the origin, "" where it has none.

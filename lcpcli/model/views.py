@@ -14,7 +14,7 @@ from lcpcli.clock import imports
 
 ROOMS = {  # the modules by their rooms
     "verify": "digits",
-    "solving": "advice answer minimum suggestions",
+    "solving": "advice minimum",
     "parametric": "derivative",
     "report": "inspection_text outcome path_formats path_terms plotting result_formats verification_text",
 }

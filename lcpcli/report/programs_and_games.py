@@ -15,7 +15,8 @@ from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 from lcpcli.report import wording
 from lcpcli.report.document import Table
-from lcpcli.solving.answer import BehaviorEquilibrium, Conclusion, Minimum
+from lcpcli.solving.minimum import BehaviorEquilibrium, Minimum
+from lcpcli.solving.no_minimum import Conclusion
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
 

@@ -13,7 +13,6 @@ from lcpcli.model.origins import Game
 from lcpcli.model.program import Program
 from lcpcli.report import programs_and_games, wording
 from lcpcli.report.tables import reached
-from lcpcli.solving.answer import Minimum
 from lcpcli.solving.result import Result
 
 COLUMNS = ("component", "z", "w")  # components from 1
@@ -133,7 +132,7 @@ def _of_program(result: Result) -> list[Cells]:
     """Return for each component whether it is x, y or s, its value in the program's own sense, of a variable the
     multiplier of its bounds, and of a row its activity and its slack."""
     answer: Any = result.answer
-    if not isinstance(result.answer, Minimum) or answer.x is None:
+    if getattr(answer, "activities", None) is None:
         return [("",) * len(PROGRAM_COLUMNS)] * result.problem.n
     x, y = answer.x.tolist(), answer.y.tolist()
     if answer.exact:

@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from lcpcli.model.nonlinear import NonlinearProblem
     from lcpcli.model.origins import Game
     from lcpcli.model.problem import Problem
-    from lcpcli.solving.result import Result
-    from lcpcli.solving.suggestions import Options
+    from lcpcli.solving.result import Options, Result
     from lcpcli.solving.trace import TraceRow
 
 
@@ -211,7 +210,7 @@ def advice(result: Result) -> str:
 
 
 def _on_command_line(options: Options) -> str:
-    from lcpcli.solving.suggestions import EXACT, value_text
+    from lcpcli.solving.advice import EXACT, value_text
 
     if options == EXACT:
         return "lcp solve --exact"

@@ -1,9 +1,10 @@
-"""Advice after a run that failed to solve its problem: what to try next, if anything is known to help."""
+"""Advice after a run that failed to solve its problem: what to try next, if anything is known to help, as options for
+another run, written as in Python or on the command line."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import Any
 
 from lcpcli.clock import imports
 from lcpcli.linalg.krylov import is_semidefinite
@@ -11,12 +12,10 @@ from lcpcli.linalg.matrices import is_symmetric, plus_diagonal
 from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OMEGA, RESTARTS, declared
 from lcpcli.model.evaluations import BY_DIFFERENCES
 from lcpcli.options import AUTO, MAX_ITERATIONS
-from lcpcli.solving.result import Status
-from lcpcli.solving.suggestions import EXACT, NO_SUGGESTIONS, Options, Suggestions
+from lcpcli.solving.result import Options, Result, Status, Suggestions
 
-if TYPE_CHECKING:
-    from lcpcli.solving.result import Result
-
+EXPONENT_FROM = 1e6  # from here on a number is written with an exponent, as its digits are hard to count
+EXACT: Options = {"exact": True}  # a proof in rational arithmetic
 ROUNDING_LEVEL = 1e-8  # a run that stalls with a relative residual below this has reached the limit of rounding
 SMALLEST_TOL = 1e-14  # a smaller tolerance is out of reach in double precision
 NEAR = 1e-2  # a relative residual below which the method that reached it may reach a solution too
@@ -35,7 +34,7 @@ AUTOMATIC: Options = {"method": AUTO}
 def suggestions(result: Result) -> Suggestions:
     """Return what to try next after this result."""
     if result.interrupted:
-        return NO_SUGGESTIONS
+        return Suggestions()
     status, automatic = result.status, result.method == "auto"
     if result.method in NONLINEAR and status not in (Status.TIME_LIMIT, Status.ITERATION_LIMIT):
         return _where_stuck(result)
@@ -50,7 +49,7 @@ def suggestions(result: Result) -> Suggestions:
     if status is Status.ITERATION_LIMIT:
         return _after_the_limit(result)
     if status not in (Status.STALLED, Status.DIVERGED, Status.BREAKDOWN, Status.RAY):
-        return NO_SUGGESTIONS
+        return Suggestions()
     too_small = result.tol < SMALLEST_TOL
     ways = [] if automatic or too_small else [*_with_less_smoothing(result), AUTOMATIC, *_with_additions(result)]
     if status is Status.STALLED and result.relative_residual <= ROUNDING_LEVEL:
@@ -120,3 +119,19 @@ def _round(value: float) -> float:
     """Return a value rounded up to one significant digit."""
     unit = 10.0 ** math.floor(math.log10(value))
     return math.ceil(value / unit * (1 - 1e-12)) * unit
+
+
+def in_python(options: Options) -> str:
+    """Return options as keywords, or the function that proves a result."""
+    if options == EXACT:
+        return "lcpcli.exact(problem)"
+    return ", ".join(f"{name}={value_text(value, quotes=True)}" for name, value in options.items())
+
+
+def value_text(value: Any, quotes: bool) -> str:
+    """Return a value as it is written in Python, or on the command line, where words have no quotes."""
+    if isinstance(value, str):
+        return f'"{value}"' if quotes else value
+    if isinstance(value, int):
+        return str(value)
+    return f"{value:.0f}" if 1 <= value < EXPONENT_FROM else f"{value:.0e}"

@@ -1,18 +1,19 @@
 """Runs of `auto` that its first stages complete, in compiled form if there is one, or PIQP: no loop, and the same
-results."""
+results; and their iterates, for callbacks, and for traces, for which a run that is timed is repeated, untimed."""
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from functools import cache
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, partial
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli.clock import Stopwatch, imports
+from lcpcli.clock import Stopwatch, imports, seconds
 from lcpcli.errors import ParameterError
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.methods import direct
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from lcpcli.basis.free_variables import Reduction
     from lcpcli.methods.stages import Iterate, Stage, Tried
     from lcpcli.model.start import Start
-    from lcpcli.solving.trace import Callback
+    from lcpcli.solving.trace import Callback, Trace, TraceRow
 
 MANY = 1000  # problems from which on loading it is worthwhile
 ELIMINATED_ZERO = 2.0**-53  # of the largest component in the units of M: what elimination leaves of zeros is smaller
@@ -329,3 +330,72 @@ def _from(start: Start, problem: Problem, structure: Structure) -> Stage:
     with imports:
         from lcpcli.methods.interior import at_point
     return at_point(structure.thin, start.x)
+
+
+def with_traces(result: Result, start: Start | None, trace: Trace | None, curve: Trace | None) -> Result:
+    """Return the result of a direct run with its traces filled, as interrupted if Ctrl-C comes first.
+
+    An iterate has the share of the run's `seconds` that it has in the second run. The last one is that of the result.
+    """
+    problem, box, interrupted = result.problem, result.problem.box, False
+    traces, criterion = [own for own in (trace, curve) if own is not None], Criterion(problem, result.tol)
+    with imports:
+        from lcpcli.methods.stages import Iterate
+    began, kept = seconds(), [(Iterate(problem.start if start is None else start.x, None, "", 0), 0.0)]
+    again = Session(problem, replace(result.limits, time_limit=math.inf), {}, Stopwatch(float, 0.0), start=start)
+    again.keep = lambda iterate: kept.append((iterate, seconds() - began))
+    try:
+        solved_directly(again)
+        factor = result.seconds / (seconds() - began)
+        kept[1:] = kept[max(1, len(kept) - result.iterations) :]  # without those of an attempt that was given up
+        for row in _rows(result, kept):
+            x = box.x_of(result.z, result.w) if row.k == result.iterations else row.x
+            for own in traces:
+                own.add(replace(row, seconds=factor * row.seconds, x=x), criterion)
+        for own in traces:
+            own.close(criterion)
+    except KeyboardInterrupt:
+        interrupted = True
+    return replace(result, trace=trace, curve=curve, interrupted=interrupted)
+
+
+def called(session: Session, result: Result, kept: Sequence[tuple[Iterate, float]], callback: Callback) -> bool:
+    """Call the callback with the iterates of a direct run, each with its seconds; return False if it ends the run
+    before its end: the session then has what the loop is to repeat up to there."""
+    with imports:
+        from lcpcli.methods.stages import Finished, ended
+        from lcpcli.solving.trace import LateRow
+    criterion, ctrl_c = Criterion(result.problem, result.tol), None
+    iterates = kept[max(0, len(kept) - result.iterations) :]
+    for row in _rows(result, iterates):
+        ends = row.k < result.iterations
+        try:
+            ends &= bool(callback(LateRow.of(row, criterion)))
+        except StopIteration:
+            pass
+        except KeyboardInterrupt as interrupt:
+            ctrl_c, ends = interrupt, True
+        if ends:
+            steps = [each for each, _ in iterates[: row.k]]
+            if row.k == result.iterations:  # whose x is that of the result
+                steps[-1] = steps[-1]._replace(x=result.problem.box.x_of(result.z, result.w))
+            session.stopwatch.pause()
+            session.replay = partial(ended, Finished(), *steps)
+            session.callback = partial(_repeated, row.k, ctrl_c)
+            return False
+    return True
+
+
+def _repeated(k: int, ctrl_c: KeyboardInterrupt | None, row: TraceRow) -> bool:
+    if row.k == k and ctrl_c is not None:
+        raise ctrl_c
+    return row.k == k
+
+
+def _rows(result: Result, kept: Sequence[tuple[Iterate, float]]) -> Iterator[TraceRow]:
+    """Yield the rows of the last iterates of a run, with their seconds; the very last one has the z of the result."""
+    with imports:
+        from lcpcli.solving.trace import TraceRow
+    for k, (step, at) in enumerate(kept, result.iterations + 1 - len(kept)):
+        z = result.problem.box.z_of(step.x) if k < result.iterations else result.z
+        yield TraceRow(k, z, None, None, at, step.step, step.method or result.method, x=step.x)

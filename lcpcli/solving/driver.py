@@ -24,16 +24,17 @@ from lcpcli.model.changes import Change, composed, shifted
 from lcpcli.model.changes import scale as in_natural_units
 from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS, Limits
-from lcpcli.solving.direct_run import Session, applies, judge, solved_as_program, solved_directly, uses_kernels
+from lcpcli.solving import direct_run
+from lcpcli.solving.direct_run import Session
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
-    from lcpcli.methods.stages import Iterate, Stage, Tried
+    from lcpcli.methods.stages import Iterate, Stage
     from lcpcli.model.start import Start
     from lcpcli.solving.loop import Loop
-    from lcpcli.solving.trace import Callback, Observe, Observer, Trace
+    from lcpcli.solving.trace import Callback, Observe, Trace
 
 BRIEF = 0.02  # seconds of a first run up to which it is repeated, for as long: the wait goes unnoticed
 LONGEST_REPEATED = 1.0  # seconds of a compared run; in a longer run, pauses of the machine hardly count
@@ -81,7 +82,7 @@ def run(
     has_start = not (x0 is z0 is basis is None)
     additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
     _refuse_other(method, additions, compiled, callback)
-    compiled, original = uses_kernels(compiled, 1) and method == "auto", problem
+    compiled, original = direct_run.uses_kernels(compiled, 1) and method == "auto", problem
     if method == "auto":
         problem = as_sparse(problem, stored(problem.M))
     given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
@@ -96,13 +97,22 @@ def run(
     with np.errstate(all="ignore"):  # overflow counts as infinite
         start = problem.start if given is None else given.x
         change = variables_of(method, problem, scale)
-        _take_second_start(chosen, problem, method, has_start)
+        if problem.x1 is not None and not has_start and "x1" in methods.declared(method).vectors:
+            chosen.setdefault("x1", problem.x1)
+        if chosen.get("x1") is not None:
+            chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
         in_force = methods.options_in_force(method, change.problem, chosen)
-        known = _known_to_auto(given, session.tried) if method == "auto" else {}
+        known: dict[str, Any] = {}
+        if method == "auto":
+            known = {"tried": session.tried} if given is None else given.known_to_auto
         stage = session.replay or partial(_stage, method, change, start, in_force | known, finish, session.interrupted)
         stopwatch.count("setup")
-        observer = None if observe is None else _observer(observe, method)
-        criterion = Criterion(problem, limits.tol, judge=judge if compiled else None)
+        observer = None
+        if observe is not None:
+            with imports:
+                from lcpcli.solving.trace import Observer
+            observer = Observer(observe, method)
+        criterion = Criterion(problem, limits.tol, judge=direct_run.judge if compiled else None)
         loop = Loop(criterion, method, limits, (trace, curve), stopwatch, observer, start, session.callback or callback)
         loop.interrupted = session.interrupted  # also if the start is a solution, so that no stage begins
         return _of(original, ended(loop, stage, in_force | additions), compiled)
@@ -115,12 +125,13 @@ def _without_loop(
     the callback has ended them."""
     problem, start, keeps = session.problem, session.start, traces != (None, None)
     session.is_compiled = session.is_compiled and callback is None
-    attempts = [solved_directly] * applies(problem, session.is_compiled)
+    attempts = [direct_run.solved_directly] * direct_run.applies(problem, session.is_compiled)
     if may_be_program(problem):
         if callback is not None:  # PIQP comes first in the loop too
             return None
         if not (start or keeps or observe):
-            attempts.insert(len(attempts) * (session.is_compiled and problem.n <= MOST_BY_KERNELS), solved_as_program)
+            last = session.is_compiled and problem.n <= MOST_BY_KERNELS
+            attempts.insert(len(attempts) * last, direct_run.solved_as_program)
     kept: list[tuple[Iterate, float]] = []
     if callback is not None:
         session.keep = lambda iterate: kept.append((iterate, session.stopwatch.elapsed()))
@@ -132,21 +143,11 @@ def _without_loop(
     if result is None or not (keeps or callback):
         return result
     try:
-        with imports:
-            from lcpcli.solving.iterates import called, with_traces
-        if callback is not None and not called(session, result, kept, callback):
+        if callback is not None and not direct_run.called(session, result, kept, callback):
             return None
-        return with_traces(result, start, *traces) if keeps else result
+        return direct_run.with_traces(result, start, *traces) if keeps else result
     except KeyboardInterrupt:
         return replace(result, interrupted=True)
-
-
-def _take_second_start(chosen: dict[str, Any], problem: Problem, method: str, has_start: bool) -> None:
-    """Check the x1 among the options, by default that of the problem if the run starts from its x0."""
-    if problem.x1 is not None and not has_start and "x1" in methods.declared(method).vectors:
-        chosen.setdefault("x1", problem.x1)
-    if chosen.get("x1") is not None:
-        chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
 
 
 def _of(problem: Problem, result: Result, compiled: bool) -> Result:
@@ -158,7 +159,7 @@ def _of(problem: Problem, result: Result, compiled: bool) -> Result:
     if not (result.solved and hasattr(problem.origin, "exact_conditions")):
         return result
     with imports:
-        from lcpcli.solving.answer import checked
+        from lcpcli.solving.minimum import checked
     return checked(result)
 
 
@@ -195,12 +196,6 @@ def ended(loop: Loop, stage: Callable[[], Stage], options: dict[str, Any]) -> Re
         return loop.result(options, Status.INTERRUPTED, "")
 
 
-def _observer(observe: Observe, method: str) -> Observer:
-    with imports:
-        from lcpcli.solving.trace import Observer
-    return Observer(observe, method)
-
-
 def _start(problem: Problem, method: str, given: dict[str, Any]) -> Start:
     with imports:
         from lcpcli.model.start import start_at
@@ -208,13 +203,6 @@ def _start(problem: Problem, method: str, given: dict[str, Any]) -> Start:
         name = next(name for name, value in given.items() if value is not None)
         raise ParameterError(name, f"has no effect with {method}, which uses no starting point", "leave it out")
     return start_at(problem, **given)
-
-
-def _known_to_auto(given: Start | None, tried: Tried | None) -> dict[str, Any]:
-    """Return what `auto` is to know besides its options: the start that is given, or the attempts that have ended."""
-    if given is not None:
-        return given.known_to_auto
-    return {"tried": tried} if tried else {}
 
 
 def _stage(
@@ -226,10 +214,11 @@ def _stage(
         from lcpcli.methods.stages import begin, changed
     if interrupted:
         raise KeyboardInterrupt
-    own = in_force | {name: change.start(x) for name, x in in_force.items() if name == "x1" and x is not None}
+    if in_force.get("x1") is not None:
+        in_force = in_force | {"x1": change.start(in_force["x1"])}
 
     def run(problem: Problem, start: Vector) -> Stage:
-        stage = begin(method, problem, start, **own)
+        stage = begin(method, problem, start, **in_force)
         if not finishes:
             return stage
         with imports:

@@ -1,10 +1,16 @@
-"""Many problems, one result after another: problems that share M are solved together, in blocks."""
+"""Many problems: one result after another, or all at once; those that share M, or have one size, are solved together.
+
+The results of pivoting on many problems at once, each created when it is read.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Set, Sized
-from typing import TYPE_CHECKING, Any, overload
+import operator
+from collections.abc import Iterable, Iterator, Sequence, Set, Sized
+from dataclasses import fields, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 import numpy as np
 
@@ -16,16 +22,17 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.block_pivoting import Frame, Pivoted, frame_of, in_given_variables, pivoted, refined
-from lcpcli.methods.direct import CANDIDATE, CERTAIN, NOTHING, applies
-from lcpcli.model.right_hand_sides import Columns, Stack, dimensions
+from lcpcli.methods.direct import CANDIDATE, CERTAIN, MOST_UNKNOWNS, NOTHING, applies, direct_many
+from lcpcli.model import views
+from lcpcli.model.right_hand_sides import Block, Columns, Stack, dimensions
 from lcpcli.options import THREADS, Limits
-from lcpcli.solving import batch, direct_run
-from lcpcli.solving.batch import Batch, BlockAnswers
+from lcpcli.solving import direct_run
 from lcpcli.solving.call import COMMON_OPTIONS, RunOptions, SolverOptions, chosen, run
 from lcpcli.solving.result import Result
 from lcpcli.solving.solver import SequenceSteps, Solver
-from lcpcli.typing import BoundLike, Mask, Vector
+from lcpcli.typing import BoundLike, Indices, Mask, Vector
 from lcpcli.verify.measure import Measure
+from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -33,11 +40,17 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from lcpcli.model.problem import Problem
+    from lcpcli.solving.derivatives import BatchDerivative, BatchGradient
 
 AUTO = "auto"
+BLOCK_OPTIONS = {*SolverOptions.__annotations__, "interrupts", "compiled"}  # with which problems are solved together
+ROUTES: tuple[tuple[str, ...], ...] = (("auto",), ("newton",), ("gradient", "newton"))
+FEW_TOGETHER = 12  # unknowns up to which all bounded problems together take less time than kernels for each
 FEWEST_COLUMNS = 4  # fewer columns are faster by themselves
 FIRST_BLOCK, BLOCK_GROWTH = 64, 4  # columns of the first block, so that results come soon, and growth of the next ones
 BLOCK_NUMBERS = 1 << 16  # in each array of a block, so that a few arrays stay in the cache
+
+Unsolved: TypeAlias = Literal["raise", "nan"]
 
 
 @overload
@@ -146,14 +159,15 @@ def solve_many(
     if sequence:
         raise ParameterError("sequence", "is for Problems", "leave it out, or give q one by one, as by iter(Q.T)")
     if isinstance(Q, Iterator):
-        return _sequence(M, Q, method, given, lower=lower, upper=upper, infinity=infinity)
+        _refuse_in_sequence(method, given.keys(), "an iterator of q", "give their columns as Q, of shape (n, k)")
+        return map(Solver(M, lower=lower, upper=upper, infinity=infinity, **given).solve, Q)
     if dimensions(M) == 3:
         return Batch(Stack(M, Q, lower, upper, infinity), method, limits, given)
     columns = Columns(M, Q, lower, upper, infinity)
-    if method != AUTO or not given.keys() <= batch.BLOCK_OPTIONS or columns.k < FEWEST_COLUMNS:
+    if method != AUTO or not given.keys() <= BLOCK_OPTIONS or columns.k < FEWEST_COLUMNS:
         return _one_by_one(columns.problems(), method, given)
     if is_sparse(columns.M) or columns.n >= LONG_LU:  # a step for a block takes too long for time limits and Ctrl-C
-        return one_after_another(columns, given)
+        return map(Solver.of(columns.like, given).next, columns.problems())
     return _by_blocks(columns, limits, given)
 
 
@@ -162,13 +176,6 @@ def _one_by_one(problems: Iterable[Problem], method: str, given: dict[str, Any])
     compiled = direct_run.uses_kernels(wanted, number) if method == AUTO else bool(wanted)
     for problem in problems:
         yield run(problem, method, **{**given, "compiled": compiled})
-
-
-def _sequence(M: Any, Q: Iterator[Any], method: str, given: dict[str, Any], **bounds: Any) -> Iterator[Result]:
-    """Return the results of a Solver for one q after another."""
-    _refuse_in_sequence(method, given.keys(), "an iterator of q", "give their columns as Q, of shape (n, k)")
-    solver = Solver(M, **bounds, **given)
-    return map(solver.solve, Q)
 
 
 def _refuse_in_sequence(method: str, names: Set[str], what: str, hint: str) -> None:
@@ -193,30 +200,204 @@ def _by_blocks(columns: Columns, limits: Limits, given: dict[str, Any]) -> Itera
     fast = direct_run.compiled() if is_direct and is_compiled else None
     first, size, most = 0, FIRST_BLOCK, max(FIRST_BLOCK, BLOCK_NUMBERS // max(1, columns.n))
     while first < columns.k:
-        last = min(first + size, columns.k)
-        rows = _solved(columns, first, last, limits, fast, threads=given.get("threads"))
+        began, last = seconds(), min(first + size, columns.k)
+        rows = _answers(like, columns.block(first, last), limits, fast, began, threads=given.get("threads"))
         for i in range(last - first):
-            result = rows.result(i)
-            yield rows.with_share(run(rows.block.problem(i), **given)) if result is None else result
+            yield rows.result(i, given)
         first, size = last, min(size * BLOCK_GROWTH, most)
+
+
+class Batch(Sequence[Result]):
+    """The results of b problems with n unknowns, from `solve_many`: `batch[i]` is a `Result`, made when it is read.
+
+    solved : which problems are solved, shape (b,).
+    z, w : their solutions and w = M z + q, shape (b, n). Rows for unsolved problems are nan, so that they cannot be
+        mistaken for solutions; `batch[i].z` is the best iterate of such a problem, and its `message` says what failed.
+
+    >>> import lcpcli
+    >>> batch = lcpcli.solve_many([[[2, 1], [1, 2]], [[2, 0], [0, 4]]], [[-5, -6], [-4, 2]])
+    >>> batch.z.round(3).tolist(), batch.solved.tolist(), batch[1].status.word
+    ([[1.333, 2.333], [2.0, 0.0]], [True, True], 'solved')
+    """
+
+    def __init__(self, stack: Stack, method: str, limits: Limits, given: dict[str, Any]) -> None:
+        self._stack, self._results = stack, dict[int, Result]()
+        self._rows: BlockAnswers | None = None
+        self.solved: Mask = np.zeros(len(stack), dtype=bool)
+        self.z: Vector = np.full(stack.q.shape, np.nan)
+        if method == "auto":
+            given = {**given, "compiled": direct_run.uses_kernels(given.get("compiled"), len(stack))}
+        together = method == AUTO and len(stack) > 0 and stack.n <= MOST_UNKNOWNS and given.keys() <= BLOCK_OPTIONS
+        if together and given["compiled"] and not stack.box.is_orthant and stack.n > FEW_TOGETHER:
+            together = np.array_equal(stack.M, stack.M.transpose(0, 2, 1))  # other M need more steps, without a kernel
+        if together:
+            fast = direct_run.compiled() if given["compiled"] and stack.box.is_orthant else None
+            self._rows = _answers(stack.like, stack, limits, fast, seconds(), threads=given.get("threads"))
+            self.solved |= self._rows.certain
+            self.z[self.solved] = self._rows.Z[self.solved]
+        for i in (~self.solved).nonzero()[0].tolist():
+            result = run(stack.problem(i), method, **given) if self._rows is None else self._rows.result(i, given)
+            self._results[i] = result
+            self.solved[i] = result.solved
+            if result.solved:
+                self.z[i] = result.z
+        self.z.flags.writeable = self.solved.flags.writeable = False
+
+    def __len__(self) -> int:
+        return len(self._stack)
+
+    @overload
+    def __getitem__(self, index: int) -> Result: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> list[Result]: ...
+
+    def __getitem__(self, index: int | slice) -> Result | list[Result]:
+        if isinstance(index, slice):
+            return [self[i] for i in range(*index.indices(len(self)))]
+        i = range(len(self))[operator.index(index)]
+        if i not in self._results:
+            assert self._rows is not None
+            self._results[i] = self._rows.result(i, {})
+        return self._results[i]
+
+    def __repr__(self) -> str:
+        return f"<Batch: {np.count_nonzero(self.solved)} of {len(self)} problems solved, n = {self._stack.n}>"
+
+    @cached_property
+    def w(self) -> Vector:
+        return self._stack.w(self.z)
+
+    @cached_property
+    def _linearizations(self) -> Any:  # the `Linearizations` of `derivative`
+        return views.derivative.Linearizations(self._stack, self.z, self.solved)
+
+    def gradient(self, g: Any, J: Any = None, unsolved: Unsolved = "raise") -> BatchGradient:
+        """Return the derivatives of a function of each z, or of their sum, with respect to M, q and the bounds.
+
+        g : the gradient of the function at each z, shape (b, n); with J, at each J z, shape (b, k).
+        J : shape (k, n) or (b, k, n), as in `Result.gradient`.
+        unsolved : "raise" a DerivativeError that names the first problem without derivatives, or "nan" to fill the rows
+            of problems that are not solved, or whose solutions have no derivatives.
+
+        >>> import lcpcli
+        >>> batch = lcpcli.solve_many([[[2, 1], [1, 2]]], [[-5, -6]])
+        >>> batch.gradient([[3, 0]]).q.round(9).tolist()
+        [[-2.0, 1.0]]
+        """
+        found: BatchGradient = views.derivative.gradients(self, self._stack, self._linearizations, g, J, unsolved)
+        return found
+
+    def derivative(
+        self,
+        dM: Any = None,
+        dq: Any = None,
+        dlower: Any = None,
+        dupper: Any = None,
+        one_sided: bool = False,
+        J: Any = None,
+        unsolved: Unsolved = "raise",
+    ) -> BatchDerivative:
+        """Return the derivatives of all z and w for changes of the data in a given direction.
+
+        dM : shape (b, n, n). dq, dlower, dupper : shape (b, n). Without the first dimension they apply to all problems;
+        None stands for no change. The other parameters are as in `gradient` and `Result.derivative`.
+        """
+        changes = {"dM": dM, "dq": dq, "dlower": dlower, "dupper": dupper}
+        given = changes, one_sided, J, unsolved
+        found: BatchDerivative = views.derivative.derivatives(self, self._stack, self._linearizations, *given)
+        return found
+
+
+class _RowResult(Result):
+    """The result of a row of a block that surely is a solution, z. Its problem and its point are made when they are
+    read, as of many results little more than z is."""
+
+    _row: tuple[Block | Stack, int, Vector]
+
+    @property
+    def z(self) -> Vector:
+        return self._row[2][self._row[1]] if "_row" in vars(self) else self.point.z
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in ("problem", "point"):
+            raise AttributeError(name)
+        block, i, Z = self._row
+        problem = block.problem(i)
+        vars(self).update(problem=problem, point=Point.of_solution(Criterion(problem, self.limits.tol), Z[i]))
+        return vars(self)[name]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Result, tuple(getattr(self, field.name) for field in fields(Result))
+
+
+class BlockAnswers:
+    """The answers of pivoting to the problems of a block.
+
+    Z : the z of each, shape (m, n). kinds, steps : what each is, as `direct.direct_many` returns them, shape (m,).
+    by_gradient : which of them began with gradients. parts : the share of each in the time.
+    """
+
+    def __init__(
+        self,
+        block: Block | Stack,
+        Z: Vector,
+        kinds: Indices,
+        steps: Indices,
+        limits: Limits,
+        stopwatch: Stopwatch,
+        by_gradient: Mask | bool = False,
+        is_compiled: bool = False,
+    ) -> None:
+        self.parts = {part: spent / len(Z) for part, spent in stopwatch.parts.items()}
+        self.block, self.Z, self._limits = block, Z, limits
+        most_steps = limits.max_iterations if sum(self.parts.values()) < limits.time_limit else -1
+        kinds = np.where(block.are_moderate & (steps <= most_steps), kinds, NOTHING)
+        self.certain: Mask = kinds == CERTAIN
+        self._kinds, self._steps = kinds.tolist(), steps.tolist()
+        self._routes = np.where(by_gradient, 2, np.minimum(steps, 1)).tolist()
+        self._options = methods.options_in_force(AUTO, block.like, {})
+        if is_compiled:
+            self._options["compiled"] = True
+
+    def result(self, i: int, given: dict[str, Any]) -> Result:
+        """Return the result of a row; if its answer is no solution, that of a run, whose time includes its share."""
+        kind = self._kinds[i]
+        solved = ROUTES[self._routes[i]], self._steps[i], self._limits, self._options.copy(), self.parts
+        if kind == CERTAIN:
+            return _RowResult.of_solution(*solved, _row=(self.block, i, self.Z))
+        problem = self.block.problem(i)
+        point = Point(Criterion(problem, self._limits.tol), self.Z[i])
+        if kind == CANDIDATE and point.solves():
+            return Result.of_solution(*solved, problem=problem, point=point)
+        result = run(problem, **given)
+        return replace(result, parts={part: spent + self.parts[part] for part, spent in result.parts.items()})
 
 
 @with_limited_threads
 @np.errstate(all="ignore")
-def _solved(
-    columns: Columns,
-    first: int,
-    last: int,
+def _answers(
+    like: Problem,
+    block: Block | Stack,
     limits: Limits,
     fast: ModuleType | None,
+    began: float,
     threads: int | None,  # noqa: ARG001 (the decorator limits them)
 ) -> BlockAnswers:
-    """Return the answers to columns first to last - 1: by the measures of the block, or else by the row's own."""
-    stopwatch = Stopwatch(seconds, seconds())
-    block = columns.block(first, last)
-    if fast is not None and block.box.is_orthant:
-        data = columns.like.M[np.newaxis], block.q, np.array([columns.like.largest])
-        return batch.answers(block, limits, stopwatch, lambda: fast.direct_many(*data, limits.tol), compiled=True)
+    """Return the answers of block pivoting to the problems of a block, by a kernel if there is one for them; those of a
+    stack are judged one by one, others by the measures of the block, or else by the row's own."""
+    stopwatch, kernel = (
+        Stopwatch(seconds, began),
+        fast.direct_many if fast is not None and block.box.is_orthant else None,
+    )
+    if kernel is not None or isinstance(block, Stack):
+        stopwatch.count("setup")
+        of_all = like.M[np.newaxis], np.array([like.largest])
+        M, largest = (block.M, block.largest) if isinstance(block, Stack) else of_all
+        data = M, block.q, largest, limits.tol
+        z, found = direct_many(*data, block.box) if kernel is None else kernel(*data)
+        stopwatch.count("solve")
+        return BlockAnswers(block, z, found[:, 0], found[:, 1], limits, stopwatch, is_compiled=kernel is not None)
     measure, frame = Measure(block), frame_of(block)
     ready: Mask = np.asarray((measure.reference_violations <= 0).all(axis=1))
     stopwatch.count("setup")
@@ -245,10 +426,3 @@ def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: flo
         kept = after < before
         z[rows[kept]] = better_z[kept]
     return solved
-
-
-def one_after_another(columns: Columns, given: dict[str, Any]) -> Iterator[Result]:
-    """Yield the results for all columns, in order; `given` are the options."""
-    solver = Solver.of(columns.like, given)
-    for problem in columns.problems():
-        yield solver.next(problem)

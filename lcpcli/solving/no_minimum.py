@@ -21,16 +21,30 @@ from lcpcli.model.program import Program, ProgramData
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem, rows_of
 from lcpcli.rational.numbers import rounded_direction
-from lcpcli.solving.answer import INFEASIBLE, NONE, UNBOUNDED, Conclusion
+from lcpcli.solving.result import INFEASIBLE, NONE, UNBOUNDED, WITHOUT_OPTIMUM
 from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.certificate import Certificate, farkas_certificate, proof, rounded_proof
 from lcpcli.verify.enclosure import enclosure, is_enclosable
 from lcpcli.verify.farkas import farkas_vector
 
+UNIQUE, OPTIMUM, SEVERAL, STATIONARY = "unique_optimum", "optimum", "several_optima", "stationary"
+PROVED = (UNIQUE, OPTIMUM, SEVERAL, STATIONARY, *WITHOUT_OPTIMUM)
+"""What may be proved about a program: that x is its only optimum, an optimum, or one of several; that x is a stationary
+point and the program is not convex, so that x need not be an optimum; that the program is infeasible, or unbounded, or
+one of the two."""
 FEASIBILITY_EFFORT = 0.5  # of each of two LPs, and of exact arithmetic, by the seconds that it usually takes
 SIMPLE_DENOMINATOR = 10**6  # the largest one of a feasible point that is tried before its doubles
 MOST_FRACTIONS = 10_000  # entries of A up to which rational arithmetic is quick enough
 EXTREMES = {"min": ("minimum", "below"), "max": ("maximum", "above")}
+
+
+class Conclusion(NamedTuple):
+    """What is concluded about a program from a result on its conditions, with the attributes of a `Minimum`."""
+
+    statement: str
+    proved: str | None = None
+    ray: Vector | None = None
+    certificate: Vector | None = None
 
 
 def without_minimum(

@@ -7,12 +7,15 @@ multiplied by their denominators and the method is run again on integers, which 
 
 If the question is still open, rational arithmetic searches for the answer: by Lemke's method, which is fast where it
 applies, and by the tree over the states of all unknowns, which ends with a solution or a proof that there is none.
+
+In the same way the reference is found by which errors are measured, if no solution is known.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -22,7 +25,7 @@ import numpy as np
 from lcpcli.auto.structure import Structure
 from lcpcli.interrupts import TimeIsUp, check, remaining, within
 from lcpcli.methods.z_matrix import EXACT_EFFORT, decided
-from lcpcli.model.problem import Problem, as_problem
+from lcpcli.model.problem import WITHOUT_SOLUTION, Problem, as_problem
 from lcpcli.options import DEFAULTS, Limits
 from lcpcli.rational import pivoting
 from lcpcli.rational.elimination import Effort, require
@@ -34,7 +37,7 @@ from lcpcli.solving.call import RAISE, chosen, unless_interrupted
 from lcpcli.solving.result import Exact, Result, Status
 from lcpcli.typing import Interrupts, Vector
 from lcpcli.verify.certificate import Certificate, exact_certificate
-from lcpcli.verify.exact_solution import from_point
+from lcpcli.verify.exact_solution import finitely_rounded, from_point, refined
 from lcpcli.verify.farkas import exact_proof, farkas_vector, simplified
 from lcpcli.verify.point import Criterion, Point
 
@@ -43,6 +46,9 @@ BEYOND_DOUBLES = "the exact z is beyond the range of doubles, so that the other 
 UNPROVED = "no exact proof was found for the numbers as written"
 # Of a search without a time limit: up to 20 unknowns a second is enough, beyond 30 a minute may not be.
 EXACT_SEARCH_EFFORT = 60.0
+REFERENCE_SECONDS = 10.0  # for the search for a reference
+MOST_EXACT_UNKNOWNS = 200  # up to which an exact solution is computed, in a second
+MOST_EXACT_POSITIVE = 64  # components of z up to which they are solved for exactly, in a second
 
 
 @np.errstate(all="ignore")
@@ -217,3 +223,33 @@ def _unproved(result: Result) -> Result:
 
 def _finite(z: Vector) -> Vector:
     return np.where(np.isfinite(z), z, 0.0)
+
+
+def with_reference(problem: Problem) -> Problem:
+    """Return the problem with a computed solution; unchanged if it comes with one or none is found in time.
+
+    For small n it is exact. Otherwise `auto` finds it, and it is refined, if possible to its last digits. It may be one
+    of several, and is verified like any other result, on the original data.
+
+    Raises
+    ------
+    KeyboardInterrupt : the search was interrupted.
+    """
+    if problem.solutions or problem.verdict in WITHOUT_SOLUTION:
+        return problem
+    result = exact = None
+    with suppress(TimeIsUp), within(REFERENCE_SECONDS):
+        result = driver.run(problem, "auto")
+        if result.interrupted:
+            raise KeyboardInterrupt
+        if result.status.has_no_solution:
+            return problem
+        if problem.n <= MOST_EXACT_UNKNOWNS:
+            data, effort = ExactProblem.of_floats(problem), Effort()
+            exact = from_point(data, result.z, effort, MOST_EXACT_POSITIVE) or pivoting.solve(data, effort)
+    z = None if exact is None else finitely_rounded(exact)
+    if z is not None:
+        return replace(problem, solutions=(z,), reference="exact")
+    if result is None or not result.solved:
+        return problem
+    return replace(problem, solutions=(refined(problem, result.z),), reference="computed")

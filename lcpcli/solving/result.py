@@ -5,11 +5,11 @@ How a solve ended, and what exact arithmetic proves about a problem.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from fractions import Fraction
 
     from lcpcli.solving.derivatives import Derivative, Gradient
-    from lcpcli.solving.suggestions import Suggestions
     from lcpcli.solving.trace import Trace
     from lcpcli.verify.certificate import Certificate
     from lcpcli.verify.error_theorems import Bound
 
+WITHOUT_OPTIMUM = INFEASIBLE, UNBOUNDED, NONE = "infeasible", "unbounded", "no_optimum"  # what is proved of a program
 GONE = {"exit_code": "ask result.solved (0) and result.status.has_no_solution (3)"}  # since 0.1.0
 
 
@@ -268,7 +268,7 @@ class Result:
     @cached_property
     def answer(self) -> Any:  # an Answer, whose kind the reader knows from the problem
         """Return what the result means for the program or the game that the problem comes from, a `Minimum` or an
-        `Equilibrium` of `lcpcli.solving.answer`; None if it comes from neither."""
+        `Equilibrium` of `lcpcli.solving.minimum`; None if it comes from neither."""
         return None if self.problem.origin is None else views.minimum.answer(self)
 
     @cached_property
@@ -311,7 +311,7 @@ class Result:
     def word(self) -> str:
         """Return the word of the status or, for a program without an optimum, that of its answer, such as unbounded."""
         proved = None if self.solved else getattr(self.answer, "proved", None)
-        return str(views.answer.word_of(self.status.word, proved))
+        return word_of(self.status.word, proved)
 
     @property
     def success(self) -> bool:  # the name that scipy uses
@@ -324,7 +324,12 @@ class Result:
     @property
     def advice(self) -> str:
         """Return what to try next, as options in Python; "" if nothing is known to help, or nothing is needed."""
-        return "" if self.solved else self.suggestions.line(views.suggestions.in_python)
+        return "" if self.solved else self.suggestions.line(views.advice.in_python)
+
+
+def word_of(status: str, proved: str | None) -> str:
+    """Return one word for how a run ended: the status or, for a program without an optimum, why it has none."""
+    return proved if proved in WITHOUT_OPTIMUM else status
 
 
 class Status(Enum):
@@ -393,3 +398,26 @@ class Exact(NamedTuple):
     z: list[Fraction] | None = None
     w: list[Fraction] | None = None
     y: list[Fraction] | None = None
+
+
+Options: TypeAlias = Mapping[str, Any]  # names as in Python
+NOTHING: Options = {}
+
+
+class Suggestions(NamedTuple):
+    """Options to be added to those of a run, or to replace them.
+
+    ways : what to try, the surest first; empty if nothing is known to help, or nothing is needed.
+    more : options that each of the ways needs in addition. others : what else to try, in words.
+    """
+
+    ways: tuple[Options, ...] = ()
+    more: Options = NOTHING
+    others: tuple[str, ...] = ()
+
+    def line(self, written: Callable[[Options], str]) -> str:
+        """Return one line of advice, with options as `written` writes them; "" if there is nothing to suggest."""
+        if not self.ways and not self.others:
+            return ""
+        found = ", or ".join([*map(written, self.ways), *self.others])
+        return f"try {found}{f', with {written(self.more)}' if self.more else ''}"

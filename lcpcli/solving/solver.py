@@ -4,7 +4,7 @@ in which M may change."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence, Sized
+from collections.abc import Sized
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
@@ -95,18 +95,17 @@ class Solver:
         self._like = as_dense(like) if like.n <= MOST_PIVOTED and not self._elimination else like
         self._principal: PrincipalSolver | None = None
         self._reduction: Reduction | None = None
+        self.M, self.n = self._like.M, self._like.n
         self._paused, self._pause = 0, 1
 
     def update(self, M: Any) -> None:
         """Replace M and keep the bounds; the next problem still starts from the last states. For LCPs, the new M may
         have another shape, as when contacts come and go; the last states are then dropped."""
-        box = self._like.box
-        n = _order(M)
-        if n != self._like.n and not box.is_orthant:
-            raise ProblemError("M", f"has {count(n, 'row')} for {self._like.n} bounds", "make another Solver for it")
-        q = np.zeros(n)
+        box, q = self._like.box, np.zeros(_order(M))
+        if q.size != self.n and not box.is_orthant:
+            raise ProblemError("M", f"has {count(q.size, 'row')} for {self.n} bounds", "make another Solver for it")
         other = Problem(M, q)
-        if n != self._like.n:
+        if q.size != self.n:
             self._last = None
         self._prepare(other if box.is_orthant else like_with(other, q, box))
 
@@ -117,32 +116,27 @@ class Solver:
         warm : whether to start from the states of the last solution.
         """
         began = seconds()
-        box = self._like.box
-        q, lower, upper = by_names(self._names, q=q, lower=lower, upper=upper)
+        box, n = self._like.box, self.n
+        q, lower, upper = by_names(lambda: self._like.names, q=q, lower=lower, upper=upper)
         if lower is not None or upper is not None:
-            box = self._own_box(box.lower if lower is None else lower, box.upper if upper is None else upper)
-        return self.next(like_with(self._like, as_vector("q", q, self._like.n), box), warm, began)
-
-    def _names(self) -> Sequence[str]:
-        return self._like.names
-
-    def _own_box(self, lower: BoundLike, upper: BoundLike) -> Box:
-        bounds = bounds_of(lower, upper, self._like.n, self._infinity)
-        return ORTHANT if bounds is None else Box(*bounds)
+            given = box.lower if lower is None else lower, box.upper if upper is None else upper
+            box = ORTHANT if (bounds := bounds_of(*given, n, self._infinity)) is None else Box(*bounds)
+        return self.next(like_with(self._like, as_vector("q", q, n), box), warm, began)
 
     def next(self, problem: Problem, warm: bool = True, began: float | None = None) -> Result:
         """Return the result for a problem with the M of the Solver."""
         options = methods.options_in_force("auto", problem, {})
         stopwatch = Stopwatch(seconds, seconds() if began is None else began)
         session = Session(problem, self._limits, options, stopwatch, self.compiled, reduced=self._reduced)
-        result = _attempted(problem, self._attempt, session, warm, threads=self._given.get("threads"))
+        result = self._attempted(session, warm, threads=self._given.get("threads"))
         if result is None:
             result = run(problem, **self._given)
         if result.solved:
             self._last = result
         return result
 
-    def _attempt(self, session: Session, warm: bool) -> Result | None:
+    @with_limited_threads
+    def _attempted(self, session: Session, warm: bool, threads: int | None) -> Result | None:  # noqa: ARG002 (limited)
         """Return the result where elimination, the direct route, or a few exchanges from the states of the last
         solution, suffice; else None."""
         problem, result = session.problem, None
@@ -189,17 +183,6 @@ def _order(M: Any) -> int:
     return int(M.shape[0]) if getattr(M, "shape", ()) else len(M) if isinstance(M, Sized) else 1
 
 
-@with_limited_threads
-def _attempted(
-    problem: Problem,  # noqa: ARG001 (its size decides how many threads there are)
-    attempt: Callable[[Session, bool], Result | None],
-    session: Session,
-    warm: bool,
-    threads: int | None,  # noqa: ARG001 (the decorator limits them)
-) -> Result | None:
-    return attempt(session, warm)
-
-
 @np.errstate(all="ignore")
 def _near(session: Session, basis: States, solver: PrincipalSolver) -> Result | None:
     """Return the result, if the problem is solved by these states or by a few exchanges from them; else None."""
@@ -226,17 +209,15 @@ class SequenceSteps:
     def __init__(self, options: dict[str, Any]) -> None:
         self._options = options
         self._solver: Solver | None = None
-        self._last: Problem | None = None
 
     def solve(self, problem: Problem, compiled: bool = True) -> Result:
         """Return the result for the next problem, as `run` does.
 
         compiled : whether there are so many that the kernels of the extra `fast` are worth loading.
         """
-        last, self._last = self._last, as_problem(problem)
-        if self._solver is None or last is None or problem.n != last.n:
-            self._solver = Solver.of(problem, self._options)
-        elif not are_equal(problem.M, last.M):
+        if self._solver is None or as_problem(problem).n != self._solver.n:
+            self._solver = Solver.of(as_problem(problem), self._options)
+        elif not are_equal(problem.M, self._solver.M):
             self._solver.update(problem.M)
         self._solver.compiled = compiled
         return self._solver.next(problem)

@@ -44,7 +44,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def still(monkeypatch: pytest.MonkeyPatch) -> None:
     """A clock that stands still, but for what iterates are timed by."""
     monkeypatch.setattr("time.perf_counter", lambda: 0.0)
-    monkeypatch.setattr("lcpcli.solving.iterates.seconds", count(1.0).__next__)
+    monkeypatch.setattr("lcpcli.solving.direct_run.seconds", count(1.0).__next__)
     monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 0)
 
 

@@ -14,7 +14,7 @@ import pytest
 import lcpcli
 from lcpcli import Problem
 from lcpcli.files import contents, writing
-from lcpcli.solving.answer import Minimum
+from lcpcli.solving.minimum import Minimum
 
 from ..solving.test_programs import SEEDS, program
 from .conftest import Lcp, assert_refused, record

@@ -97,7 +97,7 @@ STAGES: dict[str, tuple[str, str, Any, list[dict[str, Any]]]] = {  # the command
     "the kind of a point": (f"solve {PROGRAM}", "solving.minimum.kind_of_point", 0, [GOOD]),
     "reading": (f"check {EXAMPLE} {EXAMPLE}", "files.reading.problem_of", 0, []),
     "reading a problem": (f"solve {EXAMPLE}", "files.reading.problem_of", 0, []),
-    "the reference": (f"compare {EXAMPLE}", "solving.reference.with_reference", 0, []),
+    "the reference": (f"compare {EXAMPLE}", "solving.proof.with_reference", 0, []),
     "the start of a bench": (BENCH, "bench.timing.start", 0, []),
 }
 

@@ -18,7 +18,7 @@ from lcpcli.enumeration import others, pieces, search
 from lcpcli.gallery import families
 from lcpcli.inspection.verdict import YES, classify
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.solving.reference import with_reference
+from lcpcli.solving.proof import with_reference
 
 Lcp = Callable[..., Any]
 COUNT = int(os.environ.get("LCP_ORACLE", "20"))

@@ -26,7 +26,7 @@ from lcpcli.model.box import ORTHANT
 from lcpcli.options import Limits
 from lcpcli.report import inspection_text
 from lcpcli.solving.driver import run
-from lcpcli.solving.reference import with_reference
+from lcpcli.solving.proof import with_reference
 
 from ..benchmarks.accuracy import contraction, empirical_rate
 from ..conftest import Outcome

@@ -17,7 +17,7 @@ from lcpcli import Problem, Status, from_qp, from_qpsolvers, read, run, solve, w
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.model.changes import composed, scale, shifted
 from lcpcli.model.far_bounds import relaxed, with_infinity
-from lcpcli.solving.answer import Minimum
+from lcpcli.solving.minimum import Minimum
 from lcpcli.verify.certificate import proves_infeasible
 
 from ..far_bounds import FAR, lists, random_program, with_far_bounds

@@ -22,7 +22,7 @@ from lcpcli.errors import OptionError
 from lcpcli.gallery import families
 from lcpcli.methods import direct as module
 from lcpcli.methods.direct import BLOCK_PATIENCE, HASTY_PATIENCE, DirectAnswer, Made, direct
-from lcpcli.solving import direct_run, driver
+from lcpcli.solving import direct_run
 from lcpcli.typing import Vector
 
 from .. import (
@@ -53,13 +53,13 @@ of_each_way = pytest.mark.parametrize("way", WAYS.values(), ids=WAYS)
 
 @pytest.fixture(autouse=True)
 def compiled_from_the_first_problem(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(driver, "uses_kernels", lambda *_: True)
+    monkeypatch.setattr(direct_run, "uses_kernels", lambda *_: True)
     monkeypatch.setattr(direct_run, "MANY", 0)
 
 
 def through_the_loop(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> Result:
     with monkeypatch.context() as patch:
-        patch.setattr(driver, "applies", lambda *_: False)
+        patch.setattr(direct_run, "applies", lambda *_: False)
         return lcpcli.run(problem)
 
 

@@ -28,8 +28,7 @@ from lcpcli.options import Limits
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving import proof, reference
 from lcpcli.solving.driver import run
-from lcpcli.solving.proof import prove
-from lcpcli.solving.reference import with_reference
+from lcpcli.solving.proof import prove, with_reference
 
 from .. import exact as oracle
 from ..enumeration.solution_sets import random_problem as random_mixed_problem

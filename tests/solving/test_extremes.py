@@ -26,8 +26,7 @@ from lcpcli.interrupts import within
 from lcpcli.options import Limits
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.driver import run
-from lcpcli.solving.proof import prove
-from lcpcli.solving.reference import with_reference
+from lcpcli.solving.proof import prove, with_reference
 from lcpcli.verify.error_theorems import error_bound
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.verification import verify
