@@ -185,7 +185,7 @@ class Functions:
     def __init__(self, model: NlModel, arithmetic: Arithmetic, order: Indices | None = None) -> None:
         self.n = model.graph.n
         self._tape = Tape(model.graph, model.rows, arithmetic)
-        self._jacobian = Jacobian(self._tape)
+        self._jacobian = Jacobian(model.graph, model.rows, arithmetic)
         self.order = self._paired(model) if order is None else order
         row_of = np.empty(self.n, np.intp)
         row_of[self.order] = np.arange(self.n)
