@@ -1,6 +1,9 @@
 """Expressions of the unknowns as a graph without repeated nodes, in which sums are flat and constants are combined.
 
-Their operators are evaluated in double precision, and have partial derivatives in any arithmetic.
+Their operators are evaluated in double precision or in intervals. Derivatives are expressions too. They are computed in
+reverse (A. Griewank and A. Walther, Evaluating Derivatives, 2008, chapter 3): each node that a row depends on has an
+adjoint, the derivative of the row by the node, which is the sum, over all nodes of which the node is an argument, of
+their adjoints times their partial derivatives.
 
 Interval arithmetic is on arrays of shape (2, m), lower bounds before upper ones, rounded outward. Sums, products,
 quotients and square roots are rounded correctly by IEEE 754, so that the neighbouring doubles bound them; for other
@@ -10,6 +13,7 @@ that is not defined everywhere (R. E. Moore, R. B. Kearfott and M. J. Cloud, Int
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeAlias
@@ -21,40 +25,234 @@ from lcpcli.typing import Indices, Mask, Vector
 
 Functions: TypeAlias = Mapping[str, Callable[..., Any]]
 BRANCHES = {"if", "min", "max", "abs"}  # with derivatives that are 0 whatever becomes of an argument
+EPS = float(np.finfo(float).eps)
+ERROR = 8 * EPS  # relative, of functions that are not rounded correctly
+LARGEST_ANGLE = 1e8  # whose place between extrema of the sine is known to six digits
+MARGIN = 1e-6  # of places between extrema
 
 
-def _true(relation: Callable[..., Any]) -> Callable[..., Any]:
-    return lambda a, b: relation(a, b).astype(float)
+def _outward(lower: Vector, upper: Vector) -> Vector:
+    """Return bounds of numbers that are rounded to the nearest double."""
+    return np.stack([np.nextafter(lower, -np.inf), np.nextafter(upper, np.inf)])
 
 
-RELATIONS = {
-    "<": _true(np.less),
-    "<=": _true(np.less_equal),
-    "=": _true(np.equal),
-    ">=": _true(np.greater_equal),
-    ">": _true(np.greater),
-    "!=": _true(np.not_equal),
+def _around(ends: Vector) -> Vector:
+    """Return bounds of numbers with a relative error of at most ERROR."""
+    signs = np.sign(ends) * ERROR
+    return _outward(ends[0] * (1.0 - signs[0]), ends[1] * (1.0 + signs[1]))
+
+
+def _unless(undefined: Any, found: Vector) -> Vector:
+    return np.where(undefined, np.nan, found)
+
+
+def _defined(found: Vector, *given: Vector) -> Vector:
+    """Return the values of a function, nan where one of its arguments is."""
+    return _unless(np.logical_or.reduce([np.isnan(each).any(axis=0) for each in given]), found)
+
+
+def _line_where(condition: Any, ends: Vector) -> Vector:
+    """Return the ends of intervals, those of the whole line where a condition is true."""
+    return np.stack([np.where(condition, -np.inf, ends[0]), np.where(condition, np.inf, ends[1])])
+
+
+def product(a: Vector, b: Vector) -> Vector:
+    """Return a b, where 0 times infinity is 0."""
+    ends = np.stack([np.where((x == 0) | (y == 0), 0.0, x * y) for x in a for y in b])
+    return _defined(_outward(ends.min(axis=0), ends.max(axis=0)), a, b)
+
+
+def quotient(a: Vector, b: Vector) -> Vector:
+    """Return a / b; the whole line where b may be 0."""
+    ends = np.stack([x / y for x in a for y in b])
+    unbounded = ((b[0] <= 0) & (b[1] >= 0)) | np.isnan(ends).any(axis=0)
+    return _defined(_line_where(unbounded, _outward(ends.min(axis=0), ends.max(axis=0))), a, b)
+
+
+def absolute(a: Vector) -> Vector:
+    crosses = (a[0] < 0) & (a[1] > 0)
+    ends = np.abs(a)
+    return np.stack([np.where(crosses, 0.0, ends.min(axis=0)), ends.max(axis=0)])
+
+
+def power(a: Vector, exponent: int) -> Vector:
+    if exponent < 0:
+        return quotient(np.ones_like(a), power(a, -exponent))
+    if exponent % 2:
+        return _around(np.power(a, float(exponent)))
+    lower, upper = _around(np.power(absolute(a), float(exponent)))
+    return np.stack([np.maximum(lower, 0.0), upper])
+
+
+def general_power(a: Vector, b: Vector) -> Vector:
+    """Return a to the power of b, for a >= 0."""
+    found: Vector = INTERVALS["exp"](product(b, INTERVALS["log"](a)))
+    return found
+
+
+def _passes(turns: Vector) -> Mask:
+    """Return whether there may be an integer in an interval."""
+    found: Mask = np.floor(turns[1] + MARGIN) > np.floor(turns[0] - MARGIN)
+    return found
+
+
+def _wave(a: Vector, greatest: float, function: Callable[..., Any]) -> Vector:
+    """Return sine or cosine. greatest : an angle at which it is 1."""
+
+    def reaches(angle: float) -> Mask:  # an interval that contains the angle, or one that differs by full turns
+        return _passes((a - angle) / (2 * np.pi))
+
+    lower, upper = np.clip(_around(np.sort(function(a), axis=0)), -1.0, 1.0)
+    far = ~(np.abs(a).max(axis=0) < LARGEST_ANGLE)
+    lower = np.where(far | reaches(greatest + np.pi), -1.0, lower)
+    upper = np.where(far | reaches(greatest), 1.0, upper)
+    return _defined(np.stack([lower, upper]), a)
+
+
+def tangent(a: Vector) -> Vector:
+    """Return the tangent; the whole line where there may be a pole."""
+    pole = ~(np.abs(a).max(axis=0) < LARGEST_ANGLE) | _passes((a + np.pi / 2) / np.pi)
+    return _line_where(pole, _around(np.tan(a)))
+
+
+def angle(y: Vector, x: Vector) -> Vector:
+    """Return the angle of the point (x, y), in detail only where x > 0."""
+    right = INTERVALS["atan"](quotient(y, x))
+    circle = _around(np.broadcast_to([[-np.pi], [np.pi]], right.shape))
+    return np.where(x[0] > 0, right, _defined(circle, y, x))
+
+
+def _equal(a: Vector, b: Vector) -> Vector:
+    sure = (a[0] == a[1]) & (b[0] == b[1]) & (a[0] == b[0])
+    return np.stack([sure, (a[0] <= b[1]) & (b[0] <= a[1])]).astype(float)
+
+
+def _chosen(condition: Vector) -> Vector:
+    """Return 1 or 0; where the condition is open the whole line, as the function may jump."""
+    return _line_where((condition[0] == 0) & (condition[1] != 0), condition)
+
+
+def _if(condition: Vector, a: Vector, b: Vector) -> Vector:
+    either = np.stack([np.minimum(a[0], b[0]), np.maximum(a[1], b[1])])
+    return np.where(condition[0] > 0, a, np.where(condition[1] == 0, b, either))
+
+
+class Operator(NamedTuple):
+    """An operator on doubles and on intervals.
+
+    partials : returns its derivatives by its arguments, None for one that it jumps with, as nodes of a graph, from the
+    graph, the arguments and the value; None for relations, which jump, and for what only derivatives have.
+    """
+
+    doubles: Callable[..., Any]
+    intervals: Callable[..., Any]
+    partials: Callable[..., list[Any]] | None = None
+
+
+def _monotone(
+    function: Callable[..., Any],
+    partials: Callable[..., list[Any]],
+    low: float = -np.inf,
+    high: float = np.inf,
+    least: float = -np.inf,
+    greatest: float = np.inf,
+    sign: int = 1,
+) -> Operator:
+    """Return a monotone function, with the sign of its derivative, that is defined from low to high and has values from
+    least to greatest."""
+
+    def enclosed(a: Vector) -> Vector:
+        found = _around(function(np.clip(a, low, high))[::sign])
+        return _unless((a[0] < low) | (a[1] > high), np.clip(found, least, greatest))
+
+    return Operator(function, enclosed, partials)
+
+
+def _relation(relation: Callable[..., Any], step: int) -> Operator:
+    """Return a relation: 1 where it holds, 0 where it does not, between them where it is open. step : 1 if it holds for
+    all lesser first arguments, too, -1 if it does for all greater ones."""
+
+    def of_intervals(a: Vector, b: Vector) -> Vector:
+        found: Vector = np.stack([relation(a[1], b[0]), relation(a[0], b[1])])[::step].astype(float)
+        return found
+
+    return Operator(lambda a, b: relation(a, b).astype(float), of_intervals)
+
+
+def _minus(g: Graph, a: int) -> int:
+    return g.sum([(a, -1)])
+
+
+def _quadratic(g: Graph, constant: int, sign: int, a: int) -> int:
+    """Return a constant plus or minus the square of a."""
+    return g.sum([(g.apply("^", a, 2.0), sign)], constant)
+
+
+def _over(g: Graph, a: int, factor: float = 1.0) -> list[int]:
+    return [g.apply("quotient", factor, a)]
+
+
+def _over_root(constant: int, sign: int, factor: float = 1.0) -> Callable[..., list[int]]:
+    return lambda g, a, _: _over(g, g.apply("sqrt", _quadratic(g, constant, sign, a)), factor)
+
+
+def _of_power(g: Graph, a: int, b: int, value: int) -> list[int]:
+    by_base = g.apply("product", b, g.apply("^", a, g.sum([(b, 1)], -1)))
+    return [by_base, g.apply("product", value, g.apply("log", a))]
+
+
+def _of_angle(g: Graph, a: int, b: int, _: int) -> list[int]:
+    square = g.sum([(g.apply("^", a, 2.0), 1), (g.apply("^", b, 2.0), 1)])
+    return [g.apply("quotient", b, square), _minus(g, g.apply("quotient", a, square))]
+
+
+OPERATORS = {
+    "product": Operator(np.multiply, product, lambda _, a, b, __: [b, a]),
+    "times": Operator(  # of derivatives where 0 makes it 0 whatever the second factor is
+        lambda a, b: np.where(a == 0, 0.0, a * b), lambda a, b: np.where(np.all(a == 0, axis=0), 0.0, product(a, b))
+    ),
+    "quotient": Operator(np.divide, quotient, lambda g, _, b, v: [*_over(g, b), _minus(g, g.apply("quotient", v, b))]),
+    "power": Operator(np.power, power),  # with an integer as exponent
+    "^": Operator(np.power, general_power, _of_power),
+    "exp": _monotone(np.exp, lambda _, __, v: [v], least=0.0),
+    "log": _monotone(np.log, lambda g, a, _: _over(g, a), 0.0),
+    "log10": _monotone(np.log10, lambda g, a, _: _over(g, g.apply("product", a, g.apply("log", 10.0))), 0.0),
+    "sqrt": _monotone(np.sqrt, lambda g, _, v: _over(g, v, 0.5), 0.0),
+    "sin": Operator(np.sin, lambda a: _wave(a, np.pi / 2, np.sin), lambda g, a, _: [g.apply("cos", a)]),
+    "cos": Operator(np.cos, lambda a: _wave(a, 0.0, np.cos), lambda g, a, _: [_minus(g, g.apply("sin", a))]),
+    "tan": Operator(np.tan, tangent, lambda g, _, v: [_quadratic(g, 1, 1, v)]),
+    "sinh": _monotone(np.sinh, lambda g, a, _: [g.apply("cosh", a)]),
+    "cosh": Operator(
+        np.cosh, lambda a: np.maximum(_around(np.cosh(absolute(a))), 1.0), lambda g, a, _: [g.apply("sinh", a)]
+    ),
+    "tanh": _monotone(np.tanh, lambda g, _, v: [_quadratic(g, 1, -1, v)], least=-1.0, greatest=1.0),
+    "asin": _monotone(np.arcsin, _over_root(1, -1), -1.0, 1.0),
+    "acos": _monotone(np.arccos, _over_root(1, -1, -1.0), -1.0, 1.0, sign=-1),
+    "atan": _monotone(np.arctan, lambda g, a, _: _over(g, _quadratic(g, 1, 1, a))),
+    "asinh": _monotone(np.arcsinh, _over_root(1, 1)),
+    "acosh": _monotone(np.arccosh, _over_root(-1, 1), 1.0),
+    "atanh": _monotone(np.arctanh, lambda g, a, _: _over(g, _quadratic(g, 1, -1, a)), -1.0, 1.0),
+    "atan2": Operator(np.arctan2, angle, _of_angle),
+    "abs": Operator(np.abs, absolute, lambda g, a, _: [g.apply("sign", a)]),
+    "min": Operator(np.minimum, np.minimum, lambda g, a, b, _: [g.apply("<=", a, b), g.apply(">", a, b)]),
+    "max": Operator(np.maximum, np.maximum, lambda g, a, b, _: [g.apply(">=", a, b), g.apply("<", a, b)]),
+    "if": Operator(
+        lambda c, a, b: np.where(c != 0, a, b),
+        _if,
+        lambda g, c, _, __, ___: [None, g.apply("chosen", c), g.apply("rejected", c)],
+    ),
+    "<": _relation(np.less, 1),
+    "<=": _relation(np.less_equal, 1),
+    ">=": _relation(np.greater_equal, -1),
+    ">": _relation(np.greater, -1),
+    "=": Operator(lambda a, b: (a == b).astype(float), _equal),
+    "!=": Operator(lambda a, b: (a != b).astype(float), lambda a, b: 1.0 - _equal(a, b)[::-1]),
+    "sign": Operator(np.sign, lambda a: np.stack([np.where(a[0] > 0, 1.0, -1.0), np.where(a[1] < 0, -1.0, 1.0)])),
+    "chosen": Operator(lambda c: (c != 0).astype(float), _chosen),
+    "rejected": Operator(lambda c: (c == 0).astype(float), lambda c: _chosen(1.0 - c[::-1])),
 }
-DOUBLES: Functions = {
-    "number": float,
-    **{
-        name: getattr(np, name) for name in ("exp", "log", "log10", "sqrt", "sin", "cos", "tan", "sinh", "cosh", "tanh")
-    },
-    **{name: getattr(np, f"arc{name[1:]}") for name in ("asin", "acos", "atan", "asinh", "acosh", "atanh", "atan2")},
-    **RELATIONS,
-    "add": np.add,
-    "product": np.multiply,
-    "quotient": np.divide,
-    "power": np.power,  # with an integer as exponent
-    "^": np.power,
-    "abs": np.abs,
-    "min": np.minimum,
-    "max": np.maximum,
-    "if": lambda condition, a, b: np.where(condition != 0, a, b),
-    "sign": np.sign,
-    "chosen": lambda condition: (condition != 0).astype(float),
-    "rejected": lambda condition: (condition == 0).astype(float),
-}
+DOUBLES: Functions = {name: operator.doubles for name, operator in OPERATORS.items()}
+INTERVALS: Functions = {name: operator.intervals for name, operator in OPERATORS.items()}
 
 
 class Arithmetic:
@@ -74,62 +272,23 @@ class Arithmetic:
         return np.add.reduceat(terms, starts)
 
 
-def has_derivative(operator: str, argument: int) -> bool:
-    """Return whether the values of an operator depend on this argument otherwise than by jumps."""
-    return operator not in RELATIONS and (operator, argument) != ("if", 0)
+class Intervals(Arithmetic):
+    """Intervals, which bound the constants of a graph, Fractions or doubles."""
 
+    functions = INTERVALS
 
-def partials(f: Functions, operator: str, exponent: int, a: Sequence[Vector], value: Vector) -> list[Any]:
-    """Return the derivatives of the values of an operator by its arguments; None for those that it jumps with.
+    def constants(self, values: Sequence[Any]) -> Vector:
+        nearest = np.array([float(value) for value in values])
+        is_exact = [
+            not np.isfinite(double) or Fraction(double) == value for double, value in zip(nearest, values, strict=True)
+        ]
+        return np.where(is_exact, nearest, _outward(nearest, nearest))
 
-    f : the functions of an arithmetic, as `DOUBLES`. exponent : of the operator "power". a : the arguments.
-    """
-    if operator == "power":
-        return [f["product"](float(exponent), f["power"](a[0], exponent - 1))]
-    if operator in _PARTIALS:
-        return _PARTIALS[operator](f, *a, value)
-    return [None] * len(a)  # relations
-
-
-def _minus(f: Functions, a: Any) -> Any:
-    return f["product"](-1.0, a)
-
-
-def _over_root(f: Functions, radicand: Any, sign: float = 1.0) -> list[Any]:
-    return [f["quotient"](sign, f["sqrt"](radicand))]
-
-
-def _of_angle(f: Functions, a: Any, b: Any, _: Any) -> list[Any]:
-    square = f["add"](f["power"](a, 2), f["power"](b, 2))
-    return [f["quotient"](b, square), _minus(f, f["quotient"](a, square))]
-
-
-_PARTIALS: Mapping[str, Callable[..., list[Any]]] = {
-    "product": lambda _, a, b, __: [b, a],
-    "quotient": lambda f, _, b, v: [f["quotient"](1.0, b), _minus(f, f["quotient"](v, b))],
-    "^": lambda f, a, b, v: [f["product"](b, f["^"](a, f["add"](b, -1.0))), f["product"](v, f["log"](a))],
-    "exp": lambda _, __, v: [v],
-    "log": lambda f, a, _: [f["quotient"](1.0, a)],
-    "log10": lambda f, a, _: [f["quotient"](1.0, f["product"](a, f["log"](f["number"](10))))],
-    "sqrt": lambda f, _, v: [f["quotient"](0.5, v)],
-    "sin": lambda f, a, _: [f["cos"](a)],
-    "cos": lambda f, a, _: [_minus(f, f["sin"](a))],
-    "tan": lambda f, _, v: [f["add"](1.0, f["power"](v, 2))],
-    "sinh": lambda f, a, _: [f["cosh"](a)],
-    "cosh": lambda f, a, _: [f["sinh"](a)],
-    "tanh": lambda f, _, v: [f["add"](1.0, _minus(f, f["power"](v, 2)))],
-    "asin": lambda f, a, _: _over_root(f, f["add"](1.0, _minus(f, f["power"](a, 2)))),
-    "acos": lambda f, a, _: _over_root(f, f["add"](1.0, _minus(f, f["power"](a, 2))), -1.0),
-    "atan": lambda f, a, _: [f["quotient"](1.0, f["add"](1.0, f["power"](a, 2)))],
-    "asinh": lambda f, a, _: _over_root(f, f["add"](1.0, f["power"](a, 2))),
-    "acosh": lambda f, a, _: _over_root(f, f["add"](-1.0, f["power"](a, 2))),
-    "atanh": lambda f, a, _: [f["quotient"](1.0, f["add"](1.0, _minus(f, f["power"](a, 2))))],
-    "atan2": _of_angle,
-    "abs": lambda f, a, _: [f["sign"](a)],
-    "min": lambda f, a, b, _: [f["<="](a, b), f[">"](a, b)],
-    "max": lambda f, a, b, _: [f[">="](a, b), f["<"](a, b)],
-    "if": lambda f, c, _, __, ___: [None, f["chosen"](c), f["rejected"](c)],
-}
+    def sums(self, terms: Vector, starts: Indices) -> Vector:
+        sizes = np.diff(np.append(starts, terms.shape[-1]))
+        lower, upper = np.add.reduceat(terms, starts, axis=-1)
+        error = sizes * EPS * np.add.reduceat(np.abs(terms), starts, axis=-1)
+        return _outward(lower - error[0], upper + error[1])
 
 
 Constant = Any  # a float, or a Fraction in a graph that keeps all digits
@@ -232,11 +391,13 @@ class Graph:
             return kept[0][0]
         return self._add(Sum(kept, constant))
 
-    def apply(self, operator: str, *arguments: int) -> int:
-        """Return the value of an operator of `DOUBLES` for these arguments."""
+    def apply(self, operator: str, *given: int | float) -> int:
+        """Return the value of an operator for these arguments: nodes, which are integers, or constants, which are
+        floats."""
+        arguments = tuple(self._float(each) if isinstance(each, float) else each for each in given)
         values = [self.value(argument) for argument in arguments]
-        if operator == "product":
-            return self._product(arguments, values)
+        if operator in ("product", "times"):
+            return self._product(operator, arguments, values)
         if operator == "quotient" and values[1] is not None:
             return self._over(arguments[0], values[1])
         if operator == "^" and values[1] is not None and abs(values[1]) < LARGEST_POWER and int(values[1]) == values[1]:
@@ -246,12 +407,15 @@ class Graph:
         with np.errstate(all="ignore"):
             return self.constant(float(DOUBLES[operator](*map(np.float64, values))))
 
-    def _product(self, arguments: tuple[int, ...], values: list[Constant | None]) -> int:
+    def _float(self, value: float) -> int:
+        return self.constant(Fraction(value) if self.is_exact else value)
+
+    def _product(self, operator: str, arguments: tuple[int, ...], values: list[Constant | None]) -> int:
         for argument, factor in zip(arguments, reversed(values), strict=True):
             if factor is not None:
                 return self.sum([(argument, factor)])
         return (
-            self._power(arguments[0], 2) if arguments[0] == arguments[1] else self._add(Operation("product", arguments))
+            self._power(arguments[0], 2) if arguments[0] == arguments[1] else self._add(Operation(operator, arguments))
         )
 
     def _over(self, argument: int, divisor: Constant) -> int:
@@ -271,206 +435,37 @@ class Graph:
                 return self.constant(value**exponent if self.is_exact else float(np.float64(value) ** exponent))
         return self._add(Operation("power", (base,), exponent))
 
+    def gradient(self, row: int, product: str) -> dict[int, int]:
+        """Return the derivatives of a node by the unknowns, as nodes: those that it depends on otherwise than by jumps.
 
-EPS = float(np.finfo(float).eps)
-ERROR = 8 * EPS  # relative, of functions that are not rounded correctly
-LARGEST_ANGLE = 1e8  # whose place between extrema of the sine is known to six digits
-MARGIN = 1e-6  # of places between extrema
+        product : the operator with which derivatives are multiplied, "product" or "times".
+        """
+        if all(part < self.n for part, _ in self.parts(row).terms):
+            return {x: self.constant(factor) for x, factor in self.parts(row).terms}
+        terms = defaultdict[int, list[tuple[int, Constant]]](list, {row: [(self.constant(1), 1)]})
+        for number in sorted(self.below([row]), reverse=True):  # each one behind all of which it is an argument
+            if number < self.n:
+                break
+            if number not in terms:
+                continue
+            adjoint = self.share(self.sum(terms.pop(number)))
+            if product == "times" and self.value(adjoint) == 0:
+                continue
+            for part, partial in self._partials(number):
+                if isinstance(self.node(number), Sum):
+                    terms[part].append((adjoint, partial))
+                elif partial is not None and self.value(part) is None:
+                    terms[part].append((self.apply(product, adjoint, partial), 1))
+        return {x: self.sum(own) for x, own in terms.items()}
 
-
-def number(value: float) -> Vector:
-    return np.array([[value], [value]], dtype=float)
-
-
-def hull(value: Any) -> Vector:
-    return number(value) if np.ndim(value) == 0 else np.asarray(value)
-
-
-def _outward(lower: Vector, upper: Vector) -> Vector:
-    """Return bounds of numbers that are rounded to the nearest double."""
-    return np.stack([np.nextafter(lower, -np.inf), np.nextafter(upper, np.inf)])
-
-
-def _around(ends: Vector) -> Vector:
-    """Return bounds of numbers with a relative error of at most ERROR."""
-    signs = np.sign(ends) * ERROR
-    return _outward(ends[0] * (1.0 - signs[0]), ends[1] * (1.0 + signs[1]))
-
-
-def _unless(undefined: Any, found: Vector) -> Vector:
-    return np.where(undefined, np.nan, found)
-
-
-def add(a: Any, b: Any) -> Vector:
-    a, b = hull(a), hull(b)
-    return _outward(a[0] + b[0], a[1] + b[1])
-
-
-def product(a: Any, b: Any) -> Vector:
-    """Return a b, where 0 times infinity is 0."""
-    a, b = hull(a), hull(b)
-    ends = np.stack([a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1]])
-    zero = np.stack([(x == 0) | (y == 0) for x in a for y in b])
-    ends = np.where(zero, 0.0, ends)
-    undefined = np.isnan(a).any(axis=0) | np.isnan(b).any(axis=0)
-    return _unless(undefined, _outward(ends.min(axis=0), ends.max(axis=0)))
-
-
-def quotient(a: Any, b: Any) -> Vector:
-    """Return a / b; the whole line where b may be 0."""
-    a, b = hull(a), hull(b)
-    ends = np.stack([a[0] / b[0], a[0] / b[1], a[1] / b[0], a[1] / b[1]])
-    unbounded = ((b[0] <= 0) & (b[1] >= 0)) | np.isnan(ends).any(axis=0)
-    lower, upper = _outward(ends.min(axis=0), ends.max(axis=0))
-    undefined = np.isnan(a).any(axis=0) | np.isnan(b).any(axis=0)
-    return _unless(undefined, np.stack([np.where(unbounded, -np.inf, lower), np.where(unbounded, np.inf, upper)]))
-
-
-def absolute(a: Vector) -> Vector:
-    crosses = (a[0] < 0) & (a[1] > 0)
-    ends = np.abs(a)
-    return np.stack([np.where(crosses, 0.0, ends.min(axis=0)), ends.max(axis=0)])
-
-
-def power(a: Vector, exponent: int) -> Vector:
-    if exponent < 0:
-        return quotient(1.0, power(a, -exponent))
-    base = absolute(a) if exponent % 2 == 0 else a
-    lower, upper = _around(np.power(base, float(exponent)))
-    return np.stack([np.maximum(lower, 0.0) if exponent % 2 == 0 else lower, upper])
-
-
-def general_power(a: Vector, b: Any) -> Vector:
-    """Return a to the power of b, for a >= 0."""
-    found: Vector = monotone(np.exp, least=0.0)(product(b, monotone(np.log, 0.0)(hull(a))))
-    return found
-
-
-def monotone(
-    function: Callable[..., Any],
-    low: float = -np.inf,
-    high: float = np.inf,
-    least: float = -np.inf,
-    greatest: float = np.inf,
-    sign: int = 1,
-) -> Callable[..., Any]:
-    """Return a monotone function for intervals, with the sign of its derivative, that is defined from low to high and
-    has values from least to greatest."""
-
-    def enclosed(a: Vector) -> Vector:
-        found = _around(function(np.clip(a, low, high))[::sign])
-        return _unless((a[0] < low) | (a[1] > high), np.clip(found, least, greatest))
-
-    return enclosed
-
-
-def _passes(turns: Vector) -> Mask:
-    """Return whether there may be an integer in an interval."""
-    found: Mask = np.floor(turns[1] + MARGIN) > np.floor(turns[0] - MARGIN)
-    return found
-
-
-def _wave(a: Vector, greatest: float, function: Callable[..., Any]) -> Vector:
-    """Return sine or cosine. greatest : an angle at which it is 1."""
-
-    def reaches(angle: float) -> Mask:  # an interval that contains the angle, or one that differs by full turns
-        return _passes((a - angle) / (2 * np.pi))
-
-    lower, upper = np.clip(_around(np.sort(function(a), axis=0)), -1.0, 1.0)
-    far = ~(np.abs(a).max(axis=0) < LARGEST_ANGLE)
-    lower = np.where(far | reaches(greatest + np.pi), -1.0, lower)
-    upper = np.where(far | reaches(greatest), 1.0, upper)
-    return _unless(np.isnan(a).any(axis=0), np.stack([lower, upper]))
-
-
-def tangent(a: Vector) -> Vector:
-    """Return the tangent; the whole line where there may be a pole."""
-    pole = ~(np.abs(a).max(axis=0) < LARGEST_ANGLE) | _passes((a + np.pi / 2) / np.pi)
-    lower, upper = _around(np.tan(a))
-    return np.stack([np.where(pole, -np.inf, lower), np.where(pole, np.inf, upper)])
-
-
-def angle(y: Vector, x: Vector) -> Vector:
-    """Return the angle of the point (x, y), in detail only where x > 0."""
-    right = monotone(np.arctan)(quotient(y, x))
-    circle = _around(np.broadcast_to([[-np.pi], [np.pi]], right.shape))
-    return np.where(x[0] > 0, right, _unless(np.isnan(y).any(axis=0) | np.isnan(x).any(axis=0), circle))
-
-
-def _relation(sure: Callable[..., Any], possible: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a relation: 1 where it holds, 0 where it does not, between them where it is open."""
-    return lambda a, b: np.stack([sure(a, b), possible(a, b)]).astype(float)
-
-
-def _equal(a: Vector, b: Vector) -> tuple[Mask, Mask]:
-    return (a[0] == a[1]) & (b[0] == b[1]) & (a[0] == b[0]), (a[0] <= b[1]) & (b[0] <= a[1])
-
-
-def _chosen(condition: Vector) -> Vector:
-    """Return 1 or 0; where the condition is open the whole line, as the function may jump."""
-    is_open = (condition[0] == 0) & (condition[1] != 0)
-    return np.stack([np.where(is_open, -np.inf, condition[0]), np.where(is_open, np.inf, condition[1])])
-
-
-def _if(condition: Vector, a: Vector, b: Vector) -> Vector:
-    either = np.stack([np.minimum(a[0], b[0]), np.maximum(a[1], b[1])])
-    return np.where(condition[0] > 0, a, np.where(condition[1] == 0, b, either))
-
-
-FUNCTIONS: Functions = {
-    "number": number,
-    "add": add,
-    "product": product,
-    "quotient": quotient,
-    "power": power,
-    "^": general_power,
-    "abs": absolute,
-    "min": np.minimum,
-    "max": np.maximum,
-    "exp": monotone(np.exp, least=0.0),
-    "log": monotone(np.log, 0.0),
-    "log10": monotone(np.log10, 0.0),
-    "sqrt": monotone(np.sqrt, 0.0),
-    "sin": lambda a: _wave(a, np.pi / 2, np.sin),
-    "cos": lambda a: _wave(a, 0.0, np.cos),
-    "tan": tangent,
-    "sinh": monotone(np.sinh),
-    "cosh": lambda a: monotone(np.cosh, least=1.0)(absolute(a)),
-    "tanh": monotone(np.tanh, least=-1.0, greatest=1.0),
-    "asin": monotone(np.arcsin, -1.0, 1.0),
-    "acos": monotone(np.arccos, -1.0, 1.0, sign=-1),
-    "atan": monotone(np.arctan),
-    "asinh": monotone(np.arcsinh),
-    "acosh": monotone(np.arccosh, 1.0),
-    "atanh": monotone(np.arctanh, -1.0, 1.0),
-    "atan2": angle,
-    "<": _relation(lambda a, b: a[1] < b[0], lambda a, b: a[0] < b[1]),
-    "<=": _relation(lambda a, b: a[1] <= b[0], lambda a, b: a[0] <= b[1]),
-    ">=": _relation(lambda a, b: a[0] >= b[1], lambda a, b: a[1] >= b[0]),
-    ">": _relation(lambda a, b: a[0] > b[1], lambda a, b: a[1] > b[0]),
-    "=": _relation(lambda a, b: _equal(a, b)[0], lambda a, b: _equal(a, b)[1]),
-    "!=": _relation(lambda a, b: ~_equal(a, b)[1], lambda a, b: ~_equal(a, b)[0]),
-    "sign": lambda a: np.stack([np.where(a[0] > 0, 1.0, -1.0), np.where(a[1] < 0, -1.0, 1.0)]),
-    "if": _if,
-    "chosen": _chosen,
-    "rejected": lambda condition: _chosen(1.0 - condition[::-1]),
-}
-
-
-class Intervals(Arithmetic):
-    """Intervals, which bound the constants of a graph, Fractions or doubles."""
-
-    functions = FUNCTIONS
-
-    def constants(self, values: Sequence[Any]) -> Vector:
-        nearest = np.array([float(value) for value in values])
-        is_exact = [
-            not np.isfinite(double) or Fraction(double) == value for double, value in zip(nearest, values, strict=True)
-        ]
-        return np.where(is_exact, nearest, _outward(nearest, nearest))
-
-    def sums(self, terms: Vector, starts: Indices) -> Vector:
-        sizes = np.diff(np.append(starts, terms.shape[-1]))
-        lower, upper = np.add.reduceat(terms, starts, axis=-1)
-        error = sizes * EPS * np.add.reduceat(np.abs(terms), starts, axis=-1)
-        return _outward(lower - error[0], upper + error[1])
+    def _partials(self, number: int) -> Sequence[tuple[int, Any]]:
+        """Return the arguments of a node with the derivatives by them: the coefficients of a sum, else nodes, or None
+        for jumps."""
+        node = self.node(number)
+        if isinstance(node, Sum):
+            return node.terms
+        if node.operator == "power":
+            (a,) = node.arguments
+            return [(a, self.sum([(self._power(a, node.exponent - 1), node.exponent)]))]
+        partials = OPERATORS[node.operator].partials
+        return [*zip(node.arguments, partials(self, *node.arguments, number), strict=True)] if partials else []

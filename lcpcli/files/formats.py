@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, cast
 from lcpcli.errors import ProblemError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
     from fractions import Fraction
 
 Number: TypeAlias = "Callable[[str], float]"  # converts a number in a text to a double
@@ -124,14 +124,26 @@ MAT_4 = rb"(?s)[\0-\x34]\0{3}.{8}[\0\1]\0{3}.{2}\0{2}|\0{2}[\3\4].{9}\0{3}[\0\1]
 MPS = rb"(?mi)(?:\*[^\n]*\n|\s*\n)*(?:NAME|ROWS|OBJSENSE)\b[^;,{\n]*\r?\n(?s:.){0,1000}?^\s*N\s+\S"
 AS_ARRAYS = "save M and q with numpy.savez"
 SPREADSHEET = ("is a spreadsheet", "save it as CSV")
-HDF5 = ("is HDF5", f"{AS_ARRAYS}, or in MATLAB with -v7")
-PICKLE = ("is a pickle, which may run any code when it is read", AS_ARRAYS)
-GAME = ("is a document of Gambit's graphical interface", "save the game there as .efg or .nfg")
-SCRIPT = ("is a script or a model, which lcp does not run", "have it save M and q as .mat, .npz or .csv")
-TABLE = ("is a binary table", "save it as CSV")
 PACKED = ("is compressed", "uncompress it first")
-PAGE = ("is HTML or XML", "was a web page saved in place of the file?")
-DOCUMENT = ("is a document", "copy M and q into a CSV file")
+PICKLE = ("is a pickle, which may run any code when it is read", AS_ARRAYS)
+SCRIPT = ("is a script or a model, which lcp does not run", "have it save M and q as .mat, .npz or .csv")
+FOREIGN: tuple[tuple[str, str, str, tuple[bytes, ...]], ...] = (  # fault, hint, suffixes and beginnings of files
+    (*SPREADSHEET, ".xlsx .xlsm .xls .ods .numbers", (b"\xd0\xcf\x11\xe0",)),
+    ("is a MATLAB file of version 7.3", "save it with -v7: save('p.mat', 'M', 'q', '-v7')", "", (b"MATLAB 7.3",)),
+    ("is HDF5", f"{AS_ARRAYS}, or in MATLAB with -v7", ".h5 .hdf5", (b"\x89HDF",)),
+    (*PICKLE, ".pkl .pickle .joblib", (b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05")),
+    ("is a binary table", "save it as CSV", ".parquet .feather .dta .sav .rds .rdata", (b"PAR1", b"ARROW1")),
+    (*PACKED, ".zip .gz .bz2 .xz .7z .tar .tgz .zst", (GZIP, b"BZh", b"\xfd7zXZ", b"7z\xbc\xaf", b"\x28\xb5\x2f\xfd")),
+    (
+        "is HTML or XML",
+        "was a web page saved in place of the file?",
+        "",
+        (b"<!DOCTYPE", b"<!doctype", b"<html", b"<?xml"),
+    ),
+    ("is a document", "copy M and q into a CSV file", ".pdf .docx .doc .tex", (b"%PDF",)),
+    ("is a document of Gambit's graphical interface", "save the game there as .efg or .nfg", ".gbt", ()),
+    (*SCRIPT, ".m .py .ipynb .jl .r .mod .gms", ()),
+)
 
 HEAD = 4096  # bytes of a file that show whether it is a result, whose pattern spans at most 1000 and comments before
 RESULT = re.compile(  # of this program, in JSON or CSV
@@ -141,26 +153,6 @@ RESULT = re.compile(  # of this program, in JSON or CSV
 )
 RENDERED = rb"\blcp \d+\.\d[^\n]{0,30}, (?:tol \$?\d|in exact arithmetic)"
 AS_TABLE = ("is a result of lcp as a table, which it does not read", "write it with -o to a .json or .csv file")
-FOREIGN_BEGINNINGS = {
-    b"MATLAB 7.3": ("is a MATLAB file of version 7.3", "save it with -v7: save('p.mat', 'M', 'q', '-v7')"),
-    b"\x89HDF": HDF5,
-    b"\xd0\xcf\x11\xe0": SPREADSHEET,
-    **dict.fromkeys((b"PAR1", b"ARROW1"), TABLE),
-    **dict.fromkeys((b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05"), PICKLE),
-    **dict.fromkeys((GZIP, b"BZh", b"\xfd7zXZ", b"7z\xbc\xaf", b"\x28\xb5\x2f\xfd"), PACKED),
-    **dict.fromkeys((b"<!DOCTYPE", b"<!doctype", b"<html", b"<?xml"), PAGE),
-    b"%PDF": DOCUMENT,
-}
-FOREIGN_SUFFIXES = {
-    **dict.fromkeys((".xlsx", ".xlsm", ".xls", ".ods", ".numbers"), SPREADSHEET),
-    ".gbt": GAME,
-    **dict.fromkeys((".h5", ".hdf5"), HDF5),
-    **dict.fromkeys((".pkl", ".pickle", ".joblib"), PICKLE),
-    **dict.fromkeys((".parquet", ".feather", ".dta", ".sav", ".rds", ".rdata"), TABLE),
-    **dict.fromkeys((".zip", ".gz", ".bz2", ".xz", ".7z", ".tar", ".tgz", ".zst"), PACKED),
-    **dict.fromkeys((".m", ".py", ".ipynb", ".jl", ".r", ".mod", ".gms"), SCRIPT),
-    **dict.fromkeys((".pdf", ".docx", ".doc", ".tex"), DOCUMENT),
-}
 
 
 def form_of(path: str, content: bytes) -> str:
@@ -174,12 +166,13 @@ def form_of(path: str, content: bytes) -> str:
             _refuse(SPREADSHEET if b"xl/" in content or b"opendocument.spreadsheet" in content else PACKED)
         return "npz_format"
     if not (content.startswith(GZIP) and ending in COMPRESSIBLE):
-        _refuse(next((advice for mark, advice in FOREIGN_BEGINNINGS.items() if content.startswith(mark)), None))
+        _refuse(next((advice for *advice, _, beginnings in FOREIGN if content.startswith(beginnings)), None))
     begun = (kind for kind in FORMATS.values() if kind.beginning and content.startswith(kind.beginning))
     kind = next(begun, None) or kind_with(ending)
     form = kind.form if kind else "mat_format" if re.match(MAT_4, content) else None
     if form is None:
-        _refuse(AS_TABLE if re.search(RENDERED, content) else FOREIGN_SUFFIXES.get(ending))
+        by_suffix = next((advice for *advice, suffixes, _ in FOREIGN if ending in suffixes.split()), None)
+        _refuse(AS_TABLE if re.search(RENDERED, content) else by_suffix)
     if form is None and re.match(MPS, content):
         return "mps_format"
     if form is None or form == "csv_format":
@@ -197,6 +190,6 @@ def uncompressed(path: str) -> str:
     return path[:-3] if path.casefold().endswith(COMPRESSED) else path
 
 
-def _refuse(advice: tuple[str, str] | None) -> None:
+def _refuse(advice: Iterable[str] | None) -> None:
     if advice is not None:
         raise ProblemError("", *advice)

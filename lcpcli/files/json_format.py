@@ -21,8 +21,9 @@ from lcpcli.files.contents import decode, refuse_mostly_absent
 from lcpcli.files.fields import BOUNDS, KEYS, MATRICES, STARTS, kind_of, refuse_unknown
 from lcpcli.files.formats import Exact, Number
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.patterns import outside
 from lcpcli.model.arrays import as_vector
-from lcpcli.typing import Indices, Matrix
+from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -135,37 +136,39 @@ def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
             raise ProblemError(f"{field}.{key}", "is missing", f"add the key {key}")
     if given["format"] != "coo":
         raise ProblemError(f"{field}.format", f"is {kind(given['format'])}", 'the only format is "coo"')
-    shape = as_vector(f"{field}.shape", given["shape"])
+    shape, values = (as_vector(f"{field}.{key}", given[key]) for key in ("shape", "values"))
+    rows, cols = (as_vector(f"{field}.{key}", given[key], values.size, "value") for key in ("rows", "cols"))
     declared = " x ".join(f"{side:g}" for side in shape) or "empty"
     if n is not None and (shape.size != 2 or (shape != n).any()):
         raise ProblemError(f"{field}.shape", f"is {declared} but q has {count(n, 'entry')}", "make them agree")
-    if shape.size != 2 or (shape < 0).any() or (shape % 1 != 0).any() or (shape > np.iinfo(np.int32).max).any():
+    if shape.size != 2 or outside(shape, np.iinfo(np.int32).max).size:
         raise ProblemError(f"{field}.shape", f"is {declared}", "give two whole numbers from 0")
     m, k = map(int, shape)
-    values = as_vector(f"{field}.values", given["values"])
     refuse_mostly_absent(field, (m, k), max(m, k), values.size)
-    rows, cols = (_indices(field, key, given[key], values.size, size) for key, size in (("rows", m), ("cols", k)))
-    if (i := repeated(rows, cols)) is not None:
-        fault = f"and {field}.cols[{i}] name entry ({rows[i]}, {cols[i]}) again"
-        raise ProblemError(f"{field}.rows[{i}]", fault, "give every entry once (indices count from 0)")
-    from scipy.sparse import csr_array
-
-    return csr_array((values, (rows, cols)), shape=(m, k))
+    return of_coordinates(field, values, rows, cols, (m, k), 0).tocsr()
 
 
-def _indices(matrix: str, key: str, given: Any, size: int, n: int) -> Indices:
-    from lcpcli.linalg.patterns import outside
+def of_coordinates(field: str, values: Vector, rows: Any, cols: Any, shape: tuple[int, int], first: int) -> Matrix:
+    """Return the sparse matrix in scipy's coordinate form; raise ProblemError for a place outside, or one given twice.
 
-    field = f"{matrix}.{key}"
-    numbers = as_vector(field, given)
-    if numbers.size != size:
-        fault = f"has {count(numbers.size, 'entry')} where {matrix}.values has {size}"
-        raise ProblemError(field, fault, "make them agree")
-    wrong = outside(numbers, n)
-    if wrong.size:
-        hint = f"indices are whole numbers from 0 to {n - 1}" if n else "the shape has none: leave it empty"
-        raise ProblemError(f"{field}[{wrong[0]}]", f"is {numbers[wrong[0]]:g}", hint)
-    return numbers.astype(np.intp)
+    rows, cols : the places of the values, counted from `first`.
+    """
+
+    def refuse(key: str, at: int, fault: str, hint: str) -> None:
+        where = field if first else f"{field}.{key}[{at}]"  # which Matrix Market has not
+        raise ProblemError(where, f"has the entry ({rows[at]:g}, {cols[at]:g}) {fault}", hint)
+
+    for key, places, size in (("rows", rows, shape[0]), ("cols", cols, shape[1])):
+        for at in outside(places - first, size)[:1]:
+            hint = f"give whole numbers from {first} to {size - 1 + first}" if size else "leave it empty"
+            refuse(key, at, f"and is {shape[0]} x {shape[1]}", hint)
+    order = np.lexsort((cols, rows))
+    again = np.flatnonzero((np.diff(rows[order]) == 0) & (np.diff(cols[order]) == 0))
+    for at in order[again[:1] + 1]:
+        refuse("rows", at, "again", f"give every entry once (indices count from {first})")
+    from scipy.sparse import coo_array
+
+    return coo_array((values, (rows.astype(np.intp) - first, cols.astype(np.intp) - first)), shape=shape)
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
@@ -208,10 +211,3 @@ def number_text(exact: Exact, x: float) -> str:
 
         return decimal(exact[x])
     return "null" if math.isinf(x) else f"{x:.0f}" if x == int(x) and abs(x) < 1e15 else repr(x)
-
-
-def repeated(rows: Indices, cols: Indices) -> int | None:
-    """Return the index of the first entry, by rows and columns, that is at the place of another; None if none is."""
-    order = np.lexsort((cols, rows))
-    again = np.flatnonzero((np.diff(rows[order]) == 0) & (np.diff(cols[order]) == 0))
-    return int(order[again[0] + 1]) if again.size else None

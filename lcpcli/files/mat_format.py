@@ -16,7 +16,7 @@ import math
 import struct
 import warnings
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from lcpcli.errors import ProblemError
 from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent, uncompressed
 from lcpcli.files.fields import KEYS, KNOWN, MATRICES, is_for_bounds, kind_of
 from lcpcli.files.formats import Exact, Number
-from lcpcli.files.npy_format import NAME_FIELDS, flat, named, of_arrays, texts, written
+from lcpcli.files.npy_format import NAME_FIELDS, flat, named, of_arrays, texts, unless_damaged, written
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import are_compressed
 
@@ -70,14 +70,10 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa
 def _variables(content: bytes) -> dict[str, Any]:
     from scipy.io import loadmat
 
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # about variables that cannot be represented, which are ignored
-            variables = loadmat(io.BytesIO(checked(content)))
-    except (ProblemError, MemoryError):
-        raise
-    except Exception:  # scipy does not document what a broken file may raise
-        damaged("its contents cannot be decoded")
+    hint = "is it cut off? save it again, in MATLAB with -v7"
+    with unless_damaged("", "is not a MAT file, or is damaged", hint), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # about variables that cannot be represented, which are ignored
+        variables = loadmat(io.BytesIO(checked(content)))
     return {name: _array(name, value) for name, value in variables.items() if not name.startswith("__")}
 
 
@@ -112,20 +108,20 @@ class Element(NamedTuple):
     whole: bytes
 
 
+def _require(condition: Any) -> None:
+    if not condition:
+        raise ValueError
+
+
 def checked(content: bytes) -> bytes:
-    """Return a MAT file with those arrays that can be read, uncompressed; raise ProblemError if it is damaged."""
+    """Return a MAT file with those arrays that can be read, uncompressed; raise ValueError if it is damaged."""
     if 0 in content[:4]:  # as scipy tells the versions apart
         _check_version_4(content)
         return content
-    order = MARKS.get(content[126:128])
-    if order is None or content[124:126] not in (b"\0\1", b"\1\0"):
-        damaged("its header is not that of a version up to 7")
+    order = MARKS[content[126:128]]
+    _require(content[124:126] in (b"\0\1", b"\1\0"))
     arrays = (element for element in _arrays(content[HEADER:], order) if _is_readable(element.data, order))
     return content[:HEADER] + b"".join(element.whole for element in arrays)
-
-
-def damaged(fault: str) -> NoReturn:
-    raise ProblemError("", f"is not a MAT file ({fault})", "is it cut off? save it again, in MATLAB with -v7")
 
 
 def _elements(content: bytes, order: str) -> Iterator[Element]:
@@ -134,13 +130,11 @@ def _elements(content: bytes, order: str) -> Iterator[Element]:
         kind, size = struct.unpack_from(f"{order}II", content, at)
         small, kind = kind >> 16, kind & 0xFFFF
         begin, size = (at + 4, small) if small else (at + 8, size)
-        if begin + size > len(content) or small > 4 or kind not in KNOWN_CLASSES:
-            damaged(f"it has an element of type {kind} and {size} bytes")
+        _require(begin + size <= len(content) and small <= 4 and kind in KNOWN_CLASSES)
         end = at + 8 if small else begin + size + (0 if kind == COMPRESSED else -size % 8)
         yield Element(kind, content[begin : begin + size], content[at:end])
         at = end
-    if content[at:].strip(b"\0"):
-        damaged("it ends within an element")
+    _require(not content[at:].strip(b"\0"))
 
 
 def _arrays(content: bytes, order: str) -> Iterator[Element]:
@@ -152,59 +146,44 @@ def _arrays(content: bytes, order: str) -> Iterator[Element]:
 
 
 def _is_readable(data: bytes, order: str) -> bool:
-    """Return whether an array is one of numbers, texts, or a cell of such arrays; raise ProblemError if its parts are
-    not those that it declares."""
+    """Return whether an array is one of numbers, texts, or a cell of such arrays; raise ValueError if its parts are not
+    those that it declares."""
     if not data:
         return False
     parts = list(_elements(data, order))
-    if len(parts) < 3 or parts[0].kind != UINT32 or len(parts[0].data) != 8 or parts[1].kind != INT32:
-        damaged("it has an array without flags or dimensions")
+    _require(len(parts) >= 3 and parts[0].kind == UINT32 and len(parts[0].data) == 8 and parts[1].kind == INT32)
     flags = struct.unpack(f"{order}I", parts[0].data[:4])[0]
     kind, is_complex = flags & 0xFF, bool(flags >> 11 & 1)
-    if kind != CELL and kind != CHAR and kind != SPARSE and kind not in NUMBERS:
+    if kind not in (CELL, CHAR, SPARSE, *NUMBERS):
         return False
     shape, name, values = _integers(parts[1], order), parts[2], parts[3:]
-    if not 2 <= shape.size <= MOST_DIMENSIONS or shape.min() < 0 or name.kind != 1:
-        damaged("it has an array without dimensions or a name")
+    _require(2 <= shape.size <= MOST_DIMENSIONS and shape.min() >= 0 and name.kind == 1)
     size = math.prod(shape.tolist())
     if kind == CELL:
-        if len(values) != size or any(value.kind != MATRIX for value in values):
-            damaged("it has a cell of other arrays than it declares")
+        _require(len(values) == size and all(value.kind == MATRIX for value in values))
         return {_is_readable(value.data, order) for value in values} <= {True}  # each is checked
     if kind == SPARSE:
-        _check_sparse(shape.tolist(), values, is_complex, order)
-    elif len(values) != 1 + is_complex or any(_count(value, order) != size for value in values):
-        damaged("it has an array with other values than it declares")
+        _require(len(values) == 3 + is_complex and values[0].kind == values[1].kind == INT32 and shape.size == 2)
+        rows, ends = (_integers(part, order) for part in values[:2])
+        given = min(rows.size, *(_count(part, order) for part in values[2:]))
+        _require(are_compressed(ends, rows[:given], shape[1], shape[0]))
+    else:
+        _require(len(values) == 1 + is_complex and all(_count(value, order) == size for value in values))
     return True
 
 
-def _check_sparse(shape: list[int], parts: list[Element], is_complex: bool, order: str) -> None:
-    """Raise ProblemError unless a sparse array has its rows and columns, and numbers for them."""
-    if len(parts) != 3 + is_complex or parts[0].kind != INT32 or parts[1].kind != INT32 or len(shape) != 2:
-        damaged("it has a sparse array with other parts than it declares")
-    rows, ends = (_integers(part, order) for part in parts[:2])
-    given = min(rows.size, *(_count(part, order) for part in parts[2:]))
-    if not are_compressed(ends, rows[:given], shape[1], shape[0]):
-        damaged("it has a sparse array with other places than it declares")
-
-
 def _count(element: Element, order: str) -> int:
-    """Return how many numbers or characters an element holds; -1 if it is neither."""
+    """Return how many numbers or characters an element holds; raise ValueError if it is neither."""
     if element.kind in SIZES:
         number, rest = divmod(len(element.data), SIZES[element.kind])
-        return -1 if rest else number
-    if element.kind not in ENCODINGS:
-        return -1
+        _require(not rest)
+        return number
+    _require(element.kind in ENCODINGS)
     ending = "" if element.kind == 16 else {"<": "-le", ">": "-be"}[order]
-    try:
-        return len(element.data.decode(f"{ENCODINGS[element.kind]}{ending}"))
-    except UnicodeDecodeError:
-        return -1
+    return len(element.data.decode(f"{ENCODINGS[element.kind]}{ending}"))
 
 
 def _integers(element: Element, order: str) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    if len(element.data) % 4:
-        damaged("it has integers of less than 4 bytes")
     return np.frombuffer(element.data, f"{order}i4").astype(np.int64)
 
 
@@ -212,12 +191,8 @@ def _check_version_4(content: bytes) -> None:
     at = 0
     order = "<" if content[:4] == b"\0" * 4 or struct.unpack_from("<i", content)[0] in range(5000) else ">"
     while at < len(content):
-        if at + 20 > len(content):
-            damaged("it ends within an array")
         kind, rows, columns, is_complex, name = struct.unpack_from(f"{order}5i", content, at)
         digit = kind // 10 % 10
-        if kind not in range(5000) or digit >= len(SIZES_OF_4) or min(rows, columns) < 0 or not 0 < name < 1000:
-            damaged("it has an array that is none of version 4")
+        _require(kind in range(5000) and digit < len(SIZES_OF_4) and min(rows, columns) >= 0 and 0 < name < 1000)
         at += 20 + name + rows * columns * SIZES_OF_4[digit] * (1 + bool(is_complex))
-    if at > len(content):
-        damaged("it ends within an array")
+    _require(at == len(content))

@@ -16,10 +16,9 @@ import numpy as np
 from lcpcli.errors import REAL, ProblemError, count, quoted
 from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent, unpacked
 from lcpcli.files.formats import Exact, Number
-from lcpcli.files.json_format import repeated
+from lcpcli.files.json_format import of_coordinates
 from lcpcli.files.npy_format import written
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.patterns import outside
 from lcpcli.rational.numbers import decimal
 from lcpcli.typing import Matrix, Vector
 
@@ -117,22 +116,13 @@ def _dense(header: _Header, values: Vector) -> Matrix:
 
 def _sparse(field: str, header: _Header, values: Vector, rows: Any, cols: Any) -> Matrix:
     """Return the matrix with entries at indices from 1, and with the mirrored entries if it is symmetric."""
-    wrong = np.concatenate((outside(rows - 1, header.shape[0]), outside(cols - 1, header.shape[1])))
-    if wrong.size:
-        at = wrong.min()
-        fault = f"has an entry ({rows[at]}, {cols[at]}) and is {header.shape[0]} x {header.shape[1]}"
-        raise ProblemError(field, fault, "count from 1")
     if sign := SIGNS[header.symmetry]:
         mirrored = rows != cols
         if sign < 0 and not mirrored.all():
             raise ProblemError(field, "is skew-symmetric with entries on its diagonal", "leave them out")
         values = np.concatenate((values, sign * values[mirrored]))
         rows, cols = np.concatenate((rows, cols[mirrored])), np.concatenate((cols, rows[mirrored]))
-    if (again := repeated(rows, cols)) is not None:
-        raise ProblemError(field, f"has the entry ({rows[again]}, {cols[again]}) twice", "give each entry once")
-    from scipy.sparse import coo_array
-
-    return coo_array((values, (rows - 1, cols - 1)), shape=header.shape)
+    return of_coordinates(field, values, rows, cols, header.shape, 1)
 
 
 def _header(content: bytes) -> _Header:

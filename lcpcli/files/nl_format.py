@@ -22,7 +22,7 @@ from lcpcli.expressions.tape import Jacobian, Tape
 from lcpcli.files.contents import content_of, decode, place, within
 from lcpcli.files.fields import LARGEST_DENSE, made
 from lcpcli.files.formats import Number
-from lcpcli.files.nl_model import NlModel, model_of
+from lcpcli.files.nl_model import NlModel
 from lcpcli.files.nl_segments import Header, in_names, named, names_beside, segments_in, whole
 from lcpcli.files.reading import WHOLE, exact_parts_in, name_of
 from lcpcli.model.nonlinear import Enclosure, NonlinearProblem
@@ -69,7 +69,7 @@ def _model(content: bytes, is_exact: bool = False) -> NlModel:
         double = float(text)
         return fraction(text) if isfinite(double) else double
 
-    return model_of(segments_in(content, decimal if is_exact else float), is_exact)
+    return NlModel(segments_in(content, decimal if is_exact else float), is_exact)
 
 
 def read_nl(path: str | os.PathLike[str]) -> NonlinearProblem:
@@ -185,7 +185,7 @@ class Functions:
     def __init__(self, model: NlModel, arithmetic: Arithmetic, order: Indices | None = None) -> None:
         self.n = model.graph.n
         self._tape = Tape(model.graph, model.rows, arithmetic)
-        self._jacobian = Jacobian(self._tape)
+        self._jacobian = Jacobian(model.graph, model.rows, arithmetic)
         self.order = self._paired(model) if order is None else order
         row_of = np.empty(self.n, np.intp)
         row_of[self.order] = np.arange(self.n)

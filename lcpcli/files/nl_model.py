@@ -8,7 +8,7 @@ language introduces a variable for an expression: its bounds then belong to that
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import cached_property
 from math import inf, isfinite
@@ -37,28 +37,46 @@ LOST = (
 )
 
 
-class NlModel(NamedTuple):
-    """A complementarity problem in n unknowns.
+class NlModel:
+    """A complementarity problem in n unknowns, from the segments of a file; a ProblemError says why it is none.
 
-    graph, complements, equations : the expressions of the rows that complement an unknown, by the unknown, and of the
-    equations. lower, upper, start : bounds and first values of the unknowns. free : the unknowns without a row, as many
-    as there are equations. unknowns : of each unknown the variable in the file. fixed : the values of all variables
-    that are no unknowns, by number. objective : "min" or "max", and the node of an expression; None if there is none,
-    or a constant one. remark : on bounds that count though no condition states them, else "".
+    is_exact : whether the numbers in the segments are Fractions. graph, complements, equations : the expressions of the
+    rows that complement an unknown, by the unknown, and of the equations. lower, upper, start : bounds and first values
+    of the unknowns. free : the unknowns without a row, as many as there are equations. unknowns : of each unknown the
+    variable in the file. fixed : the values of all variables that are no unknowns, by number. objective : "min" or
+    "max", and the node of an expression; None if there is none, or a constant one. remark : on bounds that count though
+    no condition states them, else "".
     """
 
-    header: Header
-    graph: Graph
-    complements: Mapping[int, int]
-    equations: Sequence[int]
-    free: Sequence[int]
-    lower: Sequence[Any]
-    upper: Sequence[Any]
-    start: Vector
-    unknowns: Sequence[int]
-    fixed: Mapping[int, float]
-    objective: tuple[str, int] | None
-    remark: str
+    def __init__(self, segments: Segments, is_exact: bool = False) -> None:
+        self.header: Header = segments.header
+        bounds = [_ends(f"v{i}", *side) for i, side in enumerate(segments.bounds)]
+        fixed = {i: low for i, (low, high) in enumerate(bounds) if low == high and i not in segments.complements}
+        self.fixed = {variable: float(value) for variable, value in fixed.items()}
+        self.unknowns = [i for i in range(len(bounds)) if i not in fixed]
+        self.graph = graph = Graph(len(self.unknowns), is_exact)
+        place = {variable: i for i, variable in enumerate(self.unknowns)}
+        nodes = [place[i] if i in place else graph.constant(fixed[i]) for i in range(len(bounds))]
+        expressions = _Expressions(graph, dict(enumerate(nodes)))
+        for number, (linear, terms) in segments.common.items():
+            expressions.nodes[len(bounds) + number] = graph.share(expressions.node(linear, terms, 0))
+        self.equations, self.complements = list[int](), dict[int, int]()
+        row_of = {row: variable for variable, (row, _) in segments.complements.items()}
+        for row, (low, high) in enumerate(segments.sides):
+            parts = segments.linear.get(row, {}), segments.rows[row]
+            if row in row_of:
+                self.complements[place[row_of[row]]] = within(f"C{row}", expressions.node, *parts, 0)
+            elif low is not None or high is not None:
+                if low != high:
+                    raise ProblemError(f"C{row}", "is an inequality that complements no variable", UNCOMPLEMENTED)
+                self.equations.append(within(f"C{row}", expressions.node, *parts, -low))
+        stated = {place[variable]: kind for variable, (_, kind) in segments.complements.items()}
+        conditions = Conditions(self, stated, [bounds[i] for i in self.unknowns])
+        self.lower, self.upper = ([ends[k] for ends in conditions.bounds] for k in (0, 1))
+        self.free = [i for i in range(graph.n) if i not in self.complements]
+        conditions.refuse_others(self.free)
+        self.start = np.array([float(segments.start.get(variable, 0)) for variable in self.unknowns])
+        self.objective, self.remark = _objective(segments, expressions), conditions.remark()
 
     @property
     def rows(self) -> list[int]:
@@ -92,53 +110,6 @@ class NlModel(NamedTuple):
         return found
 
 
-def model_of(segments: Segments, is_exact: bool = False) -> NlModel:
-    """Return the problem; raise ProblemError if it is no square complementarity problem. is_exact : whether the numbers
-    in the segments are Fractions."""
-    bounds = [_ends(f"v{i}", *side) for i, side in enumerate(segments.bounds)]
-    fixed = {i: low for i, (low, high) in enumerate(bounds) if low == high and i not in segments.complements}
-    unknowns = [i for i in range(len(bounds)) if i not in fixed]
-    graph = Graph(len(unknowns), is_exact)
-    place = {variable: i for i, variable in enumerate(unknowns)}
-    nodes = [place[i] if i in place else graph.constant(fixed[i]) for i in range(len(bounds))]
-    expressions = _Expressions(graph, dict(enumerate(nodes)))
-    for number, (linear, terms) in segments.common.items():
-        expressions.nodes[len(bounds) + number] = graph.share(expressions.node(linear, terms, 0))
-    equations, complements = list[int](), dict[int, int]()
-    row_of = {row: variable for variable, (row, _) in segments.complements.items()}
-    for row, (low, high) in enumerate(segments.sides):
-        linear, terms = segments.linear.get(row, {}), segments.rows[row]
-        if row in row_of:
-            complements[place[row_of[row]]] = within(f"C{row}", expressions.node, linear, terms, 0)
-        elif low is not None or high is not None:
-            if low != high:
-                raise ProblemError(f"C{row}", "is an inequality that complements no variable", UNCOMPLEMENTED)
-            equations.append(within(f"C{row}", expressions.node, linear, terms, -low))
-    names = [f"v{variable}" for variable in unknowns]
-    stated = {place[variable]: kind for variable, (_, kind) in segments.complements.items()}
-    conditions = Conditions(graph, complements, stated, equations, [bounds[i] for i in unknowns], names)
-    conditions.settle()
-    free = [i for i in range(len(unknowns)) if i not in complements]
-    _refuse_others(conditions, free, len(equations))
-    start = [float(segments.start.get(variable, 0)) for variable in unknowns]
-    lower, upper = zip(*conditions.bounds, strict=True) if unknowns else ((), ())
-    known = {variable: float(value) for variable, value in fixed.items()}
-    return NlModel(
-        segments.header,
-        graph,
-        complements,
-        equations,
-        free,
-        lower,
-        upper,
-        np.array(start),
-        unknowns,
-        known,
-        _objective(segments, expressions),
-        conditions.remark(),
-    )
-
-
 def _ends(where: str, low: Any, high: Any) -> Side:
     low, high = -inf if low is None else low, inf if high is None else high
     if not low <= high or low == inf or high == -inf:
@@ -155,18 +126,6 @@ def _objective(segments: Segments, expressions: _Expressions) -> tuple[str, int]
     if len(found) > 1:
         raise ProblemError("", f"has {len(found)} objectives", "keep one")
     return found[0] if found else None
-
-
-def _refuse_others(conditions: Conditions, free: Sequence[int], equations: int) -> None:
-    """Raise ProblemError unless there are as many equations as variables without a row, none of which has bounds."""
-    bounded = [i for i in free if kinds_of(*conditions.bounds[i])]
-    if len(free) != equations:
-        fault = f"has {count(equations, 'equation')} for {count(len(free), 'variable')} that no row complements"
-        is_lost = any(kinds_of(*conditions.bounds[i]) == BOTH for i in bounded) and equations < len(free)
-        raise ProblemError("", fault, f"{SQUARE}; {LOST}" if is_lost else SQUARE)
-    for i in bounded:
-        hint = "complement it with a row, or take its bounds out: equations do not keep them"
-        raise ProblemError(conditions.names[i], "has bounds but no row that it complements", hint)
 
 
 class _Expressions:
@@ -273,39 +232,40 @@ def kinds_of(low: Any, high: Any) -> int:
 
 
 class Conditions:
-    """The conditions of a model, and the bounds of its unknowns, which `settle` makes agree.
+    """The conditions of a model, and the bounds of its unknowns, which are made to agree.
 
-    graph, equations : of the model. complements, stated : the expression of each unknown's condition, and which bounds
-    the condition states. lower, upper : the bounds of the unknowns. names : of the unknowns. read : for each variable
-    with bounds that its condition does not state the bounds that count.
+    The bounds of unknowns without a condition are given to those to which they are tied; then it is decided which
+    bounds the conditions mean. A ProblemError says which one states a bound that its variable does not have.
+
+    stated : which bounds the condition of an unknown states. bounds : of the unknowns. read : for each variable with
+    bounds that its condition does not state the bounds that count.
     """
 
-    def __init__(
-        self,
-        graph: Graph,
-        complements: dict[int, int],
-        stated: Mapping[int, int],
-        equations: Sequence[int],
-        bounds: Sequence[Ends],
-        names: Sequence[str],
-    ) -> None:
-        self.graph, self.equations, self.names = graph, equations, names
-        self.complements, self.bounds, self.read = complements, list(bounds), dict[int, Ends]()
-        self._stated, self._owners = dict(stated), dict[int, int]()
-
-    def settle(self) -> None:
-        """Give the bounds of unknowns without a condition to those to which they are tied, then find which bounds the
-        conditions mean; raise ProblemError if one states a bound that its variable does not have."""
-        bounded = [x for x, ends in enumerate(self.bounds) if x not in self.complements and kinds_of(*ends)]
+    def __init__(self, model: NlModel, stated: dict[int, int], bounds: list[Ends]) -> None:
+        self.graph, self.equations, self.names = model.graph, model.equations, model.names
+        self.complements, self.bounds, self.read = model.complements, bounds, dict[int, Ends]()
+        self._stated, self._owners = stated, dict[int, int]()
+        bounded = [x for x, ends in enumerate(bounds) if x not in self.complements and kinds_of(*ends)]
         for x in [x for x in bounded if not self._drop_implied(x)]:
             self._give_bounds(x)
-        for x, stated in self._stated.items():
+        for x, kind in self._stated.items():
             low, high = self.bounds[x]
             own = kinds_of(low, high)
-            if own == stated == 0:
+            if own == kind == 0:
                 self._refuse_lost(x)
-            if low < high and stated not in (own, BOTH):
-                self._settle(x, stated, own)
+            if low < high and kind not in (own, BOTH):
+                self._settle(x, kind, own)
+
+    def refuse_others(self, free: Sequence[int]) -> None:
+        """Raise ProblemError unless there are as many equations as unknowns without a row, none of which has bounds."""
+        kinds = {i: kind for i in free if (kind := kinds_of(*self.bounds[i]))}
+        if len(free) != len(self.equations):
+            fault = f"has {count(len(self.equations), 'equation')} for {count(len(free), 'variable')}"
+            is_lost = BOTH in kinds.values() and len(self.equations) < len(free)
+            raise ProblemError("", f"{fault} that no row complements", f"{SQUARE}; {LOST}" if is_lost else SQUARE)
+        for i in kinds:
+            hint = "complement it with a row, or take its bounds out: equations do not keep them"
+            raise ProblemError(self.names[i], "has bounds but no row that it complements", hint)
 
     def remark(self) -> str:
         """Return the remark on bounds that count though no condition states them; "" if there are none."""

@@ -10,9 +10,8 @@ import re
 import struct
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
 from math import inf
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from lcpcli.errors import ProblemError, count, quoted
 from lcpcli.files.contents import STANDARD_INPUT, content_of, decode, within
@@ -63,26 +62,21 @@ class TextTokens:
         self._next += 1
         return self._words[self._next - 1]
 
-    def integer(self) -> int:
+    def _as(self, convert: Callable[[str], Any], what: str) -> Any:
         word = self._word()
         try:
-            return whole(word)
+            return convert(word)
         except ValueError:
-            raise self.error(f"has {quoted(word)} in place of a whole number", COUNTS) from None
+            raise self.error(f"has {quoted(word)} in place of {what}", COUNTS) from None
+
+    def integer(self) -> int:
+        return int(self._as(whole, "a whole number"))
 
     def number(self, letter: str = "n") -> Any:  # noqa: ARG002 (all are written alike)
         """Return a number; `letter` says how a binary file stores it where it is a term of an expression."""
-        word = self._word()
-        try:
-            return self._constant(word)
-        except ValueError:
-            raise self.error(f"has {quoted(word)} in place of a number", COUNTS) from None
+        return self._as(self._constant, "a number")
 
-    def kind(self) -> str:
-        return self._word()
-
-    def name(self) -> str:
-        return self._word()
+    kind = name = _word
 
 
 class BinaryTokens:
@@ -192,8 +186,7 @@ SMOOTH = "functions that jump are not solved; write the model without it"
 CONTINUOUS = "lcp solves complementarity problems of continuous variables"
 
 
-@dataclass
-class Header:
+class Header(NamedTuple):
     """The header of a file.
 
     options : the numbers in the first line, which belong into the solution file. variables, rows, entries, common : the
@@ -209,34 +202,12 @@ class Header:
     order: str
 
 
-@dataclass
-class Segments:
-    """The content of a file. Expressions are lists of terms, operators before their arguments.
-
-    common : linear part and expression of each common expression, by its number. rows, linear : expression and linear
-    part of each row, by its number. objectives, slopes : of each objective, whether it is maximized and its expression,
-    and its linear part. sides, bounds : of rows and variables. complements : of a variable, the row that
-    complements it, and the number that says which bounds it has. start : values of variables.
-    """
-
-    header: Header
-    common: dict[int, tuple[Linear, list[Term]]] = field(default_factory=dict)
-    rows: dict[int, list[Term]] = field(default_factory=dict)
-    linear: dict[int, Linear] = field(default_factory=dict)
-    objectives: dict[int, tuple[int, list[Term]]] = field(default_factory=dict)
-    slopes: dict[int, Linear] = field(default_factory=dict)
-    sides: list[Side] = field(default_factory=list)
-    bounds: list[Side] = field(default_factory=list)
-    complements: dict[int, tuple[int, int]] = field(default_factory=dict)
-    start: Linear = field(default_factory=dict)
-
-
 def segments_in(content: bytes, constant: Constant) -> Segments:
     *lines, rest = [*content.split(b"\n", HEADER_LINES), *[b""] * HEADER_LINES][: HEADER_LINES + 1]
     header = _header(lines)
     if header.order:
-        return _Reader(BinaryTokens(content, len(content) - len(rest), header.order, constant), header).read()
-    return _Reader(TextTokens(rest.decode("utf-8", "replace"), constant), header).read()
+        return Segments(header, BinaryTokens(content, len(content) - len(rest), header.order, constant))
+    return Segments(header, TextTokens(rest.decode("utf-8", "replace"), constant))
 
 
 def _header(lines: list[bytes]) -> Header:
@@ -267,56 +238,63 @@ def _line(line: bytes) -> str:
     return line.decode("utf-8", "replace").partition("#")[0].strip()
 
 
-class _Reader:
-    """What has been read of the segments of a file."""
+class Segments:
+    """The content of a file. Expressions are lists of terms, operators before their arguments.
 
-    def __init__(self, tokens: Tokens, header: Header) -> None:
-        self._tokens, self._header, self._found = tokens, header, Segments(header)
+    common : linear part and expression of each common expression, by its number. rows, linear : expression and linear
+    part of each row, by its number. objectives, slopes : of each objective, whether it is maximized and its expression,
+    and its linear part. sides, bounds : of rows and variables. complements : of a variable, the row that
+    complements it, and the number that says which bounds it has. start : values of variables.
+    """
+
+    def __init__(self, header: Header, tokens: Tokens) -> None:
+        self.header, self._tokens = header, tokens
+        self.common, self.start = dict[int, tuple[Linear, list[Term]]](), Linear()
+        self.rows, self.linear = dict[int, list[Term]](), dict[int, Linear]()
+        self.objectives, self.slopes = dict[int, tuple[int, list[Term]]](), dict[int, Linear]()
+        self.sides, self.bounds = list[Side](), list[Side]()
+        self.complements = dict[int, tuple[int, int]]()
         self._entries = 0
+        while code := tokens.code():
+            self._read(code)
+        self._refuse_incomplete()
 
-    def read(self) -> Segments:
-        found, header, integer = self._found, self._header, self._tokens.integer
-        while code := self._tokens.code():
-            if code in "CO":
-                number = self._index(header.rows if code == "C" else inf, "row" if code == "C" else "objective")
-                if code == "C":
-                    found.rows[number] = self._expression()
-                else:
-                    found.objectives[number] = integer(), self._expression()
-            elif code == "V":
-                number, size, _ = integer() - header.variables, integer(), integer()
-                if number in found.common or not 0 <= number < header.common:
-                    raise self._tokens.error(f"defines common expression {number} of {header.common}", COUNTS)
-                found.common[number] = self._linear(size), self._expression()
-            elif code in "JG":
-                number = self._index(header.rows if code == "J" else inf, "row" if code == "J" else "objective")
-                linear = self._linear(integer())
-                (found.linear if code == "J" else found.slopes)[number] = linear
-                self._entries += len(linear) * (code == "J")
+    def _read(self, code: str) -> None:
+        """Read the segment behind its letter."""
+        tokens, header, integer = self._tokens, self.header, self._tokens.integer
+        if code in "CJ":
+            number = self._index(header.rows, "row")
+            if code == "C":
+                self.rows[number] = self._expression()
             else:
-                self._read_other(code)
-        return self._complete()
-
-    def _read_other(self, code: str) -> None:
-        found, header, tokens = self._found, self._header, self._tokens
-        if code == "x":
-            found.start = self._linear(tokens.integer())
-        elif code == "d":
-            for _ in range(tokens.integer()):
-                tokens.integer(), tokens.number()
+                self.linear[number] = self._linear(integer())
+                self._entries += len(self.linear[number])
+        elif code in "OG":
+            number = self._index(inf, "objective")
+            if code == "O":
+                self.objectives[number] = integer(), self._expression()
+            else:
+                self.slopes[number] = self._linear(integer())
+        elif code == "V":
+            number, size, _ = integer() - header.variables, integer(), integer()
+            if number in self.common or not 0 <= number < header.common:
+                raise tokens.error(f"defines common expression {number} of {header.common}", COUNTS)
+            self.common[number] = self._linear(size), self._expression()
+        elif code == "x":
+            self.start = self._linear(integer())
         elif code == "r":
-            found.sides = [self._side(i) for i in range(header.rows)]
+            self.sides = [self._side(i) for i in range(header.rows)]
         elif code == "b":
-            found.bounds = [self._side(None) for _ in range(header.variables)]
-        elif code in "kK":
-            for _ in range(tokens.integer()):
-                tokens.integer()
+            self.bounds = [self._side(None) for _ in range(header.variables)]
+        elif code in "dkK":
+            for _ in range(integer()):
+                integer(), (code == "d" and tokens.number())
         elif code == "S":
-            kind, size, _ = tokens.integer(), tokens.integer(), tokens.name()
+            kind, size, _ = integer(), integer(), tokens.name()
             for _ in range(size):
-                tokens.integer(), (tokens.number() if kind & FLOATING else tokens.integer())
+                integer(), (tokens.number() if kind & FLOATING else integer())
         elif code == "F":
-            tokens.integer(), tokens.integer(), tokens.integer()
+            integer(), integer(), integer()
             fault = f"imports the function {quoted(tokens.name())}"
             raise tokens.error(fault, "write it with the operators of AMPL")
         else:
@@ -330,9 +308,9 @@ class _Reader:
         return number
 
     def _linear(self, size: int) -> Linear:
-        tokens, n, found = self._tokens, self._header.variables, Linear()
+        tokens, found = self._tokens, Linear()
         for _ in range(size):
-            number = self._index(n, "variable")
+            number = self._index(self.header.variables, "variable")
             if number in found:
                 raise tokens.error(f"gives variable {number} a second coefficient here", "keep one")
             found[number] = tokens.number()
@@ -344,9 +322,9 @@ class _Reader:
         kind = tokens.kind()
         if kind == "5" and row is not None:
             bounds, variable = tokens.integer(), tokens.integer() - 1
-            if not 0 <= variable < self._header.variables:
-                raise tokens.error(f"complements variable {variable + 1} of {self._header.variables}", COUNTS)
-            other, _ = self._found.complements.setdefault(variable, (row, bounds))
+            if not 0 <= variable < self.header.variables:
+                raise tokens.error(f"complements variable {variable + 1} of {self.header.variables}", COUNTS)
+            other, _ = self.complements.setdefault(variable, (row, bounds))
             if other != row:
                 fault = f"complements v{variable}, and so does C{other}"
                 raise ProblemError(f"C{row}", fault, "give each row a variable of its own")
@@ -357,7 +335,7 @@ class _Reader:
         return (low, low) if kind == "4" else (low, high)
 
     def _expression(self) -> list[Term]:
-        tokens, n, terms, open_terms = self._tokens, self._header.variables, list[Term](), 1
+        tokens, n, terms, open_terms = self._tokens, self.header.variables, list[Term](), 1
         while open_terms:
             letter = tokens.code()
             size = 0
@@ -370,7 +348,7 @@ class _Reader:
                     letter, size = "p", 1
             elif letter == "v":
                 value = tokens.integer()
-                if not 0 <= value < n and value - n not in self._found.common:
+                if not 0 <= value < n and value - n not in self.common:
                     raise tokens.error(f"names v{value}, which is not defined before it", COUNTS)
             elif letter in ("f", "h"):
                 raise tokens.error("has an imported function or a text", "write it with the operators of AMPL")
@@ -400,20 +378,15 @@ class _Reader:
             raise self._tokens.error(f"gives {name} (o{operator}) {count(size, 'argument')}", COUNTS)
         return size
 
-    def _complete(self) -> Segments:
-        found, header = self._found, self._header
-        complete = {
-            "expressions of rows (C)": (len(found.rows), header.rows),
-            "sides of rows (r)": (len(found.sides), header.rows),
-            "bounds of variables (b)": (len(found.bounds), header.variables),
-            "entries of rows (J)": (self._entries, header.entries),
-            "common expressions (V)": (len(found.common), header.common),
-            "expressions of objectives (O) with linear parts (G)": (
-                len(found.slopes.keys() & found.objectives.keys()),
-                len(found.slopes),
-            ),
-        }
-        for what, (given, declared) in complete.items():
+    def _refuse_incomplete(self) -> None:
+        header, both = self.header, len(self.slopes.keys() & self.objectives.keys())
+        for what, given, declared in (
+            ("expressions of rows (C)", len(self.rows), header.rows),
+            ("sides of rows (r)", len(self.sides), header.rows),
+            ("bounds of variables (b)", len(self.bounds), header.variables),
+            ("entries of rows (J)", self._entries, header.entries),
+            ("common expressions (V)", len(self.common), header.common),
+            ("expressions of objectives (O) with linear parts (G)", both, len(self.slopes)),
+        ):
             if given != declared:
                 raise ProblemError("", f"has {given} {what}, but its header says {declared}", CUT_OFF)
-        return found

@@ -7,7 +7,8 @@ from __future__ import annotations
 import io
 import math
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import IO, Any
 
 import numpy as np
@@ -71,13 +72,21 @@ def array_in(file: IO[bytes], size: int, name: str = "") -> Any:
     return array
 
 
-def _array(content: bytes) -> Any:
+@contextmanager
+def unless_damaged(name: str, fault: str, hint: str) -> Iterator[None]:
+    """Open a context in which whatever is raised becomes a ProblemError: neither numpy nor scipy nor zipfile document
+    what a broken file may raise."""
     try:
-        return array_in(io.BytesIO(content), len(content))
+        yield
     except (ProblemError, MemoryError):
         raise
-    except Exception:  # numpy does not document what a broken file may raise
-        raise ProblemError("", "is not an NPY file, or is damaged", "save it again with numpy.save") from None
+    except Exception:
+        raise ProblemError(name, fault, hint) from None
+
+
+def _array(content: bytes) -> Any:
+    with unless_damaged("", "is not an NPY file, or is damaged", "save it again with numpy.save"):
+        return array_in(io.BytesIO(content), len(content))
 
 
 def of_arrays(arrays: Mapping[str, Any]) -> dict[str, Any]:

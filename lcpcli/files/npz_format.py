@@ -18,7 +18,7 @@ from lcpcli.errors import ProblemError, quoted
 from lcpcli.files.contents import refuse_mostly_absent, within
 from lcpcli.files.fields import KEYS, MATRICES, kind_of, refuse_unknown
 from lcpcli.files.formats import Exact, Number
-from lcpcli.files.npy_format import array_in, named, of_arrays, text, written
+from lcpcli.files.npy_format import array_in, named, of_arrays, text, unless_damaged, written
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import fit
 from lcpcli.typing import Matrix
@@ -64,38 +64,34 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa
 
 def _arrays(content: bytes) -> dict[str, Any]:
     """Return the arrays of an archive by name; an array larger than the data stored for it is refused."""
-    arrays, name = dict[str, Any](), ""
-    try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            for member in archive.infolist():
-                name = member.filename.removesuffix(".npy")
-                if name in arrays:
-                    raise ProblemError(name, "occurs twice", "keep one")
-                with archive.open(member) as file:
-                    arrays[name] = array_in(file, member.file_size, name)
-    except (ProblemError, MemoryError):
-        raise
-    except Exception:  # zipfile, its decompressors and numpy do not document what a broken file may raise
-        if not name:
-            raise ProblemError("", "is not NPZ", "is it cut off? save it with numpy.savez") from None
-        raise ProblemError(name, "is not an array, or is damaged", "save the file again with numpy.savez") from None
+    arrays = dict[str, Any]()
+    hint = "is it cut off? save it again with numpy.savez"
+    with unless_damaged("", "is not NPZ", hint), zipfile.ZipFile(io.BytesIO(content)) as archive:
+        for member in archive.infolist():
+            name = member.filename.removesuffix(".npy")
+            if name in arrays:
+                raise ProblemError(name, "occurs twice", "keep one")
+            with unless_damaged(name, "is not an array, or is damaged", hint), archive.open(member) as file:
+                arrays[name] = array_in(file, member.file_size, name)
     return arrays
 
 
 def _matrix(arrays: dict[str, Any]) -> Matrix:
-    parts = [key for key in SPARSE_FIELDS if key in arrays]
+    stored = [key for key in SPARSE_FIELDS if key in arrays]
     if "M" in arrays:
-        if parts:
-            raise ProblemError(parts[0], "is part of a sparse M next to a dense M", "keep one of them")
+        if stored:
+            raise ProblemError(stored[0], "is part of a sparse M next to a dense M", "keep one of them")
         return arrays["M"]
-    if not parts:
+    if not stored:
         raise ProblemError("M", "is missing", "add the key M, or data, indices, indptr and shape of a sparse M")
     form = text("format", arrays["format"]) if "format" in arrays else "csr"
     if form not in PARTS:
         raise ProblemError("format", f"{quoted(form)} is unknown", f"use one of {', '.join(PARTS)}")
     from scipy import sparse
 
-    try:
+    parts = f"{', '.join(PARTS[form])} (whole numbers but for data) and shape, of two numbers"
+    hint = "give all, as scipy.sparse.save_npz writes them"
+    with unless_damaged("M", f"has inconsistent parts: {parts}", hint):
         data, *places = (arrays[key] for key in PARTS[form])
         shape = tuple(map(int, arrays["shape"].tolist()))
         refuse_mostly_absent("M", shape, max(shape), data.size)
@@ -103,8 +99,3 @@ def _matrix(arrays: dict[str, Any]) -> Matrix:
             raise ValueError
         given = (data, tuple(places)) if form == "coo" else (data, *places)
         return getattr(sparse, f"{form}_array")(given, shape=shape)
-    except (KeyError, ValueError, TypeError, IndexError, OverflowError):
-        fault = (
-            f"has inconsistent parts: {', '.join(PARTS[form])} (whole numbers but for data) and shape, of two numbers"
-        )
-        raise ProblemError("M", fault, "give all, as scipy.sparse.save_npz writes them") from None

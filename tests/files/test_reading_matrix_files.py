@@ -231,7 +231,7 @@ def test_dimensions_that_are_not_those_of_the_values_are_refused(size: int) -> N
     at = content.index(struct.pack("<II", 5, 8)) + 8  # the dimensions of the first array
     for place in (at, at + 4):
         damaged = content[:place] + struct.pack("<I", size) + content[place + 4 :]
-        assert "other values than it declares" in outcome(damaged) or "dimensions" in outcome(damaged)
+        assert "is not a MAT file, or is damaged" in outcome(damaged)
 
 
 def test_parts_of_a_sparse_matrix_of_a_program_have_its_name_in_front(tmp_path: Path) -> None:
@@ -244,7 +244,7 @@ def test_parts_of_a_sparse_matrix_of_a_program_have_its_name_in_front(tmp_path: 
 def test_a_damaged_mat_file_on_which_scipy_crashes_is_refused(place: int, byte: int) -> None:
     content = bytearray(mat(M=np.eye(3), q=-np.ones(3)))
     content[place] = byte
-    assert "is not a MAT file (it has an" in outcome(bytes(content))
+    assert "is not a MAT file, or is damaged" in outcome(bytes(content))
 
 
 def test_bounds_called_a_and_b_in_a_mat_file_are_not_ignored(tmp_path: Path) -> None:
