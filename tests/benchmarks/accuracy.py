@@ -124,9 +124,10 @@ def _inverse(problem: Problem, P: Indices) -> Matrix | None:
     A = matrices.dense(units.problem.M[P][:, P])
     if P.size <= MOST_INVERTED_EXACTLY:
         whole, power = in_integers(A.ravel())
-        found = elimination.inverse(np.array(whole, dtype=object).reshape(A.shape).tolist())
-        unit = Fraction(2) ** -power
-        inverse = None if found is None else np.array([rounded(unit * value for value in row) for row in found])
+        rows, unit = np.array(whole, dtype=object).reshape(A.shape).tolist(), Fraction(2) ** -power
+        columns = [elimination.particular(rows, each) for each in np.eye(P.size, dtype=int).tolist()]
+        found = [rounded(unit * value for value in column) for column in columns if column is not None]
+        inverse = np.array(found).T if len(found) == P.size else None
     else:
         inverse = well_conditioned_inverse(A, LARGEST_CONDITION)
     return None if inverse is None else np.abs(units.C[P, np.newaxis] * inverse * units.R[P])
