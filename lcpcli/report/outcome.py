@@ -301,4 +301,4 @@ def trace_text(trace: Trace) -> str:
 def figure(results: Sequence[Result]) -> bytes:
     from lcpcli.report import plotting
 
-    return plotting.convergence(plotting.panels([results]), "svg")
+    return plotting.convergence(plotting.panels([results])).content("svg")

@@ -135,7 +135,7 @@ def build(path: Path, form: str, at: At, width: int | None, names: Sequence[str]
 def _figure(path: Path, names: Sequence[str]) -> bytes:
     from lcpcli.report import plotting
 
-    return plotting.response(path, "svg", names)
+    return plotting.plot_path(path, show=names).content("svg")
 
 
 class _Columns:

@@ -9,7 +9,7 @@ complementarity problem and spanning properties of complementary cones, Linear A
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.util import find_spec
@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from lcpcli.errors import ParameterError, count
 from lcpcli.files.atomic_write import write_whole
 from lcpcli.report import wording
-from lcpcli.report.figures.data import Curve, Growth, Panel, Profile, Trajectories, Trajectory
+from lcpcli.report.figures.data import Curve, Panel
 
 if TYPE_CHECKING:
     from lcpcli.enumeration.search import SolutionSet
@@ -31,53 +31,70 @@ FORMS = ("png", "svg", "pdf")
 MOST_PANELS = 7  # rows of axes on a page of A4, each about 1.5 inches high, with readable labels
 MOST_PLANES = 6  # whose paths of iterates are on a page, two in a row
 PLOT, PATHS = "plot", "paths"
+KINDS = {  # the functions that draw the figures, and the titles of the files
+    "convergence": ("run_figures.draw_convergence", "Error against run time and iteration"),
+    "bench": ("run_figures.draw_bench", "Benchmark"),
+    "response": ("run_figures.draw", "Path of solutions"),
+    "cones": ("plane_figures.draw", "Complementary cones"),
+    "paths": ("plane_figures.draw_paths", "Trajectories of iterates"),
+}
 
 
-def convergence(panels: Sequence[Panel], form: str) -> bytes:
+@dataclass(frozen=True, eq=False, repr=False)
+class Picture:
+    """A figure, drawn when it is written; a notebook shows it.
+
+    kind : of KINDS. data : what its function draws. provenance : lines for the file's metadata. text : what the figure
+    shows, for the interpreter.
+    """
+
+    kind: str
+    data: Sequence[Any]
+    provenance: Sequence[str]
+    text: str = ""
+
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """Write the picture as .png, .svg or .pdf, completely or not at all."""
+        file = os.fspath(file)
+        write_whole(file, self.content(form_of(file)))
+
+    def saved(self, file: str | os.PathLike[str] | None) -> Picture:
+        if file is not None:
+            self.save(file)
+        return self
+
+    def content(self, form: str) -> bytes:
+        require()
+        from lcpcli.report.figures import style
+
+        place, title = KINDS[self.kind]
+        module, name = place.split(".")
+        draw = getattr(import_module(f"lcpcli.report.figures.{module}"), name)
+        return style.file(lambda: draw(*self.data), form, title, self.provenance)
+
+    def __repr__(self) -> str:
+        return f"<Picture: {self.text}>"
+
+    def _repr_svg_(self) -> str:
+        return self.content("svg").decode()
+
+
+def convergence(panels: Sequence[Panel]) -> Picture:
     """Return a picture with one row per panel: the error against the run time and against the iteration."""
     require_room(len(panels))
-    told = [panel.provenance for panel in panels]
-    return _drawn("run_figures.draw_convergence", form, "Error against run time and iteration", told, panels)
+    runs = sum(len(panel.curves) for panel in panels)
+    text = f"{count(runs, 'run')} on {count(len(panels), 'problem')}"
+    return Picture("convergence", [panels], [panel.provenance for panel in panels], text)
 
 
-def bench(
-    profiles: Sequence[Profile],
-    panels: Sequence[Panel],
-    growths: Mapping[str, Sequence[Growth]],
-    form: str,
-    provenance: Sequence[str] = (),
-) -> bytes:
-    """Return a picture of a benchmark: the performance profile, error against run time, and the growth of time with n,
-    as far as there are data. provenance : lines on the measurements, for the file's metadata."""
-    return _drawn("run_figures.draw_bench", form, "Benchmark", provenance, profiles, panels, growths)
-
-
-def cones(found: SolutionSet, form: str) -> bytes:
+def cones(found: SolutionSet) -> Picture:
     """Return a picture of q and the complementary cones of an LCP with two unknowns; a cone with q gives a solution."""
-    return _drawn("plane_figures.draw", form, "Complementary cones", [f"{wording.PROGRAM}: {found.message}"], found)
+    return Picture("cones", [found], [f"{wording.PROGRAM}: {found.message}"])
 
 
-def paths(pictures: Sequence[Trajectories], form: str) -> bytes:
+def paths(panels: Sequence[Panel]) -> Picture:
     """Return a picture of the iterates of runs on LCPs with two unknowns, over the merit function."""
-    told = [picture.provenance for picture in pictures]
-    return _drawn("plane_figures.draw_paths", form, "Trajectories of iterates", told, pictures)
-
-
-def response(path: Path, form: str, names: Sequence[str] = ()) -> bytes:
-    """Return a picture of the solutions along a path, of these unknowns alone if there are any, and of the objective of
-    a program."""
-    from lcpcli.report.path_terms import line
-
-    return _drawn("run_figures.draw", form, "Path of solutions", [f"{wording.PROGRAM}: {line(path)}"], path, names)
-
-
-def _drawn(place: str, form: str, title: str, provenance: Sequence[str], *data: Any) -> bytes:
-    require()
-    from lcpcli.report.figures import style
-
-    module, name = place.split(".")
-    draw = getattr(import_module(f"lcpcli.report.figures.{module}"), name)
-    return style.file(lambda: draw(*data), form, title, provenance)
+    return Picture("paths", [panels], [panel.provenance for panel in panels])
 
 
 def form_of(path: str, option: str = PLOT) -> str:
@@ -114,41 +131,14 @@ def require(option: str = PLOT) -> None:
         raise ParameterError(option, "needs matplotlib", "pip install 'linear-complementarity[plot]'")
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Picture:
-    """The curves of runs, one panel per problem, or the solutions along a path, perhaps of some unknowns by name alone;
-    a notebook shows it."""
-
-    panels: Sequence[Panel]
-    path: Path | None = None
-    names: Sequence[str] = ()
-
-    def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the picture as .png, .svg or .pdf, completely or not at all."""
-        file = os.fspath(file)
-        write_whole(file, self.content(form_of(file)))
-
-    def saved(self, file: str | os.PathLike[str] | None) -> Picture:
-        if file is not None:
-            self.save(file)
-        return self
-
-    def content(self, form: str) -> bytes:
-        return convergence(self.panels, form) if self.path is None else response(self.path, form, self.names)
-
-    def __repr__(self) -> str:
-        if self.path is not None:
-            return f"<Picture: path of {count(self.path.t.size, 'breakpoint')}>"
-        runs = sum(len(panel.curves) for panel in self.panels)
-        return f"<Picture: {count(runs, 'run')} on {count(len(self.panels), 'problem')}>"
-
-    def _repr_svg_(self) -> str:
-        return self.content("svg").decode()
-
-
 def plot_path(path: Path, file: str | os.PathLike[str] | None = None, show: Sequence[str] = ()) -> Picture:
+    """Draw the solutions along a path, of the unknowns to `show` alone if there are any, and the objective of a
+    program."""
+    from lcpcli.report.path_terms import line
+
     require()
-    return Picture((), path, [show] if isinstance(show, str) else show).saved(file)
+    data, text = [path, [show] if isinstance(show, str) else show], f"path of {count(path.t.size, 'breakpoint')}"
+    return Picture("response", data, [f"{wording.PROGRAM}: {line(path)}"], text).saved(file)
 
 
 def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None = None) -> Picture:
@@ -189,7 +179,7 @@ def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None
         group.append(result)
     if not groups:
         raise ParameterError("results", "there are none", "give at least one")
-    return Picture(panels([_with_labels(group) for group in groups])).saved(file)
+    return convergence(panels([_with_labels(group) for group in groups])).saved(file)
 
 
 def _with_labels(group: Sequence[Result]) -> list[Result]:
@@ -221,34 +211,21 @@ def _is_same(one: Problem, other: Problem) -> bool:
 
 def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
     """Return the curves of the runs, grouped by problem, of errors if a solution is known or computed, else of
-    residuals; each run must have recorded a `curve` or a trace."""
+    residuals, and the x that were kept; each run must have recorded a `curve` or a trace."""
     drawn = []
     for results in runs:
-        problem, curves = results[0].problem, []
+        problem, curves, solutions = results[0].problem, [], list[list[float]]()
         measure = "error" if problem.solutions else "residual"
         for result in results:
             kept = result.curve or result.trace
             rows = kept.rows if kept else []
             k, seconds, errors = ([getattr(row, name) for row in rows] for name in ("k", "seconds", measure))
-            curves.append(Curve(result.method, wording.name(result), k, seconds, errors, result.solved))
-        drawn.append(Panel(wording.title_and_size(problem), measure, curves, _provenance(results)))
-    return drawn
-
-
-def _provenance(results: Sequence[Result]) -> str:
-    return f"{wording.title_and_size(results[0].problem)}: {'; '.join(wording.provenance(results))}"
-
-
-def trajectories(runs: Sequence[Sequence[Result]]) -> list[Trajectories]:
-    """Return the paths of runs, grouped by problem; the curve of each run must have kept x."""
-    found = []
-    for results in runs:
-        problem, own = results[0].problem, []
-        for result in results:
-            rows = result.curve.rows if result.curve else []
             x = [row.x.tolist() for row in rows if row.x is not None]
-            own.append(Trajectory(result.method, wording.name(result), [row.k for row in rows], x))
-        known = [*problem.solutions, *(result.z for result in results if result.solved)]
-        solutions = [((z - problem.w(z)) / 2).tolist() for z in known]
-        found.append(Trajectories(problem, solutions, own, _provenance(results)))
-    return found
+            curves.append(Curve(result.method, wording.name(result), k, seconds, errors, result.solved, x))
+        if any(curve.x for curve in curves):
+            known = [*problem.solutions, *(result.z for result in results if result.solved)]
+            solutions = [((z - problem.w(z)) / 2).tolist() for z in known]
+        title = wording.title_and_size(problem)
+        told = f"{title}: {'; '.join(wording.provenance(results))}"
+        drawn.append(Panel(title, measure, curves, told, problem, solutions))
+    return drawn

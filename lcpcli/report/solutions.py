@@ -61,7 +61,10 @@ def build(found: SolutionSet | Optimum, exact: bool, form: str, names: Sequence[
     else:
         message, settled = found.message, found.complete
         listing, remarks = (_pieces if found.equilibria is None else _equilibria)(found, cell, longest(form), names)
-        tables, figure = [listing], partial(plotting.cones, found, "svg") if plotting.is_plane(problem) else None
+        tables, figure = (
+            [listing],
+            partial(plotting.cones(found).content, "svg") if plotting.is_plane(problem) else None,
+        )
     title = f"{wording.title(problem) or 'problem'}: {wording.size(problem)}"
     made_by = f"{wording.PROGRAM}, in exact arithmetic{wording.took(found.seconds, form)}"
     return Document(title, [Section(title, message, settled, facts, tables, remarks, made_by, figure)])

@@ -5,22 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
-
-if TYPE_CHECKING:
-    from lcpcli.model.problem import Problem
+from typing import Any, NamedTuple
 
 
 @dataclass(frozen=True)
 class Curve:
     """One run on one problem.
 
-    name : the method or peer, which decides colour, marker and line style.
-    label : the name of the run in the legend.
+    name : the method or peer, which decides colour, marker and line style. label : the name of the run in the legend.
     k : the numbers of the iterates; an iterate whose number is None is left out where k is the abscissa.
-    seconds : the run time until each iterate.
-    errors : the error or residual of each iterate; None where it was not measured.
+    seconds, errors : of each iterate the run time, and the error or residual; None where it was not measured.
     solved : whether the run solved the problem; a cross marks the end of any other one.
+    x : the iterates of a problem in two unknowns, if they were kept.
     """
 
     name: str
@@ -29,6 +25,7 @@ class Curve:
     seconds: Sequence[float]
     errors: Sequence[float | None]
     solved: bool
+    x: Sequence[Sequence[float]] = ()
 
     @property
     def counts(self) -> list[int]:
@@ -38,12 +35,15 @@ class Curve:
 @dataclass(frozen=True)
 class Panel:
     """The runs on one problem. measure : "error" or "residual", whichever the curves have. provenance : a line on the
-    program and its options, for the file's metadata."""
+    program and its options, for the file's metadata. problem, solutions : of runs whose x were kept, the LCP and the
+    x = (z - w) / 2 of its known solutions."""
 
     title: str
     measure: str
     curves: Sequence[Curve]
     provenance: str = ""
+    problem: Any = None
+    solutions: Sequence[Sequence[float]] = ()
 
 
 @dataclass(frozen=True)
@@ -80,26 +80,6 @@ class Profile:
     label: str
     ratios: Sequence[float]
     in_seconds: bool = False
-
-
-@dataclass(frozen=True)
-class Trajectory:
-    """The iterates x of a run on a problem in two unknowns. name, label, k : as of a Curve."""
-
-    name: str
-    label: str
-    k: Sequence[int]
-    x: Sequence[Sequence[float]]
-
-
-@dataclass(frozen=True)
-class Trajectories:
-    """The paths of runs on an LCP with two unknowns. solutions : the x = (z - w) / 2 of the known solutions."""
-
-    problem: Problem
-    solutions: Sequence[Sequence[float]]
-    paths: Sequence[Trajectory]
-    provenance: str = ""
 
 
 SMALLEST_ERROR = 1e-17  # relative to the start: a smaller error, below rounding, is drawn at the lower end, like 0

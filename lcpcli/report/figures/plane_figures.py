@@ -27,7 +27,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 from lcpcli.enumeration.search import SolutionSet
 from lcpcli.linalg import matrices
 from lcpcli.report import wording
-from lcpcli.report.figures.data import Trajectories, Trajectory
+from lcpcli.report.figures.data import Curve, Panel
 from lcpcli.report.figures.style import FONT, METHODS, SMALL_FONT, WIDTH, Look, Looks, add_legend, fitted, looks
 
 TURN = 2 * math.pi
@@ -243,12 +243,12 @@ def merit(M: Any, q: Any, x: Any) -> Any:
     return np.hypot(*F)
 
 
-def ranges(picture: Trajectories) -> list[tuple[float, float]]:
+def ranges(picture: Panel) -> list[tuple[float, float]]:
     """Return the range of each axis: around the origin, the starts, the solutions, and the iterates not far from
     these."""
-    near = np.array([(0.0, 0.0), *picture.solutions, *(path.x[0] for path in picture.paths if path.x)])
+    near = np.array([(0.0, 0.0), *picture.solutions, *(path.x[0] for path in picture.curves if path.x)])
     far = FARTHEST * (np.abs(near[np.isfinite(near).all(axis=1)]).max() or 1.0)
-    places = np.array([*near, *(x for path in picture.paths for x in path.x)])
+    places = np.array([*near, *(x for path in picture.curves for x in path.x)])
     places = np.clip(places[np.isfinite(places).all(axis=1)], -far, far)
     found = []
     for low, high in zip(places.min(axis=0).tolist(), places.max(axis=0).tolist(), strict=True):
@@ -259,32 +259,32 @@ def ranges(picture: Trajectories) -> list[tuple[float, float]]:
     return found
 
 
-def draw_paths(pictures: Sequence[Trajectories]) -> Figure:
+def draw_paths(pictures: Sequence[Panel]) -> Figure:
     columns = min(2, len(pictures))
     rows = math.ceil(len(pictures) / columns)
     figure = Figure(figsize=(COLUMN * columns, AXES_HEIGHT * rows))
-    chosen = looks((path.name, path.label) for picture in pictures for path in picture.paths)
+    chosen = looks((path.name, path.label) for picture in pictures for path in picture.curves)
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes in grid[len(pictures) :]:
         axes.set_axis_off()
     panels = list(zip(grid, pictures, strict=False))
     for axes, picture in panels:
         _merit(axes, picture)
-        for path in picture.paths:
+        for path in picture.curves:
             _path(axes, path, chosen[path.name, path.label])
         _points(axes, picture)
         _numbers(axes, picture, chosen)
     signs = [(Line2D([], [], linestyle="", **START), "start")]
     if any(picture.solutions for picture in pictures):
         signs.append((Line2D([], [], linestyle="", **SOLUTION), "solution"))
-    drawn = {(path.name, path.label) for picture in pictures for path in picture.paths if len(path.x) > 1}
+    drawn = {(path.name, path.label) for picture in pictures for path in picture.curves if len(path.x) > 1}
     undrawn = [label for name, label in chosen if (name, label) not in drawn]
     signs += [(Line2D([], [], linestyle=""), f"{label}: no iterates") for label in undrawn]
     add_legend(figure, {key: look for key, look in chosen.items() if key in drawn}, signs)
     return figure
 
 
-def _merit(axes: Axes, picture: Trajectories) -> None:
+def _merit(axes: Axes, picture: Panel) -> None:
     (left, right), (bottom, top) = ranges(picture)
     x, y = np.linspace(left, right, POINTS), np.linspace(bottom, top, POINTS)
     with np.errstate(over="ignore", invalid="ignore"):
@@ -314,7 +314,7 @@ def _merit(axes: Axes, picture: Trajectories) -> None:
     bar.set_label(r"$\|F(x)\|_2$")
 
 
-def _path(axes: Axes, path: Trajectory, look: Look) -> None:
+def _path(axes: Axes, path: Curve, look: Look) -> None:
     if not path.x:
         return
     xs, ys = np.array(path.x).T
@@ -322,14 +322,14 @@ def _path(axes: Axes, path: Trajectory, look: Look) -> None:
     axes.plot(xs, ys, linestyle="", zorder=5, **look.points | {"markersize": 3, "markeredgewidth": 0.5})
 
 
-def _points(axes: Axes, picture: Trajectories) -> None:
-    for start in dict.fromkeys(tuple(path.x[0]) for path in picture.paths if path.x):
+def _points(axes: Axes, picture: Panel) -> None:
+    for start in dict.fromkeys(tuple(path.x[0]) for path in picture.curves if path.x):
         axes.plot(*start, linestyle="", zorder=6, **START)
     for solution in dict.fromkeys(map(tuple, picture.solutions)):
         axes.plot(*solution, linestyle="", zorder=7, **SOLUTION)
 
 
-def _numbers(axes: Axes, picture: Trajectories, chosen: Looks) -> None:
+def _numbers(axes: Axes, picture: Panel, chosen: Looks) -> None:
     """Label the quadrants in the corners, and a few iterates with their numbers, apart from each other and from the
     corners."""
     for members in SETS:
@@ -339,13 +339,13 @@ def _numbers(axes: Axes, picture: Trajectories, chosen: Looks) -> None:
         style |= {"xycoords": "axes fraction", "textcoords": "offset points", "path_effects": [OUTLINE], "zorder": 9}
         axes.annotate(variables(members), (right, top), inwards, **style)
     low, high = np.transpose(ranges(picture))
-    everywhere = np.array([x for path in picture.paths for x in path.x]).reshape(-1, 2)
+    everywhere = np.array([x for path in picture.curves for x in path.x]).reshape(-1, 2)
     everywhere = (everywhere[np.isfinite(everywhere).all(axis=1)] - low) / (high - low)
     numbered: list[Any] = []
-    for path in picture.paths:
+    for path in picture.curves:
         for k, x in zip(path.k, path.x, strict=True):
             place = (np.array(x) - low) / (high - low)
-            if (k not in NUMBERS and not k == path.k[-1] > 0) or not ((place > 0) & (place < 0.95)).all():
+            if (k not in NUMBERS and not k == path.k[-1] != 0) or not ((place > 0) & (place < 0.95)).all():
                 continue
             is_own = (np.abs(everywhere - place - BESIDE).max(axis=1) >= 0.75 * BESIDE).all()  # no other one is nearer
             is_free = all(np.abs(place - other).max() >= LABELS_APART for other in numbered)
