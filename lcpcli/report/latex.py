@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.wording import ELLIPSIS, in_a_line
+from lcpcli.report.wording import ELLIPSIS
 
 SPECIAL: dict[str, str | int | None] = {
     "\\": r"\textbackslash{}",
@@ -34,7 +34,7 @@ def render(document: Document, _: int | None, __: bool) -> str:
         if section.verdict or section.tables:
             lines += _section(section, label)
         else:
-            lines += [f"% {in_a_line(line)}" for line in (section.title, *section.facts)]
+            lines += [f"% {' '.join(line.split())}" for line in (section.title, *section.facts)]
     return "\n".join(lines).rstrip("\n") + "\n"
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from functools import partial
 from itertools import chain, zip_longest
@@ -19,7 +19,17 @@ from lcpcli.report import path_terms, programs_and_games, result_formats, wordin
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.path_terms import Points, Terms
 from lcpcli.report.result_formats import Report
-from lcpcli.report.tables import CELL, OTHER_COLUMNS, PRINTED, longest, room, shown_components, with_ellipsis
+from lcpcli.report.tables import (
+    CELL,
+    OTHER_COLUMNS,
+    PIPE_COMPONENTS,
+    PRINTED,
+    longest,
+    room,
+    shown_components,
+    with_gap,
+)
+from lcpcli.report.wording import ELLIPSIS
 from lcpcli.typing import Vector
 
 KEYS = (
@@ -107,23 +117,22 @@ def report(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] =
 def build(path: Path, form: str, at: At, width: int | None, names: Sequence[str] = ()) -> Document:
     """Return the report on a path for a format: a row for each breakpoint, and the further points below them. names :
     of the unknowns that are shown, as for `wording.places`; empty for as many as fit."""
-    terms = Terms(path)
-    notes = path_terms.notes(path, wording.all_visible(terms.names(longest(form))), MOST_CHANGES)
-    columns = _Columns(terms, form, width, notes, names)
+    terms, most = Terms(path), longest(form)
+    notes = path_terms.notes(path, wording.all_visible(terms.names(most)), MOST_CHANGES)[:MOST_ROWS]
     found = terms.at_all(at)
     missed = [f"{float(t):.7g}" for t in at if t not in found.t]
-    groups = [
-        columns.rows(Points(*(part[:MOST_ROWS] for part in terms.points)), notes),
-        columns.rows(found, ["(--at)"] * len(found.t)),
-    ]
+    points = Points(*([*part[:MOST_ROWS], *more] for part, more in zip(terms.points, found, strict=True)))
+    columns, elided = _columns(terms, points, [*notes, *["(--at)"] * len(found.t)], form, width, names)
+    header, *rows = map(list, zip(*columns, strict=True))
+    groups = list(filter(None, (rows[: len(notes)], rows[len(notes) :])))
     section = Section(
         path_terms.title(path),
         path_terms.verdict(path, path.t.size),
         path.verified and path.end == REACHED,
         [str(terms.moving)] if terms.moving else [],
-        [Table(columns.header, list(filter(None, groups)), words=[columns.header.index("change")], name="Breakpoints")],
+        [Table(header, groups, words=[header.index("change")], name="Breakpoints")],
         [
-            *_remarks(terms, form, columns.elided),
+            *_remarks(terms, form, elided),
             *[f"the path does not come to t = {', '.join(missed)}"] * bool(missed),
         ],
         f"{wording.PROGRAM}{wording.took(path.seconds, form)}",
@@ -138,67 +147,53 @@ def _figure(path: Path, names: Sequence[str]) -> bytes:
     return plotting.plot_path(path, show=names).content("svg")
 
 
-class _Columns:
-    """The columns of a table: t, the number that moves, what changes, as many components of z (x and y of a program)
-    as the width has room for, w if there is room for all, and the objective of a program.
+def _columns(
+    terms: Terms, points: Points, notes: Sequence[str], form: str, width: int | None, chosen: Sequence[str]
+) -> tuple[list[list[str]], bool]:
+    """Return the columns of a table with their headings, and whether unknowns are left out: t, the number that moves,
+    what changes, as many components of z (x and y of a program) as the width has room for, w if there is room for all,
+    and the objective of a program. chosen : as names for `build`."""
+    path, program, moving, most = terms.path, terms.program, terms.moving, longest(form)
+    n, names, ends = path.problem.n, wording.all_visible(terms.names(most)), (path.family.start, path.family.stop)
+    of_z, *of_w = (float(np.abs(array).max(initial=0.0)) for array in (path.z, path.w, path.problem.q, path.to.q))
+    vectors = list(map(terms.values, points.z))
 
-    notes : what changes at the breakpoints. chosen : as names for `build`.
-    """
+    def column(name: str, values: Iterable[Any], largest: float = 0.0) -> list[str]:
+        return [name, *(_cell(value, largest) for value in values)]
 
-    def __init__(self, terms: Terms, form: str, width: int | None, notes: Sequence[str], chosen: Sequence[str]) -> None:
-        self.terms, most, path = terms, longest(form), terms.path
-        n, program, moving = path.problem.n, terms.program, terms.moving
-        arrays = (path.z, path.w, path.problem.q, path.to.q)
-        of_z, *of_w = (float(np.abs(array).max(initial=0.0)) for array in arrays)
-        self._largest = [of_z, max(of_w)]  # w is rounded as its terms are
-        self._has_t = moving is None or moving[2:] != (float(path.family.start), float(path.family.stop))
-        moved = [moving.label if len(visible(moving.label)) < most else "value"] if moving else []
-        names = wording.all_visible(terms.names(most))
-        left = room(form, width)
-        if left is not None:
-            left -= CELL * (self._has_t + len(moved) + bool(program)) + max(map(len, notes), default=0)
-        usual = None if left is None else left + OTHER_COLUMNS
-        widths = [] if left is None or n > left else self._widths(names)
+    def of_places(kept: Iterable[int | None]) -> list[list[str]]:
+        gap = [ELLIPSIS] * (len(vectors) + 1)
+        return [gap if i is None else column(names[i], (z[i] for z in vectors), of_z) for i in kept]
 
-        def fits(count: int) -> bool:
-            return sum(widths[:count]) <= (left or 0) if widths else shown_components(count, usual) is None
+    before, after = [["change", *notes]], list[list[str]]()
+    if moving:
+        label = moving.label if len(visible(moving.label)) < most else "value"
+        before.insert(0, column(label, map(terms.moved, points.t), max(map(abs, moving[2:]))))
+    if moving is None or moving[2:] != tuple(map(float, ends)):
+        before.insert(0, column("t", points.t, float(max(map(abs, ends)))))
+    if program:
+        after.append(column("objective", map(terms.objective, points.t, points.z)))
+    if chosen:
+        return [*before, *of_places(wording.places(terms.names(), chosen)), *after], False
+    left = room(form, width)
+    if left is not None:
+        left -= CELL * (len(before) - 1 + len(after)) + max(map(len, notes), default=0)
 
-        counts = [n] if program is None else [n - program.ranges, program.variables]
-        count = next(filter(fits, counts), counts[-1])
-        self._kept = wording.places(terms.names(), chosen) if chosen else range(count)
-        self._components = None if chosen or fits(count) else shown_components(count, usual)
-        self._has_w = not chosen and program is None and fits(2 * n)
-        self.elided = self._components is not None or (not chosen and count < counts[0])
-        names = self._of_shown(names)
-        w = [f"w{i}" for i in range(1, n + 1)] if self._has_w else []
-        self.header = [*["t"] * self._has_t, *moved, "change", *names, *w, *["objective"] * bool(program)]
+    def fits(columns: Sequence[Sequence[str]]) -> bool:
+        return len(columns) <= PIPE_COMPONENTS if left is None else sum(max(map(len, c)) + 1 for c in columns) <= left
 
-    def _of_shown(self, values: Sequence[Any], cell: Callable[[Any], str] = str) -> list[str]:
-        return with_ellipsis([values[i] for i in self._kept], self._components, cell)
-
-    def _widths(self, names: Sequence[str]) -> list[int]:
-        """Return the widths of the columns of z, and then of w, with the gap after each."""
-        points = [part[:MOST_ROWS] for part in self.terms.points]
-        vectors = zip((list(map(self.terms.values, points[1])), points[2]), self._largest, strict=True)
-        columns = ((column, largest) for own, largest in vectors for column in zip(names, *own, strict=True))
-        return [max(map(len, (name, *(_cell(v, largest) for v in own)))) + 1 for (name, *own), largest in columns]
-
-    def rows(self, points: Points, notes: Sequence[str]) -> list[list[str]]:
-        """Return the rows of some points, each with a note on what changes there."""
-        return [list(self._row(*each)) for each in zip(notes, *points, strict=False)]
-
-    def _row(self, note: str, t: Any, z: Sequence[Any], w: Sequence[Any]) -> Iterator[str]:
-        terms = self.terms
-        if self._has_t:
-            yield _cell(t, float(max(map(abs, (terms.path.family.start, terms.path.family.stop)))))
-        if terms.moving:
-            yield _cell(terms.moved(t), max(map(abs, terms.moving[2:])))
-        yield note
-        yield from self._of_shown(terms.values(z), lambda value: _cell(value, self._largest[0]))
-        if self._has_w:
-            yield from (_cell(value, self._largest[1]) for value in w)
-        if terms.program:
-            yield _cell(terms.objective(t, z))
+    counts = [n] if program is None else [n - program.ranges, program.variables]
+    shown: list[list[str]] | None = None
+    if n <= (PIPE_COMPONENTS if left is None else left):
+        shown = next(filter(fits, map(of_places, map(range, counts))), None)
+    if shown is None:
+        shown = of_places(
+            with_gap(counts[-1], shown_components(counts[-1], None if left is None else left + OTHER_COLUMNS))
+        )
+    elif program is None:
+        w = [column(f"w{i + 1}", (own[i] for own in points.w), max(of_w)) for i in range(n)]  # rounded as its terms are
+        shown += w if fits([*shown, *w]) else []
+    return [*before, *shown, *after], len(shown) < counts[0]
 
 
 def _cell(value: Any, largest: float = 0.0) -> str:

@@ -79,7 +79,7 @@ def iterates(results: Sequence[Result], chosen: Sequence[str] = (), names: Seque
             status = result.status.word if row is rows[-1] else ""
             whole = [*values, *blanks]
             own = {"k": [row.k], "z": [whole[i] for i in kept]}
-            own |= {wording.called(name): [value] for name, value in wording.values_of(row).items()}
+            own |= {{"seconds": "time"}.get(name, name): [value] for name, value in wording.values_of(row).items()}
             lines.append([*start, *(cell for name in shown for cell in own[name]), status])
     head, *others = wording.provenance(results)
     return lines, [f"{ITERATES}{head}", *others]

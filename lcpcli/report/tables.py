@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from lcpcli.report import outcome, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.wording import ELLIPSIS, LEVELS
 from lcpcli.solving.result import Result
-from lcpcli.typing import Indices, Vector
+from lcpcli.typing import Indices
 
 if TYPE_CHECKING:
     from lcpcli.model.nonlinear import NonlinearProblem
@@ -30,7 +30,7 @@ PIPE_COMPONENTS = 12  # of z in a pipe, where lines may be long: all components 
 TITLE_COMPONENTS = 6  # of a known solution in a title, about a line of text
 MOST_EXPLAINED = 5  # runs whose failures are explained, a line or two each; more, as in a sweep, would be too many
 PRINTED = ("latex", "html")  # the formats for readers who do not run the program
-NONE = "-"  # in place of the strategies of an iterate that has none
+NONE = "-"  # in place of the strategies of an iterate that has none, or of the costs to a level that is not reached
 
 
 def shown_components(n: int, width: int | None) -> Indices | None:
@@ -49,18 +49,10 @@ def room(form: str, width: int | None) -> int | None:
 def kept_components(problem: Problem | NonlinearProblem, width: int | None, names: Sequence[str]) -> Indices | None:
     """Return the components of z that a trace keeps for a table of this width, or of unknowns of these names: all for a
     game, whose probabilities depend on all."""
-    if _game(problem) is not None:
+    if wording.game_of(problem) is not None:
         return None
     labels = wording.labels_of(problem) if names else ()
     return np.array(wording.places(labels, names), int) if names else shown_components(problem.n, width)
-
-
-def _game(problem: Problem | NonlinearProblem) -> Game | None:
-    if problem.origin is None:
-        return None
-    from lcpcli.model.origins import Game
-
-    return problem.origin if isinstance(problem.origin, Game) else None
 
 
 def longest(form: str) -> float:
@@ -85,26 +77,27 @@ def build(
     """
     first, problem = results[0], results[0].problem
     components = held = first.trace.components if first.trace else None
-    game, signs = _game(problem), np.array(in_own_sense(problem, [1.0] * problem.n))
-    signs = signs if held is None else signs[held]
+    game, n, screen = wording.game_of(problem), problem.n, room(form, width)
+    if game is not None:
+        components = shown_components(n, None if screen is None else screen - 2 * CELL)
+    names = _names(problem, longest(form))
+    kept = [*with_gap(n, components), *range(n, len(names))]
     if shown_names:
-        components = None
-    elif game is not None:
-        own = room(form, width)
-        components = shown_components(problem.n, None if own is None else own - 2 * CELL)
+        kept = [*wording.places(wording.labels_of(problem), shown_names)]
+    signs = np.array(in_own_sense(problem, [1.0] * n))[slice(None) if held is None else held]
     traces = [result.trace.rows if result.trace else [] for result in results]
     shown = [rows[1:] if len(rows) > 1 else rows for rows in traces]  # the start only if there is nothing else
     rows = [row for own in shown for row in own]
     others = wording.columns_of(problem, rows)
-    names = _columns(problem, components, longest(form))
-    kept = wording.places(wording.labels_of(problem), shown_names) if shown_names else range(len(names))
-    names = [names[i] for i in kept]
-    header = ["method", "k", *names, *others]
-    places = _places(chosen, len(names), [name.partition("/")[0] for name in others])
+    header = ["method", "k", *(ELLIPSIS if i is None else names[i] for i in kept), *others]
+    places = _places(chosen, len(kept), [name.partition("/")[0] for name in others])
 
     def cells_of_z(row: TraceRow, largest: float) -> list[str]:
-        cells = _cells(row, signs, largest, components, game)
-        return cells if game is None else [cells[i] for i in kept]
+        if game is not None:
+            cells = _of_game(row, game)
+            return [ELLIPSIS if i is None else cells[i] for i in kept]
+        held_ones = iter(wording.components((signs * row.z + 0.0).tolist(), largest))
+        return [ELLIPSIS if i is None else next(held_ones) for i in kept]
 
     groups = [_group(result, own, cells_of_z, others, places) for result, own in zip(results, shown, strict=True)]
     facts = [] if compared else outcome.facts(first, width, whole, shown_names)
@@ -117,7 +110,7 @@ def build(
         name="Iterates",
         digits=[[_digits(row, held) for row in own] for own in shown] if form == "html" else (),
     )
-    summary = summary_of_costs(results, room(form, width)) if compared and not chosen else None
+    summary = summary_of_costs(results, screen) if compared and not chosen else None
     return Section(
         title=_title(problem, "" if disproof else problem.verdict),
         verdict="" if compared else outcome.verdict(first),
@@ -155,12 +148,12 @@ def _digits(row: TraceRow, components: Indices | None) -> str:
     return ", ".join([f"k = {row.k}", *z, *measures])
 
 
-def _columns(problem: Problem, components: Indices | None, most: float) -> list[str]:
-    game = _game(problem)
-    if game is not None:
-        rows, columns = wording.strategy_names(game, most)
-        return [*with_ellipsis([*rows, *columns], components), *wording.payoff_headings(game)]
-    return with_ellipsis(wording.headings(problem, most), components)
+def _names(problem: Problem, most: float) -> list[str]:
+    """Return the names of all components of z; of a game, those of the strategies and payoffs."""
+    if (game := wording.game_of(problem)) is None:
+        return wording.headings(problem, most)
+    rows, columns = wording.strategy_names(game, most)
+    return [*rows, *columns, *wording.payoff_headings(game)]
 
 
 def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[int]:
@@ -170,12 +163,9 @@ def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[in
     return [0, *(place for name in chosen or of_names for place in of_names.get(name, []))]
 
 
-def with_ellipsis(values: Sequence[Any], components: Indices | None, cell: Callable[[Any], str] = str) -> list[str]:
-    """Return the cells of these components, with a mark before the last one for omitted components; None for all."""
-    if components is None:
-        return list(map(cell, values))
-    chosen = [cell(values[i]) for i in components]
-    return [*chosen[:-1], ELLIPSIS, chosen[-1]]
+def with_gap(n: int, components: Indices | None) -> list[int | None]:
+    """Return these components, with None before the last one for omitted components; None stands for all n."""
+    return list(range(n)) if components is None else [*components[:-1].tolist(), None, int(components[-1])]
 
 
 def _group(
@@ -197,18 +187,13 @@ def _group(
     return group
 
 
-def _cells(row: TraceRow, signs: Vector, largest: float, components: Indices | None, game: Game | None) -> list[str]:
-    """Return the components of z in a row, with the signs for which their names stand; for a game, the probabilities
-    and payoffs, dashes where there are none."""
-    if game is None:
-        cells = wording.components((signs * row.z + 0.0).tolist(), largest)
-        return cells if components is None else [*cells[:-1], ELLIPSIS, cells[-1]]
+def _of_game(row: TraceRow, game: Game) -> list[str]:
+    """Return the probabilities and payoffs in a row, dashes where there are none."""
     from lcpcli.report import programs_and_games
 
     *probabilities, by_row, by_column = programs_and_games.iterate_of_game(game, row.z)
     cells = [NONE if value is None else wording.components([value], 1.0)[0] for value in probabilities]
-    payoffs = [NONE if value is None else f"{value:.7g}" for value in (by_row, by_column)]
-    return [*with_ellipsis(cells, components), *payoffs]
+    return [*cells, *(NONE if value is None else f"{value:.7g}" for value in (by_row, by_column))]
 
 
 def _disproof(results: Sequence[Result]) -> list[str]:
@@ -266,7 +251,6 @@ def _title(problem: Problem, verdict: str) -> str:
 
 
 SHORT = {"iteration_limit": "k limit", "time_limit": "t limit"}  # for crowded rows
-NOT_REACHED = "-"
 NOTE = "to: errors relative to the solution's largest component"
 FALSE = "FALSE"  # in place of the status of a run whose claim does not hold
 
@@ -320,7 +304,7 @@ def reached(result: Result) -> dict[float, tuple[int, float]]:
 
 def _cost(cost: tuple[int, float] | None, length: float) -> tuple[str, str]:
     if cost is None:
-        return NOT_REACHED, NOT_REACHED
+        return NONE, NONE
     k, seconds = cost
     return str(k), wording.digits(seconds / length)
 
