@@ -17,8 +17,7 @@ from lcpcli.errors import count
 from lcpcli.model.problem import WITHOUT_SOLUTION
 from lcpcli.report import wording
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.figures.data import Curve, Panel, Profile
-from lcpcli.report.plotting import Picture
+from lcpcli.report.plotting import Curve, Panel, Picture, Profile
 from lcpcli.report.result_formats import Report, cell, plain
 from lcpcli.report.wording import PIPE_WIDTH
 

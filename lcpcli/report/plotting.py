@@ -1,4 +1,4 @@
-"""Figures of results and of data: the bytes of a picture, by matplotlib, in one of FORMS. Nothing heavy is imported
+"""Figures of results and their data: the bytes of a picture, by matplotlib, in one of FORMS. Nothing heavy is imported
 until a figure is requested. Each function raises OptionError if matplotlib is missing.
 
 For performance profiles, see E. D. Dolan and J. J. Moré, Benchmarking optimization software with performance profiles,
@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, Any
 from lcpcli.errors import ParameterError, count
 from lcpcli.files.atomic_write import write_whole
 from lcpcli.report import wording
-from lcpcli.report.figures.data import Curve, Panel
 
 if TYPE_CHECKING:
     from lcpcli.enumeration.search import SolutionSet
@@ -38,6 +37,80 @@ KINDS = {  # the functions that draw the figures, and the titles of the files
     "cones": ("plane_figures.draw", "Complementary cones"),
     "paths": ("plane_figures.draw_paths", "Trajectories of iterates"),
 }
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One run on one problem.
+
+    name : the method or peer, which decides colour, marker and line style. label : the name of the run in the legend.
+    k : the numbers of the iterates; an iterate whose number is None is left out where k is the abscissa.
+    seconds, errors : of each iterate the run time, and the error or residual; None where it was not measured.
+    solved : whether the run solved the problem; a cross marks the end of any other one.
+    x : the iterates of a problem in two unknowns, if they were kept.
+    """
+
+    name: str
+    label: str
+    k: Sequence[int | None]
+    seconds: Sequence[float]
+    errors: Sequence[float | None]
+    solved: bool
+    x: Sequence[Sequence[float]] = ()
+
+    @property
+    def counts(self) -> list[int]:
+        return [k for k, error in zip(self.k, self.errors, strict=True) if k is not None and error is not None]
+
+
+@dataclass(frozen=True)
+class Panel:
+    """The runs on one problem. measure : "error" or "residual", whichever the curves have. provenance : a line on the
+    program and its options, for the file's metadata. problem, solutions : of runs whose x were kept, the LCP and the
+    x = (z - w) / 2 of its known solutions."""
+
+    title: str
+    measure: str
+    curves: Sequence[Curve]
+    provenance: str = ""
+    problem: Any = None
+    solutions: Sequence[Sequence[float]] = ()
+
+
+@dataclass(frozen=True)
+class Power:
+    """The fit seconds = coefficient n^exponent, by least squares on the logarithms, for whose independent normal errors
+    the exponent has a confidence interval of half-width `margin`. r_squared : the fraction of the variance
+    explained."""
+
+    exponent: float
+    margin: float
+    coefficient: float
+    r_squared: float
+
+
+@dataclass(frozen=True)
+class Growth:
+    """One solver's median run times in seconds on problems of n unknowns, with their quartiles, and the fitted power of
+    n; None for too few sizes."""
+
+    name: str
+    label: str
+    n: Sequence[int]
+    seconds: Sequence[float]
+    lower: Sequence[float]
+    upper: Sequence[float]
+    fit: Power | None
+
+
+@dataclass(frozen=True)
+class Profile:
+    """One solver's times, one per problem, as multiples of the fastest solver's or in seconds; inf where it failed."""
+
+    name: str
+    label: str
+    ratios: Sequence[float]
+    in_seconds: bool = False
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -134,11 +207,9 @@ def require(option: str = PLOT) -> None:
 def plot_path(path: Path, file: str | os.PathLike[str] | None = None, show: Sequence[str] = ()) -> Picture:
     """Draw the solutions along a path, of the unknowns to `show` alone if there are any, and the objective of a
     program."""
-    from lcpcli.report.path_terms import line
-
     require()
     data, text = [path, [show] if isinstance(show, str) else show], f"path of {count(path.t.size, 'breakpoint')}"
-    return Picture("response", data, [f"{wording.PROGRAM}: {line(path)}"], text).saved(file)
+    return Picture("response", data, [f"{wording.PROGRAM}: {path}"], text).saved(file)
 
 
 def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None = None) -> Picture:

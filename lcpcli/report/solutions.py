@@ -122,28 +122,24 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float, sh
     header = ["piece", "", *(names[i] for i in kept)]
     header += [f"{name} gets" for name in tree.tree.names()] if tree else [f"w{i + 1}" for i in kept]
     header += ["objective"] * bool(program)
-    shown, points, most_lines = 0, list[list[str]](), min(MOST_LINES, max(MOST_CELLS // len(header), FEWEST_LINES))
-    groups = [points]
-    for number, piece in enumerate(found.pieces, 1):
-        rows: list[list[str]] = []
-        for kind, z, w in islice(_parts(data, piece), most_lines - shown):
+
+    def rows(number: int, piece: Piece) -> Iterator[list[str]]:
+        for k, (kind, z, w) in enumerate(_parts(data, piece)):
             own = [cell(objective(data, program, z)) if kind == "vertex" else ""] if program else []
             if tree is not None:
                 numbers = _of_tree(tree, kind, z, kept, cell)
             else:
                 numbers = [cell(vector[i]) for vector in (in_own_sense(data.problem, z), w) for i in kept]
-            rows.append([str(number) if not rows else "", kind, *numbers, *own])
-        shown += len(rows)
-        if piece.is_point:
-            points += rows
-        else:
-            groups.append(rows)
+            yield ["" if k else str(number), kind, *numbers, *own]
+
+    pieces = list(enumerate(found.pieces, 1))
+    points = chain.from_iterable(rows(*each) for each in pieces if each[1].is_point)
+    groups = (points, *(rows(*each) for each in pieces if not each[1].is_point))
     total = sum(len(piece.vertices) + len(piece.rays) + len(piece.lines) for piece in found.pieces)
     remark = f"the solutions of a face are the averages of {'the plans at ' if tree else ''}its vertices"
     if any(piece.rays or piece.lines for piece in found.pieces):
         remark += ", plus any nonnegative multiples of its rays and any multiples of its lines"
-    faces = any(not piece.is_point for piece in found.pieces)
-    return _table(header, groups), [*[remark] * faces, *_left_out(total, most_lines)]
+    return _listing(header, groups, total, [remark] * (len(groups) > 1))
 
 
 def _of_tree(
@@ -157,12 +153,17 @@ def _of_tree(
     return [*(cell(values[i]) for i in kept), *map(cell, own.payoffs)]
 
 
-def _table(header: list[str], groups: list[list[list[str]]]) -> Table:
-    return Table(header, list(filter(None, groups)), words=(0, *[1] * (header[0] == "piece")), name="Solutions")
-
-
-def _left_out(rows: int, most: int) -> list[str]:
-    return [f"the first {most} of {rows} rows; --format json and csv have all of them"] * (rows > most)
+def _listing(header: list[str], groups: Iterable[Iterable[list[str]]], total: int, remarks: list[str]) -> Listing:
+    """Return the table of as many rows as are worth typesetting, and the remarks, also on rows that are left out."""
+    most = left = min(MOST_LINES, max(MOST_CELLS // len(header), FEWEST_LINES))
+    shown: list[list[list[str]]] = []
+    for group in groups:
+        shown.append(list(islice(group, left)))
+        left -= len(shown[-1])
+    if total > most:
+        remarks.append(f"the first {most} of {total} rows; --format json and csv have all of them")
+    words = (0, *[1] * (header[0] == "piece"))
+    return Table(header, list(filter(None, shown)), words=words, name="Solutions"), remarks
 
 
 def _equilibria(
@@ -172,37 +173,30 @@ def _equilibria(
     game, equilibria = found.game, found.equilibria
     assert game is not None
     assert equilibria is not None
-    of_rows, of_columns = wording.strategy_names(game, most)
-    indexed = any(each.index is not None for each in equilibria.extreme)
-    names, labels = [*of_rows, *of_columns], wording.labels_of(found.data.problem)[: found.data.n]
-    kept = wording.places(labels, shown_names)
-    shown = [names[i] for i in kept]
-    header = ["", *shown, *wording.payoff_headings(game), *["index"] * indexed, "pure"]
-    most_lines = min(MOST_LINES, max(MOST_CELLS // len(header), FEWEST_LINES))
-    lines = [
-        [
-            str(number),
-            *(cell((*each.row, *each.column)[i]) for i in kept),
-            *map(cell, each.payoffs),
-            *["" if each.index is None else f"{each.index:+d}"] * indexed,
-            "pure" * each.is_pure,
-        ]
-        for number, each in enumerate(equilibria.extreme[:most_lines], 1)
-    ]
-    left_out = _left_out(len(equilibria.extreme), most_lines)
-    if all(len(subset.extreme) == 1 for subset in equilibria.subsets):
-        indices = [each.index or 0 for each in equilibria.extreme]
+    extreme, subsets = equilibria.extreme, equilibria.subsets
+    names = list(chain(*wording.strategy_names(game, most)))
+    kept = wording.places(wording.labels_of(found.data.problem)[: found.data.n], shown_names)
+    indexed = any(each.index is not None for each in extreme)
+    header = ["", *(names[i] for i in kept), *wording.payoff_headings(game), *["index"] * indexed, "pure"]
+
+    def row(k: int) -> list[str]:
+        each = extreme[k]
+        strategies, index = (*each.row, *each.column), "" if each.index is None else f"{each.index:+d}"
+        numbers = map(cell, (*(strategies[i] for i in kept), *each.payoffs))
+        return [str(k + 1), *numbers, *[index] * indexed, "pure" * each.is_pure]
+
+    if all(len(subset.extreme) == 1 for subset in subsets):
+        indices = [each.index or 0 for each in extreme]
         summed = found.complete and all(indices) and len(indices) > 1
-        return _table(header, [lines]), [*[f"the indices sum to {sum(indices)}"] * summed, *left_out]
-    joined = [range(len(equilibria.subsets))] if equilibria.components is None else equilibria.components
-    members = [sorted({k for s in part for k in equilibria.subsets[s].extreme}) for part in joined]
-    groups = [[lines[k] for k in part if k < most_lines] for part in members]
-    subsets = [f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}" for subset in equilibria.subsets[:MOST_SUBSETS]]
-    if len(equilibria.subsets) > MOST_SUBSETS:
-        subsets.append(f"and {count(len(equilibria.subsets) - MOST_SUBSETS, 'other')}")
+        remarks = [f"the indices sum to {sum(indices)}"] * summed
+        return _listing(header, [map(row, range(len(extreme)))], len(extreme), remarks)
+    joined = [range(len(subsets))] if equilibria.components is None else equilibria.components
+    groups = (map(row, sorted({k for s in part for k in subsets[s].extreme})) for part in joined)
+    named = [f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}" for subset in subsets[:MOST_SUBSETS]]
+    if len(subsets) > MOST_SUBSETS:
+        named.append(f"and {count(len(subsets) - MOST_SUBSETS, 'other')}")
     means = "any average of the row strategies of one with any of its column strategies is an equilibrium"
-    remark = f"maximal Nash subsets {', '.join(subsets)}: {means}"
-    return _table(header, groups), [remark, *left_out]
+    return _listing(header, groups, len(extreme), [f"maximal Nash subsets {', '.join(named)}: {means}"])
 
 
 def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:

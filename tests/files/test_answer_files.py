@@ -13,7 +13,7 @@ import pytest
 from lcpcli import Trace, read, run
 from lcpcli.files import beside, contents
 from lcpcli.report import plotting
-from lcpcli.report.figures.data import Panel
+from lcpcli.report.plotting import Panel
 from lcpcli.report.result_csv import PROGRAM_COLUMNS
 
 from ..cli.conftest import Lcp, assert_refused

@@ -25,9 +25,9 @@ from lcpcli.files import contents
 from lcpcli.parametric.path import Path as Solutions
 from lcpcli.report import plotting
 from lcpcli.report import plotting as figures
-from lcpcli.report.figures import data, plane_figures, run_figures, style
-from lcpcli.report.figures.data import Curve, Growth, Panel, Power, Profile
+from lcpcli.report.figures import plane_figures, run_figures, style
 from lcpcli.report.figures.style import places_of
+from lcpcli.report.plotting import Curve, Growth, Panel, Power, Profile
 
 from ..documents import assert_as_before
 from . import test_path_figures as paths
@@ -138,11 +138,11 @@ VALUES = st.one_of(st.floats(min_value=0), st.sampled_from([0.0, math.nan, 1.0, 
 @given(st.lists(st.lists(VALUES, max_size=8), max_size=4))
 def test_no_measured_value_is_lost(series: list[list[float | None]]) -> None:
     panel = [odd("shi", errors) for errors in series]
-    up = data.errors(panel)
+    up = run_figures.errors(panel)
     assert 0 < up.low < up.high < math.inf
     for curve in panel:
-        across = data.times(curve.seconds)
-        points = data.inside(curve.seconds, curve.errors, across, up)
+        across = run_figures.times(curve.seconds)
+        points = run_figures.inside(curve.seconds, curve.errors, across, up)
         measured = [(x, y) for x, y in zip(curve.seconds, curve.errors, strict=True) if y is not None]
         assert len(points) == len(measured)
         for point, (x, y) in zip(points, measured, strict=True):
@@ -152,7 +152,7 @@ def test_no_measured_value_is_lost(series: list[list[float | None]]) -> None:
 
 
 def test_a_run_without_any_error_stands_far_down() -> None:
-    up = data.errors([odd("newton", [0.0])])
+    up = run_figures.errors([odd("newton", [0.0])])
     assert up.high <= 1e-15
 
 

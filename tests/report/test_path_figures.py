@@ -19,8 +19,8 @@ from lcpcli import Problem
 from lcpcli.enumeration.search import SolutionSet
 from lcpcli.report import plotting
 from lcpcli.report.figures import plane_figures, style
-from lcpcli.report.figures.data import Curve, Panel
 from lcpcli.report.figures.plane_figures import SECTOR, SETS
+from lcpcli.report.plotting import Curve, Panel
 from lcpcli.solving.driver import run
 from lcpcli.solving.trace import Trace
 

@@ -27,8 +27,8 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 from lcpcli.enumeration.search import SolutionSet
 from lcpcli.linalg import matrices
 from lcpcli.report import wording
-from lcpcli.report.figures.data import Curve, Panel
 from lcpcli.report.figures.style import FONT, METHODS, SMALL_FONT, WIDTH, Look, Looks, add_legend, fitted, looks
+from lcpcli.report.plotting import Curve, Panel
 
 TURN = 2 * math.pi
 SAME = 1e-9  # radians: closer directions count as equal; far below what a picture shows, far above rounding

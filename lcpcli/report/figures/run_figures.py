@@ -10,9 +10,9 @@ of a row varies.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -21,11 +21,11 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter
 
 from lcpcli.parametric.path import Path
-from lcpcli.report import path_terms, wording
-from lcpcli.report.figures import data, style
-from lcpcli.report.figures.data import Curve, DrawnPoint, Growth, Panel, Profile, Range
+from lcpcli.report import path_formats, wording
+from lcpcli.report.figures import style
 from lcpcli.report.figures.style import FONT, GREY, ROW, WIDTH, Entry, Look, Looks, add_legend, fitted, looks
-from lcpcli.report.path_terms import Terms
+from lcpcli.report.path_formats import Terms
+from lcpcli.report.plotting import Curve, Growth, Panel, Profile
 from lcpcli.report.wording import title_and_size
 
 MEASURES = {"error": r"error $\|z - z^*\|_\infty$", "residual": r"residual $\|\min(z, Mz + q)\|_\infty$"}
@@ -33,6 +33,63 @@ MOST_MARKERS = 12  # on a curve: enough to follow it where curves cross, few eno
 MOST_TICKS = 6  # labelled ticks on an axis, whose labels would touch if there were more
 ROOM = 0.04  # of the length of an axis
 UNEVEN = 20  # the ratio of the longest to the shortest run from which on the axis of iterations is logarithmic
+
+
+SMALLEST_ERROR = 1e-17  # relative to the start: a smaller error, below rounding, is drawn at the lower end, like 0
+LARGEST_ERROR = 1e4  # relative to the start: a larger error, of a divergent run, is drawn at the upper end, like inf
+MARGIN = 0.06  # of the length of the data, on both sides of them, where values off the scale are drawn
+LEAST_MARGIN = 0.12  # decades: the margin of data that hardly vary
+SMALLEST_END, LARGEST_END = 1e-250, 1e250  # no axis goes beyond, so that matplotlib has room in double precision
+
+
+class Range(NamedTuple):
+    """The places of values off the scale, below and above all others."""
+
+    low: float
+    high: float
+
+    def place(self, value: float) -> float:
+        return max(self.low, value) if value <= self.high else self.high
+
+
+ALL_ZERO = Range(1e-17, 1e-15)  # at whose lower edge a point without any error stands
+
+
+class DrawnPoint(NamedTuple):
+    """The place of an iterate. is_beyond : whether its own value lies off the scale."""
+
+    x: float
+    y: float
+    is_beyond: bool
+
+
+def errors(curves: Iterable[Curve]) -> Range:
+    """Return a range around the errors that are neither practically 0 nor those of a divergent run."""
+    series = [[v for v in curve.errors if v is not None] for curve in curves]
+    proper = [[v for v in values if 0 < v < math.inf] for values in series]
+    if any(series) and not any(v for values in series for v in values):
+        return ALL_ZERO
+    starts = [values[0] for values in proper if len(values) > 1] or [v for values in proper for v in values]
+    scale = max(starts, default=1.0)
+    floor, ceiling = max(SMALLEST_ERROR * scale, SMALLEST_END), min(LARGEST_ERROR * scale, LARGEST_END)
+    return times([v for values in series for v in values], floor, ceiling)
+
+
+def times(values: Iterable[float], floor: float = SMALLEST_END, ceiling: float = LARGEST_END) -> Range:
+    """Return a range around the values from floor to ceiling, of at least one decade."""
+    shown = [math.log10(v) for v in values if floor <= v <= ceiling] or [0.0]
+    margin = max(MARGIN * (max(shown) - min(shown)), LEAST_MARGIN)
+    low, high = min(shown) - margin, max(shown) + margin
+    if math.floor(high) - math.ceil(low) < 1:
+        low, high = min(low, math.floor(low + 0.5)), max(high, math.floor(low + 0.5) + 1)
+    return Range(10.0**low, 10.0**high)
+
+
+def inside(xs: Sequence[float | None], ys: Sequence[float | None], across: Range, up: Range) -> list[DrawnPoint]:
+    """Return the points where both x and y are measured, moved to the edge if they are off the axes."""
+    measured = [(x, y) for x, y in zip(xs, ys, strict=True) if x is not None and y is not None]
+    places = [(across.place(x), up.place(y)) for x, y in measured]
+    return [DrawnPoint(*place, place != given) for place, given in zip(places, measured, strict=True)]
 
 
 def draw_convergence(panels: Sequence[Panel]) -> Figure:
@@ -53,16 +110,16 @@ def _against_time(axes: Axes, panel: Panel, chosen: Looks, width: float) -> None
     """Draw error against run time, both logarithmic. width : the inches for the title and its surroundings."""
     axes.set_title(fitted(panel.title, FONT, width - 1.0))
     axes.set(xlabel="run time (s)", ylabel=MEASURES[panel.measure])
-    across = data.times(second for curve in panel.curves for second in curve.seconds)
+    across = times(second for curve in panel.curves for second in curve.seconds)
     _log_axis(axes, "x", across)
     _draw(axes, panel, across, [curve.seconds for curve in panel.curves], chosen)
 
 
 def _draw(axes: Axes, panel: Panel, across: Range, abscissas: Sequence[Sequence[float | None]], chosen: Looks) -> None:
-    up = data.errors(panel.curves)
+    up = errors(panel.curves)
     _log_axis(axes, "y", up)
     for turn, (curve, xs) in enumerate(zip(panel.curves, abscissas, strict=True)):
-        if points := data.inside(xs, curve.errors, across, up):
+        if points := inside(xs, curve.errors, across, up):
             _draw_run(axes, points, chosen[curve.name, curve.label], curve.solved, turn)
 
 
@@ -154,7 +211,7 @@ def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
     axes.set_title(f"{title}, {max(len(profile.ratios) for profile in profiles)} problems")
     xlabel = "run time (s)" if in_seconds else "time / time of the fastest solver"
     axes.set(xlabel=xlabel, ylabel="share of problems solved")
-    across = data.times(seconds for profile in profiles for seconds in profile.ratios)
+    across = times(seconds for profile in profiles for seconds in profile.ratios)
     if in_seconds:
         _log_axis(axes, "x", across, 0.0)
     else:
@@ -189,19 +246,19 @@ def _growth(axes: Axes, family: str, growths: Sequence[Growth], chosen: Looks) -
     and on the right the fitted exponents in the order of the lines."""
     axes.set_title(fitted(family, FONT, WIDTH / 2 - 1.0))
     axes.set(xlabel="$n$", ylabel="run time (s)")
-    entries, times = [], [t for one in growths for t in (*one.lower, *one.upper)]
+    entries, spans = [], [t for one in growths for t in (*one.lower, *one.upper)]
     for one in growths:
         look, line = chosen[one.name, one.label], list(zip(one.n, one.seconds, strict=True))
         if one.fit is not None:
             line = [(n, one.fit.coefficient * n**one.fit.exponent) for n in (min(one.n), max(one.n))]
             exponent = rf"$n^{{{one.fit.exponent:.2f} \pm {one.fit.margin:.2f}}}$"
             entries.append((-line[-1][1], exponent, Line2D([], [], linestyle="", **look.points)))
-        times += [t for _, t in line]
+        spans += [t for _, t in line]
         axes.plot(*zip(*line, strict=True), zorder=2, **look.line)
         axes.vlines(one.n, one.lower, one.upper, color=look.color, linewidth=look.width, zorder=2)
         axes.plot(one.n, one.seconds, linestyle="", clip_on=False, zorder=3, **look.points)
-    _log_axis(axes, "x", data.times(n for one in growths for n in one.n))
-    _log_axis(axes, "y", data.times(times))
+    _log_axis(axes, "x", times(n for one in growths for n in one.n))
+    _log_axis(axes, "y", times(spans))
     if entries:
         _, exponents, samples = zip(*sorted(entries, key=lambda entry: entry[0]), strict=True)
         place: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1, 0.5)}
@@ -253,7 +310,7 @@ def _solutions(axes: Axes, terms: Terms, across: Any, chosen: Sequence[str]) -> 
         shown = np.flatnonzero(z[:, : program.variables if program else None].any(axis=0)).tolist()
     is_named = len(shown) <= MOST_NAMED
     is_marked = is_named and len(across) <= MOST_RULES
-    entries, turns = list[Entry](), path_terms.turns(path)
+    entries, turns = list[Entry](), path_formats.turns(path)
     for i, place in enumerate(shown):
         look, values = Look(COLORS[i % len(COLORS)], style.RAMP[i % len(style.RAMP)]), z[:, place]
         _line(axes, across, values, path.jumps, look.line if is_named else look.line | THIN)
