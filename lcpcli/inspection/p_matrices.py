@@ -21,6 +21,7 @@ d if C v <= 0 for some v >= 0, v != 0, as C^-1 >= 0. d and v are computed in dou
 
 from __future__ import annotations
 
+from contextlib import suppress
 from fractions import Fraction
 
 import numpy as np
@@ -60,8 +61,7 @@ def scaled_dominance(M: Matrix, check: verdict.Check) -> Verdict:
         return Verdict(YES, "it is strictly diagonally dominant: d = (1, ..., 1)", vector=e)
     if (row <= 0).all():
         return _excluded(e)
-    found = scaling(M, lambda d: bool((signs(C, d, check) > 0).all()), check)
-    if found is not None:
+    if found := scaling(M, lambda d: bool((signs(C, d, check) > 0).all()), check):
         evidence = f"scaling the columns of M by d = {text_of(found.d)} makes it strictly diagonally dominant"
         return Verdict(YES, evidence, vector=found.d)
     v = _perron(C, check)
@@ -86,8 +86,7 @@ def _perron(C: Matrix, check: verdict.Check) -> Vector:
     v = np.ones(diagonal.size)
     for _ in range(STEPS):
         check()
-        with np.errstate(over="ignore", invalid="ignore"):
-            v = 2 * v - product(C, v) / diagonal
+        v = 2 * v - product(C, v) / diagonal
         if not np.isfinite(v).all() or not v.max() > 0:
             return np.zeros(v.size)
         v /= v.max()
@@ -123,19 +122,16 @@ def _by_symmetry(context: Context, name: str) -> Verdict | None:
 def _by_minors(context: Context, strict: bool) -> Verdict:
     """Decide by a minor that rules out M, by all minors if they are few, or by a vector whose signs M reverses."""
     size = "not positive" if strict else "negative"
-    low = context.low_diagonal(strict)
-    if low is not None:
+    if (low := context.low_diagonal(strict)) is not None:
         return low
-    pair = _pair(context, strict)
-    if pair is not None:
+    if (pair := _pair(context, strict)) is not None:
         return Verdict(NO, f"the principal minor {index_set(pair)} is {size}", pair)
     if context.n <= ALL_MINORS:
         for indices, minor in elimination.principal_minors(context.whole(), context.check):
             if minor < 0 or (strict and minor == 0):
                 return Verdict(NO, f"the principal minor {index_set(indices)} is {size}", indices)
         return Verdict(YES, f"none of its {2**context.n - 1} principal minors is {size}, in exact arithmetic")
-    v = _sign_reversal(context, strict)
-    if v is not None:
+    if (v := _sign_reversal(context, strict)) is not None:
         bound = "<= 0" if strict else "< 0"
         return Verdict(NO, f"v_i (Mv)_i {bound} wherever v_i is not 0, for v = {text_of(v)}", vector=v)
     minors = f"2^{context.n} - 1 principal minors"
@@ -145,18 +141,17 @@ def _by_minors(context: Context, strict: bool) -> Verdict:
 def _pair(context: Context, strict: bool) -> tuple[int, int] | None:
     """Return the indices of a principal minor of order 2 that is exactly negative, or zero if strict; or None."""
     M, diagonal = context.M, context.diagonal
-    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        if is_sparse(M):
-            product = M.multiply(M.T).tocoo()
-            rows, columns, values = product.row, product.col, product.data
-        elif context.n <= PAIRS:
-            values = (M * M.T).ravel()
-            rows, columns = np.divmod(np.arange(values.size), context.n)
-        else:
-            return None
-        kept = np.flatnonzero((rows < columns) & (values > 0))
-        rows, columns = rows[kept], columns[kept]
-        excess = values[kept] / diagonal[rows] / diagonal[columns]
+    if is_sparse(M):
+        product = M.multiply(M.T).tocoo()
+        rows, columns, values = product.row, product.col, product.data
+    elif context.n <= PAIRS:
+        values = (M * M.T).ravel()
+        rows, columns = np.divmod(np.arange(values.size), context.n)
+    else:
+        return None
+    kept = np.flatnonzero((rows < columns) & (values > 0))
+    rows, columns = rows[kept], columns[kept]
+    excess = values[kept] / diagonal[rows] / diagonal[columns]
     likely = np.flatnonzero(excess >= 1 - 1e-15)
     for k in likely[np.argsort(-excess[likely], kind="stable")][:CANDIDATES]:
         pair = int(rows[k]), int(columns[k])
@@ -172,23 +167,15 @@ def _sign_reversal(context: Context, strict: bool) -> Vector | None:
         return None
     context.check()
     M = matrices.dense(context.M)
-    try:
+    with suppress(np.linalg.LinAlgError):
         values, vectors = np.linalg.eig(M)
-    except np.linalg.LinAlgError:
-        return None
-    for k in np.flatnonzero((values.imag == 0) & (values.real <= 0)):
-        v = np.array(vectors[:, k].real)
-        v[np.abs(v) < NOISE * np.abs(v).max()] = 0.0
-        signs_of_product = signs(M, v, context.check) * np.sign(v)
-        reverses = signs_of_product <= 0 if strict else signs_of_product[v != 0] < 0
-        if reverses.all():
-            return v
+        for k in np.flatnonzero((values.imag == 0) & (values.real <= 0)):
+            v = np.array(vectors[:, k].real)
+            v[np.abs(v) < NOISE * np.abs(v).max()] = 0.0
+            products = signs(M, v, context.check) * np.sign(v)
+            if (products <= 0 if strict else products[v != 0] < 0).all():
+                return v
     return None
-
-
-def column_sufficient(context: Context) -> Verdict:
-    """Decide whether z_i (Mz)_i <= 0 for all i implies that all of these are 0."""
-    return _sufficient(context, "Mz")
 
 
 def row_sufficient(context: Context) -> Verdict:
@@ -196,10 +183,11 @@ def row_sufficient(context: Context) -> Verdict:
     if context.yes("symmetric"):
         own = context.verdicts["column_sufficient"]
         return Verdict(own.word, "it is symmetric, so this is column sufficiency", own.indices, own.vector)
-    return _sufficient(context, "M'z")
+    return column_sufficient(context, "M'z")
 
 
-def _sufficient(context: Context, product: str) -> Verdict:
+def column_sufficient(context: Context, product: str = "Mz") -> Verdict:
+    """Decide whether z_i (Mz)_i <= 0 for all i, or the same for another product, implies that all of these are 0."""
     found = context.implied("p_matrix", "positive_semidefinite") or context.excluded("p0_matrix")
     if found is not None:
         return found
@@ -215,8 +203,7 @@ def _sufficient(context: Context, product: str) -> Verdict:
             continue
         for inside in verdict.index_sets(len(P)):
             context.check()
-            u = _exception(part, inside)
-            if u is not None:
+            if (u := _exception(part, inside)) is not None:
                 claim = f"z_i ({product})_i <= 0 for all i and < 0 for one"
                 z = context.vector(P, u)
                 support = f"for a z with support {index_set(P)}, in exact arithmetic"

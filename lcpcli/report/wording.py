@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fnmatch import fnmatchcase
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from lcpcli.errors import ParameterError, likely, quoted, visible
 from lcpcli.methods.registry import SWITCHES
@@ -159,9 +159,14 @@ def title_and_size(problem: Problem | NonlinearProblem) -> str:
     return ", ".join(filter(None, (title(problem), size(problem))))
 
 
-def all_visible(texts: Any) -> Any:
-    """Return a text, or lists of texts within lists, as people see them: the cells and lines of a report."""
-    return visible(texts) if isinstance(texts, str) else list(map(all_visible, texts))
+def all_visible(part: Any) -> Any:
+    """Return a part of a report as people see it: a text, or the texts within lists and named tuples."""
+    if isinstance(part, str):
+        return visible(part)
+    if not isinstance(part, (list, tuple)):
+        return part
+    seen = map(all_visible, part)
+    return type(part)(*seen) if hasattr(part, "_fields") else list(seen)
 
 
 def level(value: float) -> str:
@@ -336,26 +341,51 @@ def strategy_headings(game: Game) -> list[str]:
     return [*(name if times[name] == 1 else f"{player} {name}" for player, own in parts for name in own), *gets]
 
 
-CHOICES = ("k", "z", "residual", "error", "time", "step")  # the columns of iterates that a user may choose
+Shown: TypeAlias = "dict[str, Callable[[TraceRow], str]]"  # a heading, with the function that makes a cell of a row
 
 
-def columns_of(problem: Problem, rows: Sequence[TraceRow]) -> dict[str, Callable[[TraceRow], str]]:
-    """Return the headings of the columns after z in a table of rows, whose z may lack some components, each with the
-    function that makes a cell of a row."""
-    found: dict[str, Callable[[TraceRow], str]] = {}
-    if any(row.z0 is not None for row in rows):
-        found["z0"] = lambda row: "" if row.z0 is None else plain_number(row.z0)
-    if any(row.step for row in rows):
-        found["step"] = lambda row: row.step
-    if problem.solutions:
-        found["error"] = lambda row: error(row.error, problem)
-    else:
-        found["residual"] = lambda row: short(row.residual, math.inf if row.rounding else 0.0)
+class Column(NamedTuple):
+    """A column. value : its value in a row, for CSV and JSON. shown : what shows it in a table of rows, whose z may
+    lack some components; empty if the column is left out."""
+
+    value: Callable[[TraceRow], Any]
+    shown: Callable[[Problem, Sequence[TraceRow]], Shown]
+
+
+def _residual(problem: Problem, _: Sequence[TraceRow]) -> Shown:
+    cells: Shown = {"residual": lambda row: short(row.residual, math.inf if row.rounding else 0.0)}
+    return {} if problem.solutions else cells
+
+
+def _error(problem: Problem, _: Sequence[TraceRow]) -> Shown:
+    return {"error": lambda row: error(row.error, problem)} if problem.solutions else {}
+
+
+def _time(_: Problem, rows: Sequence[TraceRow]) -> Shown:
     length, name = unit(max((row.seconds for row in rows), default=0.0))
-    return found | {f"time/{name}": lambda row: f"{row.seconds / length:.3f}"}
+    return {f"time/{name}": lambda row: f"{row.seconds / length:.3f}"}
+
+
+def _step(_: Problem, rows: Sequence[TraceRow]) -> Shown:
+    return {"step": lambda row: row.step} if any(row.step for row in rows) else {}
+
+
+COLUMNS = {  # by their names in CSV and JSON
+    "residual": Column(lambda row: row.residual, _residual),
+    "error": Column(lambda row: row.error, _error),
+    "seconds": Column(lambda row: row.seconds, _time),
+    "step": Column(lambda row: row.step or None, _step),
+}
+CHOICES = ("k", "z", *("time" if name == "seconds" else name for name in COLUMNS))  # that a user may choose
+
+
+def columns_of(problem: Problem, rows: Sequence[TraceRow]) -> Shown:
+    names = sorted(COLUMNS, key=lambda name: name != "step")  # which is the first of a table
+    z0: Shown = {"z0": lambda row: "" if row.z0 is None else plain_number(row.z0)}
+    found = z0 if any(row.z0 is not None for row in rows) else {}
+    return found | {key: cell for name in names for key, cell in COLUMNS[name].shown(problem, rows).items()}
 
 
 def values_of(row: TraceRow) -> dict[str, Any]:
-    """Return the numbers of a row beside z, for CSV and JSON."""
-    own = {"residual": row.residual, "error": row.error, "seconds": row.seconds, "step": row.step or None}
+    own = {name: column.value(row) for name, column in COLUMNS.items()}
     return own if row.z0 is None else {**own, "z0": row.z0}
