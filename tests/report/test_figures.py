@@ -145,10 +145,10 @@ def test_no_measured_value_is_lost(series: list[list[float | None]]) -> None:
         points = run_figures.inside(curve.seconds, curve.errors, across, up)
         measured = [(x, y) for x, y in zip(curve.seconds, curve.errors, strict=True) if y is not None]
         assert len(points) == len(measured)
-        for point, (x, y) in zip(points, measured, strict=True):
-            assert up.low <= point.y <= up.high
-            assert point.x == x or (x == 0 and point.x == across.low)
-            assert point.y == y or (point.is_beyond and point.y in up)
+        for (at, height, is_beyond), (x, y) in zip(points, measured, strict=True):
+            assert up.low <= height <= up.high
+            assert at == x or (x == 0 and at == across.low)
+            assert height == y or (is_beyond and height in up)
 
 
 def test_a_run_without_any_error_stands_far_down() -> None:

@@ -27,8 +27,8 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 from lcpcli.enumeration.search import SolutionSet
 from lcpcli.linalg import matrices
 from lcpcli.report import wording
-from lcpcli.report.figures.style import FONT, METHODS, SMALL_FONT, WIDTH, Look, Looks, add_legend, fitted, looks
-from lcpcli.report.plotting import Curve, Panel
+from lcpcli.report.figures.style import FONT, METHODS, SMALL_FONT, WIDTH, Looks, add_legend, fitted, looks
+from lcpcli.report.plotting import Panel
 
 TURN = 2 * math.pi
 SAME = 1e-9  # radians: closer directions count as equal; far below what a picture shows, far above rounding
@@ -233,8 +233,8 @@ TICKS = 5  # intervals between labels on an axis at most
 LABELS_APART = 0.12  # of the length of an axis, between two iterates with labels
 INSET = 4  # points: of the labels in the corners
 BESIDE = 0.035  # of the length of an axis: from an iterate to its number
-START: dict[str, Any] = {"marker": "s", "markersize": 6.5, "markerfacecolor": "white", "markeredgecolor": "black"}
-SOLUTION: dict[str, Any] = {"marker": "*", "markersize": 11, "markerfacecolor": "white", "markeredgecolor": "black"}
+HOLLOW: dict[str, Any] = {"linestyle": "", "markerfacecolor": "white", "markeredgecolor": "black"}
+START, SOLUTION = HOLLOW | {"marker": "s", "markersize": 6.5}, HOLLOW | {"marker": "*", "markersize": 11}
 
 
 def merit(M: Any, q: Any, x: Any) -> Any:
@@ -267,21 +267,23 @@ def draw_paths(pictures: Sequence[Panel]) -> Figure:
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes in grid[len(pictures) :]:
         axes.set_axis_off()
-    panels = list(zip(grid, pictures, strict=False))
-    for axes, picture in panels:
+    for axes, picture in zip(grid, pictures, strict=False):
         _merit(axes, picture)
-        for path in picture.curves:
-            _path(axes, path, chosen[path.name, path.label])
-        _points(axes, picture)
+        paths = [path for path in picture.curves if path.x]
+        for path in paths:
+            look, (xs, ys) = chosen[path.name, path.label], np.array(path.x).T
+            axes.plot(xs, ys, zorder=4, path_effects=[OUTLINE], **look.line | {"linewidth": 1.0})
+            axes.plot(xs, ys, linestyle="", zorder=5, **look.points | {"markersize": 3, "markeredgewidth": 0.5})
+        for start in dict.fromkeys(tuple(path.x[0]) for path in paths):
+            axes.plot(*start, zorder=6, **START)
+        for solution in dict.fromkeys(map(tuple, picture.solutions)):
+            axes.plot(*solution, zorder=7, **SOLUTION)
         _numbers(axes, picture, chosen)
-    signs = [(Line2D([], [], linestyle="", **START), "start")]
-    if any(picture.solutions for picture in pictures):
-        signs.append((Line2D([], [], linestyle="", **SOLUTION), "solution"))
+    signs = [(Line2D([], [], **START), "start")]
+    signs += [(Line2D([], [], **SOLUTION), "solution")] * any(picture.solutions for picture in pictures)
     drawn = {(path.name, path.label) for picture in pictures for path in picture.curves if len(path.x) > 1}
-    undrawn = [label for name, label in chosen if (name, label) not in drawn]
-    signs += [(Line2D([], [], linestyle=""), f"{label}: no iterates") for label in undrawn]
-    add_legend(figure, {key: look for key, look in chosen.items() if key in drawn}, signs)
-    return figure
+    signs += [(Line2D([], [], linestyle=""), f"{key[1]}: no iterates") for key in chosen if key not in drawn]
+    return add_legend(figure, {key: look for key, look in chosen.items() if key in drawn}, signs)
 
 
 def _merit(axes: Axes, picture: Panel) -> None:
@@ -312,21 +314,6 @@ def _merit(axes: Axes, picture: Panel) -> None:
     bar.ax.yaxis.set_major_formatter("{x:g}")
     bar.ax.minorticks_off()
     bar.set_label(r"$\|F(x)\|_2$")
-
-
-def _path(axes: Axes, path: Curve, look: Look) -> None:
-    if not path.x:
-        return
-    xs, ys = np.array(path.x).T
-    axes.plot(xs, ys, zorder=4, path_effects=[OUTLINE], **look.line | {"linewidth": 1.0})
-    axes.plot(xs, ys, linestyle="", zorder=5, **look.points | {"markersize": 3, "markeredgewidth": 0.5})
-
-
-def _points(axes: Axes, picture: Panel) -> None:
-    for start in dict.fromkeys(tuple(path.x[0]) for path in picture.curves if path.x):
-        axes.plot(*start, linestyle="", zorder=6, **START)
-    for solution in dict.fromkeys(map(tuple, picture.solutions)):
-        axes.plot(*solution, linestyle="", zorder=7, **SOLUTION)
 
 
 def _numbers(axes: Axes, picture: Panel, chosen: Looks) -> None:

@@ -52,15 +52,8 @@ class Range(NamedTuple):
         return max(self.low, value) if value <= self.high else self.high
 
 
+DrawnPoint = tuple[float, float, bool]  # the place of an iterate, and whether its own value lies off the scale
 ALL_ZERO = Range(1e-17, 1e-15)  # at whose lower edge a point without any error stands
-
-
-class DrawnPoint(NamedTuple):
-    """The place of an iterate. is_beyond : whether its own value lies off the scale."""
-
-    x: float
-    y: float
-    is_beyond: bool
 
 
 def errors(curves: Iterable[Curve]) -> Range:
@@ -86,10 +79,10 @@ def times(values: Iterable[float], floor: float = SMALLEST_END, ceiling: float =
 
 
 def inside(xs: Sequence[float | None], ys: Sequence[float | None], across: Range, up: Range) -> list[DrawnPoint]:
-    """Return the points where both x and y are measured, moved to the edge if they are off the axes."""
+    """Return the points where both x and y are measured, moved to the edge if they are off the axes, and whether so."""
     measured = [(x, y) for x, y in zip(xs, ys, strict=True) if x is not None and y is not None]
     places = [(across.place(x), up.place(y)) for x, y in measured]
-    return [DrawnPoint(*place, place != given) for place, given in zip(places, measured, strict=True)]
+    return [(*place, place != given) for place, given in zip(places, measured, strict=True)]
 
 
 def draw_convergence(panels: Sequence[Panel]) -> Figure:
@@ -101,7 +94,14 @@ def draw_convergence(panels: Sequence[Panel]) -> Figure:
     for (left, right), panel, longest in zip(rows, panels, counts, strict=True):
         _against_time(left, panel, chosen, WIDTH)
         right.set_xlabel("iteration")
-        across = _iteration_axis(right, max([*longest, 1]), is_logarithmic)
+        most = max([*longest, 1])
+        across = Range(-0.15, 1.6 * most) if is_logarithmic else Range(-0.03 * most, 1.08 * most)
+        if is_logarithmic:
+            right.set_xscale("symlog", linthresh=1, linscale=0.4, subs=range(2, 10))
+            right.xaxis.set_major_formatter("{x:.0f}")
+        else:
+            right.xaxis.set_major_locator(MaxNLocator(nbins=MOST_TICKS, integer=True))
+        right.set_xlim(across)
         _draw(right, panel, across, [curve.k for curve in panel.curves], chosen)
     return add_legend(figure, _drawn(chosen, panels))
 
@@ -131,30 +131,17 @@ def _log_axis(axes: Axes, which: str, span: Range, room: float = ROOM) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def _iteration_axis(axes: Axes, most: int, is_logarithmic: bool) -> Range:
-    """Count iterations on the x axis up to the largest number, evenly or by powers of ten."""
-    if is_logarithmic:
-        axes.set_xscale("symlog", linthresh=1, linscale=0.4, subs=range(2, 10))
-        axes.xaxis.set_major_formatter("{x:.0f}")
-        low, high = -0.15, 1.6 * most
-    else:
-        axes.xaxis.set_major_locator(MaxNLocator(nbins=MOST_TICKS, integer=True))
-        low, high = -0.03 * most, 1.08 * most
-    axes.set_xlim(low, high)
-    return Range(low, high)
-
-
 def _draw_run(axes: Axes, points: Sequence[DrawnPoint], look: Look, solved: bool, turn: int) -> None:
     """Draw a run in axes whose scales and limits are set. turn : its number in the axes, which staggers the markers."""
     xs, ys = np.array([point[:2] for point in points]).T
     if len(points) > 1:
         axes.plot(xs, ys, zorder=2, **look.line)
-    outside = [i for i, p in enumerate(points) if p.is_beyond]
-    some = outside[:: math.ceil(len(outside) / MOST_MARKERS) or 1]
-    marked = {*_marks(axes.transData.transform(np.column_stack((xs, ys))), turn), *some}
+    outside = [i for i, (_, _, is_beyond) in enumerate(points) if is_beyond]
+    marked = {*_marks(axes.transData.transform(np.column_stack((xs, ys))), turn)}
+    marked |= {*outside[:: math.ceil(len(outside) / MOST_MARKERS) or 1]}
     if not solved and len(points) > 1:
         marked -= {len(points) - 1}
-    ringed = [i for i in sorted(marked) if points[i].is_beyond]
+    ringed = sorted(marked.intersection(outside))
     above: dict[str, Any] = {"color": look.color, "clip_on": False}
     axes.plot(xs[sorted(marked)], ys[sorted(marked)], linestyle="", clip_on=False, zorder=3, **look.points)
     if ringed:
@@ -215,7 +202,14 @@ def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
     if in_seconds:
         _log_axis(axes, "x", across, 0.0)
     else:
-        across = _ratio_axis(axes, profiles)
+        largest = max((r for profile in profiles for r in profile.ratios if r < math.inf), default=1.0)
+        across = Range(1.0, max(largest, 2.0) ** 1.05)
+        _log_axis(axes, "x", across, 0.0)
+        if math.log2(across.high) <= DOUBLINGS:
+            axes.set_xscale("log", base=2, subs=[])
+            axes.xaxis.set_minor_formatter(NullFormatter())
+            axes.xaxis.set_major_locator(LogLocator(2, numticks=8))
+            axes.xaxis.set_major_formatter("{x:.0f}")
     axes.set_ylim(-0.03, 1.03)
     axes.yaxis.set_major_locator(FixedLocator([0, 0.2, 0.4, 0.6, 0.8, 1]))
     for profile in profiles:
@@ -226,19 +220,6 @@ def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
         every = math.ceil((len(xs) - 1) / (MOST_MARKERS - 1))
         marks = sorted({*range(0, len(xs), every), len(xs) - 1})
         axes.plot(xs, ys, markevery=marks, linestyle="", clip_on=False, zorder=3, **look.points)
-
-
-def _ratio_axis(axes: Axes, profiles: Sequence[Profile]) -> Range:
-    """Make the abscissa logarithmic, from 1 to a little more than the largest ratio; return its range."""
-    largest = max((r for profile in profiles for r in profile.ratios if r < math.inf), default=1.0)
-    across = Range(1.0, max(largest, 2.0) ** 1.05)
-    _log_axis(axes, "x", across, 0.0)
-    if math.log2(across.high) <= DOUBLINGS:
-        axes.set_xscale("log", base=2, subs=[])
-        axes.xaxis.set_minor_formatter(NullFormatter())
-        axes.xaxis.set_major_locator(LogLocator(2, numticks=8))
-        axes.xaxis.set_major_formatter("{x:.0f}")
-    return across
 
 
 def _growth(axes: Axes, family: str, growths: Sequence[Growth], chosen: Looks) -> None:
@@ -313,7 +294,11 @@ def _solutions(axes: Axes, terms: Terms, across: Any, chosen: Sequence[str]) -> 
     entries, turns = list[Entry](), path_formats.turns(path)
     for i, place in enumerate(shown):
         look, values = Look(COLORS[i % len(COLORS)], style.RAMP[i % len(style.RAMP)]), z[:, place]
-        _line(axes, across, values, path.jumps, look.line if is_named else look.line | THIN)
+        line = look.line if is_named else look.line | THIN
+        jumps = np.array(path.jumps, dtype=int)
+        axes.plot(*np.insert(np.stack((across, values)), jumps + 1, math.nan, axis=1), zorder=2, **line)
+        for k in jumps:  # pieces on which t stands still
+            axes.plot(across[k : k + 2], values[k : k + 2], zorder=2, **{**line, **JUMP})
         points = {**look.points, "markersize": 3, "linestyle": ""} if is_marked else {}
         if is_marked:
             axes.plot(across, values, zorder=3, **points)
@@ -329,14 +314,6 @@ def _solutions(axes: Axes, terms: Terms, across: Any, chosen: Sequence[str]) -> 
     jump, turn = Line2D([], [], color=GREY, **JUMP), Line2D([], [], linestyle="", color=GREY, **TURN)
     signs = ((jump, "jump", path.jumps), (turn, "turn", turns))
     return entries + [(sign, text) for sign, text, places in signs if len(places)]
-
-
-def _line(axes: Axes, across: Any, values: Any, jumps: Any, line: dict[str, Any]) -> None:
-    """Draw a component; the pieces on which t stands still are dashed."""
-    whole = np.insert(np.stack((across, values)), np.array(jumps, dtype=int) + 1, math.nan, axis=1)
-    axes.plot(*whole, zorder=2, **line)
-    for k in jumps:
-        axes.plot(across[k : k + 2], values[k : k + 2], zorder=2, **{**line, **JUMP})
 
 
 def _objective(axes: Axes, terms: Terms, across: Any, label: str, is_frontier: bool) -> None:
