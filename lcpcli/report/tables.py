@@ -102,7 +102,10 @@ def build(
     groups = [_group(result, own, cells_of_z, others, places) for result, own in zip(results, shown, strict=True)]
     facts = [] if compared else outcome.facts(first, width, whole, shown_names)
     elided = False if shown_names else components is not None if compared else ELLIPSIS in "".join(facts)
-    disproof = _disproof(results)
+    disproof, solved = list[str](), [result for result in results if result.solved]
+    if solved and problem.verdict in WITHOUT_SOLUTION:
+        wrong = f"the verdict of the problem, {problem.verdict}, is wrong"
+        disproof = [f"{wrong}: z is a solution to the tolerance {solved[0].tol:g}"]
     shows_times = form != "latex" and (not chosen or "time" in chosen)
     iterates = Table(
         [header[j] for j in places],
@@ -126,12 +129,11 @@ def build(
 def _strategies(results: Sequence[Result], whole: bool) -> list[Table]:
     """Return tables of the rows and variables of programs, or of the strategies of game trees; a screen of them or the
     whole."""
-    answered = [result for result in results if result.answer is not None]
-    if not answered:
+    if all(result.answer is None for result in results):
         return []
     from lcpcli.report import programs_and_games
 
-    return [table for own in answered for table in programs_and_games.tables(own.answer, own.problem.origin, whole)]
+    return [table for own in results for table in programs_and_games.tables(own.answer, own.problem.origin, whole)]
 
 
 def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> Document:
@@ -142,10 +144,9 @@ def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> D
 
 def _digits(row: TraceRow, components: Indices | None) -> str:
     """Return an iterate with all of its digits. components : of z that it has; None for all."""
-    places = range(row.z.size) if components is None else components.tolist()
-    measures = [f"{name} = {value!r}" for name, value in wording.values_of(row).items() if value is not None]
-    z = (f"z{i + 1} = {value!r}" for i, value in zip(places, row.z.tolist(), strict=True))
-    return ", ".join([f"k = {row.k}", *z, *measures])
+    names = [f"z{i + 1}" for i in (range(row.z.size) if components is None else components)]
+    values = {"k": row.k, **dict(zip(names, row.z.tolist(), strict=True)), **wording.values_of(row)}
+    return ", ".join(f"{name} = {value!r}" for name, value in values.items() if value is not None)
 
 
 def _names(problem: Problem, most: float) -> list[str]:
@@ -196,25 +197,17 @@ def _of_game(row: TraceRow, game: Game) -> list[str]:
     return [*cells, *(NONE if value is None else f"{value:.7g}" for value in (by_row, by_column))]
 
 
-def _disproof(results: Sequence[Result]) -> list[str]:
-    """Return a remark if a problem that is declared to have no solution has one after all."""
-    solved, verdict = [result for result in results if result.solved], results[0].problem.verdict
-    if not solved or verdict not in WITHOUT_SOLUTION:
-        return []
-    return [f"the verdict of the problem, {verdict}, is wrong: z is a solution to the tolerance {solved[0].tol:g}"]
-
-
 def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str, shows_times: bool) -> list[str]:
     """Return lines below the verdict, or below the summary; formats for print get no advice to the user, and many runs
     of one method no reasons why some failed."""
     failed, hints = [result for result in results if compared and not result.solved], form not in PRINTED
     are_many = len(results) > MOST_EXPLAINED
     hints_at_auto = not (compared and any(result.label == AUTO for result in results))  # it stands there
-    remarks = [] if are_many else [outcome.remark(result) for result in failed]
+    of_problem = outcome.PROBLEM_STATUSES
+    remarks = [f"{wording.name(own)}{':' * (own.status.word in of_problem)} {own.message}" for own in failed]
     if are_many and failed:
-        remarks.append(
-            f"{len(failed)} of {len(results)} runs failed: lcp solve with the options of one of them says why"
-        )
+        some = f"{len(failed)} of {len(results)} runs failed"
+        remarks = [f"{some}: lcp solve with the options of one of them says why"]
     for result in results:
         by = f"by {', '.join(result.route)}" if compared and result.route != (result.method,) else ""
         advice = [wording.advice(result)] if hints and hints_at_auto and not are_many else []
@@ -222,11 +215,11 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
         remarks += [f"{wording.name(result)}: " * compared + text for text in texts if text]
     if shows_times:
         remarks += filter(None, [outcome.spread(results)])
-    certificates = (result.certificate for result in results if not result.exact)
-    remarks += [
-        outcome.certificate_line(results[0].problem, certificate) for certificate in certificates if certificate
-    ]
-    remarks += [line for result in results if result.exact for line in outcome.exact_lines(result.exact, result)]
+    for result in results:
+        if result.certificate and not result.exact:
+            remarks.append(outcome.certificate_line(result.problem, result.certificate))
+    for result in results:
+        remarks += outcome.exact_lines(result)
     if any(result.answer is not None for result in results):
         from lcpcli.report import programs_and_games
 
@@ -240,8 +233,8 @@ def _title(problem: Problem, verdict: str) -> str:
     parts = [wording.size(problem)]
     if len(problem.solutions) == 1:
         z, computed = problem.solutions[0], "" if problem.reference == "known" else f"{problem.reference} "
-        cells = [f"{v:.7g}" for v in (z if problem.n <= TITLE_COMPONENTS else z[[0, 1, 2, -1]])]
-        shown = cells if problem.n <= TITLE_COMPONENTS else [*cells[:3], ELLIPSIS, cells[3]]
+        shown = [f"{v:.7g}" for v in (z if problem.n <= TITLE_COMPONENTS else z[[0, 1, 2, -1]])]
+        shown[3:3] = [ELLIPSIS] * (problem.n > TITLE_COMPONENTS)
         parts.append(f"{computed}solution ({', '.join(shown)})")
     elif problem.solutions:
         parts.append(f"{len(problem.solutions)} {problem.reference} solutions")
@@ -279,9 +272,9 @@ def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool
     header += ["end" if are_noted else "iterations", unit, *counts, *["error"] * has_error, "status"]
     rows = []
     for result, own, at in zip(results, settings, attained, strict=True):
-        costs = [at.get(level) for level in levels] + [(result.iterations, result.seconds)]
         row = [result.method, *(own.get(option, "") for option in options)]
-        row += [cell for cost in costs for cell in _cost(cost, length)]
+        for cost in (*map(at.get, levels), (result.iterations, result.seconds)):
+            row += (str(cost[0]), wording.digits(cost[1] / length)) if cost else (NONE, NONE)
         row += [str(result.evaluations), wording.residual(result)] * (not are_noted)
         status = FALSE if result.verified is False else SHORT.get(result.word, result.word.replace("_", " "))
         rows.append(row + [wording.error(result.error, result.problem)] * has_error + [status])
@@ -300,13 +293,6 @@ def _settings(result: Result) -> dict[str, str]:
 
 def reached(result: Result) -> dict[float, tuple[int, float]]:
     return {each.level: (each.k, each.seconds) for each in (result.curve.milestones if result.curve else ())}
-
-
-def _cost(cost: tuple[int, float] | None, length: float) -> tuple[str, str]:
-    if cost is None:
-        return NONE, NONE
-    k, seconds = cost
-    return str(k), wording.digits(seconds / length)
 
 
 def _shortest(times: Sequence[float | None]) -> list[int]:

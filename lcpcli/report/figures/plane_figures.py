@@ -50,10 +50,6 @@ class Cone:
         """Return SECTOR; RAY, from the origin; LINE, through it; or POINT, the origin alone."""
         return SECTOR if any(extent for _, extent in self.parts) else (POINT, RAY, LINE)[len(self.parts)]
 
-    @property
-    def radius(self) -> float:
-        return ARC - APART * self.level
-
     def overlaps(self, other: Cone) -> bool:
         """Return whether two sectors have a common interior point, or a ray or line and another cone have a common
         point other than 0."""
@@ -142,9 +138,8 @@ def draw(found: SolutionSet) -> Figure:
     rows = "; ".join(" ".join(map(_number, row)) for row in M)
     data = [f"M = [{rows}],  q = ({', '.join(map(_number, q))})"]
     data += [f"z{j} = {name}" for j, name in enumerate(problem.names, 1) if name]
-    room = COLUMN - 0.2
-    titles = fitted(f"{found.count}: {wording.title(problem)}", FONT, room), fitted(",  ".join(data), FONT, room)
-    axes.set_title("\n".join(titles))
+    titles = f"{found.count}: {wording.title(problem)}", ",  ".join(data)
+    axes.set_title("\n".join(fitted(title, FONT, COLUMN - 0.2) for title in titles))
     _legend(figure, shapes, holds_q)
     return figure
 
@@ -155,7 +150,7 @@ def _at(radius: float, direction: float) -> tuple[float, float]:
 
 def _cone(axes: Axes, cone: Cone, color: str, fill: float) -> None:
     """Draw a sector with its arc, thick rays for a ray or a line, or a ring for the origin."""
-    radius, add = cone.radius, axes.add_patch
+    radius, add = ARC - APART * cone.level, axes.add_patch
     if cone.kind == POINT:
         axes.plot(0, 0, "o", markersize=9, color="none", markeredgecolor=color, mew=2.2, zorder=6)
     elif cone.kind == SECTOR:
@@ -174,7 +169,7 @@ def _q(axes: Axes, direction: float | None, around: Sequence[Cone]) -> None:
     at = (0.0, 0.0) if direction is None else _at(Q, direction)
     if direction is not None:
         axes.plot(*zip((0, 0), at, strict=True), color="black", linewidth=1.0, dashes=(3, 2), zorder=5)
-        for radius in (cone.radius for cone in around if cone.kind != POINT):
+        for radius in (ARC - APART * cone.level for cone in around if cone.kind != POINT):
             axes.plot(*_at(radius, direction), "o", markersize=4.2, mfc="white", mec="black", mew=0.9, zorder=7)
     axes.plot(*at, "o", markersize=5.5, color="black", zorder=7)
 
@@ -237,6 +232,7 @@ HOLLOW: dict[str, Any] = {"linestyle": "", "markerfacecolor": "white", "markered
 START, SOLUTION = HOLLOW | {"marker": "s", "markersize": 6.5}, HOLLOW | {"marker": "*", "markersize": 11}
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def merit(M: Any, q: Any, x: Any) -> Any:
     z, w = np.abs(x) + x, np.abs(x) - x
     F = np.tensordot(M, z, axes=1) - w + np.reshape(q, (2, *[1] * (np.ndim(x) - 1)))
@@ -289,8 +285,7 @@ def draw_paths(pictures: Sequence[Panel]) -> Figure:
 def _merit(axes: Axes, picture: Panel) -> None:
     (left, right), (bottom, top) = ranges(picture)
     x, y = np.linspace(left, right, POINTS), np.linspace(bottom, top, POINTS)
-    with np.errstate(over="ignore", invalid="ignore"):
-        values = merit(matrices.dense(picture.problem.M), picture.problem.q, np.array(np.meshgrid(x, y)))
+    values = merit(matrices.dense(picture.problem.M), picture.problem.q, np.array(np.meshgrid(x, y)))
     values = np.nan_to_num(values, nan=np.inf, posinf=np.finfo(float).max)
     most = float(values.max()) or 1.0
     least = max(float(values.min()), DEPTH * most)
