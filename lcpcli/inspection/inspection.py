@@ -116,7 +116,7 @@ class Inspection:
     plan: list[Attempt] | None = None
 
     def __repr__(self) -> str:
-        return str(views.inspection_text.render(self)).rstrip()
+        return str(views.inspection_text.report(self).render()).rstrip()
 
 
 @overload
@@ -221,17 +221,16 @@ def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
 
 def _hints(own: Inspection) -> list[str]:
     """Return hints at likely mistakes in the data, each with evidence and advice."""
-    found = []
-    before, after = (max(spread.rows, spread.columns) for spread in (own.spread, own.equilibrated_spread))
-    condition, ends = own.equilibrated_condition, own.spectrum
+    found, condition, ends = [], own.equilibrated_condition, own.spectrum
+    before, after = map(max, (own.spread, own.equilibrated_spread))
     if before > BAD_SPREAD and after < before - 1:
         found.append(
             f"badly scaled: the largest entries of rows or columns vary by {before:.1f} decades, "
             f"by {after:.1f} after equilibration; use auto, or --scale with shi and fixed-point"
         )
     if condition is not None and BAD_CONDITION < condition < math.inf:
-        digits = min(math.log10(condition), 16.0)
-        found.append(f"ill-conditioned, even after equilibration: about {digits:.0f} digits of z may be lost")
+        digits = f"{min(math.log10(condition), 16.0):.0f}"
+        found.append(f"ill-conditioned, even after equilibration: about {digits} digits of z may be lost")
     rounding = ends is not None and abs(ends.smallest) <= 4 * own.problem.n * EPS * ends.largest
     if rounding and own.classes["positive_semidefinite"].word == NO:
         found.append("M fails to be positive semidefinite only by rounding errors: perhaps it was meant to be")

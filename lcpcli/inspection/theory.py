@@ -106,21 +106,14 @@ def _guarantee(method: Method, classes: Mapping[str, Verdict], problem: Problem)
         gains = {"positive_semidefinite": gain} if gain else {}
     elif method is METHODS["lemke"] and "upper bound" in problem.box.kinds:
         gains = {name: gain for name, gain in gains.items() if name in SIGNED}
-    return _by_class(classes, gains)
-
-
-def _by_class(classes: Mapping[str, Verdict], gains: Mapping[str, str]) -> Guarantee:
-    """Decide by the first class to which M belongs. gains : what each class guarantees."""
     if not gains:
         return Guarantee(UNDECIDED, "no theorem about it is known here")
-    for name, gain in gains.items():
+    for name, gain in gains.items():  # the first class to which M belongs decides
         if classes[name].word == YES:
             return Guarantee(YES, f"M is {called(name)}: {gain}")
-    named = [called(name) for name in gains]
-    undecided = [called(name) for name in gains if classes[name].word == UNDECIDED]
-    if undecided:
+    if undecided := [called(name) for name in gains if classes[name].word == UNDECIDED]:
         return Guarantee(UNDECIDED, f"whether M is {' or '.join(undecided)} is not decided")
-    return Guarantee(NO, f"M is {'not' if len(named) == 1 else 'neither'} {' nor '.join(named)}")
+    return Guarantee(NO, f"M is {'not' if len(gains) == 1 else 'neither'} {' nor '.join(map(called, gains))}")
 
 
 def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:

@@ -270,14 +270,13 @@ def _with_labels(group: Sequence[Result]) -> list[Result]:
 
 def _is_same(one: Problem, other: Problem) -> bool:
     """Return whether two problems have the same M, q and bounds, and curves of the same measure."""
-    if one is other:
-        return True
-    import numpy as np
+    from numpy import array_equal
 
-    if bool(one.solutions) != bool(other.solutions) or type(one.M) is not type(other.M):
-        return False
-    vectors = all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("q", "lower", "upper"))
-    return vectors and not (one.M != other.M).sum()
+    from lcpcli.linalg.matrices import are_equal
+
+    pairs = ((getattr(one, name), getattr(other, name)) for name in ("q", "lower", "upper"))
+    alike = bool(one.solutions) == bool(other.solutions) and are_equal(one.M, other.M)
+    return one is other or (alike and all(array_equal(*pair) for pair in pairs))
 
 
 def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:

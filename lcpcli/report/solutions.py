@@ -201,14 +201,21 @@ def _equilibria(
 
 def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
     data, points, equilibria = found.data, found.points, found.equilibria
-    place = {point: k for k, point in enumerate(points)}
+    place, origin = {point: k for k, point in enumerate(points)}, data.problem.origin
+
+    def solution(k: int, z: Values) -> dict[str, Any]:
+        each = None if equilibria is None else equilibria.extreme[k]
+        value = numbers([objective(data, origin, z)], exact)[0] if isinstance(origin, Program) else None
+        vectors = {"z": numbers(z, exact), "w": numbers(data.w(z), exact)}
+        return {**vectors, "objective": value, **_meaning(origin, z, each, exact)}
+
     return {
         **result_formats.place(source, data.problem),
         "status": found.status,
         "message": found.message,
         "complete": found.complete,
         "others": found.others,
-        "solutions": [_solution(found, k, point, exact) for k, point in enumerate(points)],
+        "solutions": [solution(*each) for each in enumerate(points)],
         "pieces": [
             {
                 "vertices": [place[vertex] for vertex in piece.vertices],
@@ -222,13 +229,6 @@ def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
         "degenerate": equilibria and equilibria.is_degenerate,
         "seconds": found.seconds,
     }
-
-
-def _solution(found: SolutionSet, k: int, z: Values, exact: bool) -> dict[str, Any]:
-    origin, each = found.data.problem.origin, None if found.equilibria is None else found.equilibria.extreme[k]
-    value = numbers([objective(found.data, origin, z)], exact)[0] if isinstance(origin, Program) else None
-    vectors = {"z": numbers(z, exact), "w": numbers(found.data.w(z), exact)}
-    return {**vectors, "objective": value, **_meaning(origin, z, each, exact)}
 
 
 def _meaning(origin: Any, z: Values, each: ExactEquilibrium | None, exact: bool) -> dict[str, Any]:
