@@ -234,7 +234,16 @@ def strictly_copositive(context: Context) -> Verdict:
 def copositive_plus(context: Context) -> Verdict:
     """Decide whether M is copositive, and (M + M')v = 0 for every v >= 0 with v'Mv = 0."""
     found = context.implied("positive_semidefinite", "strictly_copositive") or context.excluded("copositive")
-    return found or _by_zero_on_diagonal(context) or _by_zeros(context, plus=True)
+    if found is not None:
+        return found
+    zero = np.flatnonzero(context.diagonal == 0)
+    rows = abs(context.symmetric_part[zero])
+    loose = np.flatnonzero(rows.sum(axis=1))
+    if not loose.size:
+        return _by_zeros(context, plus=True)
+    i, j = int(zero[loose[0]]), int(matrices.dense(rows[loose[:1]])[0].argmax())
+    wrong = f"{entry(i, i)} = 0, but {entry(i, j)} + {entry(j, i)} is not"
+    return Verdict(NO, wrong, (i, j), context.vector((i,), (1,)))
 
 
 def _beside_zeros_on_diagonal(context: Context) -> Verdict | None:
@@ -263,18 +272,6 @@ def _excluded(context: Context, P: tuple[int, ...], u: list[Fraction], claim: st
     if v is None:
         return Verdict(NO, f"{claim} for some v >= 0 with support {verdict.index_set(P)}, in exact arithmetic", P)
     return Verdict(NO, f"{claim} for v = {text_of(v)} >= 0", P, v)
-
-
-def _by_zero_on_diagonal(context: Context) -> Verdict | None:
-    """Return NO to copositive-plus by i and j with M_ii = 0 and M_ij + M_ji != 0, if there are any; else None."""
-    zero = np.flatnonzero(context.diagonal == 0)
-    rows = abs(context.symmetric_part[zero])
-    loose = np.flatnonzero(rows.sum(axis=1))
-    if not loose.size:
-        return None
-    i, j = int(zero[loose[0]]), int(matrices.dense(rows[loose[:1]])[0].argmax())
-    wrong = f"{entry(i, i)} = 0, but {entry(i, j)} + {entry(j, i)} is not"
-    return Verdict(NO, wrong, (i, j), context.vector((i,), (1,)))
 
 
 def _blocks(context: Context) -> Iterator[tuple[tuple[int, ...], Rows]]:

@@ -66,19 +66,19 @@ def plan(problem: Problem) -> list[Attempt]:
     """
     problem = composed(as_problem(problem), relaxed, shifted).problem  # as auto searches
     structure = Structure(problem, problem.q)
-    first, brief, others = (_attempts(structure, rows) for rows in (FIRST, BRIEF, LATER))
+
+    def attempts(rows: tuple[Row, ...]) -> list[Attempt]:
+        applying = sorted((row for row in rows if row.applies(structure)), key=lambda row: row.first_round)
+        shares = ((row, row.share(structure)) for row in applying)
+        return [Attempt(row.method, row.part, None if n == math.inf else int(n), row.reason) for row, n in shares]
+
+    first, brief, others = map(attempts, (FIRST, BRIEF, LATER))
     presolve = [PRESOLVE] if problem.is_mixed and may_gain_by_presolve(structure) else []
     if structure.is_large_and_sparse:
         return [*presolve, *first, *others, MILP]
     if problem.n <= FEW_UNKNOWNS:
         return [*first, *brief, EXACT, *presolve, *(attempt for attempt in others if attempt not in brief), MILP]
     return [*first, *presolve, *others, MILP]
-
-
-def _attempts(structure: Structure, rows: tuple[Row, ...]) -> list[Attempt]:
-    applying = sorted((row for row in rows if row.applies(structure)), key=lambda row: row.first_round)
-    shares = [None if (share := row.share(structure)) == math.inf else int(share) for row in applying]
-    return [Attempt(row.method, row.part, share, row.reason) for row, share in zip(applying, shares, strict=True)]
 
 
 ASYMMETRY = 1e-12  # relative to the largest entry: a smaller difference of M and M' looks like rounding
@@ -234,17 +234,12 @@ def _hints(own: Inspection) -> list[str]:
     rounding = ends is not None and abs(ends.smallest) <= 4 * own.problem.n * EPS * ends.largest
     if rounding and own.classes["positive_semidefinite"].word == NO:
         found.append("M fails to be positive semidefinite only by rounding errors: perhaps it was meant to be")
-    if own.classes["symmetric"].word == NO:
-        found += _transpose_hint(own)
-    return found
-
-
-def _transpose_hint(own: Inspection) -> list[str]:
-    """Return a hint if M looks like the transpose of the intended matrix, or is symmetric up to rounding."""
     M = own.problem.M
+    if own.classes["symmetric"].word != NO:
+        return found
     if abs(M - M.T).max() <= ASYMMETRY * abs(M).max():
-        return ["M is symmetric up to rounding: if it should be, symmetrize it, which halves the work"]
+        return [*found, "M is symmetric up to rounding: if it should be, symmetrize it, which halves the work"]
     transpose = M.T.tocsr() if is_sparse(M) else np.ascontiguousarray(M.T)
     if own.classes["strictly_diagonally_dominant"].word == NO and weak_row(transpose, check) is None:
-        return ["strictly diagonally dominant by columns, not by rows: if rows were intended, M is transposed"]
-    return []
+        found.append("strictly diagonally dominant by columns, not by rows: if rows were intended, M is transposed")
+    return found

@@ -22,7 +22,6 @@ d if C v <= 0 for some v >= 0, v != 0, as C^-1 >= 0. d and v are computed in dou
 from __future__ import annotations
 
 from contextlib import suppress
-from fractions import Fraction
 
 import numpy as np
 
@@ -64,7 +63,15 @@ def scaled_dominance(M: Matrix, check: verdict.Check) -> Verdict:
     if found := scaling(M, lambda d: bool((signs(C, d, check) > 0).all()), check):
         evidence = f"scaling the columns of M by d = {text_of(found.d)} makes it strictly diagonally dominant"
         return Verdict(YES, evidence, vector=found.d)
-    v = _perron(C, check)
+    v, diagonal = e, C.diagonal()
+    for _ in range(STEPS):  # power iteration on I + J, which may lead to a Perron vector v >= 0 of J = I - D^-1 C
+        check()
+        v = 2 * v - product(C, v) / diagonal
+        if not np.isfinite(v).all() or not v.max() > 0:
+            v = np.zeros(e.size)
+            break
+        v = v / v.max()
+    v[v < ZERO] = 0.0
     if v.any() and (signs(C, v, check) <= 0).all():
         return _excluded(v)
     if e.size > EXACT_MINORS:
@@ -78,20 +85,6 @@ def scaled_dominance(M: Matrix, check: verdict.Check) -> Verdict:
 
 def _excluded(v: Vector) -> Verdict:
     return Verdict(NO, f"M_ii v_i <= sum of |M_ij| v_j, j != i, in every row for v = {text_of(v)}", vector=v)
-
-
-def _perron(C: Matrix, check: verdict.Check) -> Vector:
-    """Return an approximate Perron vector v >= 0 of J = I - D^-1 C, by power iteration on I + J."""
-    diagonal = C.diagonal()
-    v = np.ones(diagonal.size)
-    for _ in range(STEPS):
-        check()
-        v = 2 * v - product(C, v) / diagonal
-        if not np.isfinite(v).all() or not v.max() > 0:
-            return np.zeros(v.size)
-        v /= v.max()
-    v[v < ZERO] = 0.0
-    return v
 
 
 ALL_MINORS = 14  # n up to which all 2^n - 1 = 16383 minors are computed, in half a second
@@ -201,19 +194,16 @@ def column_sufficient(context: Context, product: str = "Mz") -> Verdict:
         part = verdict.block(A, P)
         if elimination.determinant(part):
             continue
+        t = max(abs(v) for row in part for v in row) or 1
         for inside in verdict.index_sets(len(P)):
             context.check()
-            if (u := _exception(part, inside)) is not None:
+            # z, not 0 on I, with (A + t diag(1_I)) z = 0: z_i (Az)_i = -t z_i^2 on I, 0 elsewhere
+            shifted = [[v + t * (i == j and i in inside) for j, v in enumerate(row)] for i, row in enumerate(part)]
+            _, free = elimination.solve(shifted, [0] * len(part))
+            u = next((z for z in free if any(z[i] for i in inside)), None)
+            if u is not None:
                 claim = f"z_i ({product})_i <= 0 for all i and < 0 for one"
                 z = context.vector(P, u)
                 support = f"for a z with support {index_set(P)}, in exact arithmetic"
                 return Verdict(NO, f"{claim}, {support if z is None else f'z = {text_of(z)}'}", P, z)
     return Verdict(YES, f"no z on any of {2**context.n - 1} index sets is a counterexample, in exact arithmetic")
-
-
-def _exception(A: elimination.Rows, inside: tuple[int, ...]) -> list[Fraction] | None:
-    """Return z, not 0 on I, with (A + t diag(1_I)) z = 0, if there is one: z_i (Az)_i = -t z_i^2 on I, 0 elsewhere."""
-    t = max(abs(v) for row in A for v in row) or 1
-    shifted = [[v + t * (i == j and i in inside) for j, v in enumerate(row)] for i, row in enumerate(A)]
-    _, free = elimination.solve(shifted, [0] * len(A))
-    return next((z for z in free if any(z[i] for i in inside)), None)

@@ -67,7 +67,16 @@ def changes(path: Path) -> list[list[StateChange]]:
 def notes_on(path: Path, names: Sequence[str], most: float) -> list[str]:
     """Return for each breakpoint what happens there: which variables enter and leave the basis, a jump to it, a turn
     at it, and the end."""
-    notes = [_in_words(path.problem, each, names, most) for each in changes(path)]
+    problem, reversed_ones = path.problem, range(0)
+    if isinstance(problem.origin, Program):  # multipliers of a maximization are shown with the other sign
+        reversed_ones = problem.origin.reversed(problem.n)
+    words = {word: f"to {word}" if problem.is_mixed else "leaves" for word in WORDS.values()} | {WORDS[BASIC]: "enters"}
+    others = words | {WORDS[LOWER]: words[WORDS[UPPER]], WORDS[UPPER]: words[WORDS[LOWER]]}
+    notes = []
+    for each in changes(path):
+        shown = each if len(each) <= most else each[: int(most) - 1]
+        texts = [f"{names[i]} {(others if i in reversed_ones else words)[after]}" for i, _, after in shown]
+        notes.append([*texts, *[f"{len(each) - len(shown)} more"] * (len(each) > len(shown))])
     for k in path.jumps:
         notes[k + 1].insert(0, "jump")
     for k in turns(path):
@@ -75,16 +84,6 @@ def notes_on(path: Path, names: Sequence[str], most: float) -> list[str]:
     if notes:
         notes[-1].append(path.end.replace("_", " "))
     return [", ".join(note) for note in notes]
-
-
-def _in_words(problem: Problem, changes: Sequence[StateChange], names: Sequence[str], most: float) -> list[str]:
-    """Return the changes in words; multipliers of a maximization are shown with the other sign."""
-    reversed_ones = problem.origin.reversed(problem.n) if isinstance(problem.origin, Program) else range(0)
-    words = {word: f"to {word}" if problem.is_mixed else "leaves" for word in WORDS.values()} | {WORDS[BASIC]: "enters"}
-    others = words | {WORDS[LOWER]: words[WORDS[UPPER]], WORDS[UPPER]: words[WORDS[LOWER]]}
-    shown = changes if len(changes) <= most else changes[: int(most) - 1]
-    texts = [f"{names[i]} {(others if i in reversed_ones else words)[after]}" for i, _, after in shown]
-    return [*texts, *[f"{len(changes) - len(shown)} more"] * (len(changes) > len(shown))]
 
 
 def turns(path: Path) -> list[int]:

@@ -35,8 +35,8 @@ def answers(results: Sequence[Result], compared: bool, shown: Sequence[str] = ()
     origins = [result.problem.origin for result in results]
     programs, games = (any(isinstance(own, kinds) for own in origins) for kinds in (Program, (Game, ExtensiveGame)))
     parts = [
-        *[_STATES] * any(result.problem.bounds for result in results),
-        *[_NAMES] * (games or any(any(result.problem.names) for result in results)),
+        *[((STATE,), _states)] * any(result.problem.bounds for result in results),
+        *[(("name",), _names)] * (games or any(any(result.problem.names) for result in results)),
         *[(PROGRAM_COLUMNS, _of_program)] * programs,
         *[(GAME_COLUMNS, _of_game)] * games,
     ]
@@ -52,7 +52,7 @@ def part(result: Result, source: str) -> Rows:
     """Return the rows of one of many problems, with state and name, and comments on the result."""
     names = [[name] for name in result.problem.names]
     comments = [*wording.provenance([result])[1:], *wording.objective(result)]
-    return _rows(result, [source], [_STATES, (("name",), lambda _: names)]), comments
+    return _rows(result, [source], [((STATE,), _states), (("name",), lambda _: names)]), comments
 
 
 def iterates(results: Sequence[Result], chosen: Sequence[str] = (), names: Sequence[str] = ()) -> Rows:
@@ -122,6 +122,10 @@ def _fractions(values: Cells) -> Cells:
     return [value if value is None or isinstance(value, float) else text(value) for value in values]
 
 
+def _states(result: Result) -> list[Cells]:
+    return [[state] for state in result.basis]
+
+
 def _names(result: Result) -> list[Cells]:
     names, origin = result.problem.names, result.problem.origin
     if isinstance(origin, Game):
@@ -148,23 +152,14 @@ def _of_program(result: Result) -> list[Cells]:
 def _of_game(result: Result) -> list[Cells]:
     exact, game = result.exact, result.problem.origin
     if isinstance(game, ExtensiveGame):
-        return _of_tree(result)
+        own: Any = getattr(result.answer, "exact", None) or result.answer
+        known = own.payoffs is not None
+        players = zip(own.players, _fractions(own.payoffs), programs_and_games.moves(own), strict=True) if known else ()
+        return [(name, p, payoff) for name, payoff, moves in players for p in _fractions(moves)]
     if not isinstance(game, Game):
         return []
     z = np.array(exact.z, dtype=object) if exact is not None and exact.z and exact.w else result.z
     *probabilities, by_row, by_column = _fractions(programs_and_games.iterate_of_game(game, z))
     m = game.A.shape[0]
-    players = (("row", by_row) if i < m else ("column", by_column) for i in range(len(probabilities)))
-    return [(player, value, payoff) for (player, payoff), value in zip(players, probabilities, strict=True)]
-
-
-def _of_tree(result: Result) -> list[Cells]:
-    own: Any = getattr(result.answer, "exact", None) or result.answer
-    if own.payoffs is None:
-        return []
-    players = zip(own.players, _fractions(own.payoffs), programs_and_games.moves(own), strict=True)
-    return [(name, p, payoff) for name, payoff, moves in players for p in _fractions(moves)]
-
-
-_STATES: Part = ((STATE,), lambda result: [[state] for state in result.basis])
-_NAMES: Part = (("name",), _names)
+    of_rows = (("row", by_row) if i < m else ("column", by_column) for i in range(len(probabilities)))
+    return [(player, value, payoff) for (player, payoff), value in zip(of_rows, probabilities, strict=True)]

@@ -126,10 +126,12 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float, sh
     def rows(number: int, piece: Piece) -> Iterator[list[str]]:
         for k, (kind, z, w) in enumerate(_parts(data, piece)):
             own = [cell(objective(data, program, z)) if kind == "vertex" else ""] if program else []
-            if tree is not None:
-                numbers = _of_tree(tree, kind, z, kept, cell)
-            else:
-                numbers = [cell(vector[i]) for vector in (in_own_sense(data.problem, z), w) for i in kept]
+            shown, more = in_own_sense(data.problem, z), [cell(w[i]) for i in kept]
+            if tree is not None:  # a direction has the changes of the plans
+                plan = programs_and_games.behavior_of(tree, z) if kind == "vertex" else None
+                shown = list(chain(*programs_and_games.moves(plan))) if plan else shown
+                more = [*map(cell, plan.payoffs)] if plan else ["", ""]
+            numbers = [*(cell(shown[i]) for i in kept), *more]
             yield ["" if k else str(number), kind, *numbers, *own]
 
     pieces = list(enumerate(found.pieces, 1))
@@ -140,17 +142,6 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float, sh
     if any(piece.rays or piece.lines for piece in found.pieces):
         remark += ", plus any nonnegative multiples of its rays and any multiples of its lines"
     return _listing(header, groups, total, [remark] * (len(groups) > 1))
-
-
-def _of_tree(
-    game: ExtensiveGame, kind: str, z: Values, kept: Sequence[int], cell: Callable[[Fraction], str]
-) -> list[str]:
-    """Return the probabilities of these moves and the payoffs, or the changes of the plans along a direction."""
-    own = programs_and_games.behavior_of(game, z) if kind == "vertex" else None
-    if own is None:
-        return [*(cell(z[i]) for i in kept), "", ""]
-    values = list(chain(*programs_and_games.moves(own)))
-    return [*(cell(values[i]) for i in kept), *map(cell, own.payoffs)]
 
 
 def _listing(header: list[str], groups: Iterable[Iterable[list[str]]], total: int, remarks: list[str]) -> Listing:
@@ -254,7 +245,12 @@ def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tu
         rows = _components(problem.origin, found.z, found.w or [], exact) if found.z else iter(())
     else:
         header, message, has_names = HEADER, found.message, any(problem.names)
-        rows = _of_pieces(found, exact)
+        rows = (
+            (number, kind, k, *cells)
+            for number, piece in enumerate(found.pieces, 1)
+            for k, (kind, z, w) in enumerate(_parts(found.data, piece), 1)
+            for cells in _components(problem.origin, z, w, exact)
+        )
         if found.equilibria is not None:
             header, rows = EQUILIBRIUM_COLUMNS, _of_equilibria(found.equilibria, exact)
     header = (*header, *PROGRAM_COLUMNS * isinstance(problem.origin, Program), *["name"] * has_names)
@@ -270,14 +266,6 @@ def _of_equilibria(equilibria: Equilibria, exact: bool) -> Iterator[Cells]:
         for player, strategy, payoff in zip(("row", "column"), (each.row, each.column), payoffs, strict=True):
             for i, probability in enumerate(numbers(strategy, exact), 1):
                 yield number, player, i, probability, payoff
-
-
-def _of_pieces(found: SolutionSet, exact: bool) -> Iterator[Cells]:
-    origin = found.data.problem.origin
-    for number, piece in enumerate(found.pieces, 1):
-        for k, (kind, z, w) in enumerate(_parts(found.data, piece), 1):
-            for cells in _components(origin, z, w, exact):
-                yield number, kind, k, *cells
 
 
 def _components(origin: Any, z: Values, w: Values, exact: bool) -> Iterator[Cells]:

@@ -260,7 +260,8 @@ def summary_of_costs(results: Sequence[Result], width: int | None) -> Table:
 
 def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool) -> Table:
     """Return the summary with the costs of these levels; if no costs `are_noted`, it has evaluations and residuals."""
-    settings = [_settings(result) for result in results]
+    pairs = ((each.partition("=") for each in own.label.partition(":")[2].split(",") if each) for own in results)
+    settings = [{name: value or "yes" for name, _, value in own} for own in pairs]
     options = list(dict.fromkeys(name for own in settings for name in own))
     attained = [reached(result) for result in results]
     length, unit = wording.common_unit(
@@ -284,11 +285,6 @@ def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool
     best = {(row, first + 2 * j + 1) for j, column in enumerate(times) for row in _shortest(column)}
     notes = [NOTE] * any(name.startswith("to ") for name in header)
     return Table(header, [rows], words=(0, len(header) - 1), best=best, why="the shortest time", notes=notes)
-
-
-def _settings(result: Result) -> dict[str, str]:
-    settings = (setting.partition("=") for setting in result.label.partition(":")[2].split(",") if setting)
-    return {name: value or "yes" for name, _, value in settings}
 
 
 def reached(result: Result) -> dict[float, tuple[int, float]]:

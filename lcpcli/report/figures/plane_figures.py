@@ -50,6 +50,10 @@ class Cone:
         """Return SECTOR; RAY, from the origin; LINE, through it; or POINT, the origin alone."""
         return SECTOR if any(extent for _, extent in self.parts) else (POINT, RAY, LINE)[len(self.parts)]
 
+    @property
+    def radius(self) -> float:
+        return ARC - APART * self.level
+
     def overlaps(self, other: Cone) -> bool:
         """Return whether two sectors have a common interior point, or a ray or line and another cone have a common
         point other than 0."""
@@ -74,23 +78,18 @@ def cones(M: Sequence[Sequence[float]]) -> list[Cone]:
     directions = generators(M)
     made: list[Cone] = []
     for chosen in SETS:
-        cone = Cone(_span([directions[f"$-M_{j}$" if j in chosen else f"$I_{j}$"] for j in (1, 2)]))
+        by = [directions[f"$-M_{j}$" if j in chosen else f"$I_{j}$"] for j in (1, 2)]
+        angles = [one for one in by if one is not None]
+        parts = tuple((one, 0.0) for one in angles[:1])
+        turn = turn_to(angles[0], angles[-1]) if angles else 0.0
+        if abs(turn) > math.pi - SAME:
+            parts = ((angles[0], 0.0), (angles[0] + math.pi, 0.0))
+        elif abs(turn) >= SAME:
+            parts = ((angles[0] if turn > 0 else angles[-1], abs(turn)),)
+        cone = Cone(parts)
         taken = {other.level for other in made if cone.overlaps(other)}
-        made.append(Cone(cone.parts, min(set(range(len(SETS))) - taken)))
+        made.append(Cone(parts, min(set(range(len(SETS))) - taken)))
     return made
-
-
-def _span(by: Sequence[float | None]) -> tuple[tuple[float, float], ...]:
-    angles = [one for one in by if one is not None]
-    if not angles:
-        return ()
-    first, last = angles[0], angles[-1]
-    turn = turn_to(first, last)
-    if abs(turn) < SAME:
-        return ((first, 0.0),)
-    if abs(turn) > math.pi - SAME:
-        return ((first, 0.0), (first + math.pi, 0.0))
-    return ((first if turn > 0 else last, abs(turn)),)
 
 
 def turn_to(first: float, last: float) -> float:
@@ -133,8 +132,14 @@ def draw(found: SolutionSet) -> Figure:
         _cone(axes, cone, color, FILLS[holds])
     for direction in {each for each in directions.values() if each is not None}:
         axes.annotate("", _at(VECTOR, direction), (0, 0), arrowprops=ARROW | {"linewidth": 1.1}, zorder=5)
-    _q(axes, angle(q), [cone for cone, holds in zip(shapes, holds_q, strict=True) if holds])
-    _labels(axes, directions | {"$q$": angle(q)})
+    of_q = angle(q)
+    at = (0.0, 0.0) if of_q is None else _at(Q, of_q)
+    if of_q is not None:  # the ray through q, and where it crosses the arcs of the cones around it
+        axes.plot(*zip((0, 0), at, strict=True), color="black", linewidth=1.0, dashes=(3, 2), zorder=5)
+        for cone in (cone for cone, holds in zip(shapes, holds_q, strict=True) if holds and cone.kind != POINT):
+            axes.plot(*_at(cone.radius, of_q), "o", markersize=4.2, mfc="white", mec="black", mew=0.9, zorder=7)
+    axes.plot(*at, "o", markersize=5.5, color="black", zorder=7)
+    _labels(axes, directions | {"$q$": of_q})
     rows = "; ".join(" ".join(map(_number, row)) for row in M)
     data = [f"M = [{rows}],  q = ({', '.join(map(_number, q))})"]
     data += [f"z{j} = {name}" for j, name in enumerate(problem.names, 1) if name]
@@ -150,7 +155,7 @@ def _at(radius: float, direction: float) -> tuple[float, float]:
 
 def _cone(axes: Axes, cone: Cone, color: str, fill: float) -> None:
     """Draw a sector with its arc, thick rays for a ray or a line, or a ring for the origin."""
-    radius, add = ARC - APART * cone.level, axes.add_patch
+    radius, add = cone.radius, axes.add_patch
     if cone.kind == POINT:
         axes.plot(0, 0, "o", markersize=9, color="none", markeredgecolor=color, mew=2.2, zorder=6)
     elif cone.kind == SECTOR:
@@ -162,16 +167,6 @@ def _cone(axes: Axes, cone: Cone, color: str, fill: float) -> None:
     else:
         for ray, _ in cone.parts:
             axes.plot(*zip((0, 0), _at(radius, ray), strict=True), c=color, lw=5, solid_capstyle="butt", zorder=4)
-
-
-def _q(axes: Axes, direction: float | None, around: Sequence[Cone]) -> None:
-    """Mark q, the ray through q, and the points where this ray crosses the arcs of the cones around it."""
-    at = (0.0, 0.0) if direction is None else _at(Q, direction)
-    if direction is not None:
-        axes.plot(*zip((0, 0), at, strict=True), color="black", linewidth=1.0, dashes=(3, 2), zorder=5)
-        for radius in (ARC - APART * cone.level for cone in around if cone.kind != POINT):
-            axes.plot(*_at(radius, direction), "o", markersize=4.2, mfc="white", mec="black", mew=0.9, zorder=7)
-    axes.plot(*at, "o", markersize=5.5, color="black", zorder=7)
 
 
 def _labels(axes: Axes, directions: dict[str, float | None]) -> None:

@@ -137,7 +137,13 @@ def _draw_run(axes: Axes, points: Sequence[DrawnPoint], look: Look, solved: bool
     if len(points) > 1:
         axes.plot(xs, ys, zorder=2, **look.line)
     outside = [i for i, (_, _, is_beyond) in enumerate(points) if is_beyond]
-    marked = {*_marks(axes.transData.transform(np.column_stack((xs, ys))), turn)}
+    marked = {*range(len(points))}
+    if len(points) > MOST_MARKERS:  # the first point, the last, and some between, spread evenly along the drawn curve
+        across, up = axes.transData.transform(np.column_stack((xs, ys))).T
+        falling = np.diff(np.minimum.accumulate(up))  # else oscillations would take all markers
+        length = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(across), falling))))
+        shares = (np.arange(1, MOST_MARKERS - 1) + 0.25 * (turn % 4 - 1.5)) / (MOST_MARKERS - 1)
+        marked = {0, *np.searchsorted(length, shares * length[-1]).tolist(), len(points) - 1}
     marked |= {*outside[:: math.ceil(len(outside) / MOST_MARKERS) or 1]}
     if not solved and len(points) > 1:
         marked -= {len(points) - 1}
@@ -148,17 +154,6 @@ def _draw_run(axes: Axes, points: Sequence[DrawnPoint], look: Look, solved: bool
         axes.plot(xs[ringed], ys[ringed], label=style.BEYOND, zorder=4, **above, **style.SIGNS[style.BEYOND])
     if not solved:
         axes.plot(xs[-1], ys[-1], label=style.UNSOLVED, zorder=5, **above, **style.SIGNS[style.UNSOLVED])
-
-
-def _marks(at: Any, turn: int) -> list[int]:
-    """Return the indices of the first point, the last, and some between, spread evenly along the drawn curve."""
-    if len(at) <= MOST_MARKERS:
-        return list(range(len(at)))
-    falling = np.column_stack((at[:, 0], np.minimum.accumulate(at[:, 1])))  # else oscillations would take all markers
-    length = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(falling, axis=0).T))))
-    shift = 0.25 * (turn % 4 - 1.5)
-    wanted = (np.arange(1, MOST_MARKERS - 1) + shift) / (MOST_MARKERS - 1) * length[-1]
-    return [0, *np.searchsorted(length, wanted).tolist(), len(at) - 1]
 
 
 def _drawn(chosen: Looks, panels: Sequence[Panel], others: Sequence[Profile | Growth] = ()) -> Looks:
