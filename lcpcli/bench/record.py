@@ -20,7 +20,7 @@ from lcpcli.bench.suites import Case, method_of, series
 from lcpcli.errors import OptionError
 from lcpcli.files.contents import content_of, decode, place, within
 from lcpcli.report import wording
-from lcpcli.report.figures.data import Growth, Power
+from lcpcli.report.plotting import Growth, Power
 
 EXCLUDED = "excluded"
 EXPECTED = "name a .json file written by lcp bench -o"

@@ -15,10 +15,9 @@ from lcpcli.bench.suites import SUITES, method_of, series
 from lcpcli.bench.timing import ABSOLUTE, NATURAL, RELATIVE
 from lcpcli.errors import count
 from lcpcli.model.problem import WITHOUT_SOLUTION
-from lcpcli.report import plotting as figures
 from lcpcli.report import wording
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.figures.data import Curve, Panel, Profile
+from lcpcli.report.plotting import Curve, Panel, Picture, Profile
 from lcpcli.report.result_formats import Report, cell, plain
 from lcpcli.report.wording import PIPE_WIDTH
 
@@ -220,7 +219,7 @@ LEAST_PROBLEMS = 5  # for a performance profile, whose steps are shares of the p
 
 
 def draw_figure(record: BenchRecord, form: str) -> bytes:
-    """Return the figure of a bench with at least one measurement; form is one of `figures.FORMS`."""
+    """Return the figure of a bench with at least one measurement; form is one of `plotting.FORMS`."""
     panels = _panels(record)
     growth_panels = dict(islice(growths(record).items(), PANELS_OF_A_KIND))
     medians, in_seconds = times(record), is_over_time(record)
@@ -229,7 +228,7 @@ def draw_figure(record: BenchRecord, form: str) -> bytes:
     measured = len({row.problem for row in record.measurements})
     if measured < LEAST_PROBLEMS and (panels or growth_panels):
         profiles = []
-    return figures.bench(profiles, panels, growth_panels, form, conditions(record))
+    return Picture("bench", (profiles, panels, growth_panels), conditions(record)).content(form)
 
 
 def _panels(record: BenchRecord) -> list[Panel]:

@@ -34,7 +34,7 @@ from lcpcli.model.program import Conditions, Program
 from lcpcli.options import AUTO, NUMBA, THREADS, Limits, wants_kernels
 from lcpcli.peers import registry as peers
 from lcpcli.peers.registry import Claim
-from lcpcli.report.wording import finite
+from lcpcli.report.result_formats import plain
 from lcpcli.solving import driver as driver
 from lcpcli.solving.solve_mcp import run_nonlinear
 from lcpcli.solving.trace import Trace
@@ -199,7 +199,7 @@ def checked(problem: Problem | NonlinearProblem, answer: Claim, accept: float) -
     success = claimed and point.scaled_residual <= accept and not hopeless
     is_nearly_true = point.residual <= accept * float(terms.max(initial=0.0)) < np.inf and not hopeless
     numbers = {"residual": point.residual, "scaled_residual": point.scaled_residual, "error": problem.error(z)}
-    found = {name: finite(value) for name, value in numbers.items()}
+    found = {name: plain(value) for name, value in numbers.items()}
     false = claimed and not success and not is_nearly_true
     return {"success": success, "false_success": false, "optimality": optimality(problem, z), **found}
 
@@ -366,7 +366,7 @@ def _measure(case: Case, problem: Problem | NonlinearProblem, solver: str, recor
         solve = partial(run_peer if kind == "peer" else run_method, solver, problem, options.tol, options.time_limit)
         rest = REST if problem.n >= FEWEST_SHARED_ROWS and record.machine.threads != 1 else 0.0
         answer, seconds = measure(solve, options.budget, rest)
-    curve = [(k, at, finite(error)) for k, at, error in answer.curve] if answer.curve else None
+    curve = [(k, at, plain(error)) for k, at, error in answer.curve] if answer.curve else None
     return Measurement(
         problem=case.name,
         family=case.family or None,

@@ -43,7 +43,7 @@ def outcome(request: Request, work: Work, output: Output) -> int:
     report = solutions.report(solution_set, work.sources[0], request.exact, request.names)
     codes = {sets.TIME_LIMIT: NOT_SOLVED, sets.INTERRUPTED: INTERRUPTED, sets.UNSOLVABLE: NO_SOLUTION}
     output.show(report.render, f"{work.sources[0]}: {solution_set.message}")
-    output.add(request.plot, lambda path: plotting.cones(solution_set, plotting.form_of(path)))
+    output.add(request.plot, lambda path: plotting.cones(solution_set).content(plotting.form_of(path)))
     return codes.get(solution_set.status, SOLVED)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.cli.command import argument, command, option
@@ -75,7 +74,7 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, **given: Any) 
     if not destination.silent:
         from lcpcli.report import verification_text
 
-        destination.show(partial(verification_text.render, verifications), f"{place(paths[0])}: {told}")
+        destination.show(verification_text.report(verifications).render, f"{place(paths[0])}: {told}")
     return max(of_end(verification.accepted) for verification in verifications)
 
 
@@ -169,7 +168,6 @@ def inspect(file: str, q_file: str | None, time_limit: float | None, whole: bool
 
         model = Model(None, file).model
         found = inspect_nonlinear(problem, model.operators, model.header.common, len(model.fixed), seconds)
-    destination.show(
-        partial(inspection_text.render, found, whole=whole), f"{place(file)}: {inspection_text.verdict(found)}"
-    )
+    report = inspection_text.report(found, whole)
+    destination.show(report.render, f"{place(file)}: {inspection_text.verdict(found)}")
     return 0

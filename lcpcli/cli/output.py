@@ -131,8 +131,8 @@ class Output(Destination):
         from lcpcli.report import plotting
 
         form_of = plotting.form_of
-        self.add(paths, lambda path: plotting.paths(plotting.trajectories(runs), form_of(path, plotting.PATHS)))
-        self.add(plot, lambda path: plotting.convergence(plotting.panels(runs), form_of(path)))
+        self.add(paths, lambda path: plotting.paths(plotting.panels(runs)).content(form_of(path, plotting.PATHS)))
+        self.add(plot, lambda path: plotting.convergence(plotting.panels(runs)).content(form_of(path)))
 
     def _selection(self, problem: AnyProblem) -> tuple[int, int | None, Indices | None]:
         """Return the selection of a table: the step and the largest number of its iterates, and their components."""

@@ -113,7 +113,7 @@ def path(
     file = place(inputs[-1].files[-1])
     files_read = [place(each.files[-1]) for each in inputs]
     if names:
-        from lcpcli.report.path_terms import Ends
+        from lcpcli.report.path_formats import Ends
 
         wording.places(Ends(*(each.problem for each in ends)).names(), names)  # refuses a name of none
     found, code = _followed(ends, file, span, **given)

@@ -19,6 +19,7 @@ International Journal for Numerical Methods in Engineering 39 (1996) 2673-2691),
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from fractions import Fraction
 
 import numpy as np
@@ -121,8 +122,7 @@ def _by_rounded_arithmetic(context: Context) -> Verdict:
 def _is_exact(context: Context, S: Matrix) -> bool:
     """Return whether M + M' was computed without rounding."""
     M, T = context.M, context.M.T
-    with np.errstate(over="ignore", invalid="ignore"):
-        return not any((lost != 0).sum() for lost in ((S - M) - T, (S - T) - M))
+    return not any((lost != 0).sum() for lost in ((S - M) - T, (S - T) - M))
 
 
 def _by_support(context: Context) -> Verdict | None:
@@ -148,29 +148,24 @@ def _by_support(context: Context) -> Verdict | None:
 
 
 def _by_index_set(context: Context, indices: tuple[int, ...], strict: bool) -> Verdict:
-    """Return NO by a principal minor of M + M' that is negative, or zero if strict, with a vector if it is exact."""
-    minor = f"the minor {verdict.index_set(indices)} of M + M' is {'not positive' if strict else 'negative'}"
-    return _by_vector(context, _vector(context, indices), strict, indices) or Verdict(NO, minor, indices)
-
-
-def _vector(context: Context, indices: tuple[int, ...]) -> Vector | None:
-    """Return v with support in the index set P: (x, 1) with S_PP x = -S_Pk without the last pivot k, exactly if P is
-    small, else an eigenvector of the least eigenvalue."""
+    """Return NO by a principal minor S_PP of S = M + M' that is negative, or zero if strict, with a vector if it is
+    exact: (x, 1) with S_PP x = -S_Pk without the last pivot k, exactly if P is small, else an eigenvector of the least
+    eigenvalue."""
+    v, rows = None, list(indices)
     if len(indices) <= RATIONAL:
         *S, last = verdict.block(context.whole_symmetric_part(), indices)
         x, free = elimination.solve([row[:-1] for row in S], [-value for value in last[:-1]])
-        exact = None if x is None or free else context.vector(indices, [*x, Fraction(1)])
-        if exact is not None:
-            return exact
-    rows = list(indices)
-    v = np.zeros(context.n)
-    try:
-        v[rows] = np.linalg.eigh(matrices.dense(context.symmetric_part[rows][:, rows]))[1][:, 0]
-    except np.linalg.LinAlgError:
-        return None
-    return v
+        v = None if x is None or free else context.vector(indices, [*x, Fraction(1)])
+    if v is None:
+        with suppress(np.linalg.LinAlgError):
+            least = np.linalg.eigh(matrices.dense(context.symmetric_part[rows][:, rows]))[1][:, 0]
+            v = np.zeros(context.n)
+            v[rows] = least
+    minor = f"the minor {verdict.index_set(indices)} of M + M' is {'not positive' if strict else 'negative'}"
+    return _by_vector(context, v, strict, indices) or Verdict(NO, minor, indices)
 
 
+@np.errstate(all="ignore")
 def semidefinite_rank(S: Matrix) -> int | None:
     """Return the rank of a symmetric S of shape (n, n) if floating point proves that S is positive semidefinite, else
     None: n if a factorization does. A singular S is semidefinite if some S_PP is definite and the columns outside of P
@@ -202,8 +197,6 @@ def semidefinite_rank(S: Matrix) -> int | None:
 
 ALL_SETS = 9  # n up to which all 2^n - 1 index sets are examined, each by a linear system in exact arithmetic
 
-Entries = list[Fraction]
-
 
 def copositive(context: Context) -> Verdict:
     """Decide whether v'Mv >= 0 for every v >= 0."""
@@ -212,14 +205,17 @@ def copositive(context: Context) -> Verdict:
         return found
     if context.symmetric_part.min() >= 0:
         return Verdict(YES, "no entry of M + M' is negative")
-    v = _simple(context)
-    if v is not None:
-        return Verdict(NO, f"v'Mv < 0 for v = {text_of(v)} >= 0", vector=v)
+    S, n = context.symmetric_part, context.n
+    vectors = [np.ones(n), np.zeros(n), np.zeros(n)]  # e, and a sum of one or two unit vectors
+    vectors[1][int(context.diagonal.argmin())] = vectors[2][list(np.unravel_index(int(S.argmin()), S.shape))] = 1.0
+    for v in vectors:
+        if context.form_is_low(v, strict=False):
+            return Verdict(NO, f"v'Mv < 0 for v = {text_of(v)} >= 0", vector=v)
     found = _beside_zeros_on_diagonal(context)
     if found is not None or context.n > ALL_SETS:
         return found or _undecided(context)
-    for P, S in _blocks(context):
-        u, free = elimination.solve(S, [-1] * len(P))
+    for P, S_PP in _blocks(context):
+        u, free = elimination.solve(S_PP, [-1] * len(P))
         if u is not None and not free and min(u) >= 0:  # then u'Su < 0
             return _excluded(context, P, u, "v'Mv < 0")
     return Verdict(YES, f"none of {2**context.n - 1} index sets supports a v >= 0 with v'Mv < 0, in exact arithmetic")
@@ -238,7 +234,16 @@ def strictly_copositive(context: Context) -> Verdict:
 def copositive_plus(context: Context) -> Verdict:
     """Decide whether M is copositive, and (M + M')v = 0 for every v >= 0 with v'Mv = 0."""
     found = context.implied("positive_semidefinite", "strictly_copositive") or context.excluded("copositive")
-    return found or _by_zero_on_diagonal(context) or _by_zeros(context, plus=True)
+    if found is not None:
+        return found
+    zero = np.flatnonzero(context.diagonal == 0)
+    rows = abs(context.symmetric_part[zero])
+    loose = np.flatnonzero(rows.sum(axis=1))
+    if not loose.size:
+        return _by_zeros(context, plus=True)
+    i, j = int(zero[loose[0]]), int(matrices.dense(rows[loose[:1]])[0].argmax())
+    wrong = f"{entry(i, i)} = 0, but {entry(i, j)} + {entry(j, i)} is not"
+    return Verdict(NO, wrong, (i, j), context.vector((i,), (1,)))
 
 
 def _beside_zeros_on_diagonal(context: Context) -> Verdict | None:
@@ -261,33 +266,12 @@ def _undecided(context: Context) -> Verdict:
     return Verdict(UNDECIDED, f"{sets} are too many; no sufficient condition or counterexample was found")
 
 
-def _excluded(context: Context, P: tuple[int, ...], u: Entries, claim: str) -> Verdict:
+def _excluded(context: Context, P: tuple[int, ...], u: list[Fraction], claim: str) -> Verdict:
     """Return NO by the v with v_P = u, which is given in doubles if they represent it exactly."""
     v = context.vector(P, u)
     if v is None:
         return Verdict(NO, f"{claim} for some v >= 0 with support {verdict.index_set(P)}, in exact arithmetic", P)
     return Verdict(NO, f"{claim} for v = {text_of(v)} >= 0", P, v)
-
-
-def _simple(context: Context) -> Vector | None:
-    """Return v >= 0 with v'Mv < 0 among e, unit vectors and sums of two unit vectors; None if there is none."""
-    S, n = context.symmetric_part, context.n
-    candidates = [np.ones(n), np.zeros(n), np.zeros(n)]
-    candidates[1][int(context.diagonal.argmin())] = 1.0
-    candidates[2][list(np.unravel_index(int(S.argmin()), S.shape))] = 1.0
-    return next((v for v in candidates if context.form_is_low(v, strict=False)), None)
-
-
-def _by_zero_on_diagonal(context: Context) -> Verdict | None:
-    """Return NO to copositive-plus by i and j with M_ii = 0 and M_ij + M_ji != 0, if there are any; else None."""
-    zero = np.flatnonzero(context.diagonal == 0)
-    rows = abs(context.symmetric_part[zero])
-    loose = np.flatnonzero(rows.sum(axis=1))
-    if not loose.size:
-        return None
-    i, j = int(zero[loose[0]]), int(matrices.dense(rows[loose[:1]])[0].argmax())
-    wrong = f"{entry(i, i)} = 0, but {entry(i, j)} + {entry(j, i)} is not"
-    return Verdict(NO, wrong, (i, j), context.vector((i,), (1,)))
 
 
 def _blocks(context: Context) -> Iterator[tuple[tuple[int, ...], Rows]]:

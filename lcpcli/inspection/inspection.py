@@ -66,7 +66,13 @@ def plan(problem: Problem) -> list[Attempt]:
     """
     problem = composed(as_problem(problem), relaxed, shifted).problem  # as auto searches
     structure = Structure(problem, problem.q)
-    first, brief, others = (_attempts(structure, rows) for rows in (FIRST, BRIEF, LATER))
+
+    def attempts(rows: tuple[Row, ...]) -> list[Attempt]:
+        applying = sorted((row for row in rows if row.applies(structure)), key=lambda row: row.first_round)
+        shares = ((row, row.share(structure)) for row in applying)
+        return [Attempt(row.method, row.part, None if n == math.inf else int(n), row.reason) for row, n in shares]
+
+    first, brief, others = map(attempts, (FIRST, BRIEF, LATER))
     presolve = [PRESOLVE] if problem.is_mixed and may_gain_by_presolve(structure) else []
     if structure.is_large_and_sparse:
         return [*presolve, *first, *others, MILP]
@@ -75,16 +81,10 @@ def plan(problem: Problem) -> list[Attempt]:
     return [*first, *presolve, *others, MILP]
 
 
-def _attempts(structure: Structure, rows: tuple[Row, ...]) -> list[Attempt]:
-    applying = sorted((row for row in rows if row.applies(structure)), key=lambda row: row.first_round)
-    shares = [None if (share := row.share(structure)) == math.inf else int(share) for row in applying]
-    return [Attempt(row.method, row.part, share, row.reason) for row, share in zip(applying, shares, strict=True)]
-
-
 ASYMMETRY = 1e-12  # relative to the largest entry: a smaller difference of M and M' looks like rounding
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Inspection:
     """The diagnosis of one problem. Quantities that are too expensive to compute are None.
 
@@ -102,21 +102,21 @@ class Inspection:
     classes: dict[str, Verdict]
     spread: Spread
     equilibrated_spread: Spread
-    condition: float | None
-    equilibrated_condition: float | None
-    spectrum: Spectrum | None
     cost: theory.Cost
-    published: theory.Rate | None
-    best: theory.Rate | None
     smoothing: theory.Smoothing
     guarantees: dict[str, Guarantee]
-    presolve: Presolved | Refuted | None
-    plan: list[Attempt] | None
     obvious: str
     hints: list[str]
+    condition: float | None = None
+    equilibrated_condition: float | None = None
+    spectrum: Spectrum | None = None
+    published: theory.Rate | None = None
+    best: theory.Rate | None = None
+    presolve: Presolved | Refuted | None = None
+    plan: list[Attempt] | None = None
 
     def __repr__(self) -> str:
-        return str(views.inspection_text.render(self)).rstrip()
+        return str(views.inspection_text.report(self).render()).rstrip()
 
 
 @overload
@@ -149,52 +149,43 @@ def inspect(
     if isinstance(problem, NonlinearProblem):
         return inspect_nonlinear(problem, time_limit=time_limit)
     as_problem(problem)
-    end = clock.seconds() + time_limit
+    M, end = problem.M, clock.seconds() + time_limit
     with within(time_limit):
-        found = classify(problem.M)
-    definite = found["symmetric"].word == found["positive_definite"].word == YES
-    scaled = matrices.scaled(problem.M, *equilibrate(problem.M, problem.q))
-    condition = equilibrated = spectrum = published = best = presolve = attempts = None
-    with suppress(TimeIsUp), within(end - clock.seconds()):
-        check()
-        if problem.n and affordable(problem.M):
-            condition = theory.condition(problem.M)
-            check()
-            equilibrated = theory.condition(scaled)
-            check()
-        if problem.n and found["symmetric"].word == YES:
-            spectrum = theory.eigenvalues(problem.M, definite)
-            check()
-        if problem.n:
-            published, best = theory.rates(problem.M, spectrum if definite else None)
-    with suppress(TimeIsUp), within(end - clock.seconds()):
-        check()
-        presolve = _presolve(problem)
-        check()
-        attempts = plan(problem)
-    far = far_bounds.remark(problem)
-    inspection = Inspection(
+        classes = classify(M)
+    definite = classes["symmetric"].word == classes["positive_definite"].word == YES
+    scaled = matrices.scaled(M, *equilibrate(M, problem.q))
+    found = Inspection(
         problem=problem,
-        nonzeros=int(np.count_nonzero(problem.M.data if is_sparse(problem.M) else problem.M)),
-        classes=found,
-        spread=theory.spread(problem.M),
+        nonzeros=int(np.count_nonzero(M.data if is_sparse(M) else M)),
+        classes=classes,
+        spread=theory.spread(M),
         equilibrated_spread=theory.spread(scaled),
-        condition=condition,
-        equilibrated_condition=equilibrated,
-        spectrum=spectrum,
-        cost=theory.cost(problem.M, definite),
-        published=published,
-        best=best,
+        cost=theory.cost(M, definite),
         smoothing=theory.smoothing(problem),
-        guarantees=guarantees(found, problem),
-        presolve=presolve,
-        plan=attempts,
-        obvious=_obvious(problem, found),
-        hints=[far] if far else [],
+        guarantees=guarantees(classes, problem),
+        obvious=_obvious(problem, classes),
+        hints=list(filter(None, [far_bounds.remark(problem)])),
     )
     with suppress(TimeIsUp), within(end - clock.seconds()):
-        inspection.hints.extend(_hints(inspection))
-    return inspection
+        check()
+        if problem.n and affordable(M):
+            found.condition = theory.condition(M)
+            check()
+            found.equilibrated_condition = theory.condition(scaled)
+            check()
+        if problem.n and classes["symmetric"].word == YES:
+            found.spectrum = theory.eigenvalues(M, definite)
+            check()
+        if problem.n:
+            found.published, found.best = theory.rates(M, found.spectrum if definite else None)
+    with suppress(TimeIsUp), within(end - clock.seconds()):
+        check()
+        found.presolve = _presolve(problem)
+        check()
+        found.plan = plan(problem)
+    with suppress(TimeIsUp), within(end - clock.seconds()):
+        found.hints.extend(_hints(found))
+    return found
 
 
 def _presolve(problem: Problem) -> Presolved | Refuted | None:
@@ -230,33 +221,25 @@ def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
 
 def _hints(own: Inspection) -> list[str]:
     """Return hints at likely mistakes in the data, each with evidence and advice."""
-    found = []
-    before, after = (max(spread.rows, spread.columns) for spread in (own.spread, own.equilibrated_spread))
-    condition, ends = own.equilibrated_condition, own.spectrum
+    found, condition, ends = [], own.equilibrated_condition, own.spectrum
+    before, after = map(max, (own.spread, own.equilibrated_spread))
     if before > BAD_SPREAD and after < before - 1:
         found.append(
             f"badly scaled: the largest entries of rows or columns vary by {before:.1f} decades, "
             f"by {after:.1f} after equilibration; use auto, or --scale with shi and fixed-point"
         )
     if condition is not None and BAD_CONDITION < condition < math.inf:
-        digits = min(math.log10(condition), 16.0)
-        found.append(f"ill-conditioned, even after equilibration: about {digits:.0f} digits of z may be lost")
+        digits = f"{min(math.log10(condition), 16.0):.0f}"
+        found.append(f"ill-conditioned, even after equilibration: about {digits} digits of z may be lost")
     rounding = ends is not None and abs(ends.smallest) <= 4 * own.problem.n * EPS * ends.largest
     if rounding and own.classes["positive_semidefinite"].word == NO:
         found.append("M fails to be positive semidefinite only by rounding errors: perhaps it was meant to be")
-    if own.classes["symmetric"].word == NO:
-        found += _transpose_hint(own)
-    return found
-
-
-def _transpose_hint(own: Inspection) -> list[str]:
-    """Return a hint if M looks like the transpose of the intended matrix, or is symmetric up to rounding."""
     M = own.problem.M
-    with np.errstate(over="ignore"):
-        difference = abs(M - M.T).max()
-    if difference <= ASYMMETRY * abs(M).max():
-        return ["M is symmetric up to rounding: if it should be, symmetrize it, which halves the work"]
+    if own.classes["symmetric"].word != NO:
+        return found
+    if abs(M - M.T).max() <= ASYMMETRY * abs(M).max():
+        return [*found, "M is symmetric up to rounding: if it should be, symmetrize it, which halves the work"]
     transpose = M.T.tocsr() if is_sparse(M) else np.ascontiguousarray(M.T)
     if own.classes["strictly_diagonally_dominant"].word == NO and weak_row(transpose, check) is None:
-        return ["strictly diagonally dominant by columns, not by rows: if rows were intended, M is transposed"]
-    return []
+        found.append("strictly diagonally dominant by columns, not by rows: if rows were intended, M is transposed")
+    return found

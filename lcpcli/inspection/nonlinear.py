@@ -65,7 +65,7 @@ class NonlinearInspection:
     hints: Sequence[str]
 
     def __repr__(self) -> str:
-        return str(views.inspection_text.render(self)).rstrip()
+        return str(views.inspection_text.report(self).render()).rstrip()
 
 
 @np.errstate(all="ignore")
@@ -133,24 +133,20 @@ def _pattern(n: int, samples: Sequence[Matrix]) -> tuple[Matrix, Vector]:
     """Return the places where one of the samples is not 0 as a csr array, and which rows differ between samples."""
     with imports:
         from scipy.sparse import csr_array
+    whole = list(map(csr_array, samples))
     pattern, varying = csr_array((n, n)), np.zeros(n, dtype=bool)
-    first = csr_array(samples[0])
-    for sample in map(csr_array, samples):
-        places = csr_array((np.ones(sample.nnz), sample.indices, sample.indptr), shape=(n, n))
-        places.data = np.where(sample.data == 0, 0.0, 1.0)  # also where it is not finite
-        pattern = pattern + places
-        difference = abs(sample - first)
-        varying |= difference.max(axis=1).toarray().ravel() != 0 if n else False
-    pattern.eliminate_zeros()
+    for J in whole if n else ():
+        pattern = pattern + (J != 0).astype(float)  # also where it is not finite
+        varying |= abs(J - whole[0]).max(axis=1).toarray().ravel() != 0
     return pattern, varying
 
 
 def _rank(pattern: Matrix) -> int:
     """Return the structural rank."""
-    with imports:
-        from scipy.sparse.csgraph import maximum_bipartite_matching
     if not min(pattern.shape):
         return 0
+    with imports:
+        from scipy.sparse.csgraph import maximum_bipartite_matching
     return int(np.count_nonzero(maximum_bipartite_matching(pattern.tocsr(), perm_type="column") >= 0))
 
 
@@ -161,12 +157,12 @@ def _hints(found: NonlinearInspection, is_undefined: bool) -> Iterator[str]:
         yield f"F is not finite at the start in {_named(problem, found.undefined_rows)}: start inside its domain"
     elif is_undefined:
         yield "J is not finite at the start: start inside the domain of F"
-    if found.structural_rank_of_equations < found.equations:
-        few = f"the {found.equations} equations can be solved for at most {found.structural_rank_of_equations} unknowns"
-        yield f"{few}, whatever the values: some are redundant, or contradict each other"
-    if found.structural_rank_of_free < found.equations:
-        few = f"at most {found.structural_rank_of_free} of the {found.equations} unknowns without bounds are determined"
-        yield f"{few} by the rows in which they occur"
+    k, of_rows, of_free = found.equations, found.structural_rank_of_equations, found.structural_rank_of_free
+    if of_rows < k:
+        few = f"the {k} equations can be solved for at most {of_rows} unknowns, whatever the values"
+        yield f"{few}: some are redundant, or contradict each other"
+    if of_free < k:
+        yield f"at most {of_free} of the {k} unknowns without bounds are determined by the rows in which they occur"
     if spread is not None and (decades := max(spread.rows, spread.columns)) > BAD_SPREAD:
         yield f"badly scaled: the largest entries of rows or columns of J at the start vary by {decades:.1f} decades"
     is_singular = found.condition is not None and found.condition > BAD_CONDITION
@@ -175,6 +171,5 @@ def _hints(found: NonlinearInspection, is_undefined: bool) -> Iterator[str]:
 
 
 def _named(problem: NonlinearProblem, rows: Sequence[int]) -> str:
-    named = [f"{i + 1} {problem.names[i]}".rstrip() for i in rows[:MOST_NAMED]]
-    more = f" and {len(rows) - MOST_NAMED} more" * (len(rows) > MOST_NAMED)
-    return f"row{'s' * (len(rows) > 1)} {', '.join(named)}{more}"
+    named = ", ".join(f"{i + 1} {problem.names[i]}".rstrip() for i in rows[:MOST_NAMED])
+    return f"row{'s' * (len(rows) > 1)} {named}" + f" and {len(rows) - MOST_NAMED} more" * (len(rows) > MOST_NAMED)

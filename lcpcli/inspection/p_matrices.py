@@ -21,7 +21,7 @@ d if C v <= 0 for some v >= 0, v != 0, as C^-1 >= 0. d and v are computed in dou
 
 from __future__ import annotations
 
-from fractions import Fraction
+from contextlib import suppress
 
 import numpy as np
 
@@ -60,11 +60,18 @@ def scaled_dominance(M: Matrix, check: verdict.Check) -> Verdict:
         return Verdict(YES, "it is strictly diagonally dominant: d = (1, ..., 1)", vector=e)
     if (row <= 0).all():
         return _excluded(e)
-    found = scaling(M, lambda d: bool((signs(C, d, check) > 0).all()), check)
-    if found is not None:
+    if found := scaling(M, lambda d: bool((signs(C, d, check) > 0).all()), check):
         evidence = f"scaling the columns of M by d = {text_of(found.d)} makes it strictly diagonally dominant"
         return Verdict(YES, evidence, vector=found.d)
-    v = _perron(C, check)
+    v, diagonal = e, C.diagonal()
+    for _ in range(STEPS):  # power iteration on I + J, which may lead to a Perron vector v >= 0 of J = I - D^-1 C
+        check()
+        v = 2 * v - product(C, v) / diagonal
+        if not np.isfinite(v).all() or not v.max() > 0:
+            v = np.zeros(e.size)
+            break
+        v = v / v.max()
+    v[v < ZERO] = 0.0
     if v.any() and (signs(C, v, check) <= 0).all():
         return _excluded(v)
     if e.size > EXACT_MINORS:
@@ -78,21 +85,6 @@ def scaled_dominance(M: Matrix, check: verdict.Check) -> Verdict:
 
 def _excluded(v: Vector) -> Verdict:
     return Verdict(NO, f"M_ii v_i <= sum of |M_ij| v_j, j != i, in every row for v = {text_of(v)}", vector=v)
-
-
-def _perron(C: Matrix, check: verdict.Check) -> Vector:
-    """Return an approximate Perron vector v >= 0 of J = I - D^-1 C, by power iteration on I + J."""
-    diagonal = C.diagonal()
-    v = np.ones(diagonal.size)
-    for _ in range(STEPS):
-        check()
-        with np.errstate(over="ignore", invalid="ignore"):
-            v = 2 * v - product(C, v) / diagonal
-        if not np.isfinite(v).all() or not v.max() > 0:
-            return np.zeros(v.size)
-        v /= v.max()
-    v[v < ZERO] = 0.0
-    return v
 
 
 ALL_MINORS = 14  # n up to which all 2^n - 1 = 16383 minors are computed, in half a second
@@ -123,19 +115,16 @@ def _by_symmetry(context: Context, name: str) -> Verdict | None:
 def _by_minors(context: Context, strict: bool) -> Verdict:
     """Decide by a minor that rules out M, by all minors if they are few, or by a vector whose signs M reverses."""
     size = "not positive" if strict else "negative"
-    low = context.low_diagonal(strict)
-    if low is not None:
+    if (low := context.low_diagonal(strict)) is not None:
         return low
-    pair = _pair(context, strict)
-    if pair is not None:
+    if (pair := _pair(context, strict)) is not None:
         return Verdict(NO, f"the principal minor {index_set(pair)} is {size}", pair)
     if context.n <= ALL_MINORS:
         for indices, minor in elimination.principal_minors(context.whole(), context.check):
             if minor < 0 or (strict and minor == 0):
                 return Verdict(NO, f"the principal minor {index_set(indices)} is {size}", indices)
         return Verdict(YES, f"none of its {2**context.n - 1} principal minors is {size}, in exact arithmetic")
-    v = _sign_reversal(context, strict)
-    if v is not None:
+    if (v := _sign_reversal(context, strict)) is not None:
         bound = "<= 0" if strict else "< 0"
         return Verdict(NO, f"v_i (Mv)_i {bound} wherever v_i is not 0, for v = {text_of(v)}", vector=v)
     minors = f"2^{context.n} - 1 principal minors"
@@ -145,18 +134,17 @@ def _by_minors(context: Context, strict: bool) -> Verdict:
 def _pair(context: Context, strict: bool) -> tuple[int, int] | None:
     """Return the indices of a principal minor of order 2 that is exactly negative, or zero if strict; or None."""
     M, diagonal = context.M, context.diagonal
-    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        if is_sparse(M):
-            product = M.multiply(M.T).tocoo()
-            rows, columns, values = product.row, product.col, product.data
-        elif context.n <= PAIRS:
-            values = (M * M.T).ravel()
-            rows, columns = np.divmod(np.arange(values.size), context.n)
-        else:
-            return None
-        kept = np.flatnonzero((rows < columns) & (values > 0))
-        rows, columns = rows[kept], columns[kept]
-        excess = values[kept] / diagonal[rows] / diagonal[columns]
+    if is_sparse(M):
+        product = M.multiply(M.T).tocoo()
+        rows, columns, values = product.row, product.col, product.data
+    elif context.n <= PAIRS:
+        values = (M * M.T).ravel()
+        rows, columns = np.divmod(np.arange(values.size), context.n)
+    else:
+        return None
+    kept = np.flatnonzero((rows < columns) & (values > 0))
+    rows, columns = rows[kept], columns[kept]
+    excess = values[kept] / diagonal[rows] / diagonal[columns]
     likely = np.flatnonzero(excess >= 1 - 1e-15)
     for k in likely[np.argsort(-excess[likely], kind="stable")][:CANDIDATES]:
         pair = int(rows[k]), int(columns[k])
@@ -172,23 +160,15 @@ def _sign_reversal(context: Context, strict: bool) -> Vector | None:
         return None
     context.check()
     M = matrices.dense(context.M)
-    try:
+    with suppress(np.linalg.LinAlgError):
         values, vectors = np.linalg.eig(M)
-    except np.linalg.LinAlgError:
-        return None
-    for k in np.flatnonzero((values.imag == 0) & (values.real <= 0)):
-        v = np.array(vectors[:, k].real)
-        v[np.abs(v) < NOISE * np.abs(v).max()] = 0.0
-        signs_of_product = signs(M, v, context.check) * np.sign(v)
-        reverses = signs_of_product <= 0 if strict else signs_of_product[v != 0] < 0
-        if reverses.all():
-            return v
+        for k in np.flatnonzero((values.imag == 0) & (values.real <= 0)):
+            v = np.array(vectors[:, k].real)
+            v[np.abs(v) < NOISE * np.abs(v).max()] = 0.0
+            products = signs(M, v, context.check) * np.sign(v)
+            if (products <= 0 if strict else products[v != 0] < 0).all():
+                return v
     return None
-
-
-def column_sufficient(context: Context) -> Verdict:
-    """Decide whether z_i (Mz)_i <= 0 for all i implies that all of these are 0."""
-    return _sufficient(context, "Mz")
 
 
 def row_sufficient(context: Context) -> Verdict:
@@ -196,10 +176,11 @@ def row_sufficient(context: Context) -> Verdict:
     if context.yes("symmetric"):
         own = context.verdicts["column_sufficient"]
         return Verdict(own.word, "it is symmetric, so this is column sufficiency", own.indices, own.vector)
-    return _sufficient(context, "M'z")
+    return column_sufficient(context, "M'z")
 
 
-def _sufficient(context: Context, product: str) -> Verdict:
+def column_sufficient(context: Context, product: str = "Mz") -> Verdict:
+    """Decide whether z_i (Mz)_i <= 0 for all i, or the same for another product, implies that all of these are 0."""
     found = context.implied("p_matrix", "positive_semidefinite") or context.excluded("p0_matrix")
     if found is not None:
         return found
@@ -213,20 +194,16 @@ def _sufficient(context: Context, product: str) -> Verdict:
         part = verdict.block(A, P)
         if elimination.determinant(part):
             continue
+        t = max(abs(v) for row in part for v in row) or 1
         for inside in verdict.index_sets(len(P)):
             context.check()
-            u = _exception(part, inside)
+            # z, not 0 on I, with (A + t diag(1_I)) z = 0: z_i (Az)_i = -t z_i^2 on I, 0 elsewhere
+            shifted = [[v + t * (i == j and i in inside) for j, v in enumerate(row)] for i, row in enumerate(part)]
+            _, free = elimination.solve(shifted, [0] * len(part))
+            u = next((z for z in free if any(z[i] for i in inside)), None)
             if u is not None:
                 claim = f"z_i ({product})_i <= 0 for all i and < 0 for one"
                 z = context.vector(P, u)
                 support = f"for a z with support {index_set(P)}, in exact arithmetic"
                 return Verdict(NO, f"{claim}, {support if z is None else f'z = {text_of(z)}'}", P, z)
     return Verdict(YES, f"no z on any of {2**context.n - 1} index sets is a counterexample, in exact arithmetic")
-
-
-def _exception(A: elimination.Rows, inside: tuple[int, ...]) -> list[Fraction] | None:
-    """Return z, not 0 on I, with (A + t diag(1_I)) z = 0, if there is one: z_i (Az)_i = -t z_i^2 on I, 0 elsewhere."""
-    t = max(abs(v) for row in A for v in row) or 1
-    shifted = [[v + t * (i == j and i in inside) for j, v in enumerate(row)] for i, row in enumerate(A)]
-    _, free = elimination.solve(shifted, [0] * len(A))
-    return next((z for z in free if any(z[i] for i in inside)), None)

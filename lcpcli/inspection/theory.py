@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
@@ -49,8 +50,6 @@ LIMITED = ("newton", "lemke")  # what auto gives limits, although they may be gu
 SIGNED = ("p_matrix", "row_sufficient")  # the classes that changes of the signs of variables keep
 MOST_WITH_NORM = 500  # unknowns up to which the iteration matrix T is formed for its norm alone, which costs O(n^3)
 
-Classes = dict[str, Verdict]
-
 
 class Guarantee(NamedTuple):
     """A method's guarantee. word : YES, NO, or UNDECIDED like the classes that decide it. reason : why, as a clause."""
@@ -76,7 +75,7 @@ class Smoothing(NamedTuple):
     error: float
 
 
-def guarantees(classes: Classes, problem: Problem) -> dict[str, Guarantee]:
+def guarantees(classes: Mapping[str, Verdict], problem: Problem) -> dict[str, Guarantee]:
     """Return for each of `methods.registry.METHODS` whether its success is guaranteed by the known classes of M."""
     found = {name: _guarantee(method, classes, problem) for name, method in METHODS.items()}
     if problem.n <= SETTLED:
@@ -88,7 +87,7 @@ def guarantees(classes: Classes, problem: Problem) -> dict[str, Guarantee]:
     return found | {AUTO: Guarantee(NO, f"above {SETTLED} unknowns its attempts have limits{own}")}
 
 
-def _guarantee(method: Method, classes: Classes, problem: Problem) -> Guarantee:
+def _guarantee(method: Method, classes: Mapping[str, Verdict], problem: Problem) -> Guarantee:
     n, largest = problem.n, float(problem.M.diagonal().max(initial=0.0))
     if method.max_unknowns is not None and n > method.max_unknowns:
         return Guarantee(NO, f"it is limited to {method.max_unknowns} unknowns")
@@ -107,21 +106,14 @@ def _guarantee(method: Method, classes: Classes, problem: Problem) -> Guarantee:
         gains = {"positive_semidefinite": gain} if gain else {}
     elif method is METHODS["lemke"] and "upper bound" in problem.box.kinds:
         gains = {name: gain for name, gain in gains.items() if name in SIGNED}
-    return _by_class(classes, gains)
-
-
-def _by_class(classes: Classes, gains: Mapping[str, str]) -> Guarantee:
-    """Decide by the first class to which M belongs. gains : what each class guarantees."""
     if not gains:
         return Guarantee(UNDECIDED, "no theorem about it is known here")
-    for name, gain in gains.items():
+    for name, gain in gains.items():  # the first class to which M belongs decides
         if classes[name].word == YES:
             return Guarantee(YES, f"M is {called(name)}: {gain}")
-    named = [called(name) for name in gains]
-    undecided = [called(name) for name in gains if classes[name].word == UNDECIDED]
-    if undecided:
+    if undecided := [called(name) for name in gains if classes[name].word == UNDECIDED]:
         return Guarantee(UNDECIDED, f"whether M is {' or '.join(undecided)} is not decided")
-    return Guarantee(NO, f"M is {'not' if len(named) == 1 else 'neither'} {' nor '.join(named)}")
+    return Guarantee(NO, f"M is {'not' if len(gains) == 1 else 'neither'} {' nor '.join(map(called, gains))}")
 
 
 def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:
@@ -134,24 +126,18 @@ def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:
 
 
 def _rate(M: Matrix, omega: float, ends: Spectrum | None) -> Rate:
+    """Return the rate for one omega; unknown if omega I + M is singular or T overflows."""
+    factor: float | None = None
     if ends is not None and ends.smallest > 0:
-        factor: float | None = max(abs(omega - end) / (omega + end) for end in (ends.smallest, ends.largest))
-    else:
-        factor = _norm(M, omega) if M.shape[0] <= MOST_WITH_NORM else None
+        factor = max(abs(omega - end) / (omega + end) for end in (ends.smallest, ends.largest))
+    elif M.shape[0] <= MOST_WITH_NORM:
+        dense, shift = matrices.dense(M), omega * np.eye(M.shape[0])
+        with suppress(np.linalg.LinAlgError), np.errstate(over="ignore", invalid="ignore"):
+            factor = float(np.linalg.norm(finite(np.linalg.solve(shift + dense, shift - dense)), 2))
     if factor is None or not factor < 1:
         return Rate(omega, factor, None)
     tol = TOL.value
     return Rate(omega, factor, 1 if factor <= tol else math.ceil(math.log(tol) / math.log(factor)))
-
-
-@np.errstate(over="ignore", invalid="ignore")
-def _norm(M: Matrix, omega: float) -> float | None:
-    """Return |T|_2; None if omega I + M is singular or T overflows."""
-    dense, shift = matrices.dense(M), omega * np.eye(M.shape[0])
-    try:
-        return float(np.linalg.norm(finite(np.linalg.solve(shift + dense, shift - dense)), 2))
-    except np.linalg.LinAlgError:
-        return None
 
 
 def smoothing(problem: Problem) -> Smoothing:

@@ -32,7 +32,6 @@ MOST_ENTRIES = 6  # of a vector or index set in a sentence, about half a line
 EXACT_SUPPORT = 500  # nonzeros of v up to which the sign of v'Mv is determined exactly: 250000 products of integers
 
 TITLES = {"h_plus": "H+-matrix", "skew_symmetric": "skew-symmetric", "copositive_plus": "copositive-plus"}
-VOWELS = "AEFHILMNORSX"  # the letters whose names begin with a vowel
 
 
 def title(name: str) -> str:
@@ -44,8 +43,7 @@ def title(name: str) -> str:
 def called(name: str) -> str:
     """Return the words that follow "it is" for a matrix of a class."""
     words = title(name)
-    article = ("an " if words[0] in VOWELS else "a ") * words.endswith("-matrix")
-    return article + words
+    return ("an " if words[0] in "HM" else "a ") * words.endswith("-matrix") + words
 
 
 Check = Callable[[], None]
@@ -131,8 +129,7 @@ class Context:
     @cached_property
     def symmetric_part(self) -> Matrix:
         """Return M + M', rounded once per entry; exact if M is symmetric. It is definite if and only if v'Mv is."""
-        with np.errstate(over="ignore"):
-            total = self.M + self.M.T
+        total = self.M + self.M.T
         return total.tocsr() if is_sparse(self.M) else total
 
     def whole(self) -> elimination.Rows:
@@ -161,9 +158,8 @@ class Context:
         """Return whether v'Mv is surely negative, or, if strict, not positive; False if v is 0 or not finite."""
         if not np.isfinite(v).all() or not v.any():
             return False
-        with np.errstate(over="ignore", invalid="ignore"):
-            value = float(v @ matrices.product(self.M, v))
-            size = float(np.abs(v) @ matrices.absolute_product(self.M, np.abs(v)))
+        value = float(v @ matrices.product(self.M, v))
+        size = float(np.abs(v) @ matrices.absolute_product(self.M, np.abs(v)))
         underflow = (self.n * self.n + 1) * SMALLEST_NORMAL * max(1.0, float(np.abs(v).max()))
         if abs(value) > (2 * self.n + 4) * EPS * size + underflow:
             return value < 0
@@ -180,10 +176,8 @@ def signs(A: Matrix, d: Vector, check: Check) -> Vector:
     """Return the sign of every component of A d, -1, 0 or 1, exactly, for finite A of shape (n, n) and d of shape (n,):
     in doubles where rounding cannot change it, else, after a call of `check` for each row, in exact arithmetic."""
     n = d.size
-    with np.errstate(over="ignore", invalid="ignore"):
-        value = matrices.product(A, d)
-        size = matrices.absolute_product(A, np.abs(d))
-        bound = (n + 2) * EPS * size + n * SMALLEST_NORMAL
+    value, size = matrices.product(A, d), matrices.absolute_product(A, np.abs(d))
+    bound = (n + 2) * EPS * size + n * SMALLEST_NORMAL
     sign: Vector = np.sign(value)
     if np.array_equal(d, np.ones(n)) and sums_exactly(A, float(size.max(initial=0.0))):
         return sign
@@ -203,17 +197,14 @@ def sums_exactly(A: Matrix, largest: float) -> bool:
     if not 0 < largest < np.inf:
         return False
     entries = A.data if is_sparse(A) else A
-    with np.errstate(over="ignore"):
-        units = np.ldexp(entries, 51 - int(np.frexp(largest)[1]))
-    return bool(
-        np.isfinite(units).all() and np.array_equal(units, np.rint(units)) and not ((units == 0) & (entries != 0)).any()
-    )
+    units = np.ldexp(entries, 51 - int(np.frexp(largest)[1]))
+    are_whole = np.isfinite(units).all() and np.array_equal(units, np.rint(units))
+    return bool(are_whole and not ((units == 0) & (entries != 0)).any())
 
 
 def symmetric(context: Context) -> Verdict:
     """Decide whether M' = M."""
-    with np.errstate(over="ignore"):
-        return _nonzero_entry(context, context.M - context.M.T) or Verdict(YES, "M' = M, entrywise")
+    return _nonzero_entry(context, context.M - context.M.T) or Verdict(YES, "M' = M, entrywise")
 
 
 def skew_symmetric(context: Context) -> Verdict:
@@ -273,6 +264,7 @@ CLASSES = {  # the file of each, in which a function of that name decides it; ea
 }
 
 
+@np.errstate(all="ignore")
 def classify(M: Matrix, last: str = "", steps: float = math.inf) -> dict[str, Verdict]:
     """Return for each of CLASSES, or up to the class `last`, whether M belongs to it.
 

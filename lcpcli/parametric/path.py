@@ -178,7 +178,7 @@ class Path:
         return views.plotting.plot_path(self, file, show)
 
     def __repr__(self) -> str:
-        return str(views.path_terms.line(self))
+        return str(views.path_formats.line(self))
 
 
 class Family:

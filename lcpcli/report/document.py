@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from importlib import import_module
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from lcpcli.files.formats import LINES
 from lcpcli.report.wording import all_visible
@@ -70,22 +70,9 @@ class Document(NamedTuple):
 
     def visible(self) -> Document:
         """Return the report as people see it, without empty tables."""
-        sections = [
-            section._replace(
-                **_visible(section, "title", "verdict", "facts", "remarks", "provenance"),
-                tables=[
-                    table._replace(**_visible(table, "header", "groups", "notes", "digits"))
-                    for table in section.tables
-                    if table.rows
-                ],
-            )
-            for section in self.sections
-        ]
-        return Document(all_visible(self.title), sections)
-
-
-def _visible(part: object, *names: str) -> dict[str, Any]:
-    return {name: all_visible(getattr(part, name)) for name in names}
+        title, sections = all_visible(self)
+        shown = [own._replace(tables=[table for table in own.tables if table.rows]) for own in sections]
+        return Document(title, shown)
 
 
 class Form(NamedTuple):

@@ -91,13 +91,10 @@ def part(section: Section) -> str:
 def _section(section: Section) -> list[str]:
     """Return the parts of a section: the answer, which is the verdict with what it means, the facts and the tables
     without a name; the figure, the tables with a name, and notes."""
-    notes = [section.provenance] if section.provenance else []
-    parts = [_line(section.verdict, "verdict settled" if section.settled else "verdict")] * bool(section.verdict)
-    if section.verdict:
-        parts += [_line(text, "") for text in section.remarks]
-    else:
-        notes = [*section.remarks, *notes]
-    parts += [_line(text, "") for text in section.facts]
+    first = [section.verdict] * bool(section.verdict)
+    parts = [_line(text, f"verdict{' settled' * section.settled}") for text in first]
+    notes = [*([] if first else section.remarks), *filter(None, [section.provenance])]
+    parts += [_line(text, "") for text in (*(section.remarks if first else []), *section.facts)]
     parts += [part for table in section.tables if not table.name for part in _table(table)]
     if section.figure is not None and find_spec("matplotlib") is None:
         notes.insert(0, NO_FIGURE)

@@ -34,27 +34,22 @@ NONLINEAR_KEYS = (
     "density structural_rank structural_rank_of_equations structural_rank_of_free undefined_rows residual condition "
     "singular spread classes hints"
 )
+EIGENVALUES = ("smallest_eigenvalue", "largest_eigenvalue", "eigenvalues_estimated")
 NO_RATE = {"omega": None, "factor": None, "iterations": None}
 BINARY = ((2**30, "GiB"), (2**20, "MiB"), (2**10, "KiB"), (1, "bytes"))
 
 Row = tuple[str, ...]
 
 
-def render(
-    found: Inspection | NonlinearInspection,
-    form: str = "table",
-    width: int | None = None,
-    color: bool = False,
-    whole: bool = True,
-) -> str:
-    """Return an inspection as text in a format. width, color : as for `formats.typeset`. whole : whether to show all in
-    tables; otherwise only what decides about the methods."""
+def report(found: Inspection | NonlinearInspection, whole: bool = True) -> Report:
+    """Return the report on an inspection. whole : whether to show all in tables; otherwise only what decides about the
+    methods."""
+    name = wording.title(found.problem) or "problem"
+    classes = [(title(name), verdict.word, verdict.evidence) for name, verdict in found.classes.items()]
 
     def document(*_: Any) -> Document:
-        name, kind = wording.title(found.problem) or "problem", ""
-        classes = [(title(name), verdict.word, verdict.evidence) for name, verdict in found.classes.items()]
         if isinstance(found, Inspection):
-            facts, tables = [found.obvious, *found.hints], _linear_tables(found, classes, whole)
+            facts, tables, kind = [found.obvious, *found.hints], _linear_tables(found, classes, whole), ""
         else:
             shown = [row for row in classes if whole or row[0] in DECISIVE]
             of_start = _table(("class of M = J at the start", "", "because"), shown)
@@ -62,7 +57,7 @@ def render(
         heading = f"{name}{kind}: {wording.size(found.problem)}"
         return Document(heading, [Section(heading, facts=list(filter(None, facts)), tables=tables)])
 
-    return Report(document, lambda: [_record(found)]).render(form, width or PIPE_WIDTH, color)
+    return Report(document, lambda: [_record(found)], pipe=PIPE_WIDTH)
 
 
 def _linear_tables(found: Inspection, classes: Sequence[Row], whole: bool) -> list[Table]:
@@ -125,9 +120,9 @@ def _spread(spread: Spread) -> str:
 
 
 def _removed(found: Presolved | Refuted | None) -> dict[str, object] | None:
-    if found is None or isinstance(found, Refuted):
-        return None if found is None else {"contradiction": True, "unknowns": None, "removed": {}}
-    return {"contradiction": False, "unknowns": found.kept.size, "removed": found.removed}
+    if isinstance(found, Refuted):
+        return {"contradiction": True, "unknowns": None, "removed": {}}
+    return None if found is None else {"contradiction": False, "unknowns": found.kept.size, "removed": found.removed}
 
 
 def _presolve(found: Presolved | Refuted) -> str:
@@ -143,10 +138,10 @@ def _condition(found: Inspection) -> str:
     own, scaled = found.condition, found.equilibrated_condition
     if own is None or scaled is None:
         return UNKNOWN
-    if math.isinf(own) and math.isinf(scaled):
+    if own == scaled == math.inf:
         return "singular to working precision"
-    texts = ["infinite" if math.isinf(value) else f"{value:.2g}" for value in (own, scaled)]
-    return f"{texts[0]} in the 1-norm, {texts[1]} after equilibration"
+    one, other = ("infinite" if value == math.inf else f"{value:.2g}" for value in (own, scaled))
+    return f"{one} in the 1-norm, {other} after equilibration"
 
 
 def _eigenvalues(found: Inspection) -> str:
@@ -159,43 +154,40 @@ def _eigenvalues(found: Inspection) -> str:
 def _contraction(rate: Rate | None, found: Inspection) -> str:
     if rate is None:
         return UNKNOWN
+    start = f"omega = {rate.omega:.4g}:"
     if rate.factor is None:
         is_small = found.problem.n <= MOST_WITH_NORM
-        return f"omega = {rate.omega:.4g}: {'omega I + M is singular, or nearly' if is_small else 'rate unknown'}"
+        return f"{start} {'omega I + M is singular, or nearly' if is_small else 'rate unknown'}"
     if rate.iterations is None:
-        return f"omega = {rate.omega:.4g}: |T| = {rate.factor:.4g}, no contraction"
+        return f"{start} |T| = {rate.factor:.4g}, no contraction"
     factor = f"{rate.factor:.4g}" if rate.factor < CLOSE_TO_ONE else f"1 - {1 - rate.factor:.1e}"
     many = rate.iterations > MOST_ITERATIONS
     times = f"{rate.iterations:.1e} iterations" if many else count(rate.iterations, "iteration")
     most = "about" if found.spectrum and found.spectrum.estimated else "at most"
-    return f"omega = {rate.omega:.4g}: |T| = {factor}, {most} {times} to {TOL.value:.0e} of the initial error"
+    return f"{start} |T| = {factor}, {most} {times} to {TOL.value:.0e} of the initial error"
 
 
-def _nonlinear_facts(found: NonlinearInspection) -> list[tuple[str, str]]:
-    n = found.problem.n
+def _nonlinear_facts(found: NonlinearInspection) -> Sequence[Row]:
+    n, named = found.problem.n, [name for name in found.problem.names if name]
     rows = f"{count(found.equations, 'equation')}, {count(n - found.equations, 'row')} of unknowns with bounds"
     facts = [("rows", f"{rows}; {found.nonlinear_rows} of {n} nonlinear")]
     if found.operators is not None:
-        operators = ", ".join(f"{name} {number}" for name, number in found.operators.items())
-        facts.append(("operators", operators or "none"))
-        facts.append(("common expressions", str(found.common_expressions)))
-        facts.append(
-            ("fixed variables", f"{found.fixed_variables}{', which are constants' * bool(found.fixed_variables)}")
-        )
-    named = [name for name in found.problem.names if name]
-    facts.append(("names", f"{named[0]}{f' to {named[-1]}' * (len(named) > 1)}" if named else "none"))
+        fixed = f"{found.fixed_variables}{', which are constants' * bool(found.fixed_variables)}"
+        operators = ", ".join(f"{name} {number}" for name, number in found.operators.items()) or "none"
+        facts += [("operators", operators), ("common expressions", str(found.common_expressions))]
+        facts.append(("fixed variables", fixed))
     density = f" ({100 * found.nonzeros / n**2:.3g} %)" if n else ""
-    facts.append(("entries of J", f"{found.nonzeros} of {n**2} nonzero{density}"))
     of_rows, of_free = found.structural_rank_of_equations, found.structural_rank_of_free
     free = f"; {of_rows} of the rows of equations, {of_free} of the columns of free unknowns" * bool(found.equations)
-    facts.append(("structural rank", f"{found.structural_rank} of {n}{free}"))
-    facts.append(("at the start", f"natural residual {wording.short(found.residual) or 'undefined'}"))
-    if found.condition is not None:
-        infinite = math.isinf(found.condition)
-        facts.append(("condition of J", "singular" if infinite else f"{found.condition:.2g} in the 1-norm"))
-    if found.spread is not None:
-        facts.append(("scaling of J", _spread(found.spread)))
-    return facts
+    facts += [
+        ("names", f"{named[0]}{f' to {named[-1]}' * (len(named) > 1)}" if named else "none"),
+        ("entries of J", f"{found.nonzeros} of {n**2} nonzero{density}"),
+        ("structural rank", f"{found.structural_rank} of {n}{free}"),
+        ("at the start", f"natural residual {wording.short(found.residual) or 'undefined'}"),
+    ]
+    if (condition := found.condition) is not None:
+        facts.append(("condition of J", "singular" if math.isinf(condition) else f"{condition:.2g} in the 1-norm"))
+    return facts + ([("scaling of J", _spread(found.spread))] if found.spread else [])
 
 
 def _record(found: Inspection | NonlinearInspection) -> dict[str, Any]:
@@ -211,30 +203,25 @@ def _record(found: Inspection | NonlinearInspection) -> dict[str, Any]:
         },
         "spread": _decades(found.spread),
         "singular": None if condition is None else math.isinf(condition),
-        **(_of_linear(found) if isinstance(found, Inspection) else {"linear": False}),
+        "linear": is_linear,
     }
+    if isinstance(found, Inspection):
+        own |= {
+            "sparse": is_sparse(found.problem.M),
+            "equilibrated_spread": _decades(found.equilibrated_spread),
+            **dict(zip(EIGENVALUES, found.spectrum or (None, None, None), strict=True)),
+            **vars(found.cost),
+            "fixed_point": found.published or NO_RATE,
+            "fixed_point_best": found.best or NO_RATE,
+            "p": found.smoothing.p,
+            "smoothing_error": found.smoothing.error,
+            "methods": {name: {"guaranteed": own.word, "reason": own.reason} for name, own in found.guarantees.items()},
+            "presolve": _removed(found.presolve),
+            "plan": None if found.plan is None else [attempt._asdict() for attempt in found.plan],
+            "obvious": found.obvious or None,
+        }
     return result_formats.record(KEYS if is_linear else NONLINEAR_KEYS, found, own)
 
 
 def _decades(spread: Spread | None) -> dict[str, float] | None:
     return spread and {f"{key}_decades": value for key, value in spread._asdict().items()}
-
-
-def _of_linear(found: Inspection) -> dict[str, Any]:
-    spectrum = found.spectrum
-    return {
-        "sparse": is_sparse(found.problem.M),
-        "equilibrated_spread": _decades(found.equilibrated_spread),
-        "smallest_eigenvalue": spectrum and spectrum.smallest,
-        "largest_eigenvalue": spectrum and spectrum.largest,
-        "eigenvalues_estimated": spectrum and spectrum.estimated,
-        **vars(found.cost),
-        "fixed_point": found.published or NO_RATE,
-        "fixed_point_best": found.best or NO_RATE,
-        "p": found.smoothing.p,
-        "smoothing_error": found.smoothing.error,
-        "methods": {name: {"guaranteed": own.word, "reason": own.reason} for name, own in found.guarantees.items()},
-        "presolve": _removed(found.presolve),
-        "plan": None if found.plan is None else [attempt._asdict() for attempt in found.plan],
-        "obvious": found.obvious or None,
-    }

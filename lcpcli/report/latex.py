@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.wording import ELLIPSIS, in_a_line
+from lcpcli.report.wording import ELLIPSIS
 
 SPECIAL: dict[str, str | int | None] = {
     "\\": r"\textbackslash{}",
@@ -34,7 +34,7 @@ def render(document: Document, _: int | None, __: bool) -> str:
         if section.verdict or section.tables:
             lines += _section(section, label)
         else:
-            lines += [f"% {in_a_line(line)}" for line in (section.title, *section.facts)]
+            lines += [f"% {' '.join(line.split())}" for line in (section.title, *section.facts)]
     return "\n".join(lines).rstrip("\n") + "\n"
 
 
@@ -42,12 +42,21 @@ def _section(section: Section, label: str) -> list[str]:
     """Return a float for a section, below a longtable if the first of its tables is too long for a page."""
     caption, lines = " ".join(f"{text}." for text in (section.title, section.provenance) if text), []
     notes = [section.verdict, *section.facts, *section.remarks]
-    tables = list(section.tables)
+    tables, named = list(section.tables), [rf"\caption{{{_text(caption)}}}", rf"\label{{{label}}}"]
     if tables and len(tables[0].rows) > PAGE_ROWS:
-        lines.append(_longtable(caption, label, tables.pop(0)))
-        caption = label = ""
+        begin, top, names, *rows, _ = _tabular(tables.pop(0))
+        lines = [r"\begingroup\small\setlength{\tabcolsep}{4pt}", begin.replace("tabular", "longtable")]
+        lines += ["".join(named) + r"\\", top, names, r"\endfirsthead", top, names, r"\endhead", *rows]
+        lines, named = [*lines, r"\end{longtable}", r"\endgroup", ""], []
     notes = [*(note for table in tables for note in table.notes), *filter(None, notes)]
-    return [*lines, _float(caption, label, list(map(_tabular, tables)), notes) + "\n"] if tables or notes else lines
+    if not tables and not notes:
+        return lines
+    lines += [r"\begin{table}[htbp]", *named, r"\centering\small"]
+    for table in tables:  # below each other, none wider than the text
+        begin, *rows, end = _tabular(table)
+        lines += [FITTED + begin, *rows, end + r"}\par\medskip"]
+    lines += [r"\raggedright", *(rf"{_text(note)}\par" for note in notes)] if notes else []
+    return [*lines, r"\end{table}", ""]
 
 
 def labels(titles: Sequence[str]) -> list[str]:
@@ -58,24 +67,6 @@ def labels(titles: Sequence[str]) -> list[str]:
         candidates = (plain if i == 1 else f"{plain}-{i}" for i in itertools.count(1))
         found.append(next(label for label in candidates if label not in found))
     return found
-
-
-def _float(caption: str, label: str, tables: Sequence[list[str]], notes: Sequence[str]) -> str:
-    """Return a table environment: its tables below each other, none wider than the text, and the notes below them."""
-    named = [rf"\caption{{{_text(caption)}}}", rf"\label{{{label}}}"] if label else []
-    lines = [r"\begin{table}[htbp]", *named, r"\centering\small"]
-    for table in tables:
-        lines += [FITTED + table[0], *table[1:-1], table[-1] + r"}\par\medskip"]
-    if notes:
-        lines += [r"\raggedright", *(rf"{_text(note)}\par" for note in notes)]
-    return "\n".join([*lines, r"\end{table}"])
-
-
-def _longtable(caption: str, label: str, table: Table) -> str:
-    begin, top, names, *rows, _ = _tabular(table)
-    head = [rf"\caption{{{_text(caption)}}}\label{{{label}}}\\", top, names]
-    lines = [begin.replace("tabular", "longtable"), *head, r"\endfirsthead", top, names, r"\endhead", *rows]
-    return "\n".join([r"\begingroup\small\setlength{\tabcolsep}{4pt}", *lines, r"\end{longtable}", r"\endgroup", ""])
 
 
 def _tabular(table: Table) -> list[str]:

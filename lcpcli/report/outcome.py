@@ -24,7 +24,7 @@ from lcpcli.rational.numbers import approximate, brief
 from lcpcli.report import wording
 from lcpcli.report.document import Section, Table
 from lcpcli.report.wording import ELLIPSIS, LEVELS, PIPE_WIDTH, duration, error, name, residual, short
-from lcpcli.solving.result import Exact, Result
+from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Trace
 from lcpcli.verify.digits import fewest
 
@@ -36,10 +36,9 @@ def certificate_line(problem: Problem, certificate: Certificate) -> str:
     """Return a line with the vector of a certificate, as far as it fits, and with the numbers that make it a proof."""
     if certificate.vector is None:
         return f"certificate: {certificate.kind}"
-    cell: Callable[[Any], str] = wording.multiplier
-    vector: Sequence[Any] = certificate.vector.tolist()
-    if certificate.exact is not None:
-        cell, vector = brief, certificate.exact
+    exact = certificate.exact
+    cell: Callable[[Any], str] = wording.multiplier if exact is None else brief
+    vector: Sequence[Any] = certificate.vector.tolist() if exact is None else exact
     if certificate.kind != "farkas":
         return f"certificate: {certificate.kind} {wording.vector(vector, cell)}"
     return f"Farkas certificate y = {wording.vector(vector, cell)}{_as_proof(problem, vector)}"
@@ -50,7 +49,6 @@ def _as_proof(problem: Problem, y: Sequence[float | Fraction]) -> str:
     of M and q; no text for a long y, or for bounds."""
     if len(y) > wording.LINE_ENTRIES or problem.bounds:
         return ""
-
     columns = [*matrices.dense(problem.M).T.tolist(), problem.q.tolist()]
     *first, last = (
         sum((Fraction(str(a)) * Fraction(str(b)) for a, b in zip(column, y, strict=True)), Fraction(0))
@@ -60,9 +58,12 @@ def _as_proof(problem: Problem, y: Sequence[float | Fraction]) -> str:
     return f": {of_y}, so y'(Mz + q) < 0 for every z >= 0"
 
 
-def exact_lines(exact: Exact, result: Result) -> list[str]:
+def exact_lines(result: Result) -> list[str]:
     """Return lines with the exact vectors, as far as they fit, and with the proof or its absence if no message states
     it."""
+    exact = result.exact
+    if exact is None:
+        return []
     vectors = [(name, values) for name in "zwy" if (values := getattr(exact, name)) is not None]
     shown = {"y": wording.proof_vector}
     lines = [f"exact {name} = {shown.get(name, wording.vector)(values, brief)}" for name, values in vectors]
@@ -95,10 +96,6 @@ def verdict(result: Result) -> str:
     return f"{name(result)}{f' ({by})' * (result.route != (result.method,))} {result.message}"
 
 
-def remark(result: Result) -> str:
-    return f"{name(result)}{':' * (result.status.word in PROBLEM_STATUSES)} {result.message}"
-
-
 def _work(result: Result) -> str:
     counts = count(result.iterations, "iteration"), count(result.evaluations, "evaluation")
     return ", ".join([*counts, duration(result.seconds)])
@@ -111,10 +108,10 @@ def facts(result: Result, width: int | None, whole: bool, names: Sequence[str] =
     if hasattr(result.answer, "seconds"):
         parts["conclusions"] = result.answer.seconds
     times = ", ".join(f"{part} {duration(seconds)}" for part, seconds in parts.items())
-    if result.status.word in SETTLED:
-        return [f"by {', '.join(result.route)}: {_work(result)}", times]
     work = f"by {', '.join(result.route)}: " * (result.status.word in PROBLEM_STATUSES) + _work(result)
     lines = [times] if result.solved else [work, times]
+    if result.status.word in SETTLED:
+        return lines
     measures = f"residual {residual(result)}, relative {short(result.relative_residual, ROW_ROUNDING)}"
     if result.error is not None:
         measures += f", error {error(result.error, result.problem)}"
@@ -123,17 +120,13 @@ def facts(result: Result, width: int | None, whole: bool, names: Sequence[str] =
     if least < ENOUGH_DIGITS:
         digits = f"about {count(least, 'digit')}" if least else "no digit"
         lines.append(f"the data determine {digits} of z{i + 1}: rounding the data once changes the others")
-    lines += [*_vector(result, width or PIPE_WIDTH, whole, names)]
-    return [*lines, *([] if names else _basis(result, width or PIPE_WIDTH))]
-
-
-def _basis(result: Result, width: int) -> list[str]:
-    if not result.problem.bounds:
-        return []
-    if len(line := f"basis = ({', '.join(result.basis)})") <= width:
-        return [line]
-    counts = Counter(result.basis)
-    return [f"basis: {', '.join(f'{counts[word]} {word}' for word in WORDS.values() if counts[word])}"]
+    lines += _vector(result, width or PIPE_WIDTH, whole, names)
+    if names or not result.problem.bounds:
+        return lines
+    basis, counts = f"basis = ({', '.join(result.basis)})", Counter(result.basis)
+    if len(basis) > (width or PIPE_WIDTH):
+        basis = f"basis: {', '.join(f'{counts[word]} {word}' for word in WORDS.values() if counts[word])}"
+    return [*lines, basis]
 
 
 def short_vector(result: Result, width: int) -> str:
@@ -167,10 +160,9 @@ def _vector(result: Result, width: int, whole: bool, names: Sequence[str]) -> li
         return [line]
     widest, label = max(map(len, cells)), len(f"z{len(cells)}")
     in_a_row = max((width - label) // (widest + 2), 1)
-    rows = [cells[i : i + in_a_row] for i in range(0, len(cells), in_a_row)]
-    firsts = (f"z{1 + i * in_a_row}".ljust(label) for i in range(len(rows)))
-    padded = ("".join(cell.rjust(widest + 2) for cell in row) for row in rows)
-    return [start, *map(str.__add__, firsts, padded)]
+    padded = [cell.rjust(widest + 2) for cell in cells]
+    firsts = range(0, len(cells), in_a_row)
+    return [start, *(f"z{1 + i}".ljust(label) + "".join(padded[i : i + in_a_row]) for i in firsts)]
 
 
 def _cells(result: Result, part: slice, by_name: bool = False) -> list[str]:
@@ -185,13 +177,12 @@ def _cells(result: Result, part: slice, by_name: bool = False) -> list[str]:
     for v in (in_own_sense(problem, z) if by_name else z)[part]:
         digits = 1 if v == 0 or not math.isfinite(v) else min(math.floor(math.log10(abs(v))) - place + 1, DIGITS)
         cells.append(f"{v + 0.0:.{digits}g}" if digits > 0 else "0")
-    if problem.origin is None:
-        return cells
-    from lcpcli.model.origins import OwnNames
+    if problem.origin is not None:
+        from lcpcli.model.origins import OwnNames
 
-    if not isinstance(problem.origin, OwnNames):
-        return cells
-    return [f"{visible(name)} {cell}".strip() for name, cell in zip(problem.names[part], cells, strict=True)]
+        if isinstance(problem.origin, OwnNames):
+            return [f"{visible(own)} {cell}".strip() for own, cell in zip(problem.names[part], cells, strict=True)]
+    return cells
 
 
 def doubt(result: Result) -> str:
@@ -238,26 +229,24 @@ def result_html(result: Result) -> str:
     the iterates that were requested as a figure if matplotlib is installed."""
     from lcpcli.report import html_page, programs_and_games
 
-    (_, status), *facts = _facts(result)
-    facts.insert(1, ("iterations", str(result.iterations)))
+    (_, status), size, *facts = _facts(result)
     texts = ["" if result.solved else result.message, result.advice, *programs_and_games.lines(result, compared=False)]
-    texts += wording.objective(result)
-    rows = [*facts, *(("", text) for text in texts if text)]
-    table = Table(("", ""), [rows], words=(0, 1))
+    texts = list(filter(None, [*texts, *wording.objective(result)]))
+    rows = [size, ("iterations", str(result.iterations)), *facts, *(("", text) for text in texts)]
     is_drawn = result.trace is not None and find_spec("matplotlib") is not None
-    return html_page.part(Section(status, tables=[table], figure=partial(figure, [result]) if is_drawn else None))
+    drawn = partial(figure, [result]) if is_drawn else None
+    return html_page.part(Section(status, tables=[Table(("", ""), [rows], words=(0, 1))], figure=drawn))
 
 
 def _facts(result: Result) -> list[tuple[str, str]]:
-    error, exact = result.error, result.exact
-    vectors = [] if exact is None else [("exact z =", exact.z), ("exact y =", exact.y)]
-    proved = [(name, wording.vector(values, brief)) for name, values in vectors if values is not None]
+    exact = ((f"exact {key} =", getattr(result.exact, key, None)) for key in "zy")
+    proved = [(key, wording.vector(values, brief)) for key, values in exact if values is not None]
     return [
         ("", f"{result.status.word.replace('_', ' ')} by {', '.join(result.route)}"),
         ("n =", wording.size(result.problem).removeprefix("n = ")),
-        ("residual", wording.residual(result)),
-        *([] if error is None else [("error", wording.error(error, result.problem))]),
-        ("in", wording.duration(result.seconds)),
+        ("residual", residual(result)),
+        *([] if result.error is None else [("error", error(result.error, result.problem))]),
+        ("in", duration(result.seconds)),
         *(proved or [("z =", short_vector(result, VECTOR_WIDTH))]),
     ]
 
@@ -301,4 +290,4 @@ def trace_text(trace: Trace) -> str:
 def figure(results: Sequence[Result]) -> bytes:
     from lcpcli.report import plotting
 
-    return plotting.convergence(plotting.panels([results]), "svg")
+    return plotting.convergence(plotting.panels([results])).content("svg")

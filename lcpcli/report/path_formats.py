@@ -1,26 +1,274 @@
-"""A path in each of the formats: as JSON and CSV, and as a table with a row for each breakpoint."""
+"""A path in terms of its problem: the names of the variables, the number that varies, the objective of a program, and
+what happens along it, in words; and in each of the formats: as JSON and CSV, and as a table with a row for each
+breakpoint."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
-from functools import partial
-from itertools import chain, zip_longest
-from typing import Any, TypeAlias
+from functools import cached_property
+from itertools import chain, islice, pairwise, zip_longest
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from lcpcli.errors import visible
+from lcpcli.errors import count, visible
 from lcpcli.files.contents import NO_SOURCE
 from lcpcli.interrupts import in_time
-from lcpcli.parametric.path import INFEASIBLE, REACHED, TURN, Path
-from lcpcli.report import path_terms, programs_and_games, result_formats, wording
+from lcpcli.model.box import BASIC, LOWER, UPPER, WORDS
+from lcpcli.model.problem import Problem, conditions_of
+from lcpcli.model.program import SENSES, Program, ProgramData
+from lcpcli.parametric.path import INFEASIBLE, REACHED, TURN, Path, StateChange
+from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.numbers import shortest_decimal
+from lcpcli.report import plotting, programs_and_games, result_formats, wording
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.path_terms import Points, Terms
 from lcpcli.report.result_formats import Report
-from lcpcli.report.tables import CELL, OTHER_COLUMNS, PRINTED, longest, room, shown_components, with_ellipsis
+from lcpcli.report.tables import (
+    CELL,
+    OTHER_COLUMNS,
+    PIPE_COMPONENTS,
+    PRINTED,
+    longest,
+    room,
+    shown_components,
+    with_gap,
+)
+from lcpcli.report.wording import ELLIPSIS
 from lcpcli.typing import Vector
+
+
+def verified(path: Path) -> str:
+    return f"{'' if path.verified else 'not '}verified{' in fractions' * (path.verified and path.exact is not None)}"
+
+
+def title(path: Path) -> str:
+    ends = [wording.title(problem) or "problem" for problem in (path.problem, path.to)]
+    return f"{' to '.join(dict.fromkeys(ends))}: {wording.size(path.problem)}"
+
+
+def verdict(path: Path, breakpoints: int) -> str:
+    """Return how the path ends, its breakpoints, and whether it is verified."""
+    return f"{path.message}; {count(breakpoints, 'breakpoint')}, {verified(path)}" if breakpoints else path.message
+
+
+def line(path: Path) -> str:
+    span = f", t from {path.t[0]:.7g} to {path.t[-1]:.7g}" if path.t.size else ""
+    proof = f", {verified(path)}" if path.t.size else ""
+    return f"<Path: {count(path.t.size, 'breakpoint')}{span}: {path.message}{proof}>"
+
+
+def changes(path: Path) -> list[list[StateChange]]:
+    """Return the changes at each breakpoint, none at the first and at the last."""
+    return [[], *path.changes, []][: path.t.size]
+
+
+def notes_on(path: Path, names: Sequence[str], most: float) -> list[str]:
+    """Return for each breakpoint what happens there: which variables enter and leave the basis, a jump to it, a turn
+    at it, and the end."""
+    problem, reversed_ones = path.problem, range(0)
+    if isinstance(problem.origin, Program):  # multipliers of a maximization are shown with the other sign
+        reversed_ones = problem.origin.reversed(problem.n)
+    words = {word: f"to {word}" if problem.is_mixed else "leaves" for word in WORDS.values()} | {WORDS[BASIC]: "enters"}
+    others = words | {WORDS[LOWER]: words[WORDS[UPPER]], WORDS[UPPER]: words[WORDS[LOWER]]}
+    notes = []
+    for each in changes(path):
+        shown = each if len(each) <= most else each[: int(most) - 1]
+        texts = [f"{names[i]} {(others if i in reversed_ones else words)[after]}" for i, _, after in shown]
+        notes.append([*texts, *[f"{len(each) - len(shown)} more"] * (len(each) > len(shown))])
+    for k in path.jumps:
+        notes[k + 1].insert(0, "jump")
+    for k in turns(path):
+        notes[k].append("turn")
+    if notes:
+        notes[-1].append(path.end.replace("_", " "))
+    return [", ".join(note) for note in notes]
+
+
+def turns(path: Path) -> list[int]:
+    moves = np.sign(np.diff(path.t))
+    pieces = np.flatnonzero(moves)
+    found: list[int] = pieces[1:][np.diff(moves[pieces]) != 0].tolist()
+    return found
+
+
+RELATIONS = {  # for a number that moves: an entry of a vector of this name, or both sides of a row that is an equation
+    "row": "equal to",
+    "row_lower": "at least",
+    "row_upper": "at most",
+    "c": "objective coefficient",
+    "q": "",
+    "lower": "at least",
+    "upper": "at most",
+}
+
+
+class Points(NamedTuple):
+    """Points of a path: m values of t, and z and w of each, in doubles or in fractions."""
+
+    t: Sequence[Any]
+    z: Sequence[Any]
+    w: Sequence[Any]
+
+
+class Moving(NamedTuple):
+    """The only number that differs between two problems: the name of the row or variable, what the number is for it, a
+    key of RELATIONS, and its values in both problems."""
+
+    name: str
+    what: str
+    first: float
+    last: float
+
+    def __str__(self) -> str:
+        return f"{self.name}: {f'{self.word} ' * bool(self.word)}{self.first:.7g} to {self.last:.7g}"
+
+    @property
+    def word(self) -> str:
+        return RELATIONS[self.what]
+
+    @property
+    def label(self) -> str:
+        return f"{self.what} {self.name}" if self.what in ("c", "lower", "upper") else self.name
+
+
+class Ends:
+    """The two problems of a path, with the names by which they are reported, and the program behind both, if there is
+    one."""
+
+    def __init__(self, *ends: Problem) -> None:
+        self._ends = ends
+        self._programs = [each.origin for each in self._ends if isinstance(each.origin, Program)]
+        kinds = {(each.sense, each.variables, each.ranges) for each in self._programs}
+        self.program = self._programs[0] if len(self._programs) == 2 and len(kinds) == 1 else None
+
+    def names(self, most: float = math.inf) -> list[str]:
+        """Return the names of the components of z by `short_names`; those of a program's multipliers begin with y."""
+        if self.program is None:
+            return wording.headings(self._ends[0], most)
+        (data, _), rows = self._data, self.program.rows or [""] * (self._ends[0].n - self.program.variables)
+        rows = rows[: data.row_lower.size]
+        sides = [rows[i] for i in np.flatnonzero(data.ranges)]
+        y, s = ([f"{letter} {row}" if row else "" for row in own] for letter, own in (("y", rows), ("s", sides)))
+        columns = wording.short_names(self.program.columns or [""] * self.program.variables, most, "x")
+        return [*columns, *wording.short_names(y, most, "y"), *wording.short_names(s, most, "s")]
+
+    @cached_property
+    def _data(self) -> tuple[ProgramData, ProgramData]:
+        assert self.program is not None
+        first, last = (self.program.program(conditions_of(each)) for each in self._ends)
+        assert first is not None
+        assert last is not None
+        return first, last
+
+
+class Terms(Ends):
+    def __init__(self, path: Path) -> None:
+        super().__init__(path.problem, path.to)
+        self.path = path
+
+    @property
+    def points(self) -> Points:
+        """Return the breakpoints, in fractions if the path has them."""
+        exact, path = self.path.exact, self.path
+        return Points(*exact) if exact else Points(path.t.tolist(), list(path.z), list(path.w))
+
+    def at_all(self, values: Sequence[float | Fraction]) -> Points:
+        """Return the points of the path at several values of t; there are none where it does not come."""
+        (ts, z, w), found, n = self.points, list[tuple[Any, Any, Any]](), self.path.problem.n
+        for t in values:
+            own = list[list[Any]]()
+            for pair in pairwise([*range(len(ts)), len(ts) - 1]):  # the last one is the end of the path
+                a, b = (ts[k] for k in pair)
+                if not min(a, b) <= t <= max(a, b):
+                    continue
+                first, last = ([*z[k], *w[k]] for k in pair)
+                points = [row for end, row in ((a, first), (b, last)) if end == t]
+                if not points:
+                    share = (t - a) / (b - a)
+                    points = [[(1 - share) * one + share * other for one, other in zip(first, last, strict=True)]]
+                own += [row for row in points if row not in own]
+            found += [(t, row[:n], row[n:]) for row in own]
+        return Points(*map(list, zip(*found, strict=True))) if found else Points([], [], [])
+
+    def values(self, z: Sequence[Any]) -> Sequence[Any]:
+        """Return z, of a program x, y and s, with the multipliers y in its own sense."""
+        turned = range(0) if self.program is None else self.program.reversed(len(z))
+        return [0 - value if i in turned else value for i, value in enumerate(z)] if turned else z
+
+    def objective(self, t: Any, z: Sequence[Any]) -> Any:
+        """Return the objective of the program at t, in its own sense and with its constant."""
+        assert self.program is not None
+        share, ends = self._share(t), list[Any]()
+        if isinstance(t, Fraction) and self._exact:
+            from lcpcli.enumeration.search import objective
+
+            ends = [objective(data, program, z) for data, program in zip(self._exact, self._programs, strict=True)]
+        else:
+            share, x = float(share), np.array(self.program.parts(z)[0], dtype=float)
+            for data, program in zip(self._data, self._programs, strict=True):
+                ends.append(SENSES[program.sense] * data.objective(x) + program.constant)
+        return (1 - share) * ends[0] + share * ends[1]
+
+    @cached_property
+    def _exact(self) -> tuple[ExactProblem, ExactProblem] | None:
+        """Return the problems whose solutions the fractions are: their doubles as they are, or as decimals."""
+        points = self.points
+        for read in (ExactProblem.of_decimals, ExactProblem.of_floats) if self.path.exact and points.t else ():
+            first, last = map(read, self._ends)
+            if first.w(points.z[0]) == points.w[0]:
+                return first, last
+        return None
+
+    @property
+    def is_quadratic(self) -> bool:
+        return self.program is not None and bool((self._data[0].Q != 0).sum())
+
+    @cached_property
+    def moving(self) -> Moving | None:
+        """Return the number that differs, in the program's own sense, if it is one only; else None."""
+        found = list(islice(self._differences(), 2))
+        return found[0] if len(found) == 1 else None
+
+    def moved(self, t: Any) -> Any:
+        assert self.moving is not None
+        share, ends = self._share(t), self.moving[2:]
+        first, last = map(shortest_decimal, ends) if isinstance(share, Fraction) else ends
+        return (1 - share) * first + share * last
+
+    def _share(self, t: Any) -> Any:
+        family = self.path.family
+        if not isinstance(t, Fraction):
+            return family.share(t)
+        start, stop = Fraction(family.start), Fraction(family.stop)
+        return (t - start) / (stop - start)
+
+    def _differences(self) -> Iterator[Moving]:
+        """Yield the numbers that differ; both sides of an equation are one."""
+        if self.program is None:
+            ends: list[Any] = [conditions_of(each) for each in self._ends]
+            names = [f"q {name}" if name else "" for name in self.path.problem.names]
+            yield from _moving(wording.short_names(names, math.inf, "q"), "q", *(each.q for each in ends))
+        else:
+            ends = list(self._data)
+            yield from _moving(self.names(), "c", *(SENSES[self.program.sense] * each.c for each in ends))
+        for key in ("lower", "upper"):
+            yield from _moving(self.names(), key, *(getattr(each, key) for each in ends))
+        if self.program is None:
+            return
+        one, two = self._data
+        rows = self.program.rows or [f"row {i}" for i in range(1, one.row_lower.size + 1)]
+        equal = (one.row_lower == one.row_upper) & (two.row_lower == two.row_upper)
+        yield from _moving(rows, "row", one.row_lower, two.row_lower, equal)
+        for key in ("row_lower", "row_upper"):
+            yield from _moving(rows, key, getattr(one, key), getattr(two, key), ~equal)
+
+
+def _moving(names: Sequence[str], what: str, first: Vector, last: Vector, among: Any = True) -> Iterator[Moving]:
+    for i in np.flatnonzero((first != last) & among).tolist():
+        yield Moving(names[i], what, float(first[i]), float(last[i]))
+
 
 KEYS = (
     "version file to_file problem to n names end message reached verified t z w basis changes jumps moving answer "
@@ -42,7 +290,7 @@ def data(path: Path, points: Points = NO_POINTS, files: Sequence[str] = ()) -> d
         **result_formats.place(NO_SOURCE, path.problem),
         **dict(zip_longest(("file", "to_file"), files)),
         "to": path.to.name,
-        "changes": [[change._asdict() for change in changes] for changes in path_terms.changes(path)],
+        "changes": [[change._asdict() for change in changes] for changes in changes(path)],
         "moving": moving,
         "answer": _answer(terms, doubles),
         "exact": path.exact and {**path.exact._asdict(), "answer": _answer(terms, terms.points)},
@@ -87,10 +335,10 @@ def rows(path: Path, at: At, names: Sequence[str]) -> tuple[Iterable[Sequence[An
     moving = [terms.moving.label] if terms.moving else []
     w_names = [f"w {name}" if name else f"w{i}" for i, name in enumerate(path.problem.names, 1)]
     header = ["breakpoint", "t", *moving, "change", *chosen(terms.names()), *chosen(w_names)]
-    notes = path_terms.notes(path, terms.names(), math.inf)
+    notes = notes_on(path, terms.names(), math.inf)
     breakpoints = (row(k + 1, notes[k], *(part[k] for part in terms.points)) for k in range(path.t.size))
     others = (row("", "", *point) for point in zip(*terms.at_all(at), strict=True))
-    comments = [path_terms.title(path), path_terms.verdict(path, path.t.size)]
+    comments = [title(path), verdict(path, path.t.size)]
     return chain([[*header, *["objective"] * bool(terms.program)]], in_time(breakpoints), others), comments
 
 
@@ -107,98 +355,77 @@ def report(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] =
 def build(path: Path, form: str, at: At, width: int | None, names: Sequence[str] = ()) -> Document:
     """Return the report on a path for a format: a row for each breakpoint, and the further points below them. names :
     of the unknowns that are shown, as for `wording.places`; empty for as many as fit."""
-    terms = Terms(path)
-    notes = path_terms.notes(path, wording.all_visible(terms.names(longest(form))), MOST_CHANGES)
-    columns = _Columns(terms, form, width, notes, names)
+    terms, most = Terms(path), longest(form)
+    notes = notes_on(path, wording.all_visible(terms.names(most)), MOST_CHANGES)[:MOST_ROWS]
     found = terms.at_all(at)
     missed = [f"{float(t):.7g}" for t in at if t not in found.t]
-    groups = [
-        columns.rows(Points(*(part[:MOST_ROWS] for part in terms.points)), notes),
-        columns.rows(found, ["(--at)"] * len(found.t)),
-    ]
+    points = Points(*([*part[:MOST_ROWS], *more] for part, more in zip(terms.points, found, strict=True)))
+    columns, elided = _columns(terms, points, [*notes, *["(--at)"] * len(found.t)], form, width, names)
+    header, *rows = map(list, zip(*columns, strict=True))
+    groups = list(filter(None, (rows[: len(notes)], rows[len(notes) :])))
     section = Section(
-        path_terms.title(path),
-        path_terms.verdict(path, path.t.size),
+        title(path),
+        verdict(path, path.t.size),
         path.verified and path.end == REACHED,
         [str(terms.moving)] if terms.moving else [],
-        [Table(columns.header, list(filter(None, groups)), words=[columns.header.index("change")], name="Breakpoints")],
+        [Table(header, groups, words=[header.index("change")], name="Breakpoints")],
         [
-            *_remarks(terms, form, columns.elided),
+            *_remarks(terms, form, elided),
             *[f"the path does not come to t = {', '.join(missed)}"] * bool(missed),
         ],
         f"{wording.PROGRAM}{wording.took(path.seconds, form)}",
-        partial(_figure, path, names) if path.t.size else None,
+        (lambda: plotting.plot_path(path, show=names).content("svg")) if path.t.size else None,
     )
     return Document(section.title, [section])
 
 
-def _figure(path: Path, names: Sequence[str]) -> bytes:
-    from lcpcli.report import plotting
+def _columns(
+    terms: Terms, points: Points, notes: Sequence[str], form: str, width: int | None, chosen: Sequence[str]
+) -> tuple[list[list[str]], bool]:
+    """Return the columns of a table with their headings, and whether unknowns are left out: t, the number that moves,
+    what changes, as many components of z (x and y of a program) as the width has room for, w if there is room for all,
+    and the objective of a program. chosen : as names for `build`."""
+    path, program, moving, most = terms.path, terms.program, terms.moving, longest(form)
+    n, names, ends = path.problem.n, wording.all_visible(terms.names(most)), (path.family.start, path.family.stop)
+    of_z, *of_w = (float(np.abs(array).max(initial=0.0)) for array in (path.z, path.w, path.problem.q, path.to.q))
+    vectors = list(map(terms.values, points.z))
 
-    return plotting.response(path, "svg", names)
+    def column(name: str, values: Iterable[Any], largest: float = 0.0) -> list[str]:
+        return [name, *(_cell(value, largest) for value in values)]
 
+    def of_places(kept: Iterable[int | None]) -> list[list[str]]:
+        gap = [ELLIPSIS] * (len(vectors) + 1)
+        return [gap if i is None else column(names[i], (z[i] for z in vectors), of_z) for i in kept]
 
-class _Columns:
-    """The columns of a table: t, the number that moves, what changes, as many components of z (x and y of a program)
-    as the width has room for, w if there is room for all, and the objective of a program.
+    before, after = [["change", *notes]], list[list[str]]()
+    if moving:
+        label = moving.label if len(visible(moving.label)) < most else "value"
+        before.insert(0, column(label, map(terms.moved, points.t), max(map(abs, moving[2:]))))
+    if moving is None or moving[2:] != tuple(map(float, ends)):
+        before.insert(0, column("t", points.t, float(max(map(abs, ends)))))
+    if program:
+        after.append(column("objective", map(terms.objective, points.t, points.z)))
+    if chosen:
+        return [*before, *of_places(wording.places(terms.names(), chosen)), *after], False
+    left = room(form, width)
+    if left is not None:
+        left -= CELL * (len(before) - 1 + len(after)) + max(map(len, notes), default=0)
 
-    notes : what changes at the breakpoints. chosen : as names for `build`.
-    """
+    def fits(columns: Sequence[Sequence[str]]) -> bool:
+        return len(columns) <= PIPE_COMPONENTS if left is None else sum(max(map(len, c)) + 1 for c in columns) <= left
 
-    def __init__(self, terms: Terms, form: str, width: int | None, notes: Sequence[str], chosen: Sequence[str]) -> None:
-        self.terms, most, path = terms, longest(form), terms.path
-        n, program, moving = path.problem.n, terms.program, terms.moving
-        arrays = (path.z, path.w, path.problem.q, path.to.q)
-        of_z, *of_w = (float(np.abs(array).max(initial=0.0)) for array in arrays)
-        self._largest = [of_z, max(of_w)]  # w is rounded as its terms are
-        self._has_t = moving is None or moving[2:] != (float(path.family.start), float(path.family.stop))
-        moved = [moving.label if len(visible(moving.label)) < most else "value"] if moving else []
-        names = wording.all_visible(terms.names(most))
-        left = room(form, width)
-        if left is not None:
-            left -= CELL * (self._has_t + len(moved) + bool(program)) + max(map(len, notes), default=0)
-        usual = None if left is None else left + OTHER_COLUMNS
-        widths = [] if left is None or n > left else self._widths(names)
-
-        def fits(count: int) -> bool:
-            return sum(widths[:count]) <= (left or 0) if widths else shown_components(count, usual) is None
-
-        counts = [n] if program is None else [n - program.ranges, program.variables]
-        count = next(filter(fits, counts), counts[-1])
-        self._kept = wording.places(terms.names(), chosen) if chosen else range(count)
-        self._components = None if chosen or fits(count) else shown_components(count, usual)
-        self._has_w = not chosen and program is None and fits(2 * n)
-        self.elided = self._components is not None or (not chosen and count < counts[0])
-        names = self._of_shown(names)
-        w = [f"w{i}" for i in range(1, n + 1)] if self._has_w else []
-        self.header = [*["t"] * self._has_t, *moved, "change", *names, *w, *["objective"] * bool(program)]
-
-    def _of_shown(self, values: Sequence[Any], cell: Callable[[Any], str] = str) -> list[str]:
-        return with_ellipsis([values[i] for i in self._kept], self._components, cell)
-
-    def _widths(self, names: Sequence[str]) -> list[int]:
-        """Return the widths of the columns of z, and then of w, with the gap after each."""
-        points = [part[:MOST_ROWS] for part in self.terms.points]
-        vectors = zip((list(map(self.terms.values, points[1])), points[2]), self._largest, strict=True)
-        columns = ((column, largest) for own, largest in vectors for column in zip(names, *own, strict=True))
-        return [max(map(len, (name, *(_cell(v, largest) for v in own)))) + 1 for (name, *own), largest in columns]
-
-    def rows(self, points: Points, notes: Sequence[str]) -> list[list[str]]:
-        """Return the rows of some points, each with a note on what changes there."""
-        return [list(self._row(*each)) for each in zip(notes, *points, strict=False)]
-
-    def _row(self, note: str, t: Any, z: Sequence[Any], w: Sequence[Any]) -> Iterator[str]:
-        terms = self.terms
-        if self._has_t:
-            yield _cell(t, float(max(map(abs, (terms.path.family.start, terms.path.family.stop)))))
-        if terms.moving:
-            yield _cell(terms.moved(t), max(map(abs, terms.moving[2:])))
-        yield note
-        yield from self._of_shown(terms.values(z), lambda value: _cell(value, self._largest[0]))
-        if self._has_w:
-            yield from (_cell(value, self._largest[1]) for value in w)
-        if terms.program:
-            yield _cell(terms.objective(t, z))
+    counts = [n] if program is None else [n - program.ranges, program.variables]
+    shown: list[list[str]] | None = None
+    if n <= (PIPE_COMPONENTS if left is None else left):
+        shown = next(filter(fits, map(of_places, map(range, counts))), None)
+    if shown is None:
+        shown = of_places(
+            with_gap(counts[-1], shown_components(counts[-1], None if left is None else left + OTHER_COLUMNS))
+        )
+    elif program is None:
+        w = [column(f"w{i + 1}", (own[i] for own in points.w), max(of_w)) for i in range(n)]  # rounded as its terms are
+        shown += w if fits([*shown, *w]) else []
+    return [*before, *shown, *after], len(shown) < counts[0]
 
 
 def _cell(value: Any, largest: float = 0.0) -> str:

@@ -1,4 +1,4 @@
-"""Figures of results and of data: the bytes of a picture, by matplotlib, in one of FORMS. Nothing heavy is imported
+"""Figures of results and their data: the bytes of a picture, by matplotlib, in one of FORMS. Nothing heavy is imported
 until a figure is requested. Each function raises OptionError if matplotlib is missing.
 
 For performance profiles, see E. D. Dolan and J. J. Moré, Benchmarking optimization software with performance profiles,
@@ -9,7 +9,7 @@ complementarity problem and spanning properties of complementary cones, Linear A
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.util import find_spec
@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, Any
 from lcpcli.errors import ParameterError, count
 from lcpcli.files.atomic_write import write_whole
 from lcpcli.report import wording
-from lcpcli.report.figures.data import Curve, Growth, Panel, Profile, Trajectories, Trajectory
 
 if TYPE_CHECKING:
     from lcpcli.enumeration.search import SolutionSet
@@ -31,53 +30,144 @@ FORMS = ("png", "svg", "pdf")
 MOST_PANELS = 7  # rows of axes on a page of A4, each about 1.5 inches high, with readable labels
 MOST_PLANES = 6  # whose paths of iterates are on a page, two in a row
 PLOT, PATHS = "plot", "paths"
+KINDS = {  # the functions that draw the figures, and the titles of the files
+    "convergence": ("run_figures.draw_convergence", "Error against run time and iteration"),
+    "bench": ("run_figures.draw_bench", "Benchmark"),
+    "response": ("run_figures.draw", "Path of solutions"),
+    "cones": ("plane_figures.draw", "Complementary cones"),
+    "paths": ("plane_figures.draw_paths", "Trajectories of iterates"),
+}
 
 
-def convergence(panels: Sequence[Panel], form: str) -> bytes:
+@dataclass(frozen=True)
+class Curve:
+    """One run on one problem.
+
+    name : the method or peer, which decides colour, marker and line style. label : the name of the run in the legend.
+    k : the numbers of the iterates; an iterate whose number is None is left out where k is the abscissa.
+    seconds, errors : of each iterate the run time, and the error or residual; None where it was not measured.
+    solved : whether the run solved the problem; a cross marks the end of any other one.
+    x : the iterates of a problem in two unknowns, if they were kept.
+    """
+
+    name: str
+    label: str
+    k: Sequence[int | None]
+    seconds: Sequence[float]
+    errors: Sequence[float | None]
+    solved: bool
+    x: Sequence[Sequence[float]] = ()
+
+    @property
+    def counts(self) -> list[int]:
+        return [k for k, error in zip(self.k, self.errors, strict=True) if k is not None and error is not None]
+
+
+@dataclass(frozen=True)
+class Panel:
+    """The runs on one problem. measure : "error" or "residual", whichever the curves have. provenance : a line on the
+    program and its options, for the file's metadata. problem, solutions : of runs whose x were kept, the LCP and the
+    x = (z - w) / 2 of its known solutions."""
+
+    title: str
+    measure: str
+    curves: Sequence[Curve]
+    provenance: str = ""
+    problem: Any = None
+    solutions: Sequence[Sequence[float]] = ()
+
+
+@dataclass(frozen=True)
+class Power:
+    """The fit seconds = coefficient n^exponent, by least squares on the logarithms, for whose independent normal errors
+    the exponent has a confidence interval of half-width `margin`. r_squared : the fraction of the variance
+    explained."""
+
+    exponent: float
+    margin: float
+    coefficient: float
+    r_squared: float
+
+
+@dataclass(frozen=True)
+class Growth:
+    """One solver's median run times in seconds on problems of n unknowns, with their quartiles, and the fitted power of
+    n; None for too few sizes."""
+
+    name: str
+    label: str
+    n: Sequence[int]
+    seconds: Sequence[float]
+    lower: Sequence[float]
+    upper: Sequence[float]
+    fit: Power | None
+
+
+@dataclass(frozen=True)
+class Profile:
+    """One solver's times, one per problem, as multiples of the fastest solver's or in seconds; inf where it failed."""
+
+    name: str
+    label: str
+    ratios: Sequence[float]
+    in_seconds: bool = False
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Picture:
+    """A figure, drawn when it is written; a notebook shows it.
+
+    kind : of KINDS. data : what its function draws. provenance : lines for the file's metadata. text : what the figure
+    shows, for the interpreter.
+    """
+
+    kind: str
+    data: Sequence[Any]
+    provenance: Sequence[str]
+    text: str = ""
+
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """Write the picture as .png, .svg or .pdf, completely or not at all."""
+        file = os.fspath(file)
+        write_whole(file, self.content(form_of(file)))
+
+    def saved(self, file: str | os.PathLike[str] | None) -> Picture:
+        if file is not None:
+            self.save(file)
+        return self
+
+    def content(self, form: str) -> bytes:
+        require()
+        from lcpcli.report.figures import style
+
+        place, title = KINDS[self.kind]
+        module, name = place.split(".")
+        draw = getattr(import_module(f"lcpcli.report.figures.{module}"), name)
+        return style.file(lambda: draw(*self.data), form, title, self.provenance)
+
+    def __repr__(self) -> str:
+        return f"<Picture: {self.text}>"
+
+    def _repr_svg_(self) -> str:
+        return self.content("svg").decode()
+
+
+def convergence(panels: Sequence[Panel]) -> Picture:
     """Return a picture with one row per panel: the error against the run time and against the iteration."""
     require_room(len(panels))
-    told = [panel.provenance for panel in panels]
-    return _drawn("run_figures.draw_convergence", form, "Error against run time and iteration", told, panels)
+    runs = sum(len(panel.curves) for panel in panels)
+    text = f"{count(runs, 'run')} on {count(len(panels), 'problem')}"
+    return Picture("convergence", [panels], [panel.provenance for panel in panels], text)
 
 
-def bench(
-    profiles: Sequence[Profile],
-    panels: Sequence[Panel],
-    growths: Mapping[str, Sequence[Growth]],
-    form: str,
-    provenance: Sequence[str] = (),
-) -> bytes:
-    """Return a picture of a benchmark: the performance profile, error against run time, and the growth of time with n,
-    as far as there are data. provenance : lines on the measurements, for the file's metadata."""
-    return _drawn("run_figures.draw_bench", form, "Benchmark", provenance, profiles, panels, growths)
-
-
-def cones(found: SolutionSet, form: str) -> bytes:
+def cones(found: SolutionSet) -> Picture:
     """Return a picture of q and the complementary cones of an LCP with two unknowns; a cone with q gives a solution."""
-    return _drawn("plane_figures.draw", form, "Complementary cones", [f"{wording.PROGRAM}: {found.message}"], found)
+    return Picture("cones", [found], [f"{wording.PROGRAM}: {found.message}"])
 
 
-def paths(pictures: Sequence[Trajectories], form: str) -> bytes:
+def paths(panels: Sequence[Panel]) -> Picture:
     """Return a picture of the iterates of runs on LCPs with two unknowns, over the merit function."""
-    told = [picture.provenance for picture in pictures]
-    return _drawn("plane_figures.draw_paths", form, "Trajectories of iterates", told, pictures)
-
-
-def response(path: Path, form: str, names: Sequence[str] = ()) -> bytes:
-    """Return a picture of the solutions along a path, of these unknowns alone if there are any, and of the objective of
-    a program."""
-    from lcpcli.report.path_terms import line
-
-    return _drawn("run_figures.draw", form, "Path of solutions", [f"{wording.PROGRAM}: {line(path)}"], path, names)
-
-
-def _drawn(place: str, form: str, title: str, provenance: Sequence[str], *data: Any) -> bytes:
-    require()
-    from lcpcli.report.figures import style
-
-    module, name = place.split(".")
-    draw = getattr(import_module(f"lcpcli.report.figures.{module}"), name)
-    return style.file(lambda: draw(*data), form, title, provenance)
+    return Picture("paths", [panels], [panel.provenance for panel in panels])
 
 
 def form_of(path: str, option: str = PLOT) -> str:
@@ -114,41 +204,12 @@ def require(option: str = PLOT) -> None:
         raise ParameterError(option, "needs matplotlib", "pip install 'linear-complementarity[plot]'")
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Picture:
-    """The curves of runs, one panel per problem, or the solutions along a path, perhaps of some unknowns by name alone;
-    a notebook shows it."""
-
-    panels: Sequence[Panel]
-    path: Path | None = None
-    names: Sequence[str] = ()
-
-    def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the picture as .png, .svg or .pdf, completely or not at all."""
-        file = os.fspath(file)
-        write_whole(file, self.content(form_of(file)))
-
-    def saved(self, file: str | os.PathLike[str] | None) -> Picture:
-        if file is not None:
-            self.save(file)
-        return self
-
-    def content(self, form: str) -> bytes:
-        return convergence(self.panels, form) if self.path is None else response(self.path, form, self.names)
-
-    def __repr__(self) -> str:
-        if self.path is not None:
-            return f"<Picture: path of {count(self.path.t.size, 'breakpoint')}>"
-        runs = sum(len(panel.curves) for panel in self.panels)
-        return f"<Picture: {count(runs, 'run')} on {count(len(self.panels), 'problem')}>"
-
-    def _repr_svg_(self) -> str:
-        return self.content("svg").decode()
-
-
 def plot_path(path: Path, file: str | os.PathLike[str] | None = None, show: Sequence[str] = ()) -> Picture:
+    """Draw the solutions along a path, of the unknowns to `show` alone if there are any, and the objective of a
+    program."""
     require()
-    return Picture((), path, [show] if isinstance(show, str) else show).saved(file)
+    data, text = [path, [show] if isinstance(show, str) else show], f"path of {count(path.t.size, 'breakpoint')}"
+    return Picture("response", data, [f"{wording.PROGRAM}: {path}"], text).saved(file)
 
 
 def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None = None) -> Picture:
@@ -189,7 +250,7 @@ def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None
         group.append(result)
     if not groups:
         raise ParameterError("results", "there are none", "give at least one")
-    return Picture(panels([_with_labels(group) for group in groups])).saved(file)
+    return convergence(panels([_with_labels(group) for group in groups])).saved(file)
 
 
 def _with_labels(group: Sequence[Result]) -> list[Result]:
@@ -209,46 +270,32 @@ def _with_labels(group: Sequence[Result]) -> list[Result]:
 
 def _is_same(one: Problem, other: Problem) -> bool:
     """Return whether two problems have the same M, q and bounds, and curves of the same measure."""
-    if one is other:
-        return True
-    import numpy as np
+    from numpy import array_equal
 
-    if bool(one.solutions) != bool(other.solutions) or type(one.M) is not type(other.M):
-        return False
-    vectors = all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("q", "lower", "upper"))
-    return vectors and not (one.M != other.M).sum()
+    from lcpcli.linalg.matrices import are_equal
+
+    pairs = ((getattr(one, name), getattr(other, name)) for name in ("q", "lower", "upper"))
+    alike = bool(one.solutions) == bool(other.solutions) and are_equal(one.M, other.M)
+    return one is other or (alike and all(array_equal(*pair) for pair in pairs))
 
 
 def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
     """Return the curves of the runs, grouped by problem, of errors if a solution is known or computed, else of
-    residuals; each run must have recorded a `curve` or a trace."""
+    residuals, and the x that were kept; each run must have recorded a `curve` or a trace."""
     drawn = []
     for results in runs:
-        problem, curves = results[0].problem, []
+        problem, curves, solutions = results[0].problem, [], list[list[float]]()
         measure = "error" if problem.solutions else "residual"
         for result in results:
             kept = result.curve or result.trace
             rows = kept.rows if kept else []
             k, seconds, errors = ([getattr(row, name) for row in rows] for name in ("k", "seconds", measure))
-            curves.append(Curve(result.method, wording.name(result), k, seconds, errors, result.solved))
-        drawn.append(Panel(wording.title_and_size(problem), measure, curves, _provenance(results)))
-    return drawn
-
-
-def _provenance(results: Sequence[Result]) -> str:
-    return f"{wording.title_and_size(results[0].problem)}: {'; '.join(wording.provenance(results))}"
-
-
-def trajectories(runs: Sequence[Sequence[Result]]) -> list[Trajectories]:
-    """Return the paths of runs, grouped by problem; the curve of each run must have kept x."""
-    found = []
-    for results in runs:
-        problem, own = results[0].problem, []
-        for result in results:
-            rows = result.curve.rows if result.curve else []
             x = [row.x.tolist() for row in rows if row.x is not None]
-            own.append(Trajectory(result.method, wording.name(result), [row.k for row in rows], x))
-        known = [*problem.solutions, *(result.z for result in results if result.solved)]
-        solutions = [((z - problem.w(z)) / 2).tolist() for z in known]
-        found.append(Trajectories(problem, solutions, own, _provenance(results)))
-    return found
+            curves.append(Curve(result.method, wording.name(result), k, seconds, errors, result.solved, x))
+        if any(curve.x for curve in curves):
+            known = [*problem.solutions, *(result.z for result in results if result.solved)]
+            solutions = [((z - problem.w(z)) / 2).tolist() for z in known]
+        title = wording.title_and_size(problem)
+        told = f"{title}: {'; '.join(wording.provenance(results))}"
+        drawn.append(Panel(title, measure, curves, told, problem, solutions))
+    return drawn

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import chain, count
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -34,8 +35,8 @@ def answers(results: Sequence[Result], compared: bool, shown: Sequence[str] = ()
     origins = [result.problem.origin for result in results]
     programs, games = (any(isinstance(own, kinds) for own in origins) for kinds in (Program, (Game, ExtensiveGame)))
     parts = [
-        *[_STATES] * any(result.problem.bounds for result in results),
-        *[_NAMES] * (games or any(any(result.problem.names) for result in results)),
+        *[((STATE,), _states)] * any(result.problem.bounds for result in results),
+        *[(("name",), _names)] * (games or any(any(result.problem.names) for result in results)),
         *[(PROGRAM_COLUMNS, _of_program)] * programs,
         *[(GAME_COLUMNS, _of_game)] * games,
     ]
@@ -51,7 +52,7 @@ def part(result: Result, source: str) -> Rows:
     """Return the rows of one of many problems, with state and name, and comments on the result."""
     names = [[name] for name in result.problem.names]
     comments = [*wording.provenance([result])[1:], *wording.objective(result)]
-    return _rows(result, [source], [_STATES, (("name",), lambda _: names)]), comments
+    return _rows(result, [source], [((STATE,), _states), (("name",), lambda _: names)]), comments
 
 
 def iterates(results: Sequence[Result], chosen: Sequence[str] = (), names: Sequence[str] = ()) -> Rows:
@@ -79,32 +80,33 @@ def iterates(results: Sequence[Result], chosen: Sequence[str] = (), names: Seque
             status = result.status.word if row is rows[-1] else ""
             whole = [*values, *blanks]
             own = {"k": [row.k], "z": [whole[i] for i in kept]}
-            own |= {wording.called(name): [value] for name, value in wording.values_of(row).items()}
+            own |= {{"seconds": "time"}.get(name, name): [value] for name, value in wording.values_of(row).items()}
             lines.append([*start, *(cell for name in shown for cell in own[name]), status])
-    head, *others = wording.provenance(results)
-    return lines, [f"{ITERATES}{head}", *others]
+    return lines, [ITERATES + line if k == 0 else line for k, line in enumerate(wording.provenance(results))]
 
 
 def runs(results: Sequence[Result]) -> Rows:
     """Return a row for each run: problem, method (the run's name, as among the iterates), the options of all runs,
     status, costs, measures, and for each level of error the iterations and seconds to it; missing values are empty."""
     own = [wording.options_of(result, whole=True) for result in results]
-    options = list(dict.fromkeys(name for given in own for name in given))
+    options = list(dict.fromkeys(chain(*own)))
     measures = ("iterations", "evaluations", "seconds", "spread", "residual", "relative_residual", "error")
     levels = [f"{what}_to_{wording.level(level)}" for level in wording.LEVELS for what in ("iterations", "seconds")]
     rows: list[Cells] = [["problem", "method", *options, "status", *measures, *levels]]
     for result, given in zip(results, own, strict=True):
-        costs = [cost for level in wording.LEVELS for cost in reached(result).get(level, (None, None))]
-        values = [getattr(result, name) for name in measures]
-        cells = [given.get(option) for option in options]
-        rows.append([result.problem.name, wording.name(result), *cells, result.status.word, *values, *costs])
+        costs = chain(*(reached(result).get(level, (None, None)) for level in wording.LEVELS))
+        values = (getattr(result, name) for name in measures)
+        start = [result.problem.name, wording.name(result), *map(given.get, options), result.status.word]
+        rows.append([*start, *values, *costs])
     return rows, wording.provenance(results)
 
 
 def _rows(result: Result, start: Cells, parts: Sequence[Part]) -> list[Cells]:
-    ends = [cells(result) for _, cells in parts]
-    lines = enumerate(zip(*_vectors(result), *ends, strict=True), 1)
-    return [[*start, i, z, w, *(cell for own in more for cell in own)] for i, (z, w, *more) in lines]
+    """Return a row for each component, with blanks where a part says nothing about it."""
+    blanks = ([*cells(result), *[[""] * len(names)] * result.problem.n] for names, cells in parts)
+    return [
+        [*start, i, z, w, *chain(*more)] for i, z, w, *more in zip(count(1), *_vectors(result), *blanks, strict=False)
+    ]
 
 
 def _vectors(result: Result) -> tuple[Cells, Cells]:
@@ -120,6 +122,10 @@ def _fractions(values: Cells) -> Cells:
     return [value if value is None or isinstance(value, float) else text(value) for value in values]
 
 
+def _states(result: Result) -> list[Cells]:
+    return [[state] for state in result.basis]
+
+
 def _names(result: Result) -> list[Cells]:
     names, origin = result.problem.names, result.problem.origin
     if isinstance(origin, Game):
@@ -133,7 +139,7 @@ def _of_program(result: Result) -> list[Cells]:
     multiplier of its bounds, and of a row its activity and its slack."""
     answer: Any = result.answer
     if getattr(answer, "activities", None) is None:
-        return [("",) * len(PROGRAM_COLUMNS)] * result.problem.n
+        return []
     x, y = answer.x.tolist(), answer.y.tolist()
     if answer.exact:
         x, y = _fractions(answer.exact["x"]), _fractions(answer.exact["y"])
@@ -146,26 +152,14 @@ def _of_program(result: Result) -> list[Cells]:
 def _of_game(result: Result) -> list[Cells]:
     exact, game = result.exact, result.problem.origin
     if isinstance(game, ExtensiveGame):
-        return _of_tree(result)
+        own: Any = getattr(result.answer, "exact", None) or result.answer
+        known = own.payoffs is not None
+        players = zip(own.players, _fractions(own.payoffs), programs_and_games.moves(own), strict=True) if known else ()
+        return [(name, p, payoff) for name, payoff, moves in players for p in _fractions(moves)]
     if not isinstance(game, Game):
-        return [("", "", "")] * result.problem.n
+        return []
     z = np.array(exact.z, dtype=object) if exact is not None and exact.z and exact.w else result.z
     *probabilities, by_row, by_column = _fractions(programs_and_games.iterate_of_game(game, z))
-    m, k = game.A.shape
-    players = [("row", by_row)] * m + [("column", by_column)] * k
-    return [(player, value, payoff) for (player, payoff), value in zip(players, probabilities, strict=True)]
-
-
-def _of_tree(result: Result) -> list[Cells]:
-    answer, none = result.answer, ("", "", "")
-    own: Any = getattr(answer, "exact", None) or answer
-    if own.payoffs is None:
-        return [none] * result.problem.n
-    cells: list[Cells] = []
-    for name, payoff, moves in zip(own.players, _fractions(own.payoffs), programs_and_games.moves(own), strict=True):
-        cells += [(name, probability, payoff) for probability in _fractions(moves)]
-    return [*cells, *[none] * (result.problem.n - len(cells))]
-
-
-_STATES: Part = ((STATE,), lambda result: [[state] for state in result.basis])
-_NAMES: Part = (("name",), _names)
+    m = game.A.shape[0]
+    of_rows = (("row", by_row) if i < m else ("column", by_column) for i in range(len(probabilities)))
+    return [(player, value, payoff) for (player, payoff), value in zip(of_rows, probabilities, strict=True)]

@@ -70,14 +70,15 @@ class Report(NamedTuple):
 
     document : returns the document for a format and the width of a terminal, None if there is none.
     records : returns objects of plain values. rows : returns rows of cells, and lines of comments above them; None if
-    CSV has the keys and values of the records.
+    CSV has the keys and values of the records. pipe : the width where there is no terminal; None for no limit.
     """
 
     document: Callable[[str, int | None], Document]
     records: Callable[[], Iterable[Mapping[str, Any]]]
     rows: Callable[[], tuple[Iterable[Sequence[Any]], Iterable[str]]] | None = None
+    pipe: int | None = None
 
-    def render(self, form: str, width: int | None = None, color: bool = False) -> str:
+    def render(self, form: str = "table", width: int | None = None, color: bool = False) -> str:
         """Return the report as text in a format. width, color : as for `typeset`."""
         if form == "json":
             return "".join(map(line, self.records()))
@@ -86,7 +87,7 @@ class Report(NamedTuple):
                 return written(*self.rows())
             pairs = ((key, cell(value)) for each in self.records() for key, value in each.items())
             return written([("key", "value"), *pairs])
-        return typeset(self.document(form, width), form, width, color)
+        return typeset(self.document(form, width), form, width or self.pipe, color)
 
 
 def report(

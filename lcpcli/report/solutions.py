@@ -61,7 +61,10 @@ def build(found: SolutionSet | Optimum, exact: bool, form: str, names: Sequence[
     else:
         message, settled = found.message, found.complete
         listing, remarks = (_pieces if found.equilibria is None else _equilibria)(found, cell, longest(form), names)
-        tables, figure = [listing], partial(plotting.cones, found, "svg") if plotting.is_plane(problem) else None
+        tables, figure = (
+            [listing],
+            partial(plotting.cones(found).content, "svg") if plotting.is_plane(problem) else None,
+        )
     title = f"{wording.title(problem) or 'problem'}: {wording.size(problem)}"
     made_by = f"{wording.PROGRAM}, in exact arithmetic{wording.took(found.seconds, form)}"
     return Document(title, [Section(title, message, settled, facts, tables, remarks, made_by, figure)])
@@ -119,47 +122,39 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float, sh
     header = ["piece", "", *(names[i] for i in kept)]
     header += [f"{name} gets" for name in tree.tree.names()] if tree else [f"w{i + 1}" for i in kept]
     header += ["objective"] * bool(program)
-    shown, points, most_lines = 0, list[list[str]](), min(MOST_LINES, max(MOST_CELLS // len(header), FEWEST_LINES))
-    groups = [points]
-    for number, piece in enumerate(found.pieces, 1):
-        rows: list[list[str]] = []
-        for kind, z, w in islice(_parts(data, piece), most_lines - shown):
+
+    def rows(number: int, piece: Piece) -> Iterator[list[str]]:
+        for k, (kind, z, w) in enumerate(_parts(data, piece)):
             own = [cell(objective(data, program, z)) if kind == "vertex" else ""] if program else []
-            if tree is not None:
-                numbers = _of_tree(tree, kind, z, kept, cell)
-            else:
-                numbers = [cell(vector[i]) for vector in (in_own_sense(data.problem, z), w) for i in kept]
-            rows.append([str(number) if not rows else "", kind, *numbers, *own])
-        shown += len(rows)
-        if piece.is_point:
-            points += rows
-        else:
-            groups.append(rows)
+            shown, more = in_own_sense(data.problem, z), [cell(w[i]) for i in kept]
+            if tree is not None:  # a direction has the changes of the plans
+                plan = programs_and_games.behavior_of(tree, z) if kind == "vertex" else None
+                shown = list(chain(*programs_and_games.moves(plan))) if plan else shown
+                more = [*map(cell, plan.payoffs)] if plan else ["", ""]
+            numbers = [*(cell(shown[i]) for i in kept), *more]
+            yield ["" if k else str(number), kind, *numbers, *own]
+
+    pieces = list(enumerate(found.pieces, 1))
+    points = chain.from_iterable(rows(*each) for each in pieces if each[1].is_point)
+    groups = (points, *(rows(*each) for each in pieces if not each[1].is_point))
     total = sum(len(piece.vertices) + len(piece.rays) + len(piece.lines) for piece in found.pieces)
     remark = f"the solutions of a face are the averages of {'the plans at ' if tree else ''}its vertices"
     if any(piece.rays or piece.lines for piece in found.pieces):
         remark += ", plus any nonnegative multiples of its rays and any multiples of its lines"
-    faces = any(not piece.is_point for piece in found.pieces)
-    return _table(header, groups), [*[remark] * faces, *_left_out(total, most_lines)]
+    return _listing(header, groups, total, [remark] * (len(groups) > 1))
 
 
-def _of_tree(
-    game: ExtensiveGame, kind: str, z: Values, kept: Sequence[int], cell: Callable[[Fraction], str]
-) -> list[str]:
-    """Return the probabilities of these moves and the payoffs, or the changes of the plans along a direction."""
-    own = programs_and_games.behavior_of(game, z) if kind == "vertex" else None
-    if own is None:
-        return [*(cell(z[i]) for i in kept), "", ""]
-    values = list(chain(*programs_and_games.moves(own)))
-    return [*(cell(values[i]) for i in kept), *map(cell, own.payoffs)]
-
-
-def _table(header: list[str], groups: list[list[list[str]]]) -> Table:
-    return Table(header, list(filter(None, groups)), words=(0, *[1] * (header[0] == "piece")), name="Solutions")
-
-
-def _left_out(rows: int, most: int) -> list[str]:
-    return [f"the first {most} of {rows} rows; --format json and csv have all of them"] * (rows > most)
+def _listing(header: list[str], groups: Iterable[Iterable[list[str]]], total: int, remarks: list[str]) -> Listing:
+    """Return the table of as many rows as are worth typesetting, and the remarks, also on rows that are left out."""
+    most = left = min(MOST_LINES, max(MOST_CELLS // len(header), FEWEST_LINES))
+    shown: list[list[list[str]]] = []
+    for group in groups:
+        shown.append(list(islice(group, left)))
+        left -= len(shown[-1])
+    if total > most:
+        remarks.append(f"the first {most} of {total} rows; --format json and csv have all of them")
+    words = (0, *[1] * (header[0] == "piece"))
+    return Table(header, list(filter(None, shown)), words=words, name="Solutions"), remarks
 
 
 def _equilibria(
@@ -169,49 +164,49 @@ def _equilibria(
     game, equilibria = found.game, found.equilibria
     assert game is not None
     assert equilibria is not None
-    of_rows, of_columns = wording.strategy_names(game, most)
-    indexed = any(each.index is not None for each in equilibria.extreme)
-    names, labels = [*of_rows, *of_columns], wording.labels_of(found.data.problem)[: found.data.n]
-    kept = wording.places(labels, shown_names)
-    shown = [names[i] for i in kept]
-    header = ["", *shown, *wording.payoff_headings(game), *["index"] * indexed, "pure"]
-    most_lines = min(MOST_LINES, max(MOST_CELLS // len(header), FEWEST_LINES))
-    lines = [
-        [
-            str(number),
-            *(cell((*each.row, *each.column)[i]) for i in kept),
-            *map(cell, each.payoffs),
-            *["" if each.index is None else f"{each.index:+d}"] * indexed,
-            "pure" * each.is_pure,
-        ]
-        for number, each in enumerate(equilibria.extreme[:most_lines], 1)
-    ]
-    left_out = _left_out(len(equilibria.extreme), most_lines)
-    if all(len(subset.extreme) == 1 for subset in equilibria.subsets):
-        indices = [each.index or 0 for each in equilibria.extreme]
+    extreme, subsets = equilibria.extreme, equilibria.subsets
+    names = list(chain(*wording.strategy_names(game, most)))
+    kept = wording.places(wording.labels_of(found.data.problem)[: found.data.n], shown_names)
+    indexed = any(each.index is not None for each in extreme)
+    header = ["", *(names[i] for i in kept), *wording.payoff_headings(game), *["index"] * indexed, "pure"]
+
+    def row(k: int) -> list[str]:
+        each = extreme[k]
+        strategies, index = (*each.row, *each.column), "" if each.index is None else f"{each.index:+d}"
+        numbers = map(cell, (*(strategies[i] for i in kept), *each.payoffs))
+        return [str(k + 1), *numbers, *[index] * indexed, "pure" * each.is_pure]
+
+    if all(len(subset.extreme) == 1 for subset in subsets):
+        indices = [each.index or 0 for each in extreme]
         summed = found.complete and all(indices) and len(indices) > 1
-        return _table(header, [lines]), [*[f"the indices sum to {sum(indices)}"] * summed, *left_out]
-    joined = [range(len(equilibria.subsets))] if equilibria.components is None else equilibria.components
-    members = [sorted({k for s in part for k in equilibria.subsets[s].extreme}) for part in joined]
-    groups = [[lines[k] for k in part if k < most_lines] for part in members]
-    subsets = [f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}" for subset in equilibria.subsets[:MOST_SUBSETS]]
-    if len(equilibria.subsets) > MOST_SUBSETS:
-        subsets.append(f"and {count(len(equilibria.subsets) - MOST_SUBSETS, 'other')}")
+        remarks = [f"the indices sum to {sum(indices)}"] * summed
+        return _listing(header, [map(row, range(len(extreme)))], len(extreme), remarks)
+    joined = [range(len(subsets))] if equilibria.components is None else equilibria.components
+    groups = (map(row, sorted({k for s in part for k in subsets[s].extreme})) for part in joined)
+    named = [f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}" for subset in subsets[:MOST_SUBSETS]]
+    if len(subsets) > MOST_SUBSETS:
+        named.append(f"and {count(len(subsets) - MOST_SUBSETS, 'other')}")
     means = "any average of the row strategies of one with any of its column strategies is an equilibrium"
-    remark = f"maximal Nash subsets {', '.join(subsets)}: {means}"
-    return _table(header, groups), [remark, *left_out]
+    return _listing(header, groups, len(extreme), [f"maximal Nash subsets {', '.join(named)}: {means}"])
 
 
 def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
     data, points, equilibria = found.data, found.points, found.equilibria
-    place = {point: k for k, point in enumerate(points)}
+    place, origin = {point: k for k, point in enumerate(points)}, data.problem.origin
+
+    def solution(k: int, z: Values) -> dict[str, Any]:
+        each = None if equilibria is None else equilibria.extreme[k]
+        value = numbers([objective(data, origin, z)], exact)[0] if isinstance(origin, Program) else None
+        vectors = {"z": numbers(z, exact), "w": numbers(data.w(z), exact)}
+        return {**vectors, "objective": value, **_meaning(origin, z, each, exact)}
+
     return {
         **result_formats.place(source, data.problem),
         "status": found.status,
         "message": found.message,
         "complete": found.complete,
         "others": found.others,
-        "solutions": [_solution(found, k, point, exact) for k, point in enumerate(points)],
+        "solutions": [solution(*each) for each in enumerate(points)],
         "pieces": [
             {
                 "vertices": [place[vertex] for vertex in piece.vertices],
@@ -225,13 +220,6 @@ def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
         "degenerate": equilibria and equilibria.is_degenerate,
         "seconds": found.seconds,
     }
-
-
-def _solution(found: SolutionSet, k: int, z: Values, exact: bool) -> dict[str, Any]:
-    origin, each = found.data.problem.origin, None if found.equilibria is None else found.equilibria.extreme[k]
-    value = numbers([objective(found.data, origin, z)], exact)[0] if isinstance(origin, Program) else None
-    vectors = {"z": numbers(z, exact), "w": numbers(found.data.w(z), exact)}
-    return {**vectors, "objective": value, **_meaning(origin, z, each, exact)}
 
 
 def _meaning(origin: Any, z: Values, each: ExactEquilibrium | None, exact: bool) -> dict[str, Any]:
@@ -257,7 +245,12 @@ def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tu
         rows = _components(problem.origin, found.z, found.w or [], exact) if found.z else iter(())
     else:
         header, message, has_names = HEADER, found.message, any(problem.names)
-        rows = _of_pieces(found, exact)
+        rows = (
+            (number, kind, k, *cells)
+            for number, piece in enumerate(found.pieces, 1)
+            for k, (kind, z, w) in enumerate(_parts(found.data, piece), 1)
+            for cells in _components(problem.origin, z, w, exact)
+        )
         if found.equilibria is not None:
             header, rows = EQUILIBRIUM_COLUMNS, _of_equilibria(found.equilibria, exact)
     header = (*header, *PROGRAM_COLUMNS * isinstance(problem.origin, Program), *["name"] * has_names)
@@ -273,14 +266,6 @@ def _of_equilibria(equilibria: Equilibria, exact: bool) -> Iterator[Cells]:
         for player, strategy, payoff in zip(("row", "column"), (each.row, each.column), payoffs, strict=True):
             for i, probability in enumerate(numbers(strategy, exact), 1):
                 yield number, player, i, probability, payoff
-
-
-def _of_pieces(found: SolutionSet, exact: bool) -> Iterator[Cells]:
-    origin = found.data.problem.origin
-    for number, piece in enumerate(found.pieces, 1):
-        for k, (kind, z, w) in enumerate(_parts(found.data, piece), 1):
-            for cells in _components(origin, z, w, exact):
-                yield number, kind, k, *cells
 
 
 def _components(origin: Any, z: Values, w: Values, exact: bool) -> Iterator[Cells]:

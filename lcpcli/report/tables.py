@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from lcpcli.report import outcome, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.wording import ELLIPSIS, LEVELS
 from lcpcli.solving.result import Result
-from lcpcli.typing import Indices, Vector
+from lcpcli.typing import Indices
 
 if TYPE_CHECKING:
     from lcpcli.model.nonlinear import NonlinearProblem
@@ -30,7 +30,7 @@ PIPE_COMPONENTS = 12  # of z in a pipe, where lines may be long: all components 
 TITLE_COMPONENTS = 6  # of a known solution in a title, about a line of text
 MOST_EXPLAINED = 5  # runs whose failures are explained, a line or two each; more, as in a sweep, would be too many
 PRINTED = ("latex", "html")  # the formats for readers who do not run the program
-NONE = "-"  # in place of the strategies of an iterate that has none
+NONE = "-"  # in place of the strategies of an iterate that has none, or of the costs to a level that is not reached
 
 
 def shown_components(n: int, width: int | None) -> Indices | None:
@@ -49,18 +49,10 @@ def room(form: str, width: int | None) -> int | None:
 def kept_components(problem: Problem | NonlinearProblem, width: int | None, names: Sequence[str]) -> Indices | None:
     """Return the components of z that a trace keeps for a table of this width, or of unknowns of these names: all for a
     game, whose probabilities depend on all."""
-    if _game(problem) is not None:
+    if wording.game_of(problem) is not None:
         return None
     labels = wording.labels_of(problem) if names else ()
     return np.array(wording.places(labels, names), int) if names else shown_components(problem.n, width)
-
-
-def _game(problem: Problem | NonlinearProblem) -> Game | None:
-    if problem.origin is None:
-        return None
-    from lcpcli.model.origins import Game
-
-    return problem.origin if isinstance(problem.origin, Game) else None
 
 
 def longest(form: str) -> float:
@@ -85,31 +77,35 @@ def build(
     """
     first, problem = results[0], results[0].problem
     components = held = first.trace.components if first.trace else None
-    game, signs = _game(problem), np.array(in_own_sense(problem, [1.0] * problem.n))
-    signs = signs if held is None else signs[held]
+    game, n, screen = wording.game_of(problem), problem.n, room(form, width)
+    if game is not None:
+        components = shown_components(n, None if screen is None else screen - 2 * CELL)
+    names = _names(problem, longest(form))
+    kept = [*with_gap(n, components), *range(n, len(names))]
     if shown_names:
-        components = None
-    elif game is not None:
-        own = room(form, width)
-        components = shown_components(problem.n, None if own is None else own - 2 * CELL)
+        kept = [*wording.places(wording.labels_of(problem), shown_names)]
+    signs = np.array(in_own_sense(problem, [1.0] * n))[slice(None) if held is None else held]
     traces = [result.trace.rows if result.trace else [] for result in results]
     shown = [rows[1:] if len(rows) > 1 else rows for rows in traces]  # the start only if there is nothing else
     rows = [row for own in shown for row in own]
     others = wording.columns_of(problem, rows)
-    names = _columns(problem, components, longest(form))
-    kept = wording.places(wording.labels_of(problem), shown_names) if shown_names else range(len(names))
-    names = [names[i] for i in kept]
-    header = ["method", "k", *names, *others]
-    places = _places(chosen, len(names), [name.partition("/")[0] for name in others])
+    header = ["method", "k", *(ELLIPSIS if i is None else names[i] for i in kept), *others]
+    places = _places(chosen, len(kept), [name.partition("/")[0] for name in others])
 
     def cells_of_z(row: TraceRow, largest: float) -> list[str]:
-        cells = _cells(row, signs, largest, components, game)
-        return cells if game is None else [cells[i] for i in kept]
+        if game is not None:
+            cells = _of_game(row, game)
+            return [ELLIPSIS if i is None else cells[i] for i in kept]
+        held_ones = iter(wording.components((signs * row.z + 0.0).tolist(), largest))
+        return [ELLIPSIS if i is None else next(held_ones) for i in kept]
 
     groups = [_group(result, own, cells_of_z, others, places) for result, own in zip(results, shown, strict=True)]
     facts = [] if compared else outcome.facts(first, width, whole, shown_names)
     elided = False if shown_names else components is not None if compared else ELLIPSIS in "".join(facts)
-    disproof = _disproof(results)
+    disproof, solved = list[str](), [result for result in results if result.solved]
+    if solved and problem.verdict in WITHOUT_SOLUTION:
+        wrong = f"the verdict of the problem, {problem.verdict}, is wrong"
+        disproof = [f"{wrong}: z is a solution to the tolerance {solved[0].tol:g}"]
     shows_times = form != "latex" and (not chosen or "time" in chosen)
     iterates = Table(
         [header[j] for j in places],
@@ -117,7 +113,7 @@ def build(
         name="Iterates",
         digits=[[_digits(row, held) for row in own] for own in shown] if form == "html" else (),
     )
-    summary = summary_of_costs(results, room(form, width)) if compared and not chosen else None
+    summary = summary_of_costs(results, screen) if compared and not chosen else None
     return Section(
         title=_title(problem, "" if disproof else problem.verdict),
         verdict="" if compared else outcome.verdict(first),
@@ -133,12 +129,11 @@ def build(
 def _strategies(results: Sequence[Result], whole: bool) -> list[Table]:
     """Return tables of the rows and variables of programs, or of the strategies of game trees; a screen of them or the
     whole."""
-    answered = [result for result in results if result.answer is not None]
-    if not answered:
+    if all(result.answer is None for result in results):
         return []
     from lcpcli.report import programs_and_games
 
-    return [table for own in answered for table in programs_and_games.tables(own.answer, own.problem.origin, whole)]
+    return [table for own in results for table in programs_and_games.tables(own.answer, own.problem.origin, whole)]
 
 
 def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> Document:
@@ -149,18 +144,17 @@ def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> D
 
 def _digits(row: TraceRow, components: Indices | None) -> str:
     """Return an iterate with all of its digits. components : of z that it has; None for all."""
-    places = range(row.z.size) if components is None else components.tolist()
-    measures = [f"{name} = {value!r}" for name, value in wording.values_of(row).items() if value is not None]
-    z = (f"z{i + 1} = {value!r}" for i, value in zip(places, row.z.tolist(), strict=True))
-    return ", ".join([f"k = {row.k}", *z, *measures])
+    names = [f"z{i + 1}" for i in (range(row.z.size) if components is None else components)]
+    values = {"k": row.k, **dict(zip(names, row.z.tolist(), strict=True)), **wording.values_of(row)}
+    return ", ".join(f"{name} = {value!r}" for name, value in values.items() if value is not None)
 
 
-def _columns(problem: Problem, components: Indices | None, most: float) -> list[str]:
-    game = _game(problem)
-    if game is not None:
-        rows, columns = wording.strategy_names(game, most)
-        return [*with_ellipsis([*rows, *columns], components), *wording.payoff_headings(game)]
-    return with_ellipsis(wording.headings(problem, most), components)
+def _names(problem: Problem, most: float) -> list[str]:
+    """Return the names of all components of z; of a game, those of the strategies and payoffs."""
+    if (game := wording.game_of(problem)) is None:
+        return wording.headings(problem, most)
+    rows, columns = wording.strategy_names(game, most)
+    return [*rows, *columns, *wording.payoff_headings(game)]
 
 
 def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[int]:
@@ -170,12 +164,9 @@ def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[in
     return [0, *(place for name in chosen or of_names for place in of_names.get(name, []))]
 
 
-def with_ellipsis(values: Sequence[Any], components: Indices | None, cell: Callable[[Any], str] = str) -> list[str]:
-    """Return the cells of these components, with a mark before the last one for omitted components; None for all."""
-    if components is None:
-        return list(map(cell, values))
-    chosen = [cell(values[i]) for i in components]
-    return [*chosen[:-1], ELLIPSIS, chosen[-1]]
+def with_gap(n: int, components: Indices | None) -> list[int | None]:
+    """Return these components, with None before the last one for omitted components; None stands for all n."""
+    return list(range(n)) if components is None else [*components[:-1].tolist(), None, int(components[-1])]
 
 
 def _group(
@@ -197,26 +188,13 @@ def _group(
     return group
 
 
-def _cells(row: TraceRow, signs: Vector, largest: float, components: Indices | None, game: Game | None) -> list[str]:
-    """Return the components of z in a row, with the signs for which their names stand; for a game, the probabilities
-    and payoffs, dashes where there are none."""
-    if game is None:
-        cells = wording.components((signs * row.z + 0.0).tolist(), largest)
-        return cells if components is None else [*cells[:-1], ELLIPSIS, cells[-1]]
+def _of_game(row: TraceRow, game: Game) -> list[str]:
+    """Return the probabilities and payoffs in a row, dashes where there are none."""
     from lcpcli.report import programs_and_games
 
     *probabilities, by_row, by_column = programs_and_games.iterate_of_game(game, row.z)
     cells = [NONE if value is None else wording.components([value], 1.0)[0] for value in probabilities]
-    payoffs = [NONE if value is None else f"{value:.7g}" for value in (by_row, by_column)]
-    return [*with_ellipsis(cells, components), *payoffs]
-
-
-def _disproof(results: Sequence[Result]) -> list[str]:
-    """Return a remark if a problem that is declared to have no solution has one after all."""
-    solved, verdict = [result for result in results if result.solved], results[0].problem.verdict
-    if not solved or verdict not in WITHOUT_SOLUTION:
-        return []
-    return [f"the verdict of the problem, {verdict}, is wrong: z is a solution to the tolerance {solved[0].tol:g}"]
+    return [*cells, *(NONE if value is None else f"{value:.7g}" for value in (by_row, by_column))]
 
 
 def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str, shows_times: bool) -> list[str]:
@@ -225,11 +203,11 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
     failed, hints = [result for result in results if compared and not result.solved], form not in PRINTED
     are_many = len(results) > MOST_EXPLAINED
     hints_at_auto = not (compared and any(result.label == AUTO for result in results))  # it stands there
-    remarks = [] if are_many else [outcome.remark(result) for result in failed]
+    of_problem = outcome.PROBLEM_STATUSES
+    remarks = [f"{wording.name(own)}{':' * (own.status.word in of_problem)} {own.message}" for own in failed]
     if are_many and failed:
-        remarks.append(
-            f"{len(failed)} of {len(results)} runs failed: lcp solve with the options of one of them says why"
-        )
+        some = f"{len(failed)} of {len(results)} runs failed"
+        remarks = [f"{some}: lcp solve with the options of one of them says why"]
     for result in results:
         by = f"by {', '.join(result.route)}" if compared and result.route != (result.method,) else ""
         advice = [wording.advice(result)] if hints and hints_at_auto and not are_many else []
@@ -237,11 +215,11 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
         remarks += [f"{wording.name(result)}: " * compared + text for text in texts if text]
     if shows_times:
         remarks += filter(None, [outcome.spread(results)])
-    certificates = (result.certificate for result in results if not result.exact)
-    remarks += [
-        outcome.certificate_line(results[0].problem, certificate) for certificate in certificates if certificate
-    ]
-    remarks += [line for result in results if result.exact for line in outcome.exact_lines(result.exact, result)]
+    for result in results:
+        if result.certificate and not result.exact:
+            remarks.append(outcome.certificate_line(result.problem, result.certificate))
+    for result in results:
+        remarks += outcome.exact_lines(result)
     if any(result.answer is not None for result in results):
         from lcpcli.report import programs_and_games
 
@@ -255,8 +233,8 @@ def _title(problem: Problem, verdict: str) -> str:
     parts = [wording.size(problem)]
     if len(problem.solutions) == 1:
         z, computed = problem.solutions[0], "" if problem.reference == "known" else f"{problem.reference} "
-        cells = [f"{v:.7g}" for v in (z if problem.n <= TITLE_COMPONENTS else z[[0, 1, 2, -1]])]
-        shown = cells if problem.n <= TITLE_COMPONENTS else [*cells[:3], ELLIPSIS, cells[3]]
+        shown = [f"{v:.7g}" for v in (z if problem.n <= TITLE_COMPONENTS else z[[0, 1, 2, -1]])]
+        shown[3:3] = [ELLIPSIS] * (problem.n > TITLE_COMPONENTS)
         parts.append(f"{computed}solution ({', '.join(shown)})")
     elif problem.solutions:
         parts.append(f"{len(problem.solutions)} {problem.reference} solutions")
@@ -266,7 +244,6 @@ def _title(problem: Problem, verdict: str) -> str:
 
 
 SHORT = {"iteration_limit": "k limit", "time_limit": "t limit"}  # for crowded rows
-NOT_REACHED = "-"
 NOTE = "to: errors relative to the solution's largest component"
 FALSE = "FALSE"  # in place of the status of a run whose claim does not hold
 
@@ -283,7 +260,8 @@ def summary_of_costs(results: Sequence[Result], width: int | None) -> Table:
 
 def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool) -> Table:
     """Return the summary with the costs of these levels; if no costs `are_noted`, it has evaluations and residuals."""
-    settings = [_settings(result) for result in results]
+    pairs = ((each.partition("=") for each in own.label.partition(":")[2].split(",") if each) for own in results)
+    settings = [{name: value or "yes" for name, _, value in own} for own in pairs]
     options = list(dict.fromkeys(name for own in settings for name in own))
     attained = [reached(result) for result in results]
     length, unit = wording.common_unit(
@@ -295,9 +273,9 @@ def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool
     header += ["end" if are_noted else "iterations", unit, *counts, *["error"] * has_error, "status"]
     rows = []
     for result, own, at in zip(results, settings, attained, strict=True):
-        costs = [at.get(level) for level in levels] + [(result.iterations, result.seconds)]
         row = [result.method, *(own.get(option, "") for option in options)]
-        row += [cell for cost in costs for cell in _cost(cost, length)]
+        for cost in (*map(at.get, levels), (result.iterations, result.seconds)):
+            row += (str(cost[0]), wording.digits(cost[1] / length)) if cost else (NONE, NONE)
         row += [str(result.evaluations), wording.residual(result)] * (not are_noted)
         status = FALSE if result.verified is False else SHORT.get(result.word, result.word.replace("_", " "))
         rows.append(row + [wording.error(result.error, result.problem)] * has_error + [status])
@@ -309,20 +287,8 @@ def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool
     return Table(header, [rows], words=(0, len(header) - 1), best=best, why="the shortest time", notes=notes)
 
 
-def _settings(result: Result) -> dict[str, str]:
-    settings = (setting.partition("=") for setting in result.label.partition(":")[2].split(",") if setting)
-    return {name: value or "yes" for name, _, value in settings}
-
-
 def reached(result: Result) -> dict[float, tuple[int, float]]:
     return {each.level: (each.k, each.seconds) for each in (result.curve.milestones if result.curve else ())}
-
-
-def _cost(cost: tuple[int, float] | None, length: float) -> tuple[str, str]:
-    if cost is None:
-        return NOT_REACHED, NOT_REACHED
-    k, seconds = cost
-    return str(k), wording.digits(seconds / length)
 
 
 def _shortest(times: Sequence[float | None]) -> list[int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from io import StringIO
 from typing import Literal
 
@@ -54,8 +54,8 @@ def render(document: Document, width: int | None, color: bool) -> str:
                 console.print()
             _print(console, table if color else _starred(table), width)
             star = [f"* {table.why}"] * bool(table.best and not color)  # where there is no bold type
-            last = "; ".join([*table.notes[-1:], *star])
-            show([*table.notes[:-1], *filter(None, [last])], "", width or PIPE_WIDTH)
+            last = ["; ".join([*table.notes[-1:], *star])] * bool(table.notes or star)
+            show([*table.notes[:-1], *last], "", width or PIPE_WIDTH)
         if not section.verdict:
             show(section.remarks, REMARK)
         show([section.provenance] * bool(section.provenance), "", width or PIPE_WIDTH)
@@ -99,15 +99,13 @@ def _starred(table: Table) -> Table:
     """Return the table with a star after its best cells, where there is no bold type, and a blank after the others of
     their columns."""
     marked = {j for _, j in table.best}
-    if not marked:
-        return table
-    blank = [NO_BREAK * (j in marked) for j in range(len(table.header))]
-    last = [
-        [cell + ("*" if (i, j) in table.best else blank[j]) for j, cell in enumerate(row)]
-        for i, row in enumerate(table.groups[-1])
-    ]
-    others = [[list(map(str.__add__, row, blank)) for row in group] for group in table.groups[:-1]]
-    return table._replace(header=list(map(str.__add__, table.header, blank)), groups=[*others, last])
+
+    def row(cells: Sequence[str], best: Collection[int] = ()) -> list[str]:
+        return [cell + ("*" if j in best else NO_BREAK * (j in marked)) for j, cell in enumerate(cells)]
+
+    *others, last = table.groups
+    starred = [row(cells, {j for k, j in table.best if k == i}) for i, cells in enumerate(last)]
+    return table._replace(header=row(table.header), groups=[*(list(map(row, group)) for group in others), starred])
 
 
 def _label_down(group: Sequence[Sequence[str]]) -> Sequence[Sequence[str]]:
@@ -144,15 +142,13 @@ def _grid(table: Table, columns: Sequence[int], gap: int) -> Grid:
     grid = Grid(box=RULES, show_edge=False, pad_edge=False, padding=(0, gap, 0, 0), header_style="bold")
     grid.show_header = any(table.header)
     for j in columns:
-        own = j in table.texts
-        is_whole = bool(table.texts) and not own
+        is_whole = bool(table.texts) and j not in table.texts
         justify: Literal["left", "right"] = "left" if j in table.words else "right"
         grid.add_column(table.header[j], justify=justify, no_wrap=is_whole, overflow="fold")
     for group in table.groups:
         marked = table.best if group is table.groups[-1] else ()
         for i, row in enumerate(group):
-            styles = (STYLES.get(row[j], "bold" if (i, j) in marked else "") for j in columns)
-            cells = (Text(row[j], style=style) for j, style in zip(columns, styles, strict=True))
+            cells = (Text(row[j], STYLES.get(row[j], "bold" if (i, j) in marked else "")) for j in columns)
             grid.add_row(*cells, end_section=row is group[-1])
     return grid
 

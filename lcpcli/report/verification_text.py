@@ -17,13 +17,10 @@ KEYS = (
 )
 
 
-def render(
-    verifications: Sequence[Verification], form: str = "table", width: int | None = None, color: bool = False
-) -> str:
-    """Return verifications of one problem as text in a format. width, color : as for `formats.typeset`."""
+def report(verifications: Sequence[Verification]) -> Report:
+    """Return the report on verifications of one problem."""
     name = title(verifications[0].problem) or "verification"
-    report = Report(lambda *_: Document(name, list(map(_section, verifications))), lambda: map(_record, verifications))
-    return report.render(form, width, color)
+    return Report(lambda *_: Document(name, list(map(_section, verifications))), lambda: map(_record, verifications))
 
 
 def _section(verification: Verification) -> Section:

@@ -4,9 +4,9 @@ and the columns of iterates after z. Nothing heavy is imported, as help names th
 from __future__ import annotations
 
 import math
-import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from fnmatch import fnmatchcase
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -26,7 +26,6 @@ PIPE_WIDTH = 80  # columns of text without a terminal, the width that terminals 
 LARGEST_FIXED = 1e6  # from here on numbers have an exponent: 7 decimals would make their column too wide
 SMALLEST_FIXED = 1e-3  # below, all numbers of a table have an exponent: 7 decimals would show too few digits
 ELLIPSIS = "..."
-PLURALS = {"lower bound": "lower bounds", "upper bound": "upper bounds"}
 LINE_ENTRIES = 12  # entries of a vector at most, about a line of 7 digits each
 LEVELS = (1e-3, 1e-6, 1e-9)  # errors, relative to the solution, for which a comparison reports the time
 PROGRAM = f"lcp {VERSION}"
@@ -66,7 +65,7 @@ def objective(result: Result) -> list[str]:
 
 def vector(entries: Sequence[Any], cell: Callable[[Any], str] = plain_number) -> str:
     """Return a vector in a line of text, as far as it fits."""
-    more = [ELLIPSIS] if len(entries) > LINE_ENTRIES else []
+    more = [ELLIPSIS] * (len(entries) > LINE_ENTRIES)
     return f"({', '.join([*map(cell, entries[:LINE_ENTRIES]), *more])})"
 
 
@@ -76,7 +75,7 @@ def proof_vector(y: Sequence[Any], cell: Callable[[Any], str]) -> str:
     if len(y) <= LINE_ENTRIES:
         return vector(y, cell)
     used = [f"y{i} = {cell(value)}" for i, value in enumerate(y, 1) if value]
-    return f"({', '.join([*used[:LINE_ENTRIES], *[ELLIPSIS] * (len(used) > LINE_ENTRIES)])}; 0 elsewhere)"
+    return f"{vector(used, str)[:-1]}; 0 elsewhere)"
 
 
 def folded(line: str, width: int | None) -> list[str]:
@@ -106,7 +105,7 @@ def size(problem: Problem | NonlinearProblem) -> str:
     kinds = problem.box.kinds
     if not kinds:
         return f"n = {problem.n}"
-    own = (f"{number} {kind if number == 1 else PLURALS.get(kind, kind)}" for kind, number in kinds.items())
+    own = (f"{k} {kind}{'s' * (k > 1 and kind.endswith('bound'))}" for kind, k in kinds.items())
     return f"n = {problem.n} ({', '.join(own)})"
 
 
@@ -151,16 +150,6 @@ def common_unit(times: Iterable[float]) -> tuple[float, str]:
     return kinds.pop() if len(kinds) == 1 else UNITS[1]
 
 
-def finite(value: float | None) -> float | None:
-    """Return the value, or None if JSON has no number for it."""
-    return value if value is not None and math.isfinite(value) else None
-
-
-def in_a_line(text: str) -> str:
-    """Return the text as people see it, with one blank for each run of blanks."""
-    return " ".join(visible(text).split())
-
-
 def title(problem: Problem | NonlinearProblem) -> str:
     """Return the name of a problem as people see it, in one line."""
     return visible(problem.name).strip()
@@ -170,9 +159,14 @@ def title_and_size(problem: Problem | NonlinearProblem) -> str:
     return ", ".join(filter(None, (title(problem), size(problem))))
 
 
-def all_visible(texts: Any) -> Any:
-    """Return a text, or lists of texts within lists, as people see them: the cells and lines of a report."""
-    return visible(texts) if isinstance(texts, str) else list(map(all_visible, texts))
+def all_visible(part: Any) -> Any:
+    """Return a part of a report as people see it: a text, or the texts within lists and named tuples."""
+    if isinstance(part, str):
+        return visible(part)
+    if not isinstance(part, (list, tuple)):
+        return part
+    seen = map(all_visible, part)
+    return type(part)(*seen) if hasattr(part, "_fields") else list(seen)
 
 
 def level(value: float) -> str:
@@ -196,7 +190,7 @@ def took(seconds: float, form: str) -> str:
 
 
 def name(result: Result) -> str:
-    return f"{result.label or result.method}"
+    return result.label or result.method
 
 
 def flag(name: str) -> str:
@@ -246,7 +240,7 @@ def provenance(results: Sequence[Result]) -> list[str]:
         by = f" by {', '.join(result.route)}" * (result.route != (result.method,))
         options = "".join(f", {name}={value}" for name, value in options_of(result, whole=True).items())
         problem = f"{title(result.problem) or 'problem'}, {size(result.problem)}"
-        lines.append(f"{problem}: {name(result)}{by}{options}: {in_a_line(result.message)}")
+        lines.append(f"{problem}: {name(result)}{by}{options}: {' '.join(visible(result.message).split())}")
     return lines
 
 
@@ -266,11 +260,9 @@ def options_of(result: Result, whole: bool) -> dict[str, str]:
 
 def _text(value: Any, whole: bool) -> str:
     if not isinstance(value, float):
-        return str(value).lower() if isinstance(value, (bool, str)) else str(value)
+        return str(value).lower()
     short = f"{value:g}"
-    if float(short) == value:
-        return short
-    return repr(float(value)) if whole else f"{value:.3g}"
+    return short if float(short) == value else repr(float(value)) if whole else f"{value:.3g}"
 
 
 def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
@@ -284,8 +276,9 @@ def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
     found: dict[int, None] = {}
     short = [name.replace("column ", "col ", 1).removeprefix("y ") for name in names]  # in narrow tables, and of a row
     for pattern in patterns:
-        own = [i for i, name in enumerate(names) if name and (_fits(name, pattern) or _fits(short[i], pattern))]
-        own = own or [i for i in range(len(names)) if _fits(f"z{i + 1}", pattern)]
+        form = pattern.replace("[", "[[]")  # brackets stand for themselves, as in x[1]
+        own = [i for i, each in enumerate(names) if each and (fnmatchcase(each, form) or fnmatchcase(short[i], form))]
+        own = own or [i for i in range(len(names)) if fnmatchcase(f"z{i + 1}", form)]
         if not own:
             last = f"z{len(names)}"
             numbers = f"write z1 to {last}" if len(names) > 1 else f"write {last}"
@@ -296,24 +289,28 @@ def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
     return list(found)
 
 
-def _fits(name: str, pattern: str) -> bool:
-    """Return whether a pattern fits a name; brackets stand for themselves, as in x[1]."""
-    return re.fullmatch(re.escape(pattern).replace(r"\*", ".*").replace(r"\?", "."), name, re.DOTALL) is not None
-
-
 def require(problem: Problem | NonlinearProblem, patterns: Sequence[str]) -> None:
     """Raise ParameterError, before any work, for a pattern that no unknown of the problem matches."""
     places(labels_of(problem), patterns)
 
 
+def game_of(problem: Problem | NonlinearProblem) -> Game | None:
+    """Return the bimatrix game from which a problem was made; None for any other problem."""
+    if problem.origin is None:
+        return None
+    from lcpcli.model.origins import Game
+
+    return problem.origin if isinstance(problem.origin, Game) else None
+
+
 def labels_of(problem: Problem | NonlinearProblem) -> Sequence[str]:
     """Return the names by which the unknowns of a problem are chosen: of a game, those of the strategies, which differ,
     and the headings of the payoffs; the names of a program's multipliers begin with y."""
-    from lcpcli.model.origins import Game
     from lcpcli.model.program import Program
 
-    if isinstance(origin := problem.origin, Game):
-        return strategy_headings(origin)
+    if game := game_of(problem):
+        return strategy_headings(game)
+    origin = problem.origin
     k = origin.variables if isinstance(origin, Program) else problem.n
     return [*problem.names[:k], *(f"y {name}" if name else "" for name in problem.names[k:])]
 
@@ -355,8 +352,13 @@ class Column(NamedTuple):
     shown: Callable[[Problem, Sequence[TraceRow]], Shown]
 
 
-def _residual(row: TraceRow) -> str:
-    return short(row.residual, math.inf if row.rounding else 0.0)
+def _residual(problem: Problem, _: Sequence[TraceRow]) -> Shown:
+    cells: Shown = {"residual": lambda row: short(row.residual, math.inf if row.rounding else 0.0)}
+    return {} if problem.solutions else cells
+
+
+def _error(problem: Problem, _: Sequence[TraceRow]) -> Shown:
+    return {"error": lambda row: error(row.error, problem)} if problem.solutions else {}
 
 
 def _time(_: Problem, rows: Sequence[TraceRow]) -> Shown:
@@ -364,36 +366,24 @@ def _time(_: Problem, rows: Sequence[TraceRow]) -> Shown:
     return {f"time/{name}": lambda row: f"{row.seconds / length:.3f}"}
 
 
+def _step(_: Problem, rows: Sequence[TraceRow]) -> Shown:
+    return {"step": lambda row: row.step} if any(row.step for row in rows) else {}
+
+
 COLUMNS = {  # by their names in CSV and JSON
-    "residual": Column(
-        lambda row: row.residual, lambda problem, _: {} if problem.solutions else {"residual": _residual}
-    ),
-    "error": Column(
-        lambda row: row.error,
-        lambda problem, _: {"error": lambda row: error(row.error, problem)} if problem.solutions else {},
-    ),
+    "residual": Column(lambda row: row.residual, _residual),
+    "error": Column(lambda row: row.error, _error),
     "seconds": Column(lambda row: row.seconds, _time),
-    "step": Column(
-        lambda row: row.step or None,
-        lambda _, rows: {"step": lambda row: row.step} if any(row.step for row in rows) else {},
-    ),
+    "step": Column(lambda row: row.step or None, _step),
 }
-FIRST = "step"  # of a table
-
-
-def called(name: str) -> str:
-    return {"seconds": "time"}.get(name, name)
-
-
-CHOICES = ("k", "z", *map(called, COLUMNS))  # the columns that a user may choose
+CHOICES = ("k", "z", *("time" if name == "seconds" else name for name in COLUMNS))  # that a user may choose
 
 
 def columns_of(problem: Problem, rows: Sequence[TraceRow]) -> Shown:
-    names = sorted(COLUMNS, key=lambda name: name != FIRST)
-    found = {heading: cell for name in names for heading, cell in COLUMNS[name].shown(problem, rows).items()}
-    if any(row.z0 is not None for row in rows):
-        found = {"z0": lambda row: "" if row.z0 is None else f"{row.z0:.7g}", **found}
-    return found
+    names = sorted(COLUMNS, key=lambda name: name != "step")  # which is the first of a table
+    z0: Shown = {"z0": lambda row: "" if row.z0 is None else plain_number(row.z0)}
+    found = z0 if any(row.z0 is not None for row in rows) else {}
+    return found | {key: cell for name in names for key, cell in COLUMNS[name].shown(problem, rows).items()}
 
 
 def values_of(row: TraceRow) -> dict[str, Any]:

@@ -96,7 +96,7 @@ class Verification:
     answer: Any = None  # a Conclusion, of a room above
 
     def __repr__(self) -> str:
-        return str(views.verification_text.render([self])).rstrip()
+        return str(views.verification_text.report([self]).render()).rstrip()
 
     def __bool__(self) -> bool:
         """Return whether the answer is accepted."""

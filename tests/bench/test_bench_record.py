@@ -24,7 +24,7 @@ from lcpcli.gallery import nonlinear as gallery
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.peers.registry import Claim
 from lcpcli.report import wording
-from lcpcli.report.wording import finite
+from lcpcli.report.result_formats import plain
 
 from ..benchmarks import accuracy
 from ..benchmarks.accuracy import sensitivity
@@ -45,7 +45,7 @@ EMPTY: dict[str, Any] = {
 
 
 def test_infinities_become_null() -> None:
-    assert [finite(value) for value in (float("inf"), float("-inf"), float("nan"), None, 1.5)] == [None] * 4 + [1.5]
+    assert [plain(value) for value in (float("inf"), float("-inf"), float("nan"), None, 1.5)] == [None] * 4 + [1.5]
 
 
 def changed(**changes: Any) -> str:

@@ -13,7 +13,7 @@ import pytest
 from lcpcli import Trace, read, run
 from lcpcli.files import beside, contents
 from lcpcli.report import plotting
-from lcpcli.report.figures.data import Panel
+from lcpcli.report.plotting import Panel
 from lcpcli.report.result_csv import PROGRAM_COLUMNS
 
 from ..cli.conftest import Lcp, assert_refused
@@ -127,7 +127,8 @@ def test_no_file_is_overwritten_that_holds_no_iterates(lcp: Lcp, folder: Path) -
 def test_figure_can_be_redrawn_from_the_trace(lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By the same clock from the same beginning: its points are rows of the file."""
     drawn: list[Panel] = []
-    monkeypatch.setattr(plotting, "convergence", lambda panels, _: drawn.extend(panels) or b"")
+    usual = plotting.convergence
+    monkeypatch.setattr(plotting, "convergence", lambda panels: drawn.extend(panels) or usual(panels))
     lcp("compare", EXAMPLE, "--method", "shi", "--sweep", "k-star=5,20", "--plot", "figure.svg", "--trace", "t.csv")
     assert [curve.label for curve in drawn[0].curves] == ["shi:k-star=5", "shi:k-star=20"]
     rows = table(folder / "t.csv")

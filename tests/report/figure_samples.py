@@ -25,8 +25,8 @@ from lcpcli.files import contents
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.parametric.path import ENDS, ExactPath, Family, Path
 from lcpcli.report.figures import run_figures, style
-from lcpcli.report.figures.data import Curve, Growth, Panel, Power, Profile
 from lcpcli.report.path_formats import report
+from lcpcli.report.plotting import Curve, Growth, Panel, Power, Profile
 
 METHODS = ("auto", "shi", "fixed-point", "newton", "lemke", "milp")
 PEERS = ("piqp", "clarabel", "quantecon", "osqp", "daqp")

@@ -25,10 +25,9 @@ from lcpcli.files import contents
 from lcpcli.parametric.path import Path as Solutions
 from lcpcli.report import plotting
 from lcpcli.report import plotting as figures
-from lcpcli.report.figures import data, plane_figures, run_figures, style
-from lcpcli.report.figures.data import Curve, Growth, Panel, Power, Profile, Trajectories
-from lcpcli.report.figures.data import Trajectory as Run
+from lcpcli.report.figures import plane_figures, run_figures, style
 from lcpcli.report.figures.style import places_of
+from lcpcli.report.plotting import Curve, Growth, Panel, Power, Profile
 
 from ..documents import assert_as_before
 from . import test_path_figures as paths
@@ -58,9 +57,8 @@ EXAMPLE = contents.shipped_path("paper-example-1.json")
 def test_long_runs_make_small_files() -> None:
     k = list(range(10_000))
     errors = (np.exp(-np.arange(10_000) / 700) * np.random.default_rng(0).uniform(0.1, 1, 10_000)).tolist()
-    assert (
-        len(figures.convergence([Panel("long", "error", [Curve("shi", "shi", k, k, errors, True)])], "svg")) < 200_000
-    )
+    panel = Panel("long", "error", [Curve("shi", "shi", k, k, errors, True)])
+    assert len(figures.convergence([panel]).content("svg")) < 200_000
 
 
 @pytest.mark.slow("draws many large figures")
@@ -109,7 +107,7 @@ def test_the_suffix_determines_the_form_and_another_is_refused() -> None:
 
 def test_a_missing_package_is_reported_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(figures, "find_spec", lambda _: None)
-    for call in (lambda: figures.convergence([], "png"), lambda: figures.bench([], [], {}, "png"), figures.require):
+    for call in (lambda: figures.convergence([]).content("png"), figures.require):
         with pytest.raises(OptionError) as caught:
             call()
         assert str(caught.value) == "plot: needs matplotlib; pip install 'linear-complementarity[plot]'"
@@ -127,9 +125,10 @@ def test_neither_reports_nor_the_data_of_figures_load_a_drawing_package() -> Non
 def test_the_users_settings_neither_change_a_figure_nor_are_changed() -> None:
     import matplotlib
 
-    usual = figures.bench(profiles(1), [], {}, "png")
+    picture = figures.Picture("bench", (profiles(1), [], {}), ())
+    usual = picture.content("png")
     with matplotlib.rc_context({"font.size": 20, "axes.grid": True, "text.usetex": True}):
-        assert figures.bench(profiles(1), [], {}, "png") == usual
+        assert picture.content("png") == usual
         assert matplotlib.rcParams["font.size"] == 20
 
 
@@ -139,21 +138,21 @@ VALUES = st.one_of(st.floats(min_value=0), st.sampled_from([0.0, math.nan, 1.0, 
 @given(st.lists(st.lists(VALUES, max_size=8), max_size=4))
 def test_no_measured_value_is_lost(series: list[list[float | None]]) -> None:
     panel = [odd("shi", errors) for errors in series]
-    up = data.errors(panel)
+    up = run_figures.errors(panel)
     assert 0 < up.low < up.high < math.inf
     for curve in panel:
-        across = data.times(curve.seconds)
-        points = data.inside(curve.seconds, curve.errors, across, up)
+        across = run_figures.times(curve.seconds)
+        points = run_figures.inside(curve.seconds, curve.errors, across, up)
         measured = [(x, y) for x, y in zip(curve.seconds, curve.errors, strict=True) if y is not None]
         assert len(points) == len(measured)
-        for point, (x, y) in zip(points, measured, strict=True):
-            assert up.low <= point.y <= up.high
-            assert point.x == x or (x == 0 and point.x == across.low)
-            assert point.y == y or (point.is_beyond and point.y in up)
+        for (at, height, is_beyond), (x, y) in zip(points, measured, strict=True):
+            assert up.low <= height <= up.high
+            assert at == x or (x == 0 and at == across.low)
+            assert height == y or (is_beyond and height in up)
 
 
 def test_a_run_without_any_error_stands_far_down() -> None:
-    up = data.errors([odd("newton", [0.0])])
+    up = run_figures.errors([odd("newton", [0.0])])
     assert up.high <= 1e-15
 
 
@@ -278,7 +277,10 @@ GROWN = [
     Growth("shi", "shi", [10, 1000], [1.0, 3.0], [1.0, 2.0], [1.0, 4.0], fit)
     for fit in (None, Power(2.0, 0.25, 1e-3, 1.0))
 ]
-NO_ITERATES = [Run("newton", "newton", [0, 1], [(0, 0), (0.5, 0.5)]), Run("milp", "milp", [0], [(0, 0)])]
+NO_ITERATES = [
+    Curve("newton", "newton", [0, 1], (), (), True, [(0, 0), (0.5, 0.5)]),
+    Curve("milp", "milp", [0], (), (), True, [(0, 0)]),
+]
 ZEROS = [Problem(np.eye(3), q) for q in ([1, 1, -1], [1, -1, -1])]
 RETURNS = [portfolio(0.05, c=c) for c in ([0, 0, 0], [0, 0.01, 0.02])]
 DRAWN: dict[str, Callable[[], Figure]] = {
@@ -297,7 +299,7 @@ DRAWN: dict[str, Callable[[], Figure]] = {
     "cones-of-a-P-matrix": lambda: paths.drawn([[2, 1], [1, 2]], (-5, -6)),
     "cones-that-hold-q": lambda: paths.drawn(paths.MURTY, (-1, -1)),
     "iterates": lambda: drawn(plane_figures.draw_paths, [paths.data(paths.TWO)]),
-    "no-iterates": lambda: drawn(plane_figures.draw_paths, [Trajectories(paths.TWO, [(0.5, 0.5)], NO_ITERATES)]),
+    "no-iterates": lambda: drawn(plane_figures.draw_paths, [paths.plane(paths.TWO, [(0.5, 0.5)], *NO_ITERATES)]),
     "path": lambda: drawn(run_figures.draw, small()),
     "path-with-zeros": lambda: drawn(run_figures.draw, lcpcli.path(*ZEROS)),
     "path-with-jump-and-turn": lambda: drawn(run_figures.draw, cornered()),
@@ -338,11 +340,11 @@ def test_texts_are_apart(name: str) -> None:
 
 MADE_BY = "lcp solve murty.json (exact)"
 FILES: dict[str, Callable[[str], bytes]] = {
-    "convergence": lambda form: plotting.convergence([Panel("p", "error", [decaying("shi")], MADE_BY)], form),
-    "bench": lambda form: plotting.bench(profiles(3), [crowd(2)], growth(3), form),
-    "cones": lambda form: plotting.cones(paths.picture(paths.MURTY, (-1, -1)), form),
-    "paths": lambda form: plotting.paths([paths.data(paths.TWO)], form),
-    "response": lambda form: plotting.response(frontier(), form),
+    "convergence": lambda form: plotting.convergence([Panel("p", "error", [decaying("shi")], MADE_BY)]).content(form),
+    "bench": lambda form: plotting.Picture("bench", (profiles(3), [crowd(2)], growth(3)), ()).content(form),
+    "cones": lambda form: plotting.cones(paths.picture(paths.MURTY, (-1, -1))).content(form),
+    "paths": lambda form: plotting.paths([paths.data(paths.TWO)]).content(form),
+    "response": lambda form: plotting.plot_path(frontier()).content(form),
 }
 BEGINNING = {"png": b"\x89PNG\r\n\x1a\n", "svg": b"<?xml", "pdf": b"%PDF-1."}
 END = {"png": b"IEND\xaeB`\x82", "svg": b"</svg>", "pdf": b"%%EOF"}

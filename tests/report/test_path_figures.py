@@ -19,9 +19,8 @@ from lcpcli import Problem
 from lcpcli.enumeration.search import SolutionSet
 from lcpcli.report import plotting
 from lcpcli.report.figures import plane_figures, style
-from lcpcli.report.figures.data import Trajectories
-from lcpcli.report.figures.data import Trajectory as Run
 from lcpcli.report.figures.plane_figures import SECTOR, SETS
+from lcpcli.report.plotting import Curve, Panel
 from lcpcli.solving.driver import run
 from lcpcli.solving.trace import Trace
 
@@ -32,15 +31,19 @@ TWO = Problem([[2, 1], [1, 2]], [-5, -6], name="two")
 METHODS = ("fixed-point", "shi")
 
 
-def data(problem: Problem, methods: tuple[str, ...] = METHODS, **trace: Any) -> Trajectories:
-    (made,) = plotting.trajectories([[run(problem, method, curve=Trace(keeps_x=True, **trace)) for method in methods]])
+def data(problem: Problem, methods: tuple[str, ...] = METHODS, **trace: Any) -> Panel:
+    (made,) = plotting.panels([[run(problem, method, curve=Trace(keeps_x=True, **trace)) for method in methods]])
     return made
+
+
+def plane(problem: Problem, solutions: list[tuple[float, float]], *curves: Curve) -> Panel:
+    return Panel("", "", curves, "", problem, solutions)
 
 
 def test_paths_are_the_iterates_of_the_methods_where_z_is_zero_too() -> None:
     made = data(SKEW)
     M, q = made.problem.M, made.problem.q
-    fixed_point, shi = made.paths
+    fixed_point, shi = made.curves
     assert (fixed_point.k[0], fixed_point.x[0], shi.x[0]) == (0, [-2.0, -1.0], [-2.0, -1.0])
     for before, after in zip(fixed_point.x[:20], fixed_point.x[1:21], strict=True):
         image = np.linalg.solve(np.eye(2) + M, (np.eye(2) - M) @ np.abs(before) - q)
@@ -52,7 +55,7 @@ def test_paths_are_the_iterates_of_the_methods_where_z_is_zero_too() -> None:
 
 def test_rows_and_iterates_stay_together_where_few_are_kept() -> None:
     whole, few = data(SKEW), data(SKEW, most=10, components=np.empty(0, dtype=np.intp))
-    for path, thinned in zip(whole.paths, few.paths, strict=True):
+    for path, thinned in zip(whole.curves, few.curves, strict=True):
         assert len(thinned.k) <= 10
         assert [path.x[path.k.index(k)] for k in thinned.k] == list(thinned.x)
 
@@ -75,8 +78,8 @@ def test_the_merit_function_is_that_of_the_equation_of_the_methods() -> None:
 
 
 def test_the_range_holds_the_origin_the_start_and_the_solution_but_not_a_divergence() -> None:
-    divergent = Run("shi", "shi", [0, 1, 2, 3], [(1.0, 1.0), (2.0, 2.0), (1e9, -1e9), (np.inf, np.nan)])
-    made = Trajectories(Problem(np.eye(2), [-1, -1]), [(0.5, 4.0)], [divergent])
+    x = [(1.0, 1.0), (2.0, 2.0), (1e9, -1e9), (np.inf, np.nan)]
+    made = plane(Problem(np.eye(2), [-1, -1]), [(0.5, 4.0)], Curve("shi", "shi", [0, 1, 2, 3], (), (), False, x))
     for (low, high), largest in zip(plane_figures.ranges(made), (0.5, 4.0), strict=True):
         assert low < 0 < largest < high < 20
     with style.context():

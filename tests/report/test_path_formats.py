@@ -17,7 +17,7 @@ import lcpcli
 from lcpcli import Problem
 from lcpcli.parametric.path import Path
 from lcpcli.report import document, path_formats
-from lcpcli.report.path_terms import Terms
+from lcpcli.report.path_formats import Terms
 
 from ..documents import assert_as_before
 from .figure_samples import cornered, frontier, portfolio, small, small_in_fractions, written

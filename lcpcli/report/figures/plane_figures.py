@@ -27,8 +27,8 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 from lcpcli.enumeration.search import SolutionSet
 from lcpcli.linalg import matrices
 from lcpcli.report import wording
-from lcpcli.report.figures.data import Trajectories, Trajectory
-from lcpcli.report.figures.style import FONT, METHODS, SMALL_FONT, WIDTH, Look, Looks, add_legend, fitted, looks
+from lcpcli.report.figures.style import FONT, METHODS, SMALL_FONT, WIDTH, Looks, add_legend, fitted, looks
+from lcpcli.report.plotting import Panel
 
 TURN = 2 * math.pi
 SAME = 1e-9  # radians: closer directions count as equal; far below what a picture shows, far above rounding
@@ -78,23 +78,18 @@ def cones(M: Sequence[Sequence[float]]) -> list[Cone]:
     directions = generators(M)
     made: list[Cone] = []
     for chosen in SETS:
-        cone = Cone(_span([directions[f"$-M_{j}$" if j in chosen else f"$I_{j}$"] for j in (1, 2)]))
+        by = [directions[f"$-M_{j}$" if j in chosen else f"$I_{j}$"] for j in (1, 2)]
+        angles = [one for one in by if one is not None]
+        parts = tuple((one, 0.0) for one in angles[:1])
+        turn = turn_to(angles[0], angles[-1]) if angles else 0.0
+        if abs(turn) > math.pi - SAME:
+            parts = ((angles[0], 0.0), (angles[0] + math.pi, 0.0))
+        elif abs(turn) >= SAME:
+            parts = ((angles[0] if turn > 0 else angles[-1], abs(turn)),)
+        cone = Cone(parts)
         taken = {other.level for other in made if cone.overlaps(other)}
-        made.append(Cone(cone.parts, min(set(range(len(SETS))) - taken)))
+        made.append(Cone(parts, min(set(range(len(SETS))) - taken)))
     return made
-
-
-def _span(by: Sequence[float | None]) -> tuple[tuple[float, float], ...]:
-    angles = [one for one in by if one is not None]
-    if not angles:
-        return ()
-    first, last = angles[0], angles[-1]
-    turn = turn_to(first, last)
-    if abs(turn) < SAME:
-        return ((first, 0.0),)
-    if abs(turn) > math.pi - SAME:
-        return ((first, 0.0), (first + math.pi, 0.0))
-    return ((first if turn > 0 else last, abs(turn)),)
 
 
 def turn_to(first: float, last: float) -> float:
@@ -137,14 +132,19 @@ def draw(found: SolutionSet) -> Figure:
         _cone(axes, cone, color, FILLS[holds])
     for direction in {each for each in directions.values() if each is not None}:
         axes.annotate("", _at(VECTOR, direction), (0, 0), arrowprops=ARROW | {"linewidth": 1.1}, zorder=5)
-    _q(axes, angle(q), [cone for cone, holds in zip(shapes, holds_q, strict=True) if holds])
-    _labels(axes, directions | {"$q$": angle(q)})
+    of_q = angle(q)
+    at = (0.0, 0.0) if of_q is None else _at(Q, of_q)
+    if of_q is not None:  # the ray through q, and where it crosses the arcs of the cones around it
+        axes.plot(*zip((0, 0), at, strict=True), color="black", linewidth=1.0, dashes=(3, 2), zorder=5)
+        for cone in (cone for cone, holds in zip(shapes, holds_q, strict=True) if holds and cone.kind != POINT):
+            axes.plot(*_at(cone.radius, of_q), "o", markersize=4.2, mfc="white", mec="black", mew=0.9, zorder=7)
+    axes.plot(*at, "o", markersize=5.5, color="black", zorder=7)
+    _labels(axes, directions | {"$q$": of_q})
     rows = "; ".join(" ".join(map(_number, row)) for row in M)
     data = [f"M = [{rows}],  q = ({', '.join(map(_number, q))})"]
     data += [f"z{j} = {name}" for j, name in enumerate(problem.names, 1) if name]
-    room = COLUMN - 0.2
-    titles = fitted(f"{found.count}: {wording.title(problem)}", FONT, room), fitted(",  ".join(data), FONT, room)
-    axes.set_title("\n".join(titles))
+    titles = f"{found.count}: {wording.title(problem)}", ",  ".join(data)
+    axes.set_title("\n".join(fitted(title, FONT, COLUMN - 0.2) for title in titles))
     _legend(figure, shapes, holds_q)
     return figure
 
@@ -167,16 +167,6 @@ def _cone(axes: Axes, cone: Cone, color: str, fill: float) -> None:
     else:
         for ray, _ in cone.parts:
             axes.plot(*zip((0, 0), _at(radius, ray), strict=True), c=color, lw=5, solid_capstyle="butt", zorder=4)
-
-
-def _q(axes: Axes, direction: float | None, around: Sequence[Cone]) -> None:
-    """Mark q, the ray through q, and the points where this ray crosses the arcs of the cones around it."""
-    at = (0.0, 0.0) if direction is None else _at(Q, direction)
-    if direction is not None:
-        axes.plot(*zip((0, 0), at, strict=True), color="black", linewidth=1.0, dashes=(3, 2), zorder=5)
-        for radius in (cone.radius for cone in around if cone.kind != POINT):
-            axes.plot(*_at(radius, direction), "o", markersize=4.2, mfc="white", mec="black", mew=0.9, zorder=7)
-    axes.plot(*at, "o", markersize=5.5, color="black", zorder=7)
 
 
 def _labels(axes: Axes, directions: dict[str, float | None]) -> None:
@@ -233,22 +223,23 @@ TICKS = 5  # intervals between labels on an axis at most
 LABELS_APART = 0.12  # of the length of an axis, between two iterates with labels
 INSET = 4  # points: of the labels in the corners
 BESIDE = 0.035  # of the length of an axis: from an iterate to its number
-START: dict[str, Any] = {"marker": "s", "markersize": 6.5, "markerfacecolor": "white", "markeredgecolor": "black"}
-SOLUTION: dict[str, Any] = {"marker": "*", "markersize": 11, "markerfacecolor": "white", "markeredgecolor": "black"}
+HOLLOW: dict[str, Any] = {"linestyle": "", "markerfacecolor": "white", "markeredgecolor": "black"}
+START, SOLUTION = HOLLOW | {"marker": "s", "markersize": 6.5}, HOLLOW | {"marker": "*", "markersize": 11}
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def merit(M: Any, q: Any, x: Any) -> Any:
     z, w = np.abs(x) + x, np.abs(x) - x
     F = np.tensordot(M, z, axes=1) - w + np.reshape(q, (2, *[1] * (np.ndim(x) - 1)))
     return np.hypot(*F)
 
 
-def ranges(picture: Trajectories) -> list[tuple[float, float]]:
+def ranges(picture: Panel) -> list[tuple[float, float]]:
     """Return the range of each axis: around the origin, the starts, the solutions, and the iterates not far from
     these."""
-    near = np.array([(0.0, 0.0), *picture.solutions, *(path.x[0] for path in picture.paths if path.x)])
+    near = np.array([(0.0, 0.0), *picture.solutions, *(path.x[0] for path in picture.curves if path.x)])
     far = FARTHEST * (np.abs(near[np.isfinite(near).all(axis=1)]).max() or 1.0)
-    places = np.array([*near, *(x for path in picture.paths for x in path.x)])
+    places = np.array([*near, *(x for path in picture.curves for x in path.x)])
     places = np.clip(places[np.isfinite(places).all(axis=1)], -far, far)
     found = []
     for low, high in zip(places.min(axis=0).tolist(), places.max(axis=0).tolist(), strict=True):
@@ -259,36 +250,37 @@ def ranges(picture: Trajectories) -> list[tuple[float, float]]:
     return found
 
 
-def draw_paths(pictures: Sequence[Trajectories]) -> Figure:
+def draw_paths(pictures: Sequence[Panel]) -> Figure:
     columns = min(2, len(pictures))
     rows = math.ceil(len(pictures) / columns)
     figure = Figure(figsize=(COLUMN * columns, AXES_HEIGHT * rows))
-    chosen = looks((path.name, path.label) for picture in pictures for path in picture.paths)
+    chosen = looks((path.name, path.label) for picture in pictures for path in picture.curves)
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes in grid[len(pictures) :]:
         axes.set_axis_off()
-    panels = list(zip(grid, pictures, strict=False))
-    for axes, picture in panels:
+    for axes, picture in zip(grid, pictures, strict=False):
         _merit(axes, picture)
-        for path in picture.paths:
-            _path(axes, path, chosen[path.name, path.label])
-        _points(axes, picture)
+        paths = [path for path in picture.curves if path.x]
+        for path in paths:
+            look, (xs, ys) = chosen[path.name, path.label], np.array(path.x).T
+            axes.plot(xs, ys, zorder=4, path_effects=[OUTLINE], **look.line | {"linewidth": 1.0})
+            axes.plot(xs, ys, linestyle="", zorder=5, **look.points | {"markersize": 3, "markeredgewidth": 0.5})
+        for start in dict.fromkeys(tuple(path.x[0]) for path in paths):
+            axes.plot(*start, zorder=6, **START)
+        for solution in dict.fromkeys(map(tuple, picture.solutions)):
+            axes.plot(*solution, zorder=7, **SOLUTION)
         _numbers(axes, picture, chosen)
-    signs = [(Line2D([], [], linestyle="", **START), "start")]
-    if any(picture.solutions for picture in pictures):
-        signs.append((Line2D([], [], linestyle="", **SOLUTION), "solution"))
-    drawn = {(path.name, path.label) for picture in pictures for path in picture.paths if len(path.x) > 1}
-    undrawn = [label for name, label in chosen if (name, label) not in drawn]
-    signs += [(Line2D([], [], linestyle=""), f"{label}: no iterates") for label in undrawn]
-    add_legend(figure, {key: look for key, look in chosen.items() if key in drawn}, signs)
-    return figure
+    signs = [(Line2D([], [], **START), "start")]
+    signs += [(Line2D([], [], **SOLUTION), "solution")] * any(picture.solutions for picture in pictures)
+    drawn = {(path.name, path.label) for picture in pictures for path in picture.curves if len(path.x) > 1}
+    signs += [(Line2D([], [], linestyle=""), f"{key[1]}: no iterates") for key in chosen if key not in drawn]
+    return add_legend(figure, {key: look for key, look in chosen.items() if key in drawn}, signs)
 
 
-def _merit(axes: Axes, picture: Trajectories) -> None:
+def _merit(axes: Axes, picture: Panel) -> None:
     (left, right), (bottom, top) = ranges(picture)
     x, y = np.linspace(left, right, POINTS), np.linspace(bottom, top, POINTS)
-    with np.errstate(over="ignore", invalid="ignore"):
-        values = merit(matrices.dense(picture.problem.M), picture.problem.q, np.array(np.meshgrid(x, y)))
+    values = merit(matrices.dense(picture.problem.M), picture.problem.q, np.array(np.meshgrid(x, y)))
     values = np.nan_to_num(values, nan=np.inf, posinf=np.finfo(float).max)
     most = float(values.max()) or 1.0
     least = max(float(values.min()), DEPTH * most)
@@ -314,22 +306,7 @@ def _merit(axes: Axes, picture: Trajectories) -> None:
     bar.set_label(r"$\|F(x)\|_2$")
 
 
-def _path(axes: Axes, path: Trajectory, look: Look) -> None:
-    if not path.x:
-        return
-    xs, ys = np.array(path.x).T
-    axes.plot(xs, ys, zorder=4, path_effects=[OUTLINE], **look.line | {"linewidth": 1.0})
-    axes.plot(xs, ys, linestyle="", zorder=5, **look.points | {"markersize": 3, "markeredgewidth": 0.5})
-
-
-def _points(axes: Axes, picture: Trajectories) -> None:
-    for start in dict.fromkeys(tuple(path.x[0]) for path in picture.paths if path.x):
-        axes.plot(*start, linestyle="", zorder=6, **START)
-    for solution in dict.fromkeys(map(tuple, picture.solutions)):
-        axes.plot(*solution, linestyle="", zorder=7, **SOLUTION)
-
-
-def _numbers(axes: Axes, picture: Trajectories, chosen: Looks) -> None:
+def _numbers(axes: Axes, picture: Panel, chosen: Looks) -> None:
     """Label the quadrants in the corners, and a few iterates with their numbers, apart from each other and from the
     corners."""
     for members in SETS:
@@ -339,13 +316,13 @@ def _numbers(axes: Axes, picture: Trajectories, chosen: Looks) -> None:
         style |= {"xycoords": "axes fraction", "textcoords": "offset points", "path_effects": [OUTLINE], "zorder": 9}
         axes.annotate(variables(members), (right, top), inwards, **style)
     low, high = np.transpose(ranges(picture))
-    everywhere = np.array([x for path in picture.paths for x in path.x]).reshape(-1, 2)
+    everywhere = np.array([x for path in picture.curves for x in path.x]).reshape(-1, 2)
     everywhere = (everywhere[np.isfinite(everywhere).all(axis=1)] - low) / (high - low)
     numbered: list[Any] = []
-    for path in picture.paths:
+    for path in picture.curves:
         for k, x in zip(path.k, path.x, strict=True):
             place = (np.array(x) - low) / (high - low)
-            if (k not in NUMBERS and not k == path.k[-1] > 0) or not ((place > 0) & (place < 0.95)).all():
+            if (k not in NUMBERS and not k == path.k[-1] != 0) or not ((place > 0) & (place < 0.95)).all():
                 continue
             is_own = (np.abs(everywhere - place - BESIDE).max(axis=1) >= 0.75 * BESIDE).all()  # no other one is nearer
             is_free = all(np.abs(place - other).max() >= LABELS_APART for other in numbered)

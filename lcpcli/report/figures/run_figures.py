@@ -10,9 +10,9 @@ of a row varies.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -21,11 +21,11 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter
 
 from lcpcli.parametric.path import Path
-from lcpcli.report import path_terms, wording
-from lcpcli.report.figures import data, style
-from lcpcli.report.figures.data import Curve, DrawnPoint, Growth, Panel, Profile, Range
+from lcpcli.report import path_formats, wording
+from lcpcli.report.figures import style
 from lcpcli.report.figures.style import FONT, GREY, ROW, WIDTH, Entry, Look, Looks, add_legend, fitted, looks
-from lcpcli.report.path_terms import Terms
+from lcpcli.report.path_formats import Terms
+from lcpcli.report.plotting import Curve, Growth, Panel, Profile
 from lcpcli.report.wording import title_and_size
 
 MEASURES = {"error": r"error $\|z - z^*\|_\infty$", "residual": r"residual $\|\min(z, Mz + q)\|_\infty$"}
@@ -33,6 +33,56 @@ MOST_MARKERS = 12  # on a curve: enough to follow it where curves cross, few eno
 MOST_TICKS = 6  # labelled ticks on an axis, whose labels would touch if there were more
 ROOM = 0.04  # of the length of an axis
 UNEVEN = 20  # the ratio of the longest to the shortest run from which on the axis of iterations is logarithmic
+
+
+SMALLEST_ERROR = 1e-17  # relative to the start: a smaller error, below rounding, is drawn at the lower end, like 0
+LARGEST_ERROR = 1e4  # relative to the start: a larger error, of a divergent run, is drawn at the upper end, like inf
+MARGIN = 0.06  # of the length of the data, on both sides of them, where values off the scale are drawn
+LEAST_MARGIN = 0.12  # decades: the margin of data that hardly vary
+SMALLEST_END, LARGEST_END = 1e-250, 1e250  # no axis goes beyond, so that matplotlib has room in double precision
+
+
+class Range(NamedTuple):
+    """The places of values off the scale, below and above all others."""
+
+    low: float
+    high: float
+
+    def place(self, value: float) -> float:
+        return max(self.low, value) if value <= self.high else self.high
+
+
+DrawnPoint = tuple[float, float, bool]  # the place of an iterate, and whether its own value lies off the scale
+ALL_ZERO = Range(1e-17, 1e-15)  # at whose lower edge a point without any error stands
+
+
+def errors(curves: Iterable[Curve]) -> Range:
+    """Return a range around the errors that are neither practically 0 nor those of a divergent run."""
+    series = [[v for v in curve.errors if v is not None] for curve in curves]
+    proper = [[v for v in values if 0 < v < math.inf] for values in series]
+    if any(series) and not any(v for values in series for v in values):
+        return ALL_ZERO
+    starts = [values[0] for values in proper if len(values) > 1] or [v for values in proper for v in values]
+    scale = max(starts, default=1.0)
+    floor, ceiling = max(SMALLEST_ERROR * scale, SMALLEST_END), min(LARGEST_ERROR * scale, LARGEST_END)
+    return times([v for values in series for v in values], floor, ceiling)
+
+
+def times(values: Iterable[float], floor: float = SMALLEST_END, ceiling: float = LARGEST_END) -> Range:
+    """Return a range around the values from floor to ceiling, of at least one decade."""
+    shown = [math.log10(v) for v in values if floor <= v <= ceiling] or [0.0]
+    margin = max(MARGIN * (max(shown) - min(shown)), LEAST_MARGIN)
+    low, high = min(shown) - margin, max(shown) + margin
+    if math.floor(high) - math.ceil(low) < 1:
+        low, high = min(low, math.floor(low + 0.5)), max(high, math.floor(low + 0.5) + 1)
+    return Range(10.0**low, 10.0**high)
+
+
+def inside(xs: Sequence[float | None], ys: Sequence[float | None], across: Range, up: Range) -> list[DrawnPoint]:
+    """Return the points where both x and y are measured, moved to the edge if they are off the axes, and whether so."""
+    measured = [(x, y) for x, y in zip(xs, ys, strict=True) if x is not None and y is not None]
+    places = [(across.place(x), up.place(y)) for x, y in measured]
+    return [(*place, place != given) for place, given in zip(places, measured, strict=True)]
 
 
 def draw_convergence(panels: Sequence[Panel]) -> Figure:
@@ -44,7 +94,14 @@ def draw_convergence(panels: Sequence[Panel]) -> Figure:
     for (left, right), panel, longest in zip(rows, panels, counts, strict=True):
         _against_time(left, panel, chosen, WIDTH)
         right.set_xlabel("iteration")
-        across = _iteration_axis(right, max([*longest, 1]), is_logarithmic)
+        most = max([*longest, 1])
+        across = Range(-0.15, 1.6 * most) if is_logarithmic else Range(-0.03 * most, 1.08 * most)
+        if is_logarithmic:
+            right.set_xscale("symlog", linthresh=1, linscale=0.4, subs=range(2, 10))
+            right.xaxis.set_major_formatter("{x:.0f}")
+        else:
+            right.xaxis.set_major_locator(MaxNLocator(nbins=MOST_TICKS, integer=True))
+        right.set_xlim(across)
         _draw(right, panel, across, [curve.k for curve in panel.curves], chosen)
     return add_legend(figure, _drawn(chosen, panels))
 
@@ -53,16 +110,16 @@ def _against_time(axes: Axes, panel: Panel, chosen: Looks, width: float) -> None
     """Draw error against run time, both logarithmic. width : the inches for the title and its surroundings."""
     axes.set_title(fitted(panel.title, FONT, width - 1.0))
     axes.set(xlabel="run time (s)", ylabel=MEASURES[panel.measure])
-    across = data.times(second for curve in panel.curves for second in curve.seconds)
+    across = times(second for curve in panel.curves for second in curve.seconds)
     _log_axis(axes, "x", across)
     _draw(axes, panel, across, [curve.seconds for curve in panel.curves], chosen)
 
 
 def _draw(axes: Axes, panel: Panel, across: Range, abscissas: Sequence[Sequence[float | None]], chosen: Looks) -> None:
-    up = data.errors(panel.curves)
+    up = errors(panel.curves)
     _log_axis(axes, "y", up)
     for turn, (curve, xs) in enumerate(zip(panel.curves, abscissas, strict=True)):
-        if points := data.inside(xs, curve.errors, across, up):
+        if points := inside(xs, curve.errors, across, up):
             _draw_run(axes, points, chosen[curve.name, curve.label], curve.solved, turn)
 
 
@@ -74,47 +131,29 @@ def _log_axis(axes: Axes, which: str, span: Range, room: float = ROOM) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def _iteration_axis(axes: Axes, most: int, is_logarithmic: bool) -> Range:
-    """Count iterations on the x axis up to the largest number, evenly or by powers of ten."""
-    if is_logarithmic:
-        axes.set_xscale("symlog", linthresh=1, linscale=0.4, subs=range(2, 10))
-        axes.xaxis.set_major_formatter("{x:.0f}")
-        low, high = -0.15, 1.6 * most
-    else:
-        axes.xaxis.set_major_locator(MaxNLocator(nbins=MOST_TICKS, integer=True))
-        low, high = -0.03 * most, 1.08 * most
-    axes.set_xlim(low, high)
-    return Range(low, high)
-
-
 def _draw_run(axes: Axes, points: Sequence[DrawnPoint], look: Look, solved: bool, turn: int) -> None:
     """Draw a run in axes whose scales and limits are set. turn : its number in the axes, which staggers the markers."""
     xs, ys = np.array([point[:2] for point in points]).T
     if len(points) > 1:
         axes.plot(xs, ys, zorder=2, **look.line)
-    outside = [i for i, p in enumerate(points) if p.is_beyond]
-    some = outside[:: math.ceil(len(outside) / MOST_MARKERS) or 1]
-    marked = {*_marks(axes.transData.transform(np.column_stack((xs, ys))), turn), *some}
+    outside = [i for i, (_, _, is_beyond) in enumerate(points) if is_beyond]
+    marked = {*range(len(points))}
+    if len(points) > MOST_MARKERS:  # the first point, the last, and some between, spread evenly along the drawn curve
+        across, up = axes.transData.transform(np.column_stack((xs, ys))).T
+        falling = np.diff(np.minimum.accumulate(up))  # else oscillations would take all markers
+        length = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(across), falling))))
+        shares = (np.arange(1, MOST_MARKERS - 1) + 0.25 * (turn % 4 - 1.5)) / (MOST_MARKERS - 1)
+        marked = {0, *np.searchsorted(length, shares * length[-1]).tolist(), len(points) - 1}
+    marked |= {*outside[:: math.ceil(len(outside) / MOST_MARKERS) or 1]}
     if not solved and len(points) > 1:
         marked -= {len(points) - 1}
-    ringed = [i for i in sorted(marked) if points[i].is_beyond]
+    ringed = sorted(marked.intersection(outside))
     above: dict[str, Any] = {"color": look.color, "clip_on": False}
     axes.plot(xs[sorted(marked)], ys[sorted(marked)], linestyle="", clip_on=False, zorder=3, **look.points)
     if ringed:
         axes.plot(xs[ringed], ys[ringed], label=style.BEYOND, zorder=4, **above, **style.SIGNS[style.BEYOND])
     if not solved:
         axes.plot(xs[-1], ys[-1], label=style.UNSOLVED, zorder=5, **above, **style.SIGNS[style.UNSOLVED])
-
-
-def _marks(at: Any, turn: int) -> list[int]:
-    """Return the indices of the first point, the last, and some between, spread evenly along the drawn curve."""
-    if len(at) <= MOST_MARKERS:
-        return list(range(len(at)))
-    falling = np.column_stack((at[:, 0], np.minimum.accumulate(at[:, 1])))  # else oscillations would take all markers
-    length = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(falling, axis=0).T))))
-    shift = 0.25 * (turn % 4 - 1.5)
-    wanted = (np.arange(1, MOST_MARKERS - 1) + shift) / (MOST_MARKERS - 1) * length[-1]
-    return [0, *np.searchsorted(length, wanted).tolist(), len(at) - 1]
 
 
 def _drawn(chosen: Looks, panels: Sequence[Panel], others: Sequence[Profile | Growth] = ()) -> Looks:
@@ -154,11 +193,18 @@ def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
     axes.set_title(f"{title}, {max(len(profile.ratios) for profile in profiles)} problems")
     xlabel = "run time (s)" if in_seconds else "time / time of the fastest solver"
     axes.set(xlabel=xlabel, ylabel="share of problems solved")
-    across = data.times(seconds for profile in profiles for seconds in profile.ratios)
+    across = times(seconds for profile in profiles for seconds in profile.ratios)
     if in_seconds:
         _log_axis(axes, "x", across, 0.0)
     else:
-        across = _ratio_axis(axes, profiles)
+        largest = max((r for profile in profiles for r in profile.ratios if r < math.inf), default=1.0)
+        across = Range(1.0, max(largest, 2.0) ** 1.05)
+        _log_axis(axes, "x", across, 0.0)
+        if math.log2(across.high) <= DOUBLINGS:
+            axes.set_xscale("log", base=2, subs=[])
+            axes.xaxis.set_minor_formatter(NullFormatter())
+            axes.xaxis.set_major_locator(LogLocator(2, numticks=8))
+            axes.xaxis.set_major_formatter("{x:.0f}")
     axes.set_ylim(-0.03, 1.03)
     axes.yaxis.set_major_locator(FixedLocator([0, 0.2, 0.4, 0.6, 0.8, 1]))
     for profile in profiles:
@@ -171,37 +217,24 @@ def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
         axes.plot(xs, ys, markevery=marks, linestyle="", clip_on=False, zorder=3, **look.points)
 
 
-def _ratio_axis(axes: Axes, profiles: Sequence[Profile]) -> Range:
-    """Make the abscissa logarithmic, from 1 to a little more than the largest ratio; return its range."""
-    largest = max((r for profile in profiles for r in profile.ratios if r < math.inf), default=1.0)
-    across = Range(1.0, max(largest, 2.0) ** 1.05)
-    _log_axis(axes, "x", across, 0.0)
-    if math.log2(across.high) <= DOUBLINGS:
-        axes.set_xscale("log", base=2, subs=[])
-        axes.xaxis.set_minor_formatter(NullFormatter())
-        axes.xaxis.set_major_locator(LogLocator(2, numticks=8))
-        axes.xaxis.set_major_formatter("{x:.0f}")
-    return across
-
-
 def _growth(axes: Axes, family: str, growths: Sequence[Growth], chosen: Looks) -> None:
     """Draw median run times with their quartiles, the fitted powers of n as lines, or times without a fit connected,
     and on the right the fitted exponents in the order of the lines."""
     axes.set_title(fitted(family, FONT, WIDTH / 2 - 1.0))
     axes.set(xlabel="$n$", ylabel="run time (s)")
-    entries, times = [], [t for one in growths for t in (*one.lower, *one.upper)]
+    entries, spans = [], [t for one in growths for t in (*one.lower, *one.upper)]
     for one in growths:
         look, line = chosen[one.name, one.label], list(zip(one.n, one.seconds, strict=True))
         if one.fit is not None:
             line = [(n, one.fit.coefficient * n**one.fit.exponent) for n in (min(one.n), max(one.n))]
             exponent = rf"$n^{{{one.fit.exponent:.2f} \pm {one.fit.margin:.2f}}}$"
             entries.append((-line[-1][1], exponent, Line2D([], [], linestyle="", **look.points)))
-        times += [t for _, t in line]
+        spans += [t for _, t in line]
         axes.plot(*zip(*line, strict=True), zorder=2, **look.line)
         axes.vlines(one.n, one.lower, one.upper, color=look.color, linewidth=look.width, zorder=2)
         axes.plot(one.n, one.seconds, linestyle="", clip_on=False, zorder=3, **look.points)
-    _log_axis(axes, "x", data.times(n for one in growths for n in one.n))
-    _log_axis(axes, "y", data.times(times))
+    _log_axis(axes, "x", times(n for one in growths for n in one.n))
+    _log_axis(axes, "y", times(spans))
     if entries:
         _, exponents, samples = zip(*sorted(entries, key=lambda entry: entry[0]), strict=True)
         place: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1, 0.5)}
@@ -253,10 +286,14 @@ def _solutions(axes: Axes, terms: Terms, across: Any, chosen: Sequence[str]) -> 
         shown = np.flatnonzero(z[:, : program.variables if program else None].any(axis=0)).tolist()
     is_named = len(shown) <= MOST_NAMED
     is_marked = is_named and len(across) <= MOST_RULES
-    entries, turns = list[Entry](), path_terms.turns(path)
+    entries, turns = list[Entry](), path_formats.turns(path)
     for i, place in enumerate(shown):
         look, values = Look(COLORS[i % len(COLORS)], style.RAMP[i % len(style.RAMP)]), z[:, place]
-        _line(axes, across, values, path.jumps, look.line if is_named else look.line | THIN)
+        line = look.line if is_named else look.line | THIN
+        jumps = np.array(path.jumps, dtype=int)
+        axes.plot(*np.insert(np.stack((across, values)), jumps + 1, math.nan, axis=1), zorder=2, **line)
+        for k in jumps:  # pieces on which t stands still
+            axes.plot(across[k : k + 2], values[k : k + 2], zorder=2, **{**line, **JUMP})
         points = {**look.points, "markersize": 3, "linestyle": ""} if is_marked else {}
         if is_marked:
             axes.plot(across, values, zorder=3, **points)
@@ -272,14 +309,6 @@ def _solutions(axes: Axes, terms: Terms, across: Any, chosen: Sequence[str]) -> 
     jump, turn = Line2D([], [], color=GREY, **JUMP), Line2D([], [], linestyle="", color=GREY, **TURN)
     signs = ((jump, "jump", path.jumps), (turn, "turn", turns))
     return entries + [(sign, text) for sign, text, places in signs if len(places)]
-
-
-def _line(axes: Axes, across: Any, values: Any, jumps: Any, line: dict[str, Any]) -> None:
-    """Draw a component; the pieces on which t stands still are dashed."""
-    whole = np.insert(np.stack((across, values)), np.array(jumps, dtype=int) + 1, math.nan, axis=1)
-    axes.plot(*whole, zorder=2, **line)
-    for k in jumps:
-        axes.plot(across[k : k + 2], values[k : k + 2], zorder=2, **{**line, **JUMP})
 
 
 def _objective(axes: Axes, terms: Terms, across: Any, label: str, is_frontier: bool) -> None:

@@ -138,20 +138,23 @@ def looks(entries: Iterable[tuple[str, str]]) -> Looks:
     labels: dict[str, list[str]] = {}
     for name, label in dict.fromkeys(entries):
         labels.setdefault(name, []).append(label)
-    others = [name for name in labels if name not in METHODS and name not in PEERS]
-    known = METHODS | PEERS | dict(zip(others, cycle(SPARE), strict=False))
+    known = METHODS | PEERS
+    known |= zip((name for name in labels if name not in known), cycle(SPARE), strict=False)
     chosen: Looks = {}
     for name, own in labels.items():
         look = known[name]
         runs = [look, replace(look, fill="left", width=0.8)][: len(own)]
         if len(own) > len(runs):
             places, elsewhere = places_of(own), {known[other].marker for other in labels if other != name}
-            colors = shades(look.color, 1 + max(row for row, _ in places))
+            colors_between = LinearSegmentedColormap.from_list("", ["white", look.color, "black"], SHADES)
+            ramp = colors_between(np.arange(SHADES))[:, :3]
+            linear = np.where(ramp <= 0.04045, ramp / 12.92, ((ramp + 0.055) / 1.055) ** 2.4)
+            lightness = 116 * np.cbrt(linear @ (0.2126, 0.7152, 0.0722)) - 16
+            wanted = np.linspace(PALE, DEEP, 1 + max(row for row, _ in places))
+            colors = [to_hex(ramp[np.abs(lightness - each).argmin()]) for each in wanted]
             markers = [marker for marker in RAMP if marker not in elsewhere] or RAMP
-            runs = [
-                replace(look, color=colors[row], marker=markers[column % len(markers)], fill="full")
-                for row, column in places
-            ]
+            of_places = ((colors[row], markers[column % len(markers)]) for row, column in places)
+            runs = [replace(look, color=color, marker=marker, fill="full") for color, marker in of_places]
         chosen |= {(name, label): run for label, run in zip(own, runs, strict=True)}
     return chosen
 
@@ -166,13 +169,6 @@ def places_of(labels: Sequence[str]) -> list[tuple[int, int]]:
         if min(map(len, values)) > 1:
             return [(values[0].index(one), values[1].index(other)) for one, other in (o.values() for o in settings)]
     return [(i, i) for i in range(len(labels))]
-
-
-def shades(color: str, count: int, pale: float = PALE, deep: float = DEEP) -> list[str]:
-    ramp = LinearSegmentedColormap.from_list("", ["white", color, "black"], SHADES)(np.arange(SHADES))[:, :3]
-    linear = np.where(ramp <= 0.04045, ramp / 12.92, ((ramp + 0.055) / 1.055) ** 2.4)
-    lightness = 116 * np.cbrt(linear @ (0.2126, 0.7152, 0.0722)) - 16
-    return [to_hex(ramp[np.abs(lightness - wanted).argmin()]) for wanted in np.linspace(pale, deep, count)]
 
 
 def context() -> AbstractContextManager[None]:
