@@ -26,7 +26,7 @@ from lcpcli.errors import ParameterError, ProblemError, count, kind, quoted
 from lcpcli.files.contents import STANDARD_INPUT, Fetch, content_of, decode, parsed, place, within
 from lcpcli.files.csv_format import grid_of, is_number
 from lcpcli.files.fields import BOUNDS
-from lcpcli.files.formats import form_of, kind_in, load
+from lcpcli.files.formats import form_of, kind_in, load, refuse
 from lcpcli.files.json_format import load as load_json
 from lcpcli.files.reading import LINE, Names, require_order, vector_in
 from lcpcli.model.arrays import FROM_0, as_vector
@@ -217,8 +217,7 @@ def read_states(given: str, problem: Problem) -> list[str]:
 def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
     """Return the states in a file: its list, the list in a result, or else the states of z and w in a result."""
     form = form_of(path, content)
-    if form not in ("csv_format", "json_format"):
-        raise ProblemError("", "has no states", STATES_HINT)
+    refuse(form not in ("csv_format", "json_format"), "", "has no states", STATES_HINT)
     if form == "json_format":
         data = _first_in(content)
         states: Any = data.get("basis") if isinstance(data, dict) else data
@@ -236,13 +235,11 @@ def _result_in(form: str, content: bytes, n: int, before: str = "") -> tuple[Vec
     """Return z and w of a result, the first of several; w may be None in CSV. before : the prefix of messages."""
     if form == "csv_format":
         first = of_table(content)[0]
-        if first.rows is not None:
-            raise ProblemError("", "has no column headed z", HINT)
+        refuse(first.rows is not None, "", "has no column headed z", HINT)
         z, w = (None if values is None else rounded(values) for values in (first.values, first.w))
     else:
         data = _first_in(content)
-        if not {"z", "w"} <= set(data):
-            raise ProblemError("", "is an object without z and w", EXPECTED_RESULT)
+        refuse(not {"z", "w"} <= set(data), "", "is an object without z and w", EXPECTED_RESULT)
         z, w = data["z"], data["w"]
     return as_vector(f"{before}z", z, n), None if w is None else as_vector(f"{before}w", w, n)
 
@@ -344,8 +341,7 @@ def of_json(content: bytes, lengths: Lengths, problem: Sought) -> list[Candidate
     solutions = data.get("solutions") if isinstance(data, dict) and "z" not in data else None
     if not isinstance(solutions, list):
         return [_candidate(data, lengths)._replace(remark=remark)]
-    if not solutions:
-        raise ProblemError("solutions", "is empty", "give a solution to check")
+    refuse(not solutions, "solutions", "is empty", "give a solution to check")
     own = ((each.get("equilibrium") or each) if isinstance(each, dict) else each for each in solutions)
     return [within(f"solutions[{i}]", _candidate, each, lengths) for i, each in enumerate(own)]
 
@@ -354,8 +350,7 @@ def _candidate(data: Any, lengths: Lengths) -> Candidate:
     n = next(iter(lengths))
     if isinstance(data, list):
         return Candidate("solution", _numbers("", data, lengths))
-    if not isinstance(data, dict):
-        raise ProblemError("", f"is {kind(data)}", EXPECTED_RESULT)
+    refuse(not isinstance(data, dict), "", f"is {kind(data)}", EXPECTED_RESULT)
     if "z" not in data and {"row", "column"} <= set(data):
         row, column = (_entries(player, data[player]) for player in ("row", "column"))
         return Candidate("solution", [*row, *column], rows=len(row))
@@ -374,8 +369,7 @@ def _candidate(data: Any, lengths: Lengths) -> Candidate:
                 if part.get("y") is not None:
                     values += _numbers(f"{at}y", part["y"], {both - k: "y"})
                 return Candidate("answer", values)
-    if "z" not in data:
-        raise ProblemError("", "is an object without z", EXPECTED_RESULT)
+    refuse("z" not in data, "", "is an object without z", EXPECTED_RESULT)
     of_z = {n: "z"}
     y, z, w = (_numbers(f"exact.{key}", exact[key], of_z) if exact.get(key) is not None else None for key in "yzw")
     if y or z:
@@ -392,8 +386,7 @@ def _numbers(field: str, values: Any, lengths: Lengths) -> list[Fraction]:
 
 
 def _entries(field: str, values: Any) -> list[Fraction]:
-    if not isinstance(values, list):
-        raise ProblemError(field, f"is {kind(values)}", "give a list of numbers")
+    refuse(not isinstance(values, list), field, f"is {kind(values)}", "give a list of numbers")
     found = []
     for i, value in enumerate(values):
         if not isinstance(value, (Fraction, str)):
@@ -409,19 +402,17 @@ def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Frac
         return values
     n, own = next(iter(lengths.items()))
     fault = f"has {count(len(values), 'entry')} for {own if own.endswith('strategies') else count(n, 'unknown')}"
-    if len(lengths) == 1:
-        raise ProblemError(field, fault, "make them agree")
+    refuse(len(lengths) == 1, field, fault, "make them agree")
     allowed = [f"{size} for {what}" for size, what in sorted(lengths.items())]
     raise ProblemError(field, fault, f"give {', '.join(allowed[:-1])} or {allowed[-1]}")
 
 
 def of_table(content: bytes) -> list[Candidate]:
     grid = grid_of(content)
-    header, lines = [name.casefold() for name in grid.header], [(k, [*map(str.strip, row)]) for k, row in grid.rows]
+    header, lines = [name.casefold() for name in grid.header], [(k, [*map(str.strip, row)]) for k, row in grid.lines]
     width = len(lines[0][1])
-    if header and len(header) != width:
-        fault = f"has {count(len(header), 'name')} above {count(width, 'column')}"
-        raise ProblemError(f"line {grid.top}", fault, "give each column one name")
+    fault = f"has {count(len(header), 'name')} above {count(width, 'column')}"
+    refuse(header and len(header) != width, f"line {grid.top}", fault, "give each column one name")
     if grid.commas:
         lines = [
             (k, [own if is_number(own := cell.replace(",", ".", 1)) else cell for cell in row]) for k, row in lines
@@ -437,8 +428,7 @@ def of_table(content: bytes) -> list[Candidate]:
             for k, row in rows:
                 if row.get("kind", "vertex") == "vertex":
                     groups.setdefault(tuple(row[name] for name in keys), []).append((k, row))
-            if not groups:
-                raise ProblemError("", "has no solution", "give a solution to check")
+            refuse(not groups, "", "has no solution", "give a solution to check")
             return [made(own) for own in groups.values()]
     return [_solution([(k, row) for k, row in rows if all(row.get(name) == rows[0][1].get(name) for name in RUN)])]
 
@@ -459,8 +449,7 @@ def _strategies(rows: Rows) -> Candidate:
 
 
 def _solution(rows: Rows) -> Candidate:
-    if "z" not in rows[0][1]:
-        raise ProblemError("", "has no column headed z", HINT)
+    refuse("z" not in rows[0][1], "", "has no column headed z", HINT)
     rows = _in_order("component", rows) if "component" in rows[0][1] else rows
     return Candidate("solution", _column("z", rows), w=_column("w", rows) if "w" in rows[0][1] else None)
 

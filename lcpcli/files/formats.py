@@ -190,6 +190,12 @@ def uncompressed(path: str) -> str:
     return path[:-3] if path.casefold().endswith(COMPRESSED) else path
 
 
+def refuse(is_wrong: Any, where: str, fault: str, hint: str) -> None:
+    """Raise ProblemError with this message if something is wrong."""
+    if is_wrong:
+        raise ProblemError(where, fault, hint)
+
+
 def _refuse(advice: Iterable[str] | None) -> None:
     if advice is not None:
         raise ProblemError("", *advice)

@@ -296,7 +296,8 @@ def _columns(path: str, content: bytes, n: int) -> tuple[Matrix, list[str]] | No
     if form == "csv_format":
         from lcpcli.files.csv_format import table_of
 
-        table, _, names, _ = table_of(content)
+        own = table_of(content)
+        table, names = own.rows, own.header
     else:
         table = load(form).values("q", content)
     shape = np.shape(table) if isinstance(table, (list, np.ndarray)) else ()

@@ -20,6 +20,7 @@ from lcpcli.errors import ProblemError, count
 from lcpcli.expressions.graph import Arithmetic, Graph
 from lcpcli.expressions.tape import SUM, Tape
 from lcpcli.files.contents import within
+from lcpcli.files.formats import refuse
 from lcpcli.files.nl_segments import MEANINGS, Header, Linear, Segments, Side, Term
 from lcpcli.rational.numbers import rounded
 from lcpcli.typing import Vector
@@ -67,8 +68,7 @@ class NlModel:
             if row in row_of:
                 self.complements[place[row_of[row]]] = within(f"C{row}", expressions.node, *parts, 0)
             elif low is not None or high is not None:
-                if low != high:
-                    raise ProblemError(f"C{row}", "is an inequality that complements no variable", UNCOMPLEMENTED)
+                refuse(low != high, f"C{row}", "is an inequality that complements no variable", UNCOMPLEMENTED)
                 self.equations.append(within(f"C{row}", expressions.node, *parts, -low))
         stated = {place[variable]: kind for variable, (_, kind) in segments.complements.items()}
         conditions = Conditions(self, stated, [bounds[i] for i in self.unknowns])
@@ -78,7 +78,7 @@ class NlModel:
         self.start = np.array([float(segments.start.get(variable, 0)) for variable in self.unknowns])
         self.objective, self.remark = _objective(segments, expressions), conditions.remark()
 
-    @property
+    @cached_property
     def rows(self) -> list[int]:
         """Return the expressions of the rows that complement an unknown, in the order of these, then the equations."""
         return [*(self.complements[i] for i in sorted(self.complements)), *self.equations]
@@ -123,8 +123,7 @@ def _objective(segments: Segments, expressions: _Expressions) -> tuple[str, int]
         node = expressions.node(segments.slopes.get(number, {}), terms, 0)
         if expressions.graph.value(node) is None:
             found.append(("max" if is_maximized else "min", node))
-    if len(found) > 1:
-        raise ProblemError("", f"has {len(found)} objectives", "keep one")
+    refuse(len(found) > 1, "", f"has {len(found)} objectives", "keep one")
     return found[0] if found else None
 
 
@@ -418,9 +417,8 @@ class Conditions:
         return _fraction(low), _fraction(high)
 
     def _set(self, x: int, ends: Ends) -> None:
-        if ends[0] > ends[1]:
-            fault = f"has the bounds {_double(ends[0]):g} and {_double(ends[1]):g} by its complementarity condition"
-            raise ProblemError(self.names[x], fault, "correct them")
+        fault = f"has the bounds {_double(ends[0]):g} and {_double(ends[1]):g} by its complementarity condition"
+        refuse(ends[0] > ends[1], self.names[x], fault, "correct them")
         low, high = map(_double, ends)
         exact = tuple(end if isfinite(double) else double for end, double in zip(ends, (low, high), strict=True))
         self.bounds[x] = (exact[0], exact[1]) if self.graph.is_exact else (low, high)

@@ -14,6 +14,7 @@ from lcpcli.files import formats
 from lcpcli.files.atomic_write import write_together
 from lcpcli.files.fields import STARTS
 from lcpcli.files.fields import TEXTS as OF_ALL
+from lcpcli.files.formats import refuse
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game, OwnNames
@@ -186,9 +187,8 @@ def ending_of(path: str) -> str:
     kind = formats.kind_with(ending.casefold())
     if kind is not None and kind.keeps:
         return ending
-    if kind is not None:
-        hint = f"use {listed(formats.COMPLETE, 'or')}, or {listed(formats.PROGRAM_SUFFIXES, 'or')} for a program"
-        raise ProblemError(path, "is of a format that is only read", hint)
+    hint = f"use {listed(formats.COMPLETE, 'or')}, or {listed(formats.PROGRAM_SUFFIXES, 'or')} for a program"
+    refuse(kind is not None, path, "is of a format that is only read", hint)
     raise ProblemError(
         path, f"has the unknown suffix {ending}" if ending else "has no suffix", f"use {formats.WRITTEN}"
     )
