@@ -17,6 +17,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from itertools import chain
 from typing import Any, Literal, NamedTuple
 
@@ -111,14 +112,12 @@ def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any
         fault = f"{quoted(text)} is neither a file nor numbers"
         raise ParameterError(name, fault, "write -1,none,0.5 or name a file")
 
-    def as_written(entry: str) -> Any:
-        return float(entry) if "inf" in entry.casefold() else number(fraction(entry))
-
     def parse(content: bytes) -> Any:
         require_order(text, content, names)
         form = form_of(text, content)
         if form == "matrix_market_format" or kind_in(form).has_no_vector:
             return vector_in(f"--{name}", text, content).tolist()
+        as_written = partial(_end, name, number=number)
         held = load(form).values(f"--{name}", content, float if number is float else as_written)
         return held.tolist() if number is not float and kind_in(form).has_arrays else held
 

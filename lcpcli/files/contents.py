@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from typing import IO, TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from lcpcli.errors import ProblemError, count
-from lcpcli.files.formats import COMPRESSED, GZIP, HEAD, PROBLEMS, is_result, refuse
+from lcpcli.files.formats import COMPRESSIBLE, GZIP, HEAD, PROBLEMS, is_result, refuse
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -142,7 +142,9 @@ def content_of(path: str, expected: str) -> bytes:
 
 def checked(path: str, content: bytes, expected: str) -> bytes:
     """Return the content of a file without a byte order mark; raise ProblemError if it is empty."""
-    content = without_mark(within(place(path), unpacked, content) if path.casefold().endswith(COMPRESSED) else content)
+    if path.casefold().removesuffix(".gz").endswith(COMPRESSIBLE):
+        content = within(place(path), unpacked, content)
+    content = without_mark(content)
     refuse(not content or content.isspace(), place(path), "is empty", WRITE_AGAIN if path.endswith(".nl") else expected)
     return content
 

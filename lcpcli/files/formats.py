@@ -118,7 +118,7 @@ def kind_in(form: str) -> Kind:
 
 
 ZIP, GZIP = b"PK\x03\x04", b"\x1f\x8b"
-COMPRESSIBLE = {ending.removesuffix(".gz") for ending in COMPRESSED}
+COMPRESSIBLE = tuple(ending.removesuffix(".gz") for ending in COMPRESSED)
 # The five numbers with which a MAT file of version 4 begins, in either order of bytes: no text is like them.
 MAT_4 = rb"(?s)[\0-\x34]\0{3}.{8}[\0\1]\0{3}.{2}\0{2}|\0{2}[\3\4].{9}\0{3}[\0\1]\0{2}.{2}"
 MPS = rb"(?mi)(?:\*[^\n]*\n|\s*\n)*(?:NAME|ROWS|OBJSENSE)\b[^;,{\n]*\r?\n(?s:.){0,1000}?^\s*N\s+\S"

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from lcpcli.errors import LCPError, ParameterError, ProblemError, count, quoted
-from lcpcli.files.contents import decode, parsed, place, unpacked
+from lcpcli.files.contents import decode, parsed, place
 from lcpcli.files.fields import BOUNDS, THREE_PLAYERS
 from lcpcli.files.formats import Number, form_of, refuse
 from lcpcli.files.inputs import Input
@@ -34,12 +34,11 @@ Pair = tuple[Fraction, Fraction]
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
     """Return the game in an .nfg file, or the text of an .efg file: old ones have labels in Latin-1."""
-    text = unpacked(content)
-    if text.lstrip().startswith(b"EFG"):
+    if content.lstrip().startswith(b"EFG"):
         with suppress(ProblemError):
-            return {"efg": decode(text)}
-        return {"efg": decode(text.decode("latin-1").encode())}
-    parts: list[Any] = [*_nested(decode(text)), *6 * [""]]
+            return {"efg": decode(content)}
+        return {"efg": decode(content.decode("latin-1").encode())}
+    parts: list[Any] = [*_nested(decode(content)), *6 * [""]]
     begin, version, _, title, players, sides, *cells = parts
     if (begin, version) != ("NFG", "1"):
         raise ProblemError("line 1", "is not the beginning of a game", "begin the file with NFG 1 R or EFG 2 R")
@@ -104,10 +103,8 @@ def _text(token: Any) -> str:
 
 
 def _whole(token: Any) -> int:
-    if not re.fullmatch(r"[0-9]{1,9}", str(token)):
-        raise ProblemError(
-            "", f"has {quoted(str(token))} in place of a whole number", "give the number of strategies or of an outcome"
-        )
+    fault = f"has {quoted(str(token))} in place of a whole number"
+    refuse(not re.fullmatch(r"[0-9]{1,9}", str(token)), "", fault, "give the number of strategies or of an outcome")
     return int(token)
 
 

@@ -24,7 +24,6 @@ from lcpcli.files.contents import (
     open_file,
     place,
     refuse_folder,
-    unpacked,
     within,
     without_mark,
 )
@@ -84,7 +83,7 @@ class Input(NamedTuple):
 
     def length(self) -> int:
         """Return the number of bytes of the texts among the contents, whose numbers may have any number of digits."""
-        return sum(len(text) for text in map(unpacked, self.contents) if b"\0" not in text)
+        return sum(len(text) for text in self.contents if b"\0" not in text)
 
     def exact_parts(self) -> ExactParts:
         """Return the numbers of the problem as written, once `read` has accepted it."""

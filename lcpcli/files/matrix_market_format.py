@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli.errors import REAL, ProblemError, count, quoted
-from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent, unpacked
+from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent
 from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.files.json_format import of_coordinates
 from lcpcli.files.npy_format import written
@@ -43,11 +43,11 @@ class _Header(NamedTuple):
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     """Return M, dense or in scipy's coordinate form. The format has no place for q."""
-    return {"M": _matrix("M", unpacked(content), number)}
+    return {"M": _matrix("M", content, number)}
 
 
 def values(field: str, content: bytes, number: Number = float) -> Any:
-    matrix = _matrix(field, unpacked(content), number)
+    matrix = _matrix(field, content, number)
     rows, columns = matrix.shape
     if rows and 1 not in (rows, columns):
         raise ProblemError(field, f"has {rows} rows and {columns} columns", "give one row or one column")

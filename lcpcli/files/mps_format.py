@@ -22,7 +22,6 @@ from typing import Any
 import numpy as np
 
 from lcpcli.errors import ProblemError, quoted, visible
-from lcpcli.files.contents import unpacked
 from lcpcli.files.fields import LARGEST_DENSE
 from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.files.json_format import number_text
@@ -52,14 +51,13 @@ FIXED = ((1, 3), (4, 12), (14, 22), (24, 36), (39, 47), (49, 61))  # the places 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     """Return the program in a file, under the native keys. number : converts the numbers in MPS."""
-    text = unpacked(content)
-    if not MPS.search(text):
+    if not MPS.search(content):
         try:
-            return fields(as_mps(text), number)
+            return fields(as_mps(content), number)
         except ProblemError as error:  # in a line of another text file
             raise ProblemError("", error.fault, error.hint) from None
-    refuse(not END.search(text), "", "has no ENDATA", "is it cut off?")
-    return _Reader(number).program(text.decode("utf-8", "replace"))
+    refuse(not END.search(content), "", "has no ENDATA", "is it cut off?")
+    return _Reader(number).program(content.decode("utf-8", "replace"))
 
 
 class _Reader:
