@@ -293,22 +293,21 @@ def record_of(text: str, problem: Sought) -> tuple[str, str]:
     lines = [line for line in text.split("\n") if line.strip()]
     if len(lines) < 2 or not all(line.lstrip().startswith("{") for line in lines[:2]):
         return text, ""
-    own = all_records = [(_object(line), line) for line in lines]
     file, name = problem
-    tests: list[tuple[str, Callable[[str], bool]]] = [
-        ("file", lambda own: os.path.abspath(own) == os.path.abspath(file)),
-        ("file", lambda own: os.path.basename(own) == os.path.basename(file)),
-        ("problem", lambda own: own == name),
-    ]
-    is_found = False
-    for key, is_own in tests:
-        if matches := [each for each in own if is_own(str(each[0].get(key) or ""))]:
-            own, is_found = matches, True
-        if len(own) == 1:
-            return own[0][1], ""
-    if is_found or all(record.get("file") and record.get("digest") for record, _ in all_records):
-        hint = "give the line of one as a file of its own"
-        raise ProblemError("", f"has {len(own) if is_found else 'no'} results for {name}", hint)
+    records = [_object(line) for line in lines]
+
+    def likeness(record: Mapping[str, Any]) -> tuple[bool, ...]:
+        own = str(record.get("file") or "")
+        are_same = (do(own) == do(file) for do in (os.path.abspath, os.path.basename))
+        return *are_same, str(record.get("problem") or "") == name
+
+    best = max(map(likeness, records))
+    own = [line for line, record in zip(lines, records, strict=True) if likeness(record) == best]
+    if len(own) == 1:
+        return own[0], ""
+    if any(best) or all(record.get("file") and record.get("digest") for record in records):
+        fault = f"has {len(own) if any(best) else 'no'} results for {name}"
+        raise ProblemError("", fault, "give the line of one as a file of its own")
     first = first_of("\n".join(lines))
     which = f"for {_object(first).get('problem') or 'a problem'}: none is for {name}"
     return first, f"the first of {len(lines)} results is checked, {which}"

@@ -176,11 +176,10 @@ def _likely_file(path: str) -> str:
     from pathlib import Path
 
     folder, name = Path(path).parent, Path(path)
-    names: list[str] = []
     with suppress(OSError):
         names = [entry.name for entry in folder.iterdir() if entry.exists()]
-    if close := get_close_matches(name.name, names, n=1, cutoff=0.75):
-        return f"did you mean {folder / close[0]}?"
+        if close := get_close_matches(name.name, names, n=1, cutoff=0.75):
+            return f"did you mean {folder / close[0]}?"
     if close := get_close_matches(name.stem, shipped_problems(), n=1, cutoff=0.75):
         return f"did you mean {close[0]}, which is shipped?"
     return "check the path" if folder.is_dir() else f"there is no folder {folder}"

@@ -145,12 +145,9 @@ def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[st
     """
     if names and others and len(names) != len(others):
         return []
-    if names and others and names != others:
-        fault = f"has the {key} {', '.join(others)}, the other table {', '.join(names)}"
-        refuse(sorted(names) == sorted(others), place(path), fault, "put them in the same order")
-        own, other = next((own, name) for own, name in zip(others, names, strict=True) if own != name)
-        fault = f"has {quoted(own)} among the {key} where the other table has {quoted(other)}"
-        raise ProblemError(place(path), fault, "give both tables the same names, or one of them none")
+    fault = f"has the {key} {', '.join(others)}, the other table {', '.join(names)}"
+    hint = "give both tables the same names in the same order, or one of them none"
+    refuse(names and others and names != others, place(path), fault, hint)
     return names or others
 
 

@@ -391,18 +391,17 @@ def _bounds(number: Callable[[float], str], name: str, low: float, high: float) 
 
 
 def _columns(
-    held: Mapping[str, Any], columns: list[str], rows: list[str], objective: str, number: Callable[[float], str]
+    given: Mapping[str, Any], columns: list[str], rows: list[str], objective: str, number: Callable[[float], str]
 ) -> Iterator[str]:
     """Yield the lines of COLUMNS, at least one for each variable."""
     from scipy.sparse import csc_array
 
-    A = csc_array(held["A"] if rows else (0, len(columns)))
-    for j, (name, cost) in enumerate(zip(columns, held["c"].tolist(), strict=True)):
-        own = range(A.indptr[j], A.indptr[j + 1])
-        if cost or not len(own):
+    A = csc_array(given["A"] if rows else (0, len(columns)))
+    entries = zip(np.split(A.indices, A.indptr[1:-1]), np.split(A.data, A.indptr[1:-1]), strict=True)
+    for name, cost, (places, values) in zip(columns, given["c"].tolist(), entries, strict=True):
+        if cost or not places.size:
             yield f" {name} {objective} {number(cost)}"
-        for place in own:
-            yield f" {name} {rows[A.indices[place]]} {number(A.data[place].item())}"
+        yield from (f" {name} {rows[i]} {number(value)}" for i, value in zip(places, values.tolist(), strict=True))
 
 
 PACKAGE = "highspy"
