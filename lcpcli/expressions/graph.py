@@ -327,6 +327,7 @@ class Graph:
         self._known: dict[Sum | Operation, int] = {}
         self._restricted: set[int] = set()  # nodes that are not defined everywhere
         self._shared: set[int] = set()  # sums that stay nodes of their own
+        self._gradients: dict[int, dict[int, int]] = {}
 
     def node(self, number: int) -> Sum | Operation:
         """Return a node that is no unknown."""
@@ -435,27 +436,29 @@ class Graph:
                 return self.constant(value**exponent if self.is_exact else float(np.float64(value) ** exponent))
         return self._add(Operation("power", (base,), exponent))
 
-    def gradient(self, row: int, product: str) -> dict[int, int]:
-        """Return the derivatives of a node by the unknowns, as nodes: those that it depends on otherwise than by jumps.
+    def gradient(self, row: int) -> dict[int, int]:
+        """Return the derivatives of a node, as nodes, by the unknowns on which it depends otherwise than by jumps."""
+        if row not in self._gradients:
+            self._gradients[row] = self._gradient(row)
+        return self._gradients[row]
 
-        product : the operator with which derivatives are multiplied, "product" or "times".
-        """
+    def _gradient(self, row: int) -> dict[int, int]:
         if all(part < self.n for part, _ in self.parts(row).terms):
             return {x: self.constant(factor) for x, factor in self.parts(row).terms}
+        below = sorted((number for number in self.below([row]) if number >= self.n), reverse=True)
+        is_guarded = not BRANCHES.isdisjoint(getattr(self.node(number), "operator", "") for number in below)
         terms = defaultdict[int, list[tuple[int, Constant]]](list, {row: [(self.constant(1), 1)]})
-        for number in sorted(self.below([row]), reverse=True):  # each one behind all of which it is an argument
-            if number < self.n:
-                break
+        for number in below:  # each one behind all of which it is an argument
             if number not in terms:
                 continue
             adjoint = self.share(self.sum(terms.pop(number)))
-            if product == "times" and self.value(adjoint) == 0:
+            if is_guarded and self.value(adjoint) == 0:
                 continue
             for part, partial in self._partials(number):
                 if isinstance(self.node(number), Sum):
                     terms[part].append((adjoint, partial))
                 elif partial is not None and self.value(part) is None:
-                    terms[part].append((self.apply(product, adjoint, partial), 1))
+                    terms[part].append((self.apply("times" if is_guarded else "product", adjoint, partial), 1))
         return {x: self.sum(own) for x, own in terms.items()}
 
     def _partials(self, number: int) -> Sequence[tuple[int, Any]]:

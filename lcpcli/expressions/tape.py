@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.expressions.graph import BRANCHES, Arithmetic, Graph, Sum
+from lcpcli.expressions.graph import Arithmetic, Graph, Sum
 from lcpcli.typing import Indices, Vector
 
 SUM = "sum"  # in place of an operator
@@ -117,9 +117,7 @@ class Jacobian:
     """The Jacobian of rows in an arithmetic. rows, columns : of its entries, in the order of rows, then columns."""
 
     def __init__(self, graph: Graph, rows: Sequence[int], arithmetic: Arithmetic) -> None:
-        operators = {getattr(graph.node(number), "operator", "") for number in graph.below(rows) if number >= graph.n}
-        product = "product" if operators.isdisjoint(BRANCHES) else "times"
-        entries = {(i, x): node for i, row in enumerate(rows) for x, node in graph.gradient(row, product).items()}
+        entries = {(i, x): node for i, row in enumerate(rows) for x, node in graph.gradient(row).items()}
         keys = sorted(entries)
         self.rows, self.columns = np.array(keys, np.intp).reshape(-1, 2).T
         values = [graph.value(entries[key]) for key in keys]

@@ -17,6 +17,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from itertools import chain
 from typing import Any, Literal, NamedTuple
 
@@ -26,7 +27,7 @@ from lcpcli.errors import ParameterError, ProblemError, count, kind, quoted
 from lcpcli.files.contents import STANDARD_INPUT, Fetch, content_of, decode, parsed, place, within
 from lcpcli.files.csv_format import grid_of, is_number
 from lcpcli.files.fields import BOUNDS
-from lcpcli.files.formats import form_of, kind_in, load
+from lcpcli.files.formats import form_of, kind_in, load, refuse
 from lcpcli.files.json_format import load as load_json
 from lcpcli.files.reading import LINE, Names, require_order, vector_in
 from lcpcli.model.arrays import FROM_0, as_vector
@@ -111,14 +112,12 @@ def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any
         fault = f"{quoted(text)} is neither a file nor numbers"
         raise ParameterError(name, fault, "write -1,none,0.5 or name a file")
 
-    def as_written(entry: str) -> Any:
-        return float(entry) if "inf" in entry.casefold() else number(fraction(entry))
-
     def parse(content: bytes) -> Any:
         require_order(text, content, names)
         form = form_of(text, content)
         if form == "matrix_market_format" or kind_in(form).has_no_vector:
             return vector_in(f"--{name}", text, content).tolist()
+        as_written = partial(_end, name, number=number)
         held = load(form).values(f"--{name}", content, float if number is float else as_written)
         return held.tolist() if number is not float and kind_in(form).has_arrays else held
 
@@ -217,8 +216,7 @@ def read_states(given: str, problem: Problem) -> list[str]:
 def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
     """Return the states in a file: its list, the list in a result, or else the states of z and w in a result."""
     form = form_of(path, content)
-    if form not in ("csv_format", "json_format"):
-        raise ProblemError("", "has no states", STATES_HINT)
+    refuse(form not in ("csv_format", "json_format"), "", "has no states", STATES_HINT)
     if form == "json_format":
         data = _first_in(content)
         states: Any = data.get("basis") if isinstance(data, dict) else data
@@ -236,13 +234,11 @@ def _result_in(form: str, content: bytes, n: int, before: str = "") -> tuple[Vec
     """Return z and w of a result, the first of several; w may be None in CSV. before : the prefix of messages."""
     if form == "csv_format":
         first = of_table(content)[0]
-        if first.rows is not None:
-            raise ProblemError("", "has no column headed z", HINT)
+        refuse(first.rows is not None, "", "has no column headed z", HINT)
         z, w = (None if values is None else rounded(values) for values in (first.values, first.w))
     else:
         data = _first_in(content)
-        if not {"z", "w"} <= set(data):
-            raise ProblemError("", "is an object without z and w", EXPECTED_RESULT)
+        refuse(not {"z", "w"} <= set(data), "", "is an object without z and w", EXPECTED_RESULT)
         z, w = data["z"], data["w"]
     return as_vector(f"{before}z", z, n), None if w is None else as_vector(f"{before}w", w, n)
 
@@ -297,22 +293,21 @@ def record_of(text: str, problem: Sought) -> tuple[str, str]:
     lines = [line for line in text.split("\n") if line.strip()]
     if len(lines) < 2 or not all(line.lstrip().startswith("{") for line in lines[:2]):
         return text, ""
-    own = all_records = [(_object(line), line) for line in lines]
     file, name = problem
-    tests: list[tuple[str, Callable[[str], bool]]] = [
-        ("file", lambda own: os.path.abspath(own) == os.path.abspath(file)),
-        ("file", lambda own: os.path.basename(own) == os.path.basename(file)),
-        ("problem", lambda own: own == name),
-    ]
-    is_found = False
-    for key, is_own in tests:
-        if matches := [each for each in own if is_own(str(each[0].get(key) or ""))]:
-            own, is_found = matches, True
-        if len(own) == 1:
-            return own[0][1], ""
-    if is_found or all(record.get("file") and record.get("digest") for record, _ in all_records):
-        hint = "give the line of one as a file of its own"
-        raise ProblemError("", f"has {len(own) if is_found else 'no'} results for {name}", hint)
+    records = [_object(line) for line in lines]
+
+    def likeness(record: Mapping[str, Any]) -> tuple[bool, ...]:
+        own = str(record.get("file") or "")
+        are_same = (do(own) == do(file) for do in (os.path.abspath, os.path.basename))
+        return *are_same, str(record.get("problem") or "") == name
+
+    best = max(map(likeness, records))
+    own = [line for line, record in zip(lines, records, strict=True) if likeness(record) == best]
+    if len(own) == 1:
+        return own[0], ""
+    if any(best) or all(record.get("file") and record.get("digest") for record in records):
+        fault = f"has {len(own) if any(best) else 'no'} results for {name}"
+        raise ProblemError("", fault, "give the line of one as a file of its own")
     first = first_of("\n".join(lines))
     which = f"for {_object(first).get('problem') or 'a problem'}: none is for {name}"
     return first, f"the first of {len(lines)} results is checked, {which}"
@@ -344,8 +339,7 @@ def of_json(content: bytes, lengths: Lengths, problem: Sought) -> list[Candidate
     solutions = data.get("solutions") if isinstance(data, dict) and "z" not in data else None
     if not isinstance(solutions, list):
         return [_candidate(data, lengths)._replace(remark=remark)]
-    if not solutions:
-        raise ProblemError("solutions", "is empty", "give a solution to check")
+    refuse(not solutions, "solutions", "is empty", "give a solution to check")
     own = ((each.get("equilibrium") or each) if isinstance(each, dict) else each for each in solutions)
     return [within(f"solutions[{i}]", _candidate, each, lengths) for i, each in enumerate(own)]
 
@@ -354,8 +348,7 @@ def _candidate(data: Any, lengths: Lengths) -> Candidate:
     n = next(iter(lengths))
     if isinstance(data, list):
         return Candidate("solution", _numbers("", data, lengths))
-    if not isinstance(data, dict):
-        raise ProblemError("", f"is {kind(data)}", EXPECTED_RESULT)
+    refuse(not isinstance(data, dict), "", f"is {kind(data)}", EXPECTED_RESULT)
     if "z" not in data and {"row", "column"} <= set(data):
         row, column = (_entries(player, data[player]) for player in ("row", "column"))
         return Candidate("solution", [*row, *column], rows=len(row))
@@ -374,8 +367,7 @@ def _candidate(data: Any, lengths: Lengths) -> Candidate:
                 if part.get("y") is not None:
                     values += _numbers(f"{at}y", part["y"], {both - k: "y"})
                 return Candidate("answer", values)
-    if "z" not in data:
-        raise ProblemError("", "is an object without z", EXPECTED_RESULT)
+    refuse("z" not in data, "", "is an object without z", EXPECTED_RESULT)
     of_z = {n: "z"}
     y, z, w = (_numbers(f"exact.{key}", exact[key], of_z) if exact.get(key) is not None else None for key in "yzw")
     if y or z:
@@ -392,8 +384,7 @@ def _numbers(field: str, values: Any, lengths: Lengths) -> list[Fraction]:
 
 
 def _entries(field: str, values: Any) -> list[Fraction]:
-    if not isinstance(values, list):
-        raise ProblemError(field, f"is {kind(values)}", "give a list of numbers")
+    refuse(not isinstance(values, list), field, f"is {kind(values)}", "give a list of numbers")
     found = []
     for i, value in enumerate(values):
         if not isinstance(value, (Fraction, str)):
@@ -409,19 +400,17 @@ def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Frac
         return values
     n, own = next(iter(lengths.items()))
     fault = f"has {count(len(values), 'entry')} for {own if own.endswith('strategies') else count(n, 'unknown')}"
-    if len(lengths) == 1:
-        raise ProblemError(field, fault, "make them agree")
+    refuse(len(lengths) == 1, field, fault, "make them agree")
     allowed = [f"{size} for {what}" for size, what in sorted(lengths.items())]
     raise ProblemError(field, fault, f"give {', '.join(allowed[:-1])} or {allowed[-1]}")
 
 
 def of_table(content: bytes) -> list[Candidate]:
     grid = grid_of(content)
-    header, lines = [name.casefold() for name in grid.header], [(k, [*map(str.strip, row)]) for k, row in grid.rows]
+    header, lines = [name.casefold() for name in grid.header], [(k, [*map(str.strip, row)]) for k, row in grid.lines]
     width = len(lines[0][1])
-    if header and len(header) != width:
-        fault = f"has {count(len(header), 'name')} above {count(width, 'column')}"
-        raise ProblemError(f"line {grid.top}", fault, "give each column one name")
+    fault = f"has {count(len(header), 'name')} above {count(width, 'column')}"
+    refuse(header and len(header) != width, f"line {grid.top}", fault, "give each column one name")
     if grid.commas:
         lines = [
             (k, [own if is_number(own := cell.replace(",", ".", 1)) else cell for cell in row]) for k, row in lines
@@ -437,8 +426,7 @@ def of_table(content: bytes) -> list[Candidate]:
             for k, row in rows:
                 if row.get("kind", "vertex") == "vertex":
                     groups.setdefault(tuple(row[name] for name in keys), []).append((k, row))
-            if not groups:
-                raise ProblemError("", "has no solution", "give a solution to check")
+            refuse(not groups, "", "has no solution", "give a solution to check")
             return [made(own) for own in groups.values()]
     return [_solution([(k, row) for k, row in rows if all(row.get(name) == rows[0][1].get(name) for name in RUN)])]
 
@@ -459,8 +447,7 @@ def _strategies(rows: Rows) -> Candidate:
 
 
 def _solution(rows: Rows) -> Candidate:
-    if "z" not in rows[0][1]:
-        raise ProblemError("", "has no column headed z", HINT)
+    refuse("z" not in rows[0][1], "", "has no column headed z", HINT)
     rows = _in_order("component", rows) if "component" in rows[0][1] else rows
     return Candidate("solution", _column("z", rows), w=_column("w", rows) if "w" in rows[0][1] else None)
 

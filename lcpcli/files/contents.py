@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from typing import IO, TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from lcpcli.errors import ProblemError, count
-from lcpcli.files.formats import COMPRESSED, GZIP, HEAD, PROBLEMS, is_result
+from lcpcli.files.formats import COMPRESSIBLE, GZIP, HEAD, PROBLEMS, is_result, refuse
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -142,9 +142,10 @@ def content_of(path: str, expected: str) -> bytes:
 
 def checked(path: str, content: bytes, expected: str) -> bytes:
     """Return the content of a file without a byte order mark; raise ProblemError if it is empty."""
-    content = without_mark(within(place(path), unpacked, content) if path.casefold().endswith(COMPRESSED) else content)
-    if not content or content.isspace():
-        raise ProblemError(place(path), "is empty", WRITE_AGAIN if path.endswith(".nl") else expected)
+    if path.casefold().removesuffix(".gz").endswith(COMPRESSIBLE):
+        content = within(place(path), unpacked, content)
+    content = without_mark(content)
+    refuse(not content or content.isspace(), place(path), "is empty", WRITE_AGAIN if path.endswith(".nl") else expected)
     return content
 
 
@@ -153,8 +154,7 @@ def open_file(path: str) -> Iterator[IO[bytes]]:
     """Open a context with a file to read from, or with standard input; a name without a file may be the name of a
     shipped problem. Raises ProblemError if the file cannot be read."""
     name = place(path)
-    if not path:
-        raise ProblemError("", "the name of a file is empty", "name a file")
+    refuse(not path, "", "the name of a file is empty", "name a file")
     try:
         if path != STANDARD_INPUT:
             with open(shipped_file(path) or path, "rb") as file:
@@ -176,11 +176,10 @@ def _likely_file(path: str) -> str:
     from pathlib import Path
 
     folder, name = Path(path).parent, Path(path)
-    names: list[str] = []
     with suppress(OSError):
         names = [entry.name for entry in folder.iterdir() if entry.exists()]
-    if close := get_close_matches(name.name, names, n=1, cutoff=0.75):
-        return f"did you mean {folder / close[0]}?"
+        if close := get_close_matches(name.name, names, n=1, cutoff=0.75):
+            return f"did you mean {folder / close[0]}?"
     if close := get_close_matches(name.stem, shipped_problems(), n=1, cutoff=0.75):
         return f"did you mean {close[0]}, which is shipped?"
     return "check the path" if folder.is_dir() else f"there is no folder {folder}"
@@ -228,11 +227,9 @@ def uncompressed(content: bytes, form: int, size: int = 0) -> tuple[bytes, bytes
         found = unpacking.decompress(content, max(most - size, 1))
     except zlib.error:
         raise ProblemError("", "cannot be uncompressed, as it is damaged", "compress it again") from None
-    if unpacking.unconsumed_tail:
-        fault = f"is more than {most / 1e9:.3g} GB when it is uncompressed"
-        raise ProblemError("", fault, "uncompress it, and leave out what is not needed")
-    if not unpacking.eof:
-        raise ProblemError("", "cannot be uncompressed, as it is cut off", "compress it again")
+    fault = f"is more than {most / 1e9:.3g} GB when it is uncompressed"
+    refuse(unpacking.unconsumed_tail, "", fault, "uncompress it, and leave out what is not needed")
+    refuse(not unpacking.eof, "", "cannot be uncompressed, as it is cut off", "compress it again")
     return found, unpacking.unused_data
 
 
@@ -247,9 +244,8 @@ def memory() -> int | None:
 def refuse_beyond_memory(field: str, shape: tuple[int, ...], itemsize: int = 8) -> None:
     """Raise ProblemError if an array of the shape that a file declares is larger than the memory of this machine."""
     size = math.prod(shape) * itemsize
-    if size > (memory() or math.inf):
-        fault = f"is {' x '.join(map(str, shape))}, {size / 1e9:.3g} GB, more than this machine's memory"
-        raise ProblemError(field, fault, "give it in sparse form")
+    fault = f"is {' x '.join(map(str, shape))}, {size / 1e9:.3g} GB, more than this machine's memory"
+    refuse(size > (memory() or math.inf), field, fault, "give it in sparse form")
 
 
 def refuse_mostly_absent(field: str, shape: tuple[int, ...], size: int, given: int) -> None:

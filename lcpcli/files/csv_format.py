@@ -20,7 +20,7 @@ import numpy as np
 from lcpcli.errors import REAL, ProblemError, count, quoted
 from lcpcli.files.contents import decode
 from lcpcli.files.fields import BOUNDS, OTHER_NAMES, of_table
-from lcpcli.files.formats import HEAD, Exact, Number
+from lcpcli.files.formats import HEAD, Exact, Number, refuse
 from lcpcli.interrupts import in_time
 from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
@@ -41,21 +41,31 @@ HEADED = "name q, lower and upper in a header, if the last columns are these"
 class Table(NamedTuple):
     """The table in a text.
 
-    rows : the numbers; in columns of bounds, None stands for no bound. places : the columns of q, lower and upper, from
-    0, if the header names bounds. header, labels : the header and the labels of the rows, empty if there are none.
+    top, header : the first line, and the names in it; none if it is no header. lines : the cells below it, by line.
+    indexed : whether the first column is an index. commas : whether commas are decimal marks. rows : the numbers; in
+    columns of bounds, None stands for no bound. places : the columns of q, lower and upper, from 0, if the header names
+    bounds. The header then leaves out the index.
     """
 
+    top: int
+    header: list[str]
+    lines: list[tuple[int, list[str]]]
+    indexed: bool
+    commas: bool
     rows: list[list[Any]]
     places: dict[str, int]
-    header: list[str]
-    labels: list[str]
+
+    @property
+    def labels(self) -> list[str]:
+        return [row[0].strip() for _, row in self.lines] if self.indexed else []
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     """Return M and q in n rows of n + 1 columns, or M alone in n rows of n, and what a header names."""
-    rows, places, header, labels = table_of(content, number)
-    unknowns = [name for name in header if name not in ("q", *BOUNDS)][: len(labels)]  # q may have another heading
-    refuse_other_order(labels, unknowns)
+    table = table_of(content, number)
+    rows, places, header = table.rows, table.places, table.header
+    unknowns = [name for name in header if name not in ("q", *BOUNDS)][: len(table.labels)]  # q may be headed otherwise
+    refuse_other_order(table.labels, unknowns)
     n, first = len(rows), [row[0] for row in rows]
     is_long = bool(header) and 0 not in places.values() and len(rows[0]) == n + (len(places) or 1) + 1
     if is_long and first in (list(range(n)), list(range(1, n + 1))):  # the column only counts rows
@@ -69,9 +79,8 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     if not places:
         return of_table(np.array(rows)) | (_names(header[:n]) if len(header) == columns == n + 1 else {})
     M = [[value for i, value in enumerate(row) if i not in places.values()] for row in rows]
-    if len(M[0]) != n:
-        wanted = f"give M as many columns, beside {' and '.join(places)}"
-        raise ProblemError("", f"has {count(n, 'row')} and {count(len(M[0]), 'column')} of M", wanted)
+    wanted = f"give M as many columns, beside {' and '.join(places)}"
+    refuse(len(M[0]) != n, "", f"has {count(n, 'row')} and {count(len(M[0]), 'column')} of M", wanted)
     names = _names([name for i, name in enumerate(header) if i not in places.values()])
     return {"M": M} | {name: [row[i] for row in rows] for name, i in places.items()} | names
 
@@ -86,12 +95,11 @@ def _names(header: list[str]) -> dict[str, list[str]]:
 
 def values(field: str, content: bytes, number: Number = float) -> list[Any]:
     """Return the numbers in a text of one row or one column; None stands for an absent bound."""
-    rows, places, *_ = table_of(content, number, all_bounds=field.lstrip("-") in BOUNDS)
-    if places:
-        raise ProblemError("", f"has columns headed {', '.join(places)}", "give one row or one column of numbers")
-    if len(rows) > 1 and len(rows[0]) > 1:
-        shape = f"has {len(rows)} rows and {len(rows[0])} columns"
-        raise ProblemError(field, shape, _numbering(rows) or "give one row or one column")
+    table = table_of(content, number, all_bounds=field.lstrip("-") in BOUNDS)
+    rows, headed = table.rows, ", ".join(table.places)
+    refuse(headed, "", f"has columns headed {headed}", "give one row or one column of numbers")
+    shape = f"has {len(rows)} rows and {len(rows[0])} columns"
+    refuse(len(rows) > 1 and len(rows[0]) > 1, field, shape, _numbering(rows) or "give one row or one column")
     return [x for row in rows for x in row]
 
 
@@ -107,8 +115,7 @@ def refuse_two_meanings(content: bytes, of_M: bytes) -> None:
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     """Return [M | q], one row per line, with all digits; with bounds, [M | q | lower | upper]. Bounds, and names of the
     unknowns that a header can hold, stand below one."""
-    if not fields["q"].size:
-        raise ProblemError("", "cannot hold a problem without unknowns", "write .json")
+    refuse(not fields["q"].size, "", "cannot hold a problem without unknowns", "write .json")
     given = [name for name in ("q", *BOUNDS) if name in fields]
     table = np.column_stack((matrices.dense(fields["M"]), *(fields[name] for name in given)))
 
@@ -157,25 +164,10 @@ def is_header(cells: list[str]) -> bool:
     return not any(is_number(cell) or NUMERIC.match(cell) for cell in cells)
 
 
-class Grid(NamedTuple):
-    """The cells of a table in a text.
-
-    header : the cells of the header, in the line `top`; empty if there is none. rows : the cells below it, by line.
-    indexed : whether the first column is an index. commas : whether commas are decimal marks.
-    """
-
-    top: int
-    header: list[str]
-    rows: list[tuple[int, list[str]]]
-    indexed: bool
-    commas: bool
-
-
-def grid_of(content: bytes, all_bounds: bool = False) -> Grid:
+def grid_of(content: bytes, all_bounds: bool = False) -> Table:
     """Return the cells of the table in a text. all_bounds : whether all of them are bounds, which may be absent."""
     lines = lines_of(content)
-    if not lines:
-        raise ProblemError("", "contains no numbers", "give one row per line")
+    refuse(not lines, "", "contains no numbers", "give one row per line")
     lines = lines[_has_title(lines) :]
     delimiter = delimiter_of(lines[0][1])
     rows = [(number, cells_of(number, line, delimiter)) for number, line in in_time(lines)]
@@ -187,8 +179,7 @@ def grid_of(content: bytes, all_bounds: bool = False) -> Grid:
     indexed = _heads_an_index(first, [row[0] for _, row in rows[1:]])
     has_header = indexed or (is_header(first) and not (all_bounds and any(map(is_absent, first))))
     rows = rows[has_header:]
-    if not rows:
-        raise ProblemError("", "contains a header and no numbers", "give one row per line below it")
+    refuse(not rows, "", "contains a header and no numbers", "give one row per line below it")
     commas = delimiter != "," and any("," in line for _, line in lines[len(lines) - len(rows) :])
     widths = [(number, len(row)) for number, row in rows]
     for line, columns in [*widths[:1], *[(top, len(first))] * indexed]:  # the header is asked last
@@ -196,21 +187,22 @@ def grid_of(content: bytes, all_bounds: bool = False) -> Grid:
             if own != columns:
                 fault = f"has {count(own, 'column')} where line {line} has {columns}"
                 raise ProblemError(f"line {number}", fault, "give every line the same number of columns")
-    return Grid(top, [cell.strip() for cell in first] if has_header else [], rows, indexed, commas)
+    return Table(top, [cell.strip() for cell in first] if has_header else [], rows, indexed, commas, [], {})
 
 
 def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds: bool = False) -> Table:
     """Return the table in a text. all_bounds : whether all numbers are bounds; then a header may name anything."""
-    top, header, below, indexed, commas = grid_of(content, all_bounds)
+    grid = grid_of(content, all_bounds)
+    top, header, below, indexed, commas, *_ = grid
     header = header[indexed:]
     places = {} if all_bounds or not header else _places(top, header)
     if "q" in header[:-1] and not (places or all_bounds):
         place = f"line {top}, column {header.index('q') + indexed + 1}"
         raise ProblemError(place, "is headed q, which must be the last column", "reorder the columns")
     columns = len(below[0][1]) - indexed
-    if (places and len(header) != columns) or len(header) == columns + 1:  # one of more names is a title
-        fault = f"has {count(len(header), 'name')} above {count(columns, 'column')}"
-        raise ProblemError(f"line {top}", fault, "give each column one name")
+    fault = f"has {count(len(header), 'name')} above {count(columns, 'column')}"
+    one_more = len(header) == columns + 1  # of one more name than columns one is a title
+    refuse((places and len(header) != columns) or one_more, f"line {top}", fault, "give each column one name")
     bounds = {places[name] + indexed + 1 for name in BOUNDS if name in places}
     may_be_plain = number_of is float and not commas and b"_" not in content  # float reads 1_000
     rows: list[list[Any]] = []
@@ -223,7 +215,7 @@ def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds
                 for i, cell in enumerate(cells, 1 + indexed)
             ]
         )
-    return Table(rows, places, header, [row[0].strip() for _, row in below] if indexed else [])
+    return grid._replace(header=header, rows=rows, places=places)
 
 
 def _has_title(lines: list[tuple[int, str]]) -> bool:
@@ -256,10 +248,8 @@ def _places(line: int, names: list[str]) -> dict[str, int]:
     if not set(columns) & set(BOUNDS):
         return {}
     for name in columns:
-        if names.count(name) > 1:
-            raise ProblemError(f"line {line}", f"heads {names.count(name)} columns {name}", "keep one")
-    if "q" not in columns:
-        raise ProblemError(f"line {line}", "has headings of bounds, but none for q", "head the column of q with q")
+        refuse(names.count(name) > 1, f"line {line}", f"heads {names.count(name)} columns {name}", "keep one")
+    refuse("q" not in columns, f"line {line}", "has headings of bounds, but none for q", "head the column of q with q")
     return {name: names.index(name) for name in columns}
 
 
@@ -312,8 +302,8 @@ def require_order(content: bytes, names: Callable[[], Sequence[str]]) -> None:
     if len(header) > 1 and is_header(header) and "component" not in header and (own := names()):
         words = any(is_absent(cell) for cell in header if cell.strip())  # a row of bounds, which is no header
         grid = grid_of(content, all_bounds=words)
-        refuse_other_order([row[0] for _, row in grid.rows], own)
-        refuse_other_order(grid.header[grid.indexed :] * (len(grid.rows) == 1), own)
+        refuse_other_order([row[0] for _, row in grid.lines], own)
+        refuse_other_order(grid.header[grid.indexed :] * (len(grid.lines) == 1), own)
 
 
 def refuse_other_order(labels: Sequence[str], names: Sequence[str]) -> None:

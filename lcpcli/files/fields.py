@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from lcpcli import errors
 from lcpcli.errors import ProblemError
+from lcpcli.files.formats import refuse
 from lcpcli.options import INFINITY
 
 if TYPE_CHECKING:
@@ -66,14 +67,12 @@ def is_for_bounds(key: str) -> bool:
 def refuse_unknown(field: str, given: Collection[str], known: tuple[str, ...], whole: str = "a problem") -> None:
     """Raise ProblemError for the first unknown key, suggesting the one that is likely meant."""
     keys = set(given)
-    if {"A", "B", "C"} <= keys:
-        raise ProblemError("", *THREE_PLAYERS)
+    refuse({"A", "B", "C"} <= keys, "", *THREE_PLAYERS)
     if keys & NONLINEAR and not keys & {"M", "Q", "A"}:
         raise ProblemError(
             "", "is a nonlinear problem", "give M and q of a linear one, or a .nl model (lcp help models)"
         )
-    if {"version", "status", "z"} <= keys:
-        raise ProblemError("", "is a result, not a problem", "name the file of the problem")
+    refuse({"version", "status", "z"} <= keys, "", "is a result, not a problem", "name the file of the problem")
     payoffs = next((key for key in given if key not in known and key.casefold() in PAYOFF_FIELDS), None)
     if payoffs is not None:
         raise ProblemError(payoffs, f"is not a key of {whole}", "give the payoffs of a game as A and B")
@@ -151,11 +150,9 @@ def _program(data: Mapping[str, Any]) -> Problem:
         raise ProblemError(other, f"and {one} belong to two ways to write a program", READINGS)
     keys, vector, matrix = FORMS[maker]
     refuse_unknown("", data, keys, "a program")
-    if vector not in data:
-        raise ProblemError(vector, "is missing", f"add the objective, {vector}'x")
-    if keys is OSQP and "P" not in data:
-        hint = "add it, all zeros for a linear program; the matrix of a complementarity problem is called M"
-        raise ProblemError("P", "is missing", hint)
+    refuse(vector not in data, vector, "is missing", f"add the objective, {vector}'x")
+    hint = "add it, all zeros for a linear program; the matrix of a complementarity problem is called M"
+    refuse(keys is OSQP and "P" not in data, "P", "is missing", hint)
     from lcpcli.model import reductions
 
     problem: Problem = getattr(reductions, maker)(**{matrix: None} | dict(data))
@@ -167,10 +164,8 @@ def _game(data: Mapping[str, Any]) -> Problem:
         raise ProblemError(bound, "is not a key of a game", "its unknowns are probabilities; leave it out")
     refuse_unknown("", data, GAME, "a game")
     for key in ("A", "B"):
-        if key not in data:
-            raise ProblemError(key, "is missing", f"add the key {key}{', -A in a zero-sum game' * (key == 'B')}")
-    if any(_depth(data[key]) > 2 for key in ("A", "B")):
-        raise ProblemError("", *THREE_PLAYERS)
+        refuse(key not in data, key, "is missing", f"add the key {key}{', -A in a zero-sum game' * (key == 'B')}")
+    refuse(any(_depth(data[key]) > 2 for key in ("A", "B")), "", *THREE_PLAYERS)
     from lcpcli.games.problems import from_game
 
     return from_game(**data)

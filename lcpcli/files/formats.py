@@ -118,7 +118,7 @@ def kind_in(form: str) -> Kind:
 
 
 ZIP, GZIP = b"PK\x03\x04", b"\x1f\x8b"
-COMPRESSIBLE = {ending.removesuffix(".gz") for ending in COMPRESSED}
+COMPRESSIBLE = tuple(ending.removesuffix(".gz") for ending in COMPRESSED)
 # The five numbers with which a MAT file of version 4 begins, in either order of bytes: no text is like them.
 MAT_4 = rb"(?s)[\0-\x34]\0{3}.{8}[\0\1]\0{3}.{2}\0{2}|\0{2}[\3\4].{9}\0{3}[\0\1]\0{2}.{2}"
 MPS = rb"(?mi)(?:\*[^\n]*\n|\s*\n)*(?:NAME|ROWS|OBJSENSE)\b[^;,{\n]*\r?\n(?s:.){0,1000}?^\s*N\s+\S"
@@ -188,6 +188,12 @@ def is_result(content: bytes) -> bool:
 def uncompressed(path: str) -> str:
     """Return the name of a file without the suffix of a compression that lcp reads."""
     return path[:-3] if path.casefold().endswith(COMPRESSED) else path
+
+
+def refuse(is_wrong: Any, where: str, fault: str, hint: str) -> None:
+    """Raise ProblemError with this message if something is wrong."""
+    if is_wrong:
+        raise ProblemError(where, fault, hint)
 
 
 def _refuse(advice: Iterable[str] | None) -> None:

@@ -18,9 +18,9 @@ from pathlib import Path
 from typing import Any
 
 from lcpcli.errors import LCPError, ParameterError, ProblemError, count, quoted
-from lcpcli.files.contents import decode, parsed, place, unpacked
+from lcpcli.files.contents import decode, parsed, place
 from lcpcli.files.fields import BOUNDS, THREE_PLAYERS
-from lcpcli.files.formats import Number, form_of
+from lcpcli.files.formats import Number, form_of, refuse
 from lcpcli.files.inputs import Input
 from lcpcli.files.json_format import payoff_of
 from lcpcli.model.game_tree import TOKEN
@@ -34,29 +34,24 @@ Pair = tuple[Fraction, Fraction]
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
     """Return the game in an .nfg file, or the text of an .efg file: old ones have labels in Latin-1."""
-    text = unpacked(content)
-    if text.lstrip().startswith(b"EFG"):
+    if content.lstrip().startswith(b"EFG"):
         with suppress(ProblemError):
-            return {"efg": decode(text)}
-        return {"efg": decode(text.decode("latin-1").encode())}
-    parts: list[Any] = [*_nested(decode(text)), *6 * [""]]
+            return {"efg": decode(content)}
+        return {"efg": decode(content.decode("latin-1").encode())}
+    parts: list[Any] = [*_nested(decode(content)), *6 * [""]]
     begin, version, _, title, players, sides, *cells = parts
     if (begin, version) != ("NFG", "1"):
         raise ProblemError("line 1", "is not the beginning of a game", "begin the file with NFG 1 R or EFG 2 R")
     if not (_is_text(title) and isinstance(players, list) and isinstance(sides, list)):
         raise ProblemError("", "has no title, players and strategies", 'write NFG 1 R "title" { "one" "two" } { 2 2 }')
-    if max(len(players), len(sides)) > 2:
-        raise ProblemError("", *THREE_PLAYERS)
+    refuse(max(len(players), len(sides)) > 2, "", *THREE_PLAYERS)
     if (fewest := min(len(players), len(sides))) < 2:
         raise ProblemError("", f"is a game of {count(fewest, 'player')}", "give one of two players")
     m, k = (len(own) if isinstance(own, list) else _whole(own) for own in sides)
-    if not m * k:
-        raise ProblemError("", "has a player without strategies", "give each at least one")
+    refuse(not m * k, "", "has a player without strategies", "give each at least one")
     pairs = _pairs([cell for cell in cells if cell and not _is_text(cell)])  # a text here is a comment
-    if len(pairs) < m * k:
-        raise ProblemError("", "ends too early", "is it cut off?")
-    if len(pairs) > m * k:
-        raise ProblemError("", f"has more than the payoffs of {m} x {k} strategies", "remove the others")
+    refuse(len(pairs) < m * k, "", "ends too early", "is it cut off?")
+    refuse(len(pairs) > m * k, "", f"has more than the payoffs of {m} x {k} strategies", "remove the others")
     A, B = ([[payoff_of(pairs[j * m + i][player]) for j in range(k)] for i in range(m)] for player in (0, 1))
     labels = (list(map(_text, own)) if isinstance(own, list) else [] for own in sides)
     rows, columns = ([] if own == [str(i) for i in range(1, len(own) + 1)] else own for own in labels)
@@ -94,8 +89,7 @@ def _pairs(cells: list[Any]) -> list[Pair]:
 
 def _in_pairs(numbers: list[Any]) -> list[Pair]:
     values = [ratio(str(number)) for number in numbers]
-    if len(values) % 2:
-        raise ProblemError("", "has an odd number of payoffs", "give two for each pair of strategies")
+    refuse(len(values) % 2, "", "has an odd number of payoffs", "give two for each pair of strategies")
     return list(zip(values[::2], values[1::2], strict=True))
 
 
@@ -104,16 +98,13 @@ def _is_text(token: Any) -> bool:
 
 
 def _text(token: Any) -> str:
-    if not _is_text(token):
-        raise ProblemError("", f"has {quoted(str(token))} in place of a name", "put names in quotes")
+    refuse(not _is_text(token), "", f"has {quoted(str(token))} in place of a name", "put names in quotes")
     return re.sub(r"\\(.)", r"\1", token[1:-1])
 
 
 def _whole(token: Any) -> int:
-    if not re.fullmatch(r"[0-9]{1,9}", str(token)):
-        raise ProblemError(
-            "", f"has {quoted(str(token))} in place of a whole number", "give the number of strategies or of an outcome"
-        )
+    fault = f"has {quoted(str(token))} in place of a whole number"
+    refuse(not re.fullmatch(r"[0-9]{1,9}", str(token)), "", fault, "give the number of strategies or of an outcome")
     return int(token)
 
 
@@ -154,13 +145,9 @@ def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[st
     """
     if names and others and len(names) != len(others):
         return []
-    if names and others and names != others:
-        if sorted(names) == sorted(others):
-            fault = f"has the {key} {', '.join(others)}, the other table {', '.join(names)}"
-            raise ProblemError(place(path), fault, "put them in the same order")
-        own, other = next((own, name) for own, name in zip(others, names, strict=True) if own != name)
-        fault = f"has {quoted(own)} among the {key} where the other table has {quoted(other)}"
-        raise ProblemError(place(path), fault, "give both tables the same names, or one of them none")
+    fault = f"has the {key} {', '.join(others)}, the other table {', '.join(names)}"
+    hint = "give both tables the same names in the same order, or one of them none"
+    refuse(names and others and names != others, place(path), fault, hint)
     return names or others
 
 
@@ -174,10 +161,10 @@ def _table(path: str) -> tuple[list[list[str]], list[str], list[str]]:
     def parse(content: bytes) -> tuple[list[list[str]], list[str], list[str]]:
         if form_of(path, content) != "csv_format":
             raise ProblemError("", "is not a table in CSV", "write the game as JSON, with the keys A and B")
-        rows, bounds, *labels = table_of(content, str)
-        if bounds:
-            raise ProblemError("", f"has columns headed {', '.join(bounds)}", HINT)
-        header, index = ([] if any(not name or is_number(name) for name in own) else own for own in labels)
-        return rows, index, header
+        table = table_of(content, str)
+        refuse(table.places, "", f"has columns headed {', '.join(table.places)}", HINT)
+        both = (table.labels, table.header)
+        index, header = ([] if any(not name or is_number(name) for name in own) else own for own in both)
+        return table.rows, index, header
 
     return parsed(path, HINT, parse)

@@ -24,7 +24,6 @@ from lcpcli.files.contents import (
     open_file,
     place,
     refuse_folder,
-    unpacked,
     within,
     without_mark,
 )
@@ -84,7 +83,7 @@ class Input(NamedTuple):
 
     def length(self) -> int:
         """Return the number of bytes of the texts among the contents, whose numbers may have any number of digits."""
-        return sum(len(text) for text in map(unpacked, self.contents) if b"\0" not in text)
+        return sum(len(text) for text in self.contents if b"\0" not in text)
 
     def exact_parts(self) -> ExactParts:
         """Return the numbers of the problem as written, once `read` has accepted it."""
@@ -296,7 +295,8 @@ def _columns(path: str, content: bytes, n: int) -> tuple[Matrix, list[str]] | No
     if form == "csv_format":
         from lcpcli.files.csv_format import table_of
 
-        table, _, names, _ = table_of(content)
+        own = table_of(content)
+        table, names = own.rows, own.header
     else:
         table = load(form).values("q", content)
     shape = np.shape(table) if isinstance(table, (list, np.ndarray)) else ()

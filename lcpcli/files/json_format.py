@@ -19,7 +19,7 @@ import numpy as np
 from lcpcli.errors import ProblemError, count, kind, quoted, visible_json
 from lcpcli.files.contents import decode, refuse_mostly_absent
 from lcpcli.files.fields import BOUNDS, KEYS, MATRICES, STARTS, kind_of, refuse_unknown
-from lcpcli.files.formats import Exact, Number
+from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import outside
 from lcpcli.model.arrays import as_vector
@@ -45,8 +45,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
         data |= {key: _sparse(key, data[key]) for key in MATRICES if isinstance(data.get(key), dict)}
         return data | (_payoffs(load(decode(content), payoff)) if of == "game" else {})
     refuse_unknown("", data, KEYS)
-    if "M" not in data:
-        raise ProblemError("M", "is missing", "add the key M")
+    refuse("M" not in data, "M", "is missing", "add the key M")
     data |= {key: as_vector(key, data[key]) for key in STARTS if key in data}
     if isinstance(data["M"], dict):
         data["M"] = _sparse("M", data["M"], as_vector("q", data["q"]).size if "q" in data else None)
@@ -132,10 +131,8 @@ def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
     """Return the sparse matrix, after checking that its indices fit its shape, which is n x n unless n is None."""
     refuse_unknown(field, given, OF_COORDINATES)
     for key in OF_COORDINATES:
-        if key not in given:
-            raise ProblemError(f"{field}.{key}", "is missing", f"add the key {key}")
-    if given["format"] != "coo":
-        raise ProblemError(f"{field}.format", f"is {kind(given['format'])}", 'the only format is "coo"')
+        refuse(key not in given, f"{field}.{key}", "is missing", f"add the key {key}")
+    refuse(given["format"] != "coo", f"{field}.format", f"is {kind(given['format'])}", 'the only format is "coo"')
     shape, values = (as_vector(f"{field}.{key}", given[key]) for key in ("shape", "values"))
     rows, cols = (as_vector(f"{field}.{key}", given[key], values.size, "value") for key in ("rows", "cols"))
     declared = " x ".join(f"{side:g}" for side in shape) or "empty"

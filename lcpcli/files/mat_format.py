@@ -23,7 +23,7 @@ import numpy as np
 from lcpcli.errors import ProblemError
 from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent, uncompressed
 from lcpcli.files.fields import KEYS, KNOWN, MATRICES, is_for_bounds, kind_of
-from lcpcli.files.formats import Exact, Number
+from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.files.npy_format import NAME_FIELDS, flat, named, of_arrays, texts, unless_damaged, written
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import are_compressed
@@ -36,9 +36,8 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
     known = {name: values for name, values in variables.items() if name in KNOWN}
     if "M" not in variables and kind_of(known):
         return of_arrays(known)
-    if "M" not in variables:
-        shown = ", ".join([*variables][:MOST_VARIABLES]) + ", ..." * (len(variables) > MOST_VARIABLES) or "no variables"
-        raise ProblemError("M", "is missing", f"call the matrix M and the vector q; the file holds {shown}")
+    shown = ", ".join([*variables][:MOST_VARIABLES]) + ", ..." * (len(variables) > MOST_VARIABLES) or "no variables"
+    refuse("M" not in variables, "M", "is missing", f"call the matrix M and the vector q; the file holds {shown}")
     n = math.prod(variables["q"].shape) if "q" in variables else variables["M"].shape[0]
     for name, values in variables.items():  # variables of the size of bounds with a name that others give bounds
         is_end = name in ("a", "b") and {"a", "b", "q"} <= variables.keys()

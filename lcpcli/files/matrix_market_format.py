@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli.errors import REAL, ProblemError, count, quoted
-from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent, unpacked
-from lcpcli.files.formats import Exact, Number
+from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent
+from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.files.json_format import of_coordinates
 from lcpcli.files.npy_format import written
 from lcpcli.linalg.matrices import is_sparse
@@ -43,11 +43,11 @@ class _Header(NamedTuple):
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     """Return M, dense or in scipy's coordinate form. The format has no place for q."""
-    return {"M": _matrix("M", unpacked(content), number)}
+    return {"M": _matrix("M", content, number)}
 
 
 def values(field: str, content: bytes, number: Number = float) -> Any:
-    matrix = _matrix(field, unpacked(content), number)
+    matrix = _matrix(field, content, number)
     rows, columns = matrix.shape
     if rows and 1 not in (rows, columns):
         raise ProblemError(field, f"has {rows} rows and {columns} columns", "give one row or one column")
@@ -86,14 +86,12 @@ def _matrix(field: str, content: bytes, number: Number) -> Any:
         raise ProblemError(field, f"is {header.symmetry} but {declared}", "make it square or general")
     if header.form == "array":
         refuse_beyond_memory(field, header.shape)
-    if header.entries * 2 * width > len(content) - header.end + 1:  # each number has a digit and a separator
-        fault = f"is declared with {count(header.entries, 'entry')}, more than the file holds"
-        raise ProblemError(field, fault, "is it cut off?")
+    fault = f"is declared with {count(header.entries, 'entry')}, more than the file holds"
+    refuse(header.entries * 2 * width > len(content) - header.end + 1, field, fault, "is it cut off?")
     _refuse_other_lines(header, content)
     words = content[header.end :].split()
-    if len(words) != header.entries * width:
-        fault = f"is declared with {count(header.entries, 'entry')} but has {count(len(words) // width, 'entry')}"
-        raise ProblemError(field, fault, "make them agree")
+    fault = f"is declared with {count(header.entries, 'entry')} but has {count(len(words) // width, 'entry')}"
+    refuse(len(words) != header.entries * width, field, fault, "make them agree")
     texts = words[width - 1 :: width]
     doubles = map(float, texts) if number is float else (number(text.decode("ascii")) for text in texts)
     values = np.fromiter(doubles, np.float64, header.entries)
@@ -130,15 +128,12 @@ def _header(content: bytes) -> _Header:
     words = file.readline().decode("latin-1").lower().split()
     if len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"]:
         raise ProblemError("line 1", "is not a Matrix Market header", f"begin with {BANNER}")
-    if "complex" in words:
-        raise ProblemError("line 1", "is the header of a complex matrix", REAL)
+    refuse("complex" in words, "line 1", "is the header of a complex matrix", REAL)
     for word, choices in zip(words[2:], CHOICES, strict=True):
-        if word not in choices:
-            raise ProblemError("line 1", f"{quoted(word)} cannot be read", f"use {' or '.join(choices)}")
+        refuse(word not in choices, "line 1", f"{quoted(word)} cannot be read", f"use {' or '.join(choices)}")
     of_size = (each for each in enumerate(map(bytes.strip, file), 2) if each[1] and not each[1].startswith(b"%"))
     number, line = next(of_size, (0, b""))
-    if not line:
-        raise ProblemError("", "ends before its size", "give the numbers of rows and columns below the header")
+    refuse(not line, "", "ends before its size", "give the numbers of rows and columns below the header")
     sizes = line.split()
     names = ("rows", "columns") if words[2] == "array" else ("rows", "columns", "entries")
     if len(sizes) != len(names) or not all(re.fullmatch(rb"\d{1,18}", size) for size in sizes):

@@ -22,9 +22,8 @@ from typing import Any
 import numpy as np
 
 from lcpcli.errors import ProblemError, quoted, visible
-from lcpcli.files.contents import unpacked
 from lcpcli.files.fields import LARGEST_DENSE
-from lcpcli.files.formats import Exact, Number
+from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.files.json_format import number_text
 from lcpcli.linalg.linear_program import solver
 from lcpcli.model.box import NO_BOUND
@@ -52,15 +51,13 @@ FIXED = ((1, 3), (4, 12), (14, 22), (24, 36), (39, 47), (49, 61))  # the places 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     """Return the program in a file, under the native keys. number : converts the numbers in MPS."""
-    text = unpacked(content)
-    if not MPS.search(text):
+    if not MPS.search(content):
         try:
-            return fields(as_mps(text), number)
+            return fields(as_mps(content), number)
         except ProblemError as error:  # in a line of another text file
             raise ProblemError("", error.fault, error.hint) from None
-    if not END.search(text):
-        raise ProblemError("", "has no ENDATA", "is it cut off?")
-    return _Reader(number).program(text.decode("utf-8", "replace"))
+    refuse(not END.search(content), "", "has no ENDATA", "is it cut off?")
+    return _Reader(number).program(content.decode("utf-8", "replace"))
 
 
 class _Reader:
@@ -223,8 +220,7 @@ class _Reader:
         objective = next((row for row, kind in self._kinds.items() if kind == "N"), None)
         if objective is None:
             raise ProblemError("", "has no objective, which is a row N", "add it to ROWS")
-        if not self._columns:
-            raise ProblemError("", "has no columns", "give a program with at least one variable")
+        refuse(not self._columns, "", "has no columns", "give a program with at least one variable")
         columns, rows = list(self._columns), [row for row, kind in self._kinds.items() if kind != "N"]
         is_dense = len(columns) + len(rows) <= LARGEST_DENSE
         constant = self._sides["RHS"].get(objective)
@@ -238,9 +234,8 @@ class _Reader:
             found["row_lower"], found["row_upper"] = np.array([self._sides_of(row) for row in rows]).T
         if any(self._curvature.values()):
             found["Q"] = _matrix(self._curvature, columns, columns, is_dense)
-            if (found["Q"] != found["Q"].T).sum():
-                hint = "give both entries, or one of them in QUADOBJ"
-                raise ProblemError("", "has a QMATRIX that is not symmetric", hint)
+            hint = "give both entries, or one of them in QUADOBJ"
+            refuse((found["Q"] != found["Q"].T).sum(), "", "has a QMATRIX that is not symmetric", hint)
         return found
 
     def _ends_of(self, column: str) -> tuple[float, float]:
@@ -265,8 +260,7 @@ class _Reader:
             ends = {"G": (side, side + size), "L": (side - size, side)}
             kind = kind if kind != "E" else "G" if width > 0 else "L"
         low, high = (self._end(end) for end in ends[kind])
-        if low == math.inf or high == -math.inf:
-            raise ProblemError(f"row {row}", *NOT_NONE)
+        refuse(low == math.inf or high == -math.inf, f"row {row}", *NOT_NONE)
         return low, high
 
     def _end(self, value: Any) -> float:
@@ -292,8 +286,7 @@ def _fixed(line: str) -> list[str]:
     """Return the words of a line in fixed format; raise ProblemError for text between the fixed columns."""
     at = [0, *(place for each in FIXED for place in each), None]
     between = (line[begin:end] for begin, end in zip(at[::2], at[1::2], strict=True))
-    if any(map(str.strip, between)):
-        raise ProblemError("", "is not in fixed format", LINE)
+    refuse(any(map(str.strip, between)), "", "is not in fixed format", LINE)
     return [word for begin, end in FIXED if (word := line[begin:end].strip())]
 
 
@@ -398,18 +391,17 @@ def _bounds(number: Callable[[float], str], name: str, low: float, high: float) 
 
 
 def _columns(
-    held: Mapping[str, Any], columns: list[str], rows: list[str], objective: str, number: Callable[[float], str]
+    given: Mapping[str, Any], columns: list[str], rows: list[str], objective: str, number: Callable[[float], str]
 ) -> Iterator[str]:
     """Yield the lines of COLUMNS, at least one for each variable."""
     from scipy.sparse import csc_array
 
-    A = csc_array(held["A"] if rows else (0, len(columns)))
-    for j, (name, cost) in enumerate(zip(columns, held["c"].tolist(), strict=True)):
-        own = range(A.indptr[j], A.indptr[j + 1])
-        if cost or not len(own):
+    A = csc_array(given["A"] if rows else (0, len(columns)))
+    entries = zip(np.split(A.indices, A.indptr[1:-1]), np.split(A.data, A.indptr[1:-1]), strict=True)
+    for name, cost, (places, values) in zip(columns, given["c"].tolist(), entries, strict=True):
+        if cost or not places.size:
             yield f" {name} {objective} {number(cost)}"
-        for place in own:
-            yield f" {name} {rows[A.indices[place]]} {number(A.data[place].item())}"
+        yield from (f" {name} {rows[i]} {number(value)}" for i, value in zip(places, values.tolist(), strict=True))
 
 
 PACKAGE = "highspy"

@@ -21,7 +21,7 @@ from lcpcli.expressions.graph import Arithmetic, Intervals
 from lcpcli.expressions.tape import Jacobian, Tape
 from lcpcli.files.contents import content_of, decode, place, within
 from lcpcli.files.fields import LARGEST_DENSE, made
-from lcpcli.files.formats import Number
+from lcpcli.files.formats import Number, refuse
 from lcpcli.files.nl_model import NlModel
 from lcpcli.files.nl_segments import Header, in_names, named, names_beside, segments_in, whole
 from lcpcli.files.reading import WHOLE, exact_parts_in, name_of
@@ -46,11 +46,9 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     from scipy.sparse import csr_array
 
     model = _model(content, isinstance(number, Doubles))
-    if not model.is_linear:
-        raise ProblemError("", *NONLINEAR)
-    order = Functions(model, Arithmetic()).order
+    refuse(not model.is_linear, "", *NONLINEAR)
     remarks = filter(None, [model.remark, LEFT_OUT if model.objective else ""])
-    n, rows = model.graph.n, [model.graph.parts(model.rows[place]) for place in order]
+    n, rows = model.graph.n, [model.graph.parts(model.rows[place]) for place in order_of(model)]
     entries = [(i, *term) for i, row in enumerate(rows) for term in row.terms]
     of = number.of if isinstance(number, Doubles) else float
     i, j, values = zip(*entries, strict=True) if entries else ((), (), ())
@@ -136,8 +134,7 @@ class Model:
         assert exact.objective is not None
         sense, node = exact.objective
         terms, constant = exact.graph.parts(node)
-        if any(part >= exact.graph.n for part, _ in terms):
-            raise ProblemError("", *NOT_LINEAR)
+        refuse(any(part >= exact.graph.n for part, _ in terms), "", *NOT_LINEAR)
         costs = dict(terms)
         own = [Fraction(costs.get(i, 0)) for i in range(exact.graph.n)]
         return LinearObjective(own, sense, Fraction(constant))
@@ -148,8 +145,7 @@ class Model:
 
     @cached_property
     def nonlinear(self) -> NonlinearProblem:
-        if self.model.objective is not None:
-            raise ProblemError("", *NO_OBJECTIVE)
+        refuse(self.model.objective is not None, "", *NO_OBJECTIVE)
         lower, upper = np.array(self.model.lower, float), np.array(self.model.upper, float)
         return NonlinearProblem(
             self._functions.F,
@@ -164,72 +160,63 @@ class Model:
         )
 
     @cached_property
+    def _order(self) -> Indices:
+        return order_of(self.model)
+
+    @cached_property
     def _functions(self) -> Functions:
-        return Functions(self.model, Arithmetic())
+        return Functions(self.model, Arithmetic(), self._order)
 
     @cached_property
     def _intervals(self) -> Functions:
-        return Functions(_model(self._content, is_exact=True), Intervals(), self._functions.order)
+        return Functions(_model(self._content, is_exact=True), Intervals(), self._order)
 
     def _enclosure(self, lower: Vector, upper: Vector) -> Enclosure:
         return self._intervals.enclosure(lower, upper)
 
 
+@np.errstate(all="ignore")
+def order_of(model: NlModel) -> Indices:
+    """Return of each unknown the place of its row: equations are paired with the unknowns that are left by the entries
+    of the Jacobian at the start."""
+    n, first, free = model.graph.n, len(model.complements), np.array(model.free, np.intp)
+    jacobian = Jacobian(model.graph, model.equations, Arithmetic())
+    place = np.full(n, -1)
+    place[free] = np.arange(free.size)
+    columns = place[jacobian.columns]
+    own = columns >= 0
+    order = np.empty(n, np.intp)
+    order[sorted(model.complements)] = np.arange(first)
+    order[free] = first + paired(free.size, jacobian.rows[own], columns[own], jacobian.entries(model.start)[own])
+    return order
+
+
 class Functions:
-    """The functions of a model in an arithmetic; those of the rows that complement an unknown come first on the tape.
+    """The functions of a model in an arithmetic. order : of each unknown the place of its row."""
 
-    order : of each unknown the place of its row on the tape; by default equations are paired with the unknowns that are
-    left by the entries of the Jacobian at the start.
-    """
-
-    def __init__(self, model: NlModel, arithmetic: Arithmetic, order: Indices | None = None) -> None:
-        self.n = model.graph.n
-        self._tape = Tape(model.graph, model.rows, arithmetic)
-        self._jacobian = Jacobian(model.graph, model.rows, arithmetic)
-        self.order = self._paired(model) if order is None else order
-        row_of = np.empty(self.n, np.intp)
-        row_of[self.order] = np.arange(self.n)
-        rows = row_of[self._jacobian.rows]
-        self._entries = np.lexsort((self._jacobian.columns, rows))
-        self._rows, self._columns = rows[self._entries], self._jacobian.columns[self._entries]
-        self._ends = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=self.n))])
-
-    @np.errstate(all="ignore")
-    def _paired(self, model: NlModel) -> Indices:
-        free, first = np.array(model.free, np.intp), len(model.complements)
-        place = np.full(self.n, -1)
-        place[free] = np.arange(free.size)
-        rows, columns = self._jacobian.rows - first, place[self._jacobian.columns]
-        own = (rows >= 0) & (columns >= 0)
-        values = self._jacobian.entries(model.start)[own] if own.any() else np.empty(0)
-        order = np.empty(self.n, np.intp)
-        order[sorted(model.complements)] = np.arange(first)
-        order[free] = first + paired(free.size, rows[own], columns[own], values)
-        return order
-
-    def F(self, z: Vector) -> Vector:
-        return self._tape.values(z)[..., self.order]
+    def __init__(self, model: NlModel, arithmetic: Arithmetic, order: Indices) -> None:
+        self.n, rows = model.graph.n, [model.rows[place] for place in order]
+        self.F = Tape(model.graph, rows, arithmetic).values
+        self._jacobian = Jacobian(model.graph, rows, arithmetic)
 
     def J(self, z: Vector) -> Matrix:
-        return self._matrix(self._entries_at(z))
-
-    def _entries_at(self, z: Vector) -> Vector:
-        return self._jacobian.entries(z)[..., self._entries]
+        return self._matrix(self._jacobian.entries(z))
 
     def _matrix(self, entries: Vector) -> Matrix:
+        rows, columns = self._jacobian.rows, self._jacobian.columns
         if self.n <= LARGEST_DENSE:
             matrix = np.zeros((self.n, self.n))
-            matrix[self._rows, self._columns] = entries
+            matrix[rows, columns] = entries
             return matrix
         from scipy.sparse import csr_array
 
-        return csr_array((entries, self._columns, self._ends), shape=(self.n, self.n))
+        return csr_array((entries, columns, np.searchsorted(rows, np.arange(self.n + 1))), shape=(self.n, self.n))
 
     @np.errstate(all="ignore")
     def enclosure(self, lower: Vector, upper: Vector) -> Enclosure:
         """Return bounds on F and on the Jacobian over a box, if the arithmetic is that of intervals."""
         box = np.stack([lower, upper])
-        return Enclosure(*self.F(box), *map(self._matrix, self._entries_at(box)))
+        return Enclosure(*self.F(box), *map(self._matrix, self._jacobian.entries(box)))
 
 
 LEAST = 2.0**-500  # stands for entries that happen to be 0, or are undefined

@@ -8,7 +8,7 @@ language introduces a variable for an expression: its bounds then belong to that
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import cached_property
 from math import inf, isfinite
@@ -20,6 +20,7 @@ from lcpcli.errors import ProblemError, count
 from lcpcli.expressions.graph import Arithmetic, Graph
 from lcpcli.expressions.tape import SUM, Tape
 from lcpcli.files.contents import within
+from lcpcli.files.formats import refuse
 from lcpcli.files.nl_segments import MEANINGS, Header, Linear, Segments, Side, Term
 from lcpcli.rational.numbers import rounded
 from lcpcli.typing import Vector
@@ -67,8 +68,7 @@ class NlModel:
             if row in row_of:
                 self.complements[place[row_of[row]]] = within(f"C{row}", expressions.node, *parts, 0)
             elif low is not None or high is not None:
-                if low != high:
-                    raise ProblemError(f"C{row}", "is an inequality that complements no variable", UNCOMPLEMENTED)
+                refuse(low != high, f"C{row}", "is an inequality that complements no variable", UNCOMPLEMENTED)
                 self.equations.append(within(f"C{row}", expressions.node, *parts, -low))
         stated = {place[variable]: kind for variable, (_, kind) in segments.complements.items()}
         conditions = Conditions(self, stated, [bounds[i] for i in self.unknowns])
@@ -78,7 +78,7 @@ class NlModel:
         self.start = np.array([float(segments.start.get(variable, 0)) for variable in self.unknowns])
         self.objective, self.remark = _objective(segments, expressions), conditions.remark()
 
-    @property
+    @cached_property
     def rows(self) -> list[int]:
         """Return the expressions of the rows that complement an unknown, in the order of these, then the equations."""
         return [*(self.complements[i] for i in sorted(self.complements)), *self.equations]
@@ -123,8 +123,7 @@ def _objective(segments: Segments, expressions: _Expressions) -> tuple[str, int]
         node = expressions.node(segments.slopes.get(number, {}), terms, 0)
         if expressions.graph.value(node) is None:
             found.append(("max" if is_maximized else "min", node))
-    if len(found) > 1:
-        raise ProblemError("", f"has {len(found)} objectives", "keep one")
+    refuse(len(found) > 1, "", f"has {len(found)} objectives", "keep one")
     return found[0] if found else None
 
 
@@ -284,9 +283,8 @@ class Conditions:
         if stated & ~own or stated not in WORDS:
             said, has = (WORDS.get(each, f"the kind {each} of bounds") for each in (stated, own))
             fault = f"is complemented with {said}, but has {has}"
-            raise ProblemError(
-                self.names[x], fault, "state the bounds of the variable in its complementarity condition"
-            )
+            hint = "state the bounds of the variable in its complementarity condition"
+            raise ProblemError(self.names[x], fault, hint)
         if not self._drop_implied(x, stated):
             owner = self._owners.get(x, x)
             self.read[owner] = self._tied(x)[owner].range(self._ends(x))
@@ -323,11 +321,13 @@ class Conditions:
         return {number for number in self.graph.below(nodes) if number < self.graph.n}
 
     def _drop_implied(self, x: int, stated: int = 0) -> bool:
-        """Drop the bounds of x that are not stated and that other conditions imply; return whether none is left."""
-        (low, high), implied, own = self.bounds[x], self._implied(x), self._ends(x)
-        if not stated & LOWER and own[0] <= implied[0]:
+        """Drop the bounds of x that are not stated and that other conditions imply, by their unknowns and by the signs
+        of their functions; return whether none is left."""
+        (low, high), own = self.bounds[x], self._ends(x)
+        domains = [value.domain(ends) for y, value, ends, _ in self._sides(x) if y != x]
+        if not stated & LOWER and own[0] <= max((end for end, _ in domains), default=-inf):
             low = -inf
-        if not stated & UPPER and implied[1] <= own[1]:
+        if not stated & UPPER and min((end for _, end in domains), default=inf) <= own[1]:
             high = inf
         self.bounds[x] = low, high
         return kinds_of(low, high) == stated
@@ -347,14 +347,25 @@ class Conditions:
     def _condition_on(self, x: int) -> tuple[int, Affine] | None:
         """Return the unknown of the condition that x takes part in but for a shift and the sign, and the side of this
         condition that is x: the unknown itself, or its function. The best one has a bound of x itself."""
-        sides = [(y, value, self._ends(y)) for y, value in self._tied(x).items() if y in self.complements]
-        for y, value in self._functions_of(x):
-            if kinds_of(*self.bounds[y]) == self._stated[y] in SIGNS:
-                sides.append((y, value, SIGNS[self._stated[y]]))
         own = [end for end in self._ends(x) if _is_finite(end)]
-        fit = [(y, value, any(end in own for end in value.domain(ends))) for y, value, ends in sides]
-        fit = sorted((side for side in fit if abs(side[1].slope) == 1), key=lambda side: not side[2])
-        return fit[0][:2] if fit else None
+        fit = [
+            (y, value, any(end in own for end in value.domain(ends)))
+            for y, value, ends, is_function in self._sides(x)
+            if abs(value.slope) == 1 and (not is_function or kinds_of(*self.bounds[y]) == self._stated[y] in SIGNS)
+        ]
+        return min(fit, key=lambda side: not side[2])[:2] if fit else None
+
+    def _sides(self, x: int) -> list[tuple[int, Affine, Ends, bool]]:
+        """Return the sides of conditions that are affine functions of x, unknowns before functions: the condition's
+        unknown, the function, the bounds that it implies for the side, and whether this is its function."""
+        tied = self._tied(x)
+        sides = [(y, value, self._ends(y), False) for y, value in tied.items() if y in self.complements]
+        return sides + [
+            (y, value.of(slope, constant), SIGNS.get(kinds_of(*self.bounds[y]), NONE), True)
+            for u, value in tied.items()
+            for y, slope, constant in self._single.get(u, ())
+            if y in self.complements
+        ]
 
     def _exchange(self, x: int, y: int, function: Affine) -> None:
         """Let x take the place of y, which complements a function of x."""
@@ -366,20 +377,6 @@ class Conditions:
         self.bounds[y] = NONE
         del self.complements[y], self._stated[y]
         self.read[x], self._stated[x] = self.bounds[x], BOTH
-
-    def _implied(self, x: int) -> Ends:
-        """Return the bounds of x that other conditions imply, by their unknowns and by the signs of their functions."""
-        sides = [(y, value, self._ends(y)) for y, value in self._tied(x).items() if y in self.complements]
-        sides += [(y, value, SIGNS.get(kinds_of(*self.bounds[y]), NONE)) for y, value in self._functions_of(x)]
-        domains = [value.domain(ends) for y, value, ends in sides if y != x]
-        return max((low for low, _ in domains), default=-inf), min((high for _, high in domains), default=inf)
-
-    def _functions_of(self, x: int) -> Iterator[tuple[int, Affine]]:
-        """Yield the unknowns whose conditions have functions of x alone, which are affine, with these."""
-        for u, value in self._tied(x).items():
-            for y, slope, constant in self._single.get(u, ()):
-                if y in self.complements:
-                    yield y, value.of(slope, constant)
 
     @cached_property
     def _single(self) -> dict[int, list[tuple[int, Fraction, Fraction]]]:
@@ -418,9 +415,8 @@ class Conditions:
         return _fraction(low), _fraction(high)
 
     def _set(self, x: int, ends: Ends) -> None:
-        if ends[0] > ends[1]:
-            fault = f"has the bounds {_double(ends[0]):g} and {_double(ends[1]):g} by its complementarity condition"
-            raise ProblemError(self.names[x], fault, "correct them")
+        fault = f"has the bounds {_double(ends[0]):g} and {_double(ends[1]):g} by its complementarity condition"
+        refuse(ends[0] > ends[1], self.names[x], fault, "correct them")
         low, high = map(_double, ends)
         exact = tuple(end if isfinite(double) else double for end, double in zip(ends, (low, high), strict=True))
         self.bounds[x] = (exact[0], exact[1]) if self.graph.is_exact else (low, high)

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from lcpcli.errors import ProblemError, count, quoted
 from lcpcli.files.contents import STANDARD_INPUT, content_of, decode, within
+from lcpcli.files.formats import refuse
 
 Constant = Callable[[str], Any]  # returns the number that a text stands for
 HEADER_LINES = 10
@@ -217,8 +218,7 @@ def _header(lines: list[bytes]) -> Header:
     counts = [_counts(line, number) for number, line in enumerate(lines[1:], 2)]
     (n, m, *_), (integers, logical) = counts[0], (sum(counts[5]), counts[0][5])
     for number, noun in ((integers, "integer variable"), (logical, "logical constraint")):
-        if number:
-            raise ProblemError("", f"has {count(number, noun)}", CONTINUOUS)
+        refuse(number, "", f"has {count(number, noun)}", CONTINUOUS)
     order = "" if lines[0].startswith(b"g") else ">" if counts[4][2] == BIG_ENDIAN else "<"
     options = [first[1], *first[2].split(), *filter(None, [first[3]])]
     return Header(options, n, m, counts[6][0], sum(counts[8]), order)
@@ -325,9 +325,8 @@ class Segments:
             if not 0 <= variable < self.header.variables:
                 raise tokens.error(f"complements variable {variable + 1} of {self.header.variables}", COUNTS)
             other, _ = self.complements.setdefault(variable, (row, bounds))
-            if other != row:
-                fault = f"complements v{variable}, and so does C{other}"
-                raise ProblemError(f"C{row}", fault, "give each row a variable of its own")
+            fault = f"complements v{variable}, and so does C{other}"
+            refuse(other != row, f"C{row}", fault, "give each row a variable of its own")
             return 0, 0
         if kind not in SIDES:
             raise tokens.error(f"has {quoted(kind)} in place of the kind of a bound", "the kinds are 0 to 5")
@@ -388,5 +387,4 @@ class Segments:
             ("common expressions (V)", len(self.common), header.common),
             ("expressions of objectives (O) with linear parts (G)", both, len(self.slopes)),
         ):
-            if given != declared:
-                raise ProblemError("", f"has {given} {what}, but its header says {declared}", CUT_OFF)
+            refuse(given != declared, "", f"has {given} {what}, but its header says {declared}", CUT_OFF)

@@ -17,7 +17,7 @@ from numpy.lib import format as npy
 from lcpcli.errors import ProblemError
 from lcpcli.files.contents import refuse_beyond_memory, within
 from lcpcli.files.fields import BOUNDS, KEYS, MATRICES, TEXTS, kind_of, of_table
-from lcpcli.files.formats import Exact, Number
+from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
 
@@ -59,8 +59,7 @@ def array_in(file: IO[bytes], size: int, name: str = "") -> Any:
         read_header = npy.read_array_header_1_0 if npy.read_magic(file) == (1, 0) else npy.read_array_header_2_0
         shape, is_by_columns, dtype = read_header(file)
     length = size - file.tell()
-    if dtype.hasobject:
-        raise ProblemError(name, "is an array of objects", "save it as an array of numbers or a text")
+    refuse(dtype.hasobject, name, "is an array of objects", "save it as an array of numbers or a text")
     if math.prod(shape) * dtype.itemsize != length:
         declared = " x ".join(map(str, shape)) or "one number"
         hint = f"save it again with numpy.save{'z' * bool(name)}"
@@ -104,8 +103,7 @@ def of_arrays(arrays: Mapping[str, Any]) -> dict[str, Any]:
 def named(field: str, arrays: Mapping[str, Any]) -> Any:
     """Return the array for a field or an option: the one of its name, or the only one; a bound may be one number."""
     name = field.lstrip("-")
-    if name not in arrays and len(arrays) != 1:
-        raise ProblemError(name, "is missing", f"add the key {name}, or keep a single array")
+    refuse(name not in arrays and len(arrays) != 1, name, "is missing", f"add the key {name}, or keep a single array")
     return _plain(name, arrays.get(name, next(iter(arrays.values()))))
 
 
@@ -123,8 +121,7 @@ def _plain(key: str, array: Any) -> Any:
         return np.atleast_2d(array)
     if key in NAME_FIELDS and (names := texts(array)) is not None:
         return names
-    if key == "names":
-        raise ProblemError(key, f"is an array of {array.dtype.name}", "give texts")
+    refuse(key == "names", key, f"is an array of {array.dtype.name}", "give texts")
     if key == "constant" and array.size == 1:
         return array.item()
     vector = flat(array)

@@ -17,7 +17,7 @@ import numpy as np
 from lcpcli.errors import ProblemError, quoted
 from lcpcli.files.contents import refuse_mostly_absent, within
 from lcpcli.files.fields import KEYS, MATRICES, kind_of, refuse_unknown
-from lcpcli.files.formats import Exact, Number
+from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.files.npy_format import array_in, named, of_arrays, text, unless_damaged, written
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import fit
@@ -82,11 +82,9 @@ def _matrix(arrays: dict[str, Any]) -> Matrix:
         if stored:
             raise ProblemError(stored[0], "is part of a sparse M next to a dense M", "keep one of them")
         return arrays["M"]
-    if not stored:
-        raise ProblemError("M", "is missing", "add the key M, or data, indices, indptr and shape of a sparse M")
+    refuse(not stored, "M", "is missing", "add the key M, or data, indices, indptr and shape of a sparse M")
     form = text("format", arrays["format"]) if "format" in arrays else "csr"
-    if form not in PARTS:
-        raise ProblemError("format", f"{quoted(form)} is unknown", f"use one of {', '.join(PARTS)}")
+    refuse(form not in PARTS, "format", f"{quoted(form)} is unknown", f"use one of {', '.join(PARTS)}")
     from scipy import sparse
 
     parts = f"{', '.join(PARTS[form])} (whole numbers but for data) and shape, of two numbers"

@@ -13,7 +13,7 @@ import numpy as np
 from lcpcli.errors import LCPError, ProblemError, raised
 from lcpcli.files.contents import STANDARD_INPUT, content_of, place, within
 from lcpcli.files.fields import BOUNDS, is_whole, kind_of, made
-from lcpcli.files.formats import Number, form_of, is_result, kind_in, load, uncompressed
+from lcpcli.files.formats import Number, form_of, is_result, kind_in, load, refuse, uncompressed
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
@@ -92,8 +92,7 @@ def problem_of(paths: Sequence[str], contents: Sequence[bytes], number: Number =
 
 def fields_in(path: str, content: bytes, number: Number = float) -> dict[str, Any]:
     """Return the fields of the problem in a file, which may lack q."""
-    if is_result(content):
-        raise ProblemError(place(path), "is a result, not a problem", "name the file of the problem")
+    refuse(is_result(content), place(path), "is a result, not a problem", "name the file of the problem")
     form = within(place(path), form_of, path, content)
     fields = within(place(path), _called, form, "fields", content, number)
     if form == "nl_format":
@@ -140,8 +139,7 @@ def vector_in(
     """Return the vector in a file's content. n : its length; None for any. names : of its entries, as labels may be."""
     require_order(path, content, names)
     form = form_of(path, content)
-    if fault := kind_in(form).has_no_vector:
-        raise ProblemError("", fault, "name a file that holds a vector")
+    refuse(fault := kind_in(form).has_no_vector, "", fault, "name a file that holds a vector")
     return as_vector(field, _called(form, "values", field, content, number), n)
 
 

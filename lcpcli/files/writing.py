@@ -14,6 +14,7 @@ from lcpcli.files import formats
 from lcpcli.files.atomic_write import write_together
 from lcpcli.files.fields import STARTS
 from lcpcli.files.fields import TEXTS as OF_ALL
+from lcpcli.files.formats import refuse
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game, OwnNames
@@ -50,33 +51,26 @@ def write_as(found: Written[Problem], path: str, as_program: bool) -> None:
 def contents_of(found: Written[Problem], path: str, ending: str, as_program: bool) -> dict[str, bytes]:
     """Return the contents of the files to be written, as `Format.render` returns them."""
     kind = formats.FORMATS[ending.casefold()]
-    in_text = kind.in_decimals
+    in_text, is_for_programs = kind.in_decimals, kind.keeps == formats.PROGRAM
     problem, exact = (found.own, found.exact) if in_text else (found.rounded, {})
-    if kind.keeps == formats.PROGRAM and kind_of(problem) != "qp":
-        raise ProblemError(
-            path, "is for programs, and the problem is not made from one", f"use {listed(formats.COMPLETE, 'or')}"
-        )
+    fault, hint = "is for programs, and the problem is not made from one", f"use {listed(formats.COMPLETE, 'or')}"
+    refuse(is_for_programs and kind_of(problem) != "qp", path, fault, hint)
     others = problem.solutions or problem.verdict or problem.x0 is not None or problem.x1 is not None
-    is_whole = (
-        as_program and kind.keeps == formats.ALL and not others
-    )  # it holds nothing for which its origin has no key
-    fields: dict[str, Any] = {key: getattr(problem, key) for key in OF_ALL if getattr(problem, key)}
+    is_whole = as_program and kind.keeps == formats.ALL and not others  # its origin has a key for all that it holds
     kinds = (Program, Game, ExtensiveGame) if in_text else (Program, Game)  # an array holds no text of a game tree
-    if kind.keeps == formats.PROGRAM or (is_whole and isinstance(problem.origin, kinds)):
-        fields |= _fields_of_origin(problem, in_text)
-    else:
-        fields |= _fields(problem, in_text)
+    is_origin = is_for_programs or (is_whole and isinstance(problem.origin, kinds))
+    fields: dict[str, Any] = {key: getattr(problem, key) for key in OF_ALL if getattr(problem, key)}
+    fields |= (_fields_of_origin if is_origin else _fields)(problem, in_text)
     try:
         return formats.load(kind.form).render(fields, exact)
     except AttributeError as error:
         if "." not in kind.form:
             raise
         fault = f"cannot be written by the package {kind.form.partition('.')[0]}: {error}"
-        raise ProblemError(path, fault, f"use {listed(formats.COMPLETE, 'or')}") from None
+        raise ProblemError(path, fault, hint) from None
     except UnicodeEncodeError:
-        raise ProblemError(
-            path, "cannot hold half a character, which a text of the problem has", "write .json"
-        ) from None
+        fault = "cannot hold half a character, which a text of the problem has"
+        raise ProblemError(path, fault, "write .json") from None
     except ProblemError as error:
         raise error.inside(path) from None
 
@@ -130,17 +124,10 @@ def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
 def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
     """Return the problem of a game for a file with M and q, with its costs computed exactly from the payoffs as
     written. The problem stays as it is if some costs are not decimals, and for any other file."""
-    game = found.rounded.origin
-    if isinstance(game, Game) and _is_brief_text(path):
-        return _of_game(found.rounded, game) or found
-    return found
-
-
-def _of_game(problem: Problem, game: Game) -> Written[Problem] | None:
-    """Return the problem with the costs that follow from payoffs as written; None if some are not decimals."""
-    costs = game.exact_conditions()[0]
-    if any(places(cost) is None for row in costs for cost in row.values()):
-        return None
+    problem, game = found.rounded, found.rounded.origin
+    costs = game.exact_conditions()[0] if isinstance(game, Game) and _is_brief_text(path) else []
+    if not costs or any(places(cost) is None for row in costs for cost in row.values()):
+        return found
 
     def parse(doubles: Doubles) -> Problem:
         M = np.zeros(problem.M.shape)
@@ -148,8 +135,8 @@ def _of_game(problem: Problem, game: Game) -> Written[Problem] | None:
             M[i, list(row)] = [doubles.of(cost) for cost in row.values()]
         return Problem(M, problem.q, problem.name)
 
-    found = written(parse)
-    return Written(problem, found.own, found.exact)
+    own = written(parse)
+    return Written(problem, own.own, own.exact)
 
 
 def is_rounded(found: Written[Problem], path: str) -> bool:
@@ -186,12 +173,10 @@ def ending_of(path: str) -> str:
     kind = formats.kind_with(ending.casefold())
     if kind is not None and kind.keeps:
         return ending
-    if kind is not None:
-        hint = f"use {listed(formats.COMPLETE, 'or')}, or {listed(formats.PROGRAM_SUFFIXES, 'or')} for a program"
-        raise ProblemError(path, "is of a format that is only read", hint)
-    raise ProblemError(
-        path, f"has the unknown suffix {ending}" if ending else "has no suffix", f"use {formats.WRITTEN}"
-    )
+    hint = f"use {listed(formats.COMPLETE, 'or')}, or {listed(formats.PROGRAM_SUFFIXES, 'or')} for a program"
+    refuse(kind is not None, path, "is of a format that is only read", hint)
+    fault = f"has the unknown suffix {ending}" if ending else "has no suffix"
+    raise ProblemError(path, fault, f"use {formats.WRITTEN}")
 
 
 def file_of_q(path: str) -> str | None:
