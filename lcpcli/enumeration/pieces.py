@@ -143,7 +143,6 @@ def _elided(parts: list[str]) -> list[str]:
 
 
 def restricted(data: ExactProblem, indices: Sequence[int]) -> ExactProblem:
-    """Return the problem of one block."""
     place = {i: k for k, i in enumerate(indices)}
     rows = [{place[j]: Fraction(a, data.scales[i]) for j, a in data.rows[i].items()} for i in indices]
     q = [Fraction(data.constants[i], data.scales[i]) for i in indices]

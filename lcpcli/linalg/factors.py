@@ -38,8 +38,6 @@ SingularMatrix = np.linalg.LinAlgError  # the matrix is singular, or so nearly t
 
 
 class Tridiagonal:
-    """A tridiagonal matrix, by its diagonals."""
-
     def __init__(self, M: Matrix) -> None:
         with imports:
             from scipy.linalg import get_lapack_funcs
@@ -362,7 +360,6 @@ def principal_inverses(M: Vector, sets: Mask) -> Vector:
 
 
 def each_product(M: Vector, v: Vector) -> Vector:
-    """Return M v for each of m matrices and vectors, shape (m, n)."""
     return np.asarray((M @ v[:, :, np.newaxis])[:, :, 0])
 
 

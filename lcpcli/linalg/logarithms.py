@@ -266,7 +266,6 @@ def _forest(indptr: Indices, indices: Indices, logarithms: Vector, part: Indices
 
 
 def _first_of_parts(part: Indices, parts: int) -> Indices:
-    """Return one row or column of each component."""
     first = np.empty(parts, dtype=np.intp)
     first[part[::-1]] = np.arange(part.size - 1, -1, -1)
     return first

@@ -52,7 +52,6 @@ def operations(systems: Systems) -> float:
 
 
 def has_qdldl() -> bool:
-    """Return whether QDLDL is installed, without loading it."""
     with imports:
         return find_spec("qdldl") is not None
 

@@ -304,7 +304,6 @@ class _Following:
         return replace(path, end=end, message=message, seconds=seconds() - began)
 
     def _from(self, result: Result) -> _End:
-        """Follow the path from the solution of the first problem; return how it ends."""
         if result.status.has_no_solution:
             return _End(ends.INFEASIBLE, f"the first problem {result.message}")
         if result.status is Status.TIME_LIMIT:
@@ -323,7 +322,6 @@ class _Following:
         return self._along(*exactly.vertex(), exactly.edges())
 
     def _along(self, s: Any, z: Any, edges: Iterable[Edge]) -> _End:
-        """Follow the path from its first point; return how it ends."""
         self.found.add(s, z, None)
         points = 0
         for edge in edges:

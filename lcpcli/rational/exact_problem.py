@@ -61,7 +61,6 @@ class ExactProblem:
 
     @cached_property
     def bits(self) -> int:
-        """Return the number of bits of the longest number of M and q."""
         numbers = (value for row, c in zip(self.rows, self.constants, strict=True) for value in (c, *row.values()))
         return max((value.bit_length() for value in numbers), default=0)
 
@@ -90,7 +89,6 @@ class ExactProblem:
         return cls(problem, *decimal_parts_of(problem))
 
     def has_matrix_of(self, other: ExactProblem) -> bool:
-        """Return whether another problem has the same M."""
         pairs = zip(in_time(self.rows), other.rows, self.scales, other.scales, strict=True)
         return all(
             row is own or (row.keys() == own.keys() and all(a * scale == own[j] * factor for j, a in row.items()))
@@ -111,7 +109,6 @@ class ExactProblem:
         ]
 
     def is_solution(self, z: Sequence[Fraction]) -> bool:
-        """Return whether z solves the problem."""
         return not any(self.gaps(z, self.w(z)))
 
     def gaps(self, z: Sequence[Fraction], w: Sequence[Fraction]) -> list[Fraction]:
@@ -208,7 +205,6 @@ def parts_of(data: Problem | Matrix, number: Callable[[Any], Fraction] = number_
 
 
 def _bounds_of(problem: Problem, number: Callable[[float], Fraction]) -> list[Bounds]:
-    """Return the lower and the upper bounds of a problem."""
     return [bounds_of(bound, number) for bound in problem.box.vectors(problem.n)]
 
 
@@ -240,7 +236,6 @@ def fractions_of(values: Vector) -> list[Fraction]:
 
 
 def _like(M: Matrix, rows: list[dict[int, int]]) -> Matrix:
-    """Return the matrix of these rows, sparse if M is sparse."""
     if not is_sparse(M):
         return np.array([[float(row.get(j, 0)) for j in range(len(rows))] for row in in_time(rows)])
     with imports:
