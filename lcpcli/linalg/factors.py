@@ -61,7 +61,7 @@ def solver(A: Matrix) -> TwoWay:
     function or the solver raises SingularMatrix if A is singular."""
     if not is_sparse(A):
         is_small = A.shape[0] <= MOST_NUMPY_ROWS and LAPACK not in sys.modules
-        return invert(A) if is_small else dense_factors().lu(A, overwrite=True)
+        return invert(A) if is_small else dense_factors().lu(A)
     if (definite := definite_solver(A)) is not None:
         return lambda b, transposed=False: definite(b)  # noqa: ARG005 (A is symmetric)
     lu = sparse_lu(symmetric=False)(A)
@@ -135,7 +135,7 @@ class _DenseFactors:
             raise SingularMatrix
         return lambda b, transposed=False: self._potrs(factor, b, lower=True)[0]  # noqa: ARG005
 
-    def lu(self, A: Matrix, overwrite: bool) -> TwoWay:
+    def lu(self, A: Matrix, overwrite: bool = True) -> TwoWay:
         """Return a solver solve(b, transposed=False) from the LU factors of A, of systems with A or its transpose."""
         by_columns = A.flags.f_contiguous
         factorize = partial(self._getrf, A if by_columns else A.T, overwrite_a=overwrite)
@@ -297,7 +297,7 @@ class PrincipalSolver:
         rows = rows[:, kept]
         small[: added.size] -= product(rows, inner)
         small[added.size :] -= inner[dropped]
-        solve_small = dense_factors().lu(small, True)
+        solve_small = dense_factors().lu(small)
 
         def updated(b: Vector) -> Vector:
             right = np.zeros(kept.size)
