@@ -153,9 +153,9 @@ class Breakpoints:
         else:
             t, z = np.array([point.t for point in points]), _rows([point.z for point in points], self.family)
             states = _rows([point.states for point in points[1:]], self.family, np.int8)
-            found = verify(self.family, t, z, states, self.tol, self._done - first, len(own))
-            rows = zip(own, found.t.tolist(), found.z, found.w, strict=True)
-            own, is_verified = [point._replace(t=t, z=z, w=w) for point, t, z, w in rows], found.is_verified
+            t, z, w, is_verified = verify(self.family, t, z, states, self.tol, self._done - first, len(own))
+            rows = zip(own, t.tolist(), z, w, strict=True)
+            own = [point._replace(t=t, z=z, w=w) for point, t, z, w in rows]
         with deferring_signals():
             self.points[first:most], self._done = own, most
             self._are_solutions &= is_verified

@@ -341,7 +341,7 @@ def test_only_a_path_whose_pieces_are_solutions_throughout_is_verified(
 ) -> None:
     family = Family(*(Problem([[1.0]], [q]) for q in ends))
     columns = (np.array(values, float)[:, np.newaxis] for values in (z, states))
-    assert verify(family, np.array(t, float), *columns, 1e-10).is_verified == is_verified
+    assert verify(family, np.array(t, float), *columns, 1e-10)[-1] == is_verified
 
 
 def test_a_corner_at_a_third_lies_on_the_side_that_has_solutions() -> None:
