@@ -185,7 +185,7 @@ def _along(end: InputProblem, d: Sequence[Fraction], t: Number) -> InputProblem:
         own: ExactProblem = end.exactly()
         rows = zip(own.constants, own.scales, d, strict=True)
         moved = [Fraction(constant, scale) + Fraction(t) * change for constant, scale, change in rows]
-        return ExactProblem(problem, own.M, moved, own.lower, own.upper)
+        return type(own)(problem, own.M, moved, own.lower, own.upper)
 
     return InputProblem(problem, exactly, [])
 
@@ -199,7 +199,7 @@ def _followed(ends: Sequence[InputProblem], file: str, span: tuple[Any, Any], **
 
     def data() -> tuple[ExactProblem, ExactProblem]:
         own, other = first.exactly(), last.exactly()
-        if not own.has_matrix_of(other):
+        if own.M != other.M:
             raise ProblemError("M", "differs between the two problems", "give two problems with one M")
         return own, other
 

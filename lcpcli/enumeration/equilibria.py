@@ -7,7 +7,7 @@ Savani and B. von Stengel, Enumeration of Nash equilibria for two-player games, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -90,7 +90,8 @@ class Players:
         place = {z: k for k, z in enumerate(points)}
         own = [replace(piece, vertices=tuple(sorted(piece.vertices, key=place.__getitem__))) for piece in pieces]
         own.sort(key=lambda piece: [place[z] for z in piece.vertices])
-        subsets = tuple(_subset(found, [place[z] for z in piece.vertices], piece.vertices) for piece in own)
+        parts = [[(found[z].row, found[z].column, place[z]) for z in piece.vertices] for piece in own]
+        subsets = tuple(NashSubset(*(tuple(dict.fromkeys(each)) for each in zip(*part, strict=True))) for part in parts)
         extreme = tuple(found[z] for z in points)
         is_degenerate = True if any(each.index is None for each in extreme) else False if complete else None
         first: dict[int, int] = {}
@@ -124,8 +125,3 @@ def _strategy(multiple: Sequence[Fraction]) -> Vertex:
     weights, _ = over_one_denominator(multiple)
     total = sum(weights)
     return Vertex(Fraction(weight, total) for weight in weights)
-
-
-def _subset(found: Mapping[Point, ExactEquilibrium], places: Sequence[int], points: Sequence[Point]) -> NashSubset:
-    rows, columns = dict.fromkeys(found[z].row for z in points), dict.fromkeys(found[z].column for z in points)
-    return NashSubset(tuple(rows), tuple(columns), tuple(places))

@@ -143,7 +143,6 @@ def _elided(parts: list[str]) -> list[str]:
 
 
 def restricted(data: ExactProblem, indices: Sequence[int]) -> ExactProblem:
-    """Return the problem of one block."""
     place = {i: k for k, i in enumerate(indices)}
     rows = [{place[j]: Fraction(a, data.scales[i]) for j, a in data.rows[i].items()} for i in indices]
     q = [Fraction(data.constants[i], data.scales[i]) for i in indices]
@@ -201,11 +200,12 @@ def _listed(
     listed = generators(node.dictionary, range(unknowns.n), most)
     if listed is None:
         return None
-    rays, lines = (tuple(map(unknowns.direction, each)) for each in listed[1:])
+    points, *others = listed
+    rays, lines = (tuple(map(unknowns.direction, each)) for each in others)
     directions = [*rays, *lines, *(tuple(-value for value in line) for line in lines)]
     vertices = []
     states = [states_of(unknowns.data, each, is_direction=True) for each in directions]
-    for values in listed.vertices:
+    for values in points:
         unknowns.check()
         vertex, own = states_at(values)
         vertices.append(vertex)

@@ -106,7 +106,6 @@ def refuse_large(problem: Problem) -> None:
 
 
 def _refuse_block(unknowns: int) -> None:
-    """Raise ProblemError if a block has too many unknowns."""
     if unknowns > MOST_BLOCK_UNKNOWNS:
         fault = f"has {unknowns} unknowns that depend on each other"
         raise ProblemError("M", fault, f"all solutions are listed up to {MOST_BLOCK_UNKNOWNS}; lcp solve finds one")
@@ -139,8 +138,7 @@ class Solutions(Iterator[Piece]):
         self.others: bool | None = None
         self._time_limit, self._most, self._deadline = time_limit, most, math.inf
         self._steps, self._last = 0, math.inf
-        self._spend = (effort or Effort()).steps(self.problem)
-        self._search = self._started()
+        self._spend, self._search = (effort or Effort()).steps(self.problem), self._started()
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_search": iter(())}
@@ -257,7 +255,21 @@ class SolutionSet:
     @property
     def count(self) -> str:
         """Return how many solutions, or equilibria, were found, in words."""
-        words = self._solutions() if self.equilibria is None else self._equilibria(self.equilibria)
+        points, found = sum(piece.is_point for piece in self.pieces), self.equilibria
+        faces = len(self.pieces) - points
+        if found is None:
+            isolated = f"{points} isolated and " * bool(points)
+            words = (
+                f"infinitely many solutions: {isolated}{counted(faces, 'face')}"
+                if faces
+                else counted(points, "solution")
+            )
+        elif not faces:
+            words = f"{points} {'equilibrium' if points == 1 else 'equilibria'}"
+        else:
+            joined = "" if found.components is None else f" in {counted(len(found.components), 'component')}"
+            subsets = counted(len(found.subsets), "maximal Nash subset")
+            words = f"infinitely many equilibria: {len(found.extreme)} extreme ones, {subsets}{joined}"
         return words + " found" * (not self.complete)
 
     @property
@@ -278,21 +290,6 @@ class SolutionSet:
         if isolated and len(self.pieces) == 1:
             return f"{found}, proved to be the only one"
         return f"{found}{', all isolated' * isolated}, proved to be all"
-
-    def _solutions(self) -> str:
-        points = sum(piece.is_point for piece in self.pieces)
-        faces = len(self.pieces) - points
-        if not faces:
-            return counted(points, "solution")
-        return f"infinitely many solutions: {f'{points} isolated and ' * bool(points)}{counted(faces, 'face')}"
-
-    def _equilibria(self, equilibria: Equilibria) -> str:
-        extreme = len(equilibria.extreme)
-        if all(piece.is_point for piece in self.pieces):
-            return f"{extreme} {'equilibrium' if extreme == 1 else 'equilibria'}"
-        subsets = counted(len(equilibria.subsets), "maximal Nash subset")
-        joined = "" if equilibria.components is None else f" in {counted(len(equilibria.components), 'component')}"
-        return f"infinitely many equilibria: {extreme} extreme ones, {subsets}{joined}"
 
 
 def objective(data: ExactProblem, program: Program, z: Sequence[Fraction]) -> Fraction:

@@ -61,7 +61,6 @@ def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnsw
 
 
 def rows_of(problem: Problem) -> Vectors:
-    """Return M in compressed sparse rows: where each begins, the columns and the values of its entries."""
     M = problem.M
     if is_sparse(M):
         return M.indptr.astype(np.uint32), M.indices.astype(np.uint32), M.data

@@ -15,10 +15,9 @@ from lcpcli.methods.lemke_path import LEAST_REFRESHED
 from lcpcli.model.problem import Problem
 
 with announced():
-    from lcpcli.kernels.bounded_kernels import given_states, kept, reduced
     from lcpcli.kernels.kernels import pivot_blocks
     from lcpcli.kernels.measure_kernels import reference_of, surely_solves
-    from lcpcli.kernels.pivoting_kernels import basic_solution, exponents, path
+    from lcpcli.kernels.pivoting_kernels import basic_solution, exponents, given_states, kept, path, reduced
 
 
 def mixed(problem: Problem, tol: float) -> DirectAnswer | None:

@@ -263,7 +263,6 @@ PLACES = types.Array(types.uint32, 1, "C", readonly=True)
 
 @compiled
 def _w(entries: Any, q: Any, z: Any) -> Any:
-    """Return M z + q."""
     (starts, columns, values), w = entries, q.copy()
     for i in range(q.size):
         total = 0.0

@@ -193,7 +193,6 @@ def reference_of(begin: Any, columns: Any, values: Any, q: Any, lower: Any, uppe
 
 @compiled
 def _judgement(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, tol: float, z: Any) -> Any:
-    """Return what `judgement` does."""
     n, units = q.size, (np.empty(0), np.empty(0), np.empty(0, np.int64), 0)
     reference, q_ref, at_reference, is_sure = _reference(begin, columns, values, q, lower, upper)
     w, given, is_sure_too = _rows(begin, columns, values, q, z)
@@ -256,7 +255,6 @@ def judgement(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: 
 
 @njit(types.Tuple((PLACES, PLACES, NUMBERS))(types.Array(types.float64, 2, "C", readonly=True)), **OPTIONS)
 def compressed(M: Any) -> Any:
-    """Return a dense M in compressed sparse rows."""
     n, used = M.shape[0], 0
     begin, columns, values = np.zeros(n + 1, np.uint32), np.empty(n * n, np.uint32), np.empty(n * n)
     for i in range(n):

@@ -38,7 +38,6 @@ def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
 
 
 def _summed(A: Matrix, x: Vector, b: Vector) -> Vector:
-    """Return the residual of each row of a sparse A by itself."""
     terms, errors = _products(A.data, x[A.indices])
     rows = [slice(start, stop) for start, stop in pairwise(A.indptr.tolist())]
     return np.array([_sum(value, terms[row], errors[row]) for value, row in zip(b.tolist(), rows, strict=True)])

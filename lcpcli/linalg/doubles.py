@@ -44,7 +44,6 @@ def size(v: Vector) -> float:
 
 
 def is_finite(v: Vector) -> bool:
-    """Return whether all entries are finite."""
     return largest(v) < math.inf
 
 

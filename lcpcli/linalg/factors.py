@@ -38,8 +38,6 @@ SingularMatrix = np.linalg.LinAlgError  # the matrix is singular, or so nearly t
 
 
 class Tridiagonal:
-    """A tridiagonal matrix, by its diagonals."""
-
     def __init__(self, M: Matrix) -> None:
         with imports:
             from scipy.linalg import get_lapack_funcs
@@ -63,7 +61,7 @@ def solver(A: Matrix) -> TwoWay:
     function or the solver raises SingularMatrix if A is singular."""
     if not is_sparse(A):
         is_small = A.shape[0] <= MOST_NUMPY_ROWS and LAPACK not in sys.modules
-        return invert(A) if is_small else dense_factors().lu(A, overwrite=True)
+        return invert(A) if is_small else dense_factors().lu(A)
     if (definite := definite_solver(A)) is not None:
         return lambda b, transposed=False: definite(b)  # noqa: ARG005 (A is symmetric)
     lu = sparse_lu(symmetric=False)(A)
@@ -137,7 +135,7 @@ class _DenseFactors:
             raise SingularMatrix
         return lambda b, transposed=False: self._potrs(factor, b, lower=True)[0]  # noqa: ARG005
 
-    def lu(self, A: Matrix, overwrite: bool) -> TwoWay:
+    def lu(self, A: Matrix, overwrite: bool = True) -> TwoWay:
         """Return a solver solve(b, transposed=False) from the LU factors of A, of systems with A or its transpose."""
         by_columns = A.flags.f_contiguous
         factorize = partial(self._getrf, A if by_columns else A.T, overwrite_a=overwrite)
@@ -299,7 +297,7 @@ class PrincipalSolver:
         rows = rows[:, kept]
         small[: added.size] -= product(rows, inner)
         small[added.size :] -= inner[dropped]
-        solve_small = dense_factors().lu(small, True)
+        solve_small = dense_factors().lu(small)
 
         def updated(b: Vector) -> Vector:
             right = np.zeros(kept.size)
@@ -362,7 +360,6 @@ def principal_inverses(M: Vector, sets: Mask) -> Vector:
 
 
 def each_product(M: Vector, v: Vector) -> Vector:
-    """Return M v for each of m matrices and vectors, shape (m, n)."""
     return np.asarray((M @ v[:, :, np.newaxis])[:, :, 0])
 
 

@@ -144,7 +144,6 @@ def bicgstab(
 
 
 def identity(v: Any) -> Any:
-    """Return v, in place of a preconditioner."""
     return v
 
 

@@ -33,8 +33,6 @@ BAND = 5  # how far entries are from the diagonal in a band whose factors take l
 MOST_DENSE = 48  # rows up to which dense normal equations take no longer than conjugate gradients
 FEW_ROWS = 256  # of a dense M, for which products with it are tried without a look at its zeros
 DENSE, DENSE_CG_STEPS = 0.2, 30  # the share of entries from which products with them are dense, and the steps tried
-MOST_FACTORS = 1000  # numbers from 1 to 2 whose product is in range
-FRACTION, ONE = (1 << 52) - 1, 1023 << 52  # the bits of a double's fraction, and those of 1
 
 
 def least_squares(M: Matrix, S: Vector | None = None) -> Fitted:
@@ -61,33 +59,18 @@ def least_squares(M: Matrix, S: Vector | None = None) -> Fitted:
 def mean_logarithms(rows: Vector) -> Vector:
     """Return the means of log2 |M_ij| in rows of a matrix: if it has no entry 0, their differences are those of
     `Units.rows` with the opposite sign."""
-    return np.asarray(_logarithms(rows).mean(axis=1))
-
-
-def _logarithms(entries: Vector) -> Vector:
-    return np.asarray(np.log2(np.abs(entries)))
+    return np.asarray(np.log2(np.abs(rows)).mean(axis=1))
 
 
 def _sums(M: Vector) -> Vector:
     """Return the sums of log2 |M_ij| in rows and in columns of a matrix without zeros, shape (2, n), by blocks of rows
-    that stay in the cache: the sums of exponents, and the logarithms of products of fractions."""
-    n = M.shape[0]
-    if n > MOST_FACTORS or np.abs(M).min(initial=1.0) < np.finfo(np.float64).smallest_normal:
-        rows, columns = np.zeros((2, n))
-        for part in row_parts(*M.shape):
-            logarithms = _logarithms(M[part])
-            rows[part] = logarithms.sum(axis=1)
-            columns += logarithms.sum(axis=0)
-        return np.array([rows, columns])
-    rows, columns, products = np.zeros(n), np.zeros(n), np.ones(n)
+    that stay in the cache."""
+    sums = np.zeros((2, M.shape[0]))
     for part in row_parts(*M.shape):
-        bits = np.ascontiguousarray(M[part]).view(np.int64)
-        exponents = ((bits >> 52) & 0x7FF) - 1023
-        fractions = ((bits & FRACTION) | ONE).view(np.float64)
-        rows[part] = exponents.sum(axis=1) + np.log2(fractions.prod(axis=1))
-        columns += exponents.sum(axis=0)
-        products *= fractions.prod(axis=0)
-    return np.array([rows, columns + np.log2(products)])
+        logarithms = np.log2(np.abs(M[part]))
+        sums[0, part] = logarithms.sum(axis=1)
+        sums[1] += logarithms.sum(axis=0)
+    return sums
 
 
 def _dense(M: Vector) -> Fitted | None:
@@ -127,7 +110,7 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Fitted:
     n, ones = M.shape[0], np.ones(M.nnz)
     index = np.int32 if max(2 * n + 1, M.nnz) < 2**31 else np.int64  # of which scipy would look at each
     indptr, indices = (each.astype(index, copy=False) for each in (M.indptr, M.indices))
-    rows = indptr, indices, _logarithms(M.data)
+    rows = indptr, indices, np.log2(np.abs(M.data))
     columns = rows if S is not None else transposed(M.shape, *rows)
     is_symmetric = S is not None or all(map(np.array_equal, rows, columns))
     if M.diagonal().all():  # it couples row i and column i: half of the graph will do
@@ -266,7 +249,6 @@ def _forest(indptr: Indices, indices: Indices, logarithms: Vector, part: Indices
 
 
 def _first_of_parts(part: Indices, parts: int) -> Indices:
-    """Return one row or column of each component."""
     first = np.empty(parts, dtype=np.intp)
     first[part[::-1]] = np.arange(part.size - 1, -1, -1)
     return first

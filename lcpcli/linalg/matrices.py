@@ -36,7 +36,6 @@ def is_sparse(M: Any) -> bool:
 
 
 def are_equal(A: Matrix, B: Matrix) -> bool:
-    """Return whether two matrices have the same shape and the same entries, however they are stored."""
     return A is B or (A.shape == B.shape and not (A != B).sum())
 
 
@@ -82,7 +81,6 @@ def row_maxima(M: Matrix) -> Vector:
 
 
 def column_maxima(M: Matrix) -> Vector:
-    """Return the largest |entry| of every column of M."""
     if not is_sparse(M):
         return _maxima(M, 0)
     columns = np.zeros(M.shape[1])
@@ -278,7 +276,6 @@ def is_narrow(M: Matrix, most: float = MOST_NARROW_ENTRIES) -> bool:
 
 
 def width(M: Matrix) -> int:
-    """Return how far entries of a sparse M are from its diagonal at most."""
     return int(np.abs(np.repeat(np.arange(M.shape[0]), np.diff(M.indptr)) - M.indices).max(initial=0))
 
 

@@ -41,7 +41,6 @@ def affordable(M: Matrix) -> bool:
 
 
 def _symmetric(M: Matrix) -> Matrix:
-    """Return |M| + |M'|."""
     return (abs(M) + abs(M.T)).tocsr()
 
 

@@ -52,7 +52,6 @@ def operations(systems: Systems) -> float:
 
 
 def has_qdldl() -> bool:
-    """Return whether QDLDL is installed, without loading it."""
     with imports:
         return find_spec("qdldl") is not None
 
@@ -64,7 +63,7 @@ class _Dense:
         self._M = M
 
     def factorize(self, d: Vector) -> None:
-        self.solve = factors.dense_factors().lu(matrices.plus_diagonal(self._M, d, order="F"), overwrite=True)
+        self.solve = factors.dense_factors().lu(matrices.plus_diagonal(self._M, d, order="F"))
 
 
 class SuperLU:
@@ -83,13 +82,10 @@ class SuperLU:
         self._how: dict[str, Any] = {"permc_spec": "COLAMD"}
         self._seeks_order = not pivoting and order is None
         if not pivoting:
-            options = {"SymmetricMode": True, "Equil": False}
-            self._how = {
-                "permc_spec": order_of(M) if order is None else "",
-                "diag_pivot_thresh": 0.0,
-                "options": options,
-            }
-        if order is not None:
+            self._how = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True, "Equil": False}}
+        if self._seeks_order:
+            self._how["permc_spec"] = order_of(M)
+        elif order is not None:
             self._keep_order(order)
 
     def factorize(self, d: Vector) -> None:

@@ -38,7 +38,6 @@ class Operator:
         self._rows = row_multiplier(entries.shape, entries.indptr, entries.indices, entries.data)
 
     def in_single_precision(self) -> Operator:
-        """Return the products with the matrix in single precision."""
         single = copy(self)
         single._use(with_data(self._entries, self._entries.data.astype(np.float32)))
         return single

@@ -129,7 +129,6 @@ def _rows(J: Any, n: int) -> Matrix:
 
 
 def _refuse_undetermined(at: Linearization, J: Matrix) -> None:
-    """Raise DerivativeError if the solutions differ in J z."""
     for i in (~at.determines(J)).nonzero()[0][:1].tolist():
         fault = f"z is one of several solutions, which differ in J z, in row {i} of J"
         raise DerivativeError("", f"no derivative: {fault} {FROM_0}")

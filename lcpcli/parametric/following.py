@@ -116,65 +116,6 @@ class _Point(NamedTuple):
     states: States | None
 
 
-class Breakpoints:
-    """The breakpoints of a path, which are verified in order, many at once, while it is followed: in doubles, t and z
-    of those that have been may differ by rounding. exact : the problems of a path in fractions, else None."""
-
-    def __init__(self, family: Family, tol: float) -> None:
-        self.family, self.tol, self.points = family, tol, list[_Point]()
-        self.exact: ExactFamily | None = None
-        self._done, self._are_solutions = 0, True
-
-    def add(self, s: Any, z: Any, states: States | None) -> None:
-        """Add a breakpoint, and the states on the piece before it; verify those before if there are many."""
-        points = self.points
-        points.append(self.point(s, z, states))
-        new = len(points) - self._done
-        if new >= LEAST_AT_ONCE and new * self.family.problem.n >= AT_ONCE:
-            each = range(len(points) - 1, self._done, -1)
-            self._verify(next((k for k in each if points[k].t != points[k - 1].t), 0))  # the others have the last t
-
-    def point(self, s: Any, z: Any, states: States | None) -> _Point:
-        t = self.family.start * (1 - float(s)) + self.family.stop * float(s)  # exactly a and b at the ends
-        return _Point(s, t, z, None if self.exact is None else self.exact.w(s, z), states)
-
-    def _verify(self, most: int) -> None:
-        """Verify the first breakpoints, so many, but for those that have been."""
-        if most <= self._done:
-            return
-        first = max(self._done - 2, 0)
-        points = self.points[first:]
-        own = points[: most - first]
-        if self.exact is not None:
-            ends = ((point.states, end) for before, point in pairwise(own) for end in (before, point))
-            is_verified = all(
-                self.exact.satisfies(states, end.s, end.z, end.w) for states, end in ends if states is not None
-            )
-        else:
-            t, z = np.array([point.t for point in points]), _rows([point.z for point in points], self.family)
-            states = _rows([point.states for point in points[1:]], self.family, np.int8)
-            found = verify(self.family, t, z, states, self.tol, self._done - first, len(own))
-            rows = zip(own, found.t.tolist(), found.z, found.w, strict=True)
-            own, is_verified = [point._replace(t=t, z=z, w=w) for point, t, z, w in rows], found.is_verified
-        with deferring_signals():
-            self.points[first:most], self._done = own, most
-            self._are_solutions &= is_verified
-
-    def path(self) -> Path:
-        """Return the path, verified, without its end."""
-        self._verify(len(self.points))
-        family, points, exact = self.family, self.points, None
-        z, w = [point.z for point in points], [point.w for point in points]
-        if self.exact is not None:
-            start, stop = Fraction(family.start), Fraction(family.stop)
-            exact = ExactPath([start + point.s * (stop - start) for point in points], z, w)
-            z, w = ([rounded(row) for row in rows] for rows in (z, w))
-        t, states = np.array([point.t for point in points]), [point.states for point in points[1:]]
-        is_verified = bool(points) and self._are_solutions
-        arrays = _rows(z, family), _rows(w, family), _rows(states, family, np.int8)
-        return Path(family, t, *arrays, "", "", is_verified, 0.0, exact=exact)
-
-
 def _rows(rows: list[Any], family: Family, kind: type = float) -> Any:
     return np.array(rows, kind).reshape(len(rows), family.problem.n)
 
@@ -247,7 +188,7 @@ def follow(family: Family, turns: bool = False, read: Callable[[], Data] | None 
     most = int(own.pop("max_breakpoints", MAX_BREAKPOINTS.value))
     limits = Limits(**own)
     room = max(MOST_NUMBERS // max(1, family.problem.n), 2)
-    found = _Following(Breakpoints(family, limits.tol), limits, min(most, room), turns, read).path(began)
+    found = _Following(family, limits, min(most, room), turns, read).path(began)
     if found.end == ends.BREAKPOINT_LIMIT and room < most:
         return replace(found, message=f"{found.message}: {room} with {family.problem.n} unknowns {FILL}")
     return found
@@ -262,16 +203,16 @@ class _End(NamedTuple):
 
 
 class _Following:
-    """One run along a path. What is known of it survives an interruption.
+    """One run along a path, whose breakpoints are verified in order, many at once, while it is followed: in doubles, t
+    and z of those that have been may differ by rounding. What is known of it survives an interruption.
 
-    read : returns both problems in fractions, for an exact path; else None.
+    read : returns both problems in fractions, for an exact path; else None. exact : these, and the ones between them.
     """
 
-    def __init__(
-        self, found: Breakpoints, limits: Limits, most: int, turns: bool, read: Callable[[], Data] | None
-    ) -> None:
-        self.found, self.family, self.limits, self.most, self.turns = found, found.family, limits, most, turns
-        self.read = read
+    def __init__(self, family: Family, limits: Limits, most: int, turns: bool, read: Callable[[], Data] | None) -> None:
+        self.family, self.limits, self.most, self.turns, self.read = family, limits, most, turns, read
+        self.points, self._done, self._are_solutions = list[_Point](), 0, True
+        self.exact: ExactFamily | None = None
         self.end = _End(ends.INTERRUPTED, ENDS[ends.INTERRUPTED])
 
     def path(self, began: float) -> Path:
@@ -280,7 +221,7 @@ class _Following:
         try:
             with within(self.limits.time_limit), np.errstate(all="ignore"):  # overflow is found where it matters
                 if self.read is not None:
-                    self.found.exact = ExactFamily(*self.read())
+                    self.exact = ExactFamily(*self.read())
                 result = driver.run(self.family.problem, "auto", limits=self.limits)
                 if result.interrupted:
                     raise KeyboardInterrupt
@@ -292,7 +233,7 @@ class _Following:
         except SingularMatrix:
             self.end = _End(ends.BREAKDOWN, f"{ENDS[ends.BREAKDOWN]}: a basis is too ill-conditioned")
         certificate = result.certificate.vector if result is not None and result.certificate is not None else None
-        path, (end, message, ray), direction = self.found.path(), self.end, None
+        path, (end, message, ray), direction = self._path(), self.end, None
         if ray is not None:
             direction = np.array(ray.z, dtype=float)
             candidates = [direction] if ray.multipliers is None else [direction, ray.multipliers, -ray.multipliers]
@@ -304,7 +245,6 @@ class _Following:
         return replace(path, end=end, message=message, seconds=seconds() - began)
 
     def _from(self, result: Result) -> _End:
-        """Follow the path from the solution of the first problem; return how it ends."""
         if result.status.has_no_solution:
             return _End(ends.INFEASIBLE, f"the first problem {result.message}")
         if result.status is Status.TIME_LIMIT:
@@ -314,17 +254,16 @@ class _Following:
         states = basic_states(self.family.problem, result.z, result.w, self.family.is_fixed)
         if states is None:
             return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]} whose basic variables it determines")
-        if self.found.exact is None:
+        if self.exact is None:
             pivoting = Pivoting(self.family, states)
             return self._along(0.0, pivoting.units.z_outside(pivoting.z), pivoting.edges())
-        exactly = ExactPivoting(self.found.exact, states)
+        exactly = ExactPivoting(self.exact, states)
         if not exactly.is_feasible:
             return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]}: rounding has led to another basis")
         return self._along(*exactly.vertex(), exactly.edges())
 
     def _along(self, s: Any, z: Any, edges: Iterable[Edge]) -> _End:
-        """Follow the path from its first point; return how it ends."""
-        self.found.add(s, z, None)
+        self.add(s, z, None)
         points = 0
         for edge in edges:
             check()
@@ -335,21 +274,70 @@ class _Following:
             points = points + 1 if edge.is_point else 0
             if points > MOST_POINTS:
                 return _End(ends.BREAKDOWN, f"{ENDS[ends.BREAKDOWN]}: ties are not resolved in double precision")
-            if self.found.exact is None and not np.isfinite(edge.z).all():
+            if self.exact is None and not np.isfinite(edge.z).all():
                 return _End(ends.BREAKDOWN, f"{ENDS[ends.BREAKDOWN]}: z is too large for double precision")
             self._append(edge)
             if edge.is_last:
-                last = ends.REACHED if edge.s else ends.RETURNED if len(self.found.points) > 1 else ends.TURN
+                last = ends.REACHED if edge.s else ends.RETURNED if len(self.points) > 1 else ends.TURN
                 return _End(last, ENDS[last])
-            if len(self.found.points) > self.most:
+            if len(self.points) > self.most:
                 break
         return _End(ends.BREAKPOINT_LIMIT, ENDS[ends.BREAKPOINT_LIMIT])
 
     def _append(self, edge: Edge) -> None:
         """Add the vertex at the end of an edge; if the edge has no length, only the end of the path counts."""
-        last = self.found.points[-1]
+        last = self.points[-1]
         s = last.s if edge.rise == 0 else edge.s  # rounding may have moved it
         if not edge.is_point:
-            self.found.add(s, edge.z, edge.states)
+            self.add(s, edge.z, edge.states)
         elif edge.is_last:
-            self.found.points[-1] = self.found.point(s, edge.z, last.states)
+            self.points[-1] = self.point(s, edge.z, last.states)
+
+    def add(self, s: Any, z: Any, states: States | None) -> None:
+        """Add a breakpoint, and the states on the piece before it; verify those before if there are many."""
+        points = self.points
+        points.append(self.point(s, z, states))
+        new = len(points) - self._done
+        if new >= LEAST_AT_ONCE and new * self.family.problem.n >= AT_ONCE:
+            each = range(len(points) - 1, self._done, -1)
+            self._verify(next((k for k in each if points[k].t != points[k - 1].t), 0))  # the others have the last t
+
+    def point(self, s: Any, z: Any, states: States | None) -> _Point:
+        t = self.family.start * (1 - float(s)) + self.family.stop * float(s)  # exactly a and b at the ends
+        return _Point(s, t, z, None if self.exact is None else self.exact.w(s, z), states)
+
+    def _verify(self, most: int) -> None:
+        """Verify the first breakpoints, so many, but for those that have been."""
+        if most <= self._done:
+            return
+        first = max(self._done - 2, 0)
+        points = self.points[first:]
+        own = points[: most - first]
+        if self.exact is not None:
+            ends = ((point.states, end) for before, point in pairwise(own) for end in (before, point))
+            is_verified = all(
+                self.exact.satisfies(states, end.s, end.z, end.w) for states, end in ends if states is not None
+            )
+        else:
+            t, z = np.array([point.t for point in points]), _rows([point.z for point in points], self.family)
+            states = _rows([point.states for point in points[1:]], self.family, np.int8)
+            t, z, w, is_verified = verify(self.family, t, z, states, self.limits.tol, self._done - first, len(own))
+            rows = zip(own, t.tolist(), z, w, strict=True)
+            own = [point._replace(t=t, z=z, w=w) for point, t, z, w in rows]
+        with deferring_signals():
+            self.points[first:most], self._done = own, most
+            self._are_solutions &= is_verified
+
+    def _path(self) -> Path:
+        """Return the path, verified, without its end."""
+        self._verify(len(self.points))
+        family, points, exact = self.family, self.points, None
+        z, w = [point.z for point in points], [point.w for point in points]
+        if self.exact is not None:
+            start, stop = Fraction(family.start), Fraction(family.stop)
+            exact = ExactPath([start + point.s * (stop - start) for point in points], z, w)
+            z, w = ([rounded(row) for row in rows] for rows in (z, w))
+        t, states = np.array([point.t for point in points]), [point.states for point in points[1:]]
+        is_verified = bool(points) and self._are_solutions
+        arrays = _rows(z, family), _rows(w, family), _rows(states, family, np.int8)
+        return Path(family, t, *arrays, "", "", is_verified, 0.0, exact=exact)

@@ -252,7 +252,6 @@ class Pivoting:
                 self.system.moved = self.system.moved + rate * column
 
     def _exchange(self, entering: Variable, leaving: Variable) -> None:
-        """Make the entering variable basic in place of the leaving one."""
         system, moved = self.system, self.system.moved
         if entering.kind == Z:
             self._shift(entering.at, -1.0)
@@ -294,7 +293,6 @@ class Pivoting:
 
 
 def _change(first: Vector, last: Vector) -> Vector:
-    """Return how bounds change, 0 where they are infinite."""
     with np.errstate(invalid="ignore"):
         return np.where(first == last, 0.0, last - first)
 
@@ -317,7 +315,6 @@ class ExactFamily:
         )
 
     def w(self, s: Fraction, z: Values) -> Values:
-        """Return w = M z + q at s."""
         return [w + s * change for w, (_, change) in zip(self._first.w(z), self.q, strict=True)]
 
     def satisfies(self, states: States, s: Fraction, z: Values, w: Values) -> bool:
@@ -380,12 +377,10 @@ class ExactPivoting(pivoting.Pivoting):
         return all(row[0] >= 0 for form, row in self.here.rows.items() if form in self.here.signed)
 
     def vertex(self) -> tuple[Fraction, Values]:
-        """Return s and z of the dictionary."""
         s, each = self.value_of(self.parameter), zip(self._bases, self._signs, self._own, strict=True)
         return s, [base + s * change + sign * self.value_of(form) for (base, change), sign, form in each]
 
     def edges(self) -> Iterator[Edge]:
-        """Yield one edge of the path after another."""
         last = {self.parameter, self.parameter + 1}
         for pivot in self.follow(self.parameter, last):
             states = np.array(pivot.states, np.int8)

@@ -18,7 +18,7 @@ those of a double, NEGLIGIBLE of the numbers between which q(t) and z(t) move ma
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -38,15 +38,6 @@ SHARE, NEAR = 2.0**-10, 2.0**-32  # of the pieces beside, and of z at their ends
 ADJACENT, NEARBY = (1, -1), (16, -16, 256, -256)  # doubles by which t may be replaced
 
 
-class Verified(NamedTuple):
-    """m breakpoints: t of shape (m,), z and w of shape (m, n), and whether they and the pieces are verified."""
-
-    t: Vector
-    z: Vector
-    w: Vector
-    is_verified: bool
-
-
 def _beside(pieces: Any) -> tuple[Any, Any]:
     """Return for each breakpoint the row of the piece before it and of that after it; at the ends both are the same."""
     if not len(pieces):
@@ -58,8 +49,9 @@ def _beside(pieces: Any) -> tuple[Any, Any]:
 @np.errstate(all="ignore")
 def verify(
     family: Family, t: Vector, z: Vector, states: States, tol: float, known: int = 0, some: int | None = None
-) -> Verified:
-    """Return the breakpoints from those that were found, and whether they are verified.
+) -> tuple[Vector, Vector, Vector, bool]:
+    """Return the breakpoints from those that were found: t of shape (m,), z and w of shape (m, n), and whether they and
+    the pieces between them are verified.
 
     z, states : shapes (m, n) and (m - 1, n). known : how many of the first ones are results of an earlier call. some :
     how many are returned; the others, of which none has the t of the last of these, are only neighbours.
@@ -67,7 +59,7 @@ def verify(
     breakpoints = _Breakpoints(family, t.copy(), z, states, tol, known)
     most = t.size if some is None else some
     is_verified = breakpoints.settle(range(known, most)) and breakpoints.are_pieces(most)
-    return Verified(breakpoints.t[:most], breakpoints.z[:most], breakpoints.w[:most], is_verified)
+    return breakpoints.t[:most], breakpoints.z[:most], breakpoints.w[:most], is_verified
 
 
 class _Breakpoints:
@@ -131,12 +123,8 @@ class _Breakpoints:
 
     def _run(self, k: int) -> tuple[int, int]:
         """Return the first breakpoint with the t of breakpoint k, and the first one after it with another t."""
-        first, end = k, k + 1
-        while first and self.t[first - 1] == self.t[k]:
-            first -= 1
-        while end < self.t.size and self.t[end] == self.t[k]:
-            end += 1
-        return first, end
+        others = np.flatnonzero(self.t != self.t[k])
+        return int(others[others < k].max(initial=-1)) + 1, int(others[others > k].min(initial=self.t.size))
 
     def _settles(self, first: int, end: int) -> bool:
         """Return whether breakpoints with one t solve their problems, or do after a replacement, which is made."""

@@ -40,7 +40,6 @@ class Dictionary:
             self.rows = {form: [flint.fmpz(value) for value in row] for form, row in in_time(rows.items())}
 
     def copy(self) -> Dictionary:
-        """Return a copy that can be pivoted independently."""
         other = Dictionary.__new__(Dictionary)
         other.__dict__.update(self.__dict__)
         other.rows, other.cobasic, other.signed = dict(self.rows), list(self.cobasic), set(self.signed)

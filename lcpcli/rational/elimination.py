@@ -157,7 +157,6 @@ def eliminated(A: Rows, previous: int) -> Rows:
 
 
 def symmetrized(A: Rows) -> Rows:
-    """Return A + A'."""
     return [[value + A[j][i] for j, value in enumerate(row)] for i, row in enumerate(A)]
 
 
@@ -209,7 +208,6 @@ def principal_minors(A: Rows, check: Callable[[], None]) -> Iterator[tuple[tuple
 
 
 def determinant(A: Rows) -> int:
-    """Return the determinant of a square integer A."""
     sign, previous = 1, 1
     while len(A) > 1:
         k = next((i for i, row in enumerate(A) if row[0]), None)
@@ -281,7 +279,6 @@ class Effort:
         self._most, self.spent = seconds, 0.0
 
     def allows(self, seconds: float = 0.0) -> bool:
-        """Return whether so much work may still be done."""
         return self.spent + seconds <= self._most and seconds < remaining()
 
     def spend(self, seconds: float) -> None:

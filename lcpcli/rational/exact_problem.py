@@ -61,7 +61,6 @@ class ExactProblem:
 
     @cached_property
     def bits(self) -> int:
-        """Return the number of bits of the longest number of M and q."""
         numbers = (value for row, c in zip(self.rows, self.constants, strict=True) for value in (c, *row.values()))
         return max((value.bit_length() for value in numbers), default=0)
 
@@ -89,14 +88,6 @@ class ExactProblem:
         """Return the problem with the shortest decimal of each double: as written, up to 15 digits."""
         return cls(problem, *decimal_parts_of(problem))
 
-    def has_matrix_of(self, other: ExactProblem) -> bool:
-        """Return whether another problem has the same M."""
-        pairs = zip(in_time(self.rows), other.rows, self.scales, other.scales, strict=True)
-        return all(
-            row is own or (row.keys() == own.keys() and all(a * scale == own[j] * factor for j, a in row.items()))
-            for row, own, factor, scale in pairs
-        )
-
     @property
     def M(self) -> Rows:
         rows = zip(self.rows, self.scales, strict=True)
@@ -111,7 +102,6 @@ class ExactProblem:
         ]
 
     def is_solution(self, z: Sequence[Fraction]) -> bool:
-        """Return whether z solves the problem."""
         return not any(self.gaps(z, self.w(z)))
 
     def gaps(self, z: Sequence[Fraction], w: Sequence[Fraction]) -> list[Fraction]:
@@ -146,16 +136,8 @@ class ExactProblem:
         """Return whether `problem` holds the data without rounding."""
         if any(scale & (scale - 1) for scale in self.scales):  # denominators of doubles are powers of two
             return False
-        if _bounds_of(self.problem, number_of) != [self.lower, self.upper]:
-            return False
-        M, q = rows_of(self.problem.M, float), self.problem.q.tolist()  # no fractions, which would take much longer
-        each = zip(in_time(self.rows), M, self.constants, q, self.scales, strict=True)
-        return all(
-            row.keys() == own.keys()
-            and _is_ratio(constant, scale, value)
-            and all(_is_ratio(a, scale, own[j]) for j, a in row.items())
-            for row, own, constant, value, scale in each
-        )
+        own, rounded = vars(self), vars(self.of_floats(self.problem))
+        return all(own[name] == rounded[name] for name in ("rows", "constants", "scales", "lower", "upper"))
 
     def in_integers(self) -> Problem | None:
         """Return the problem with its rows times `scales`, with the same z; None if doubles cannot represent it."""
@@ -166,12 +148,6 @@ class ExactProblem:
             return None
         M, q = _like(self.problem.M, self.rows), np.array(self.constants, dtype=float)
         return Problem(M, q, name=self.problem.name, lower=self.problem.lower, upper=self.problem.upper)
-
-
-def _is_ratio(whole: int, scale: int, double: float) -> bool:
-    """Return whether a double is exactly whole / scale."""
-    numerator, denominator = double.as_integer_ratio()
-    return whole * denominator == numerator * scale
 
 
 def _in_integers(row: dict[int, Any], constant: Any) -> tuple[dict[int, int], int, int]:
@@ -208,7 +184,6 @@ def parts_of(data: Problem | Matrix, number: Callable[[Any], Fraction] = number_
 
 
 def _bounds_of(problem: Problem, number: Callable[[float], Fraction]) -> list[Bounds]:
-    """Return the lower and the upper bounds of a problem."""
     return [bounds_of(bound, number) for bound in problem.box.vectors(problem.n)]
 
 
@@ -240,7 +215,6 @@ def fractions_of(values: Vector) -> list[Fraction]:
 
 
 def _like(M: Matrix, rows: list[dict[int, int]]) -> Matrix:
-    """Return the matrix of these rows, sparse if M is sparse."""
     if not is_sparse(M):
         return np.array([[float(row.get(j, 0)) for j in range(len(rows))] for row in in_time(rows)])
     with imports:

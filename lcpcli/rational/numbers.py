@@ -191,7 +191,6 @@ def primitive(values: Sequence[int]) -> list[int]:
 
 
 def dot(a: Sequence[int], b: Sequence[int]) -> int:
-    """Return a'b for integers."""
     return sum(i * j for i, j in zip(a, b, strict=True) if i and j)
 
 
@@ -287,6 +286,5 @@ def written(parse: Callable[[Doubles], T]) -> Written[T]:
 
 
 def exact_vector(parse: Callable[[Doubles], Vector]) -> list[Fraction]:
-    """Return a vector with the numbers as they are written."""
     found = written(parse)
     return [found.number(value) for value in found.own.tolist()]

@@ -13,7 +13,6 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from itertools import product
-from typing import NamedTuple
 
 from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.numbers import primitive
@@ -33,21 +32,14 @@ class Vertex(Point):
         return self._hash
 
 
-class Generators(NamedTuple):
-    """The polyhedron of all convex combinations of vertices, plus nonnegative combinations of rays, plus lines.
+def generators(start: Dictionary, forms: Sequence[int], most: float = math.inf) -> list[list[Direction]] | None:
+    """Return the vertices, rays and lines of a polyhedron from a feasible dictionary; None if they take more than
+    `most` bases. The polyhedron is the product of the polyhedra of independent parts.
 
-    Each is given by the values of some forms, in integers without a common divisor; the values of a vertex are divided
-    by the number before them. If there are lines, points, one on each minimal face, take the place of the vertices.
+    Each is given by the values of forms that distinguish points, in integers without a common divisor; the values of a
+    vertex are divided by the number before them. If there are lines, points, one on each minimal face, take the place
+    of the vertices.
     """
-
-    vertices: list[Direction]
-    rays: list[Direction]
-    lines: list[Direction]
-
-
-def generators(start: Dictionary, forms: Sequence[int], most: float = math.inf) -> Generators | None:
-    """Return the generators of a polyhedron from a feasible dictionary, as values of forms that distinguish points;
-    None if they take more than `most` bases. The polyhedron is the product of the polyhedra of independent parts."""
     start = start.copy()
     lines = _without_lines(start, forms)
     place = {form: i for i, form in enumerate(forms, 1)}
@@ -80,7 +72,7 @@ def generators(start: Dictionary, forms: Sequence[int], most: float = math.inf) 
             for i, value in zip(places, point, strict=True):
                 values[i] = factor * value
         vertices.append(tuple(values))
-    return Generators(vertices, rays, lines)
+    return [vertices, rays, lines]
 
 
 def _values(here: Dictionary, forms: Iterable[int]) -> Direction:

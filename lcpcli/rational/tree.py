@@ -9,12 +9,12 @@ opposite sign; a free z_i is y_i itself. The forms of a dictionary are y_i, w_i 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
 from math import gcd, lcm
-from typing import Any, Protocol, TypeVar
+from typing import Any
 
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.rational.dictionary import Dictionary
@@ -22,7 +22,6 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import primitive
 from lcpcli.rational.polyhedra import Direction, Point, Vertex
 
-N = TypeVar("N")
 OBJECTIVE = 3  # times n: the number of the form of an objective, behind those of y, w and the rest of boxes
 
 
@@ -79,7 +78,6 @@ class Unknowns:
         return Vertex(Fraction(value, divisor) for value in y)
 
     def point(self, node: Node) -> Point:
-        """Return the node's point in terms of z."""
         here = node.dictionary
         return self.vertex((int(here.divisor), *map(here.value, range(self.n))))
 
@@ -273,20 +271,11 @@ class Cover:
         return numbers
 
 
-class Nodes(Protocol[N]):
-    """What the search asks about nodes of a type, as in `Unknowns`. check : called before each node; it may raise."""
-
-    check: Callable[[], None]
-
-    def violations(self, node: N) -> Mapping[int, Any] | None: ...
-    def unsettled(self, node: N) -> int | None: ...
-    def children(self, node: N, k: int) -> Iterable[N]: ...
-
-
-def explored(nodes: Nodes[N], pending: Any) -> Iterator[tuple[N, bool]]:
+def explored(nodes: Any, pending: Any) -> Iterator[tuple[Any, bool]]:
     """Yield each node once it has been examined, and whether it is a leaf, with nothing to branch on. The states of the
     unknown that is violated most make the children; where none is, of one whose states are open.
 
+    nodes : has `check`, which may raise, `violations`, `unsettled` and `children`, as `Unknowns` does.
     pending : a list, which is searched depth first, or a queue with its `pop` and `extend`.
     """
     while pending:

@@ -123,7 +123,7 @@ def test_an_interrupted_path_is_the_part_up_to_there(exact: bool, monkeypatch: p
 
     def interrupt(self: following._Following, edge: Edge) -> None:
         append(self, edge)
-        if len(self.found.points) == 4:
+        if len(self.points) == 4:
             raise KeyboardInterrupt
 
     monkeypatch.setattr(following._Following, "_append", interrupt)
@@ -341,7 +341,7 @@ def test_only_a_path_whose_pieces_are_solutions_throughout_is_verified(
 ) -> None:
     family = Family(*(Problem([[1.0]], [q]) for q in ends))
     columns = (np.array(values, float)[:, np.newaxis] for values in (z, states))
-    assert verify(family, np.array(t, float), *columns, 1e-10).is_verified == is_verified
+    assert verify(family, np.array(t, float), *columns, 1e-10)[-1] == is_verified
 
 
 def test_a_corner_at_a_third_lies_on_the_side_that_has_solutions() -> None:
@@ -376,9 +376,9 @@ def test_a_path_is_not_verified_if_its_first_part_is_not(monkeypatch: pytest.Mon
     real, made = following.verify, list[bool]()
 
     def doubtful_at_first(*given: Any) -> Any:
-        found = real(*given)
-        made.append(found.is_verified)
-        return found._replace(is_verified=len(made) > 1)
+        *found, is_verified = real(*given)
+        made.append(is_verified)
+        return *found, len(made) > 1
 
     monkeypatch.setattr(following, "AT_ONCE", 1)
     monkeypatch.setattr(following, "verify", doubtful_at_first)
