@@ -26,7 +26,7 @@ from lcpcli.files import contents
 from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.options import Limits
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.solving import proof, reference
+from lcpcli.solving import proof
 from lcpcli.solving.driver import run
 from lcpcli.solving.proof import prove, with_reference
 
@@ -215,7 +215,7 @@ def test_reference_is_exact_where_rational_arithmetic_can_be_had(monkeypatch: py
     assert (exactly.reference, exactly.solutions[0].tolist()) == ("exact", [1 / 3, 0.0])
     monkeypatch.setitem(sys.modules, "flint", None)
     assert with_reference(problem).reference == "exact"
-    monkeypatch.setattr(reference, "MOST_EXACT_UNKNOWNS", 1)
+    monkeypatch.setattr(proof, "MOST_EXACT_UNKNOWNS", 1)
     assert with_reference(problem).reference == "computed"
     assert with_reference(problem).solutions[0].tolist() == [1 / 3, 0.0]
 
