@@ -143,14 +143,6 @@ def all_basic(structure: Structure) -> Stage:
     return newton(problem, (lower + upper) / 4, patience, _is_hasty(problem))
 
 
-def pivoted(structure: Structure) -> Stage:
-    """Follow Lemke's path to its end without iterates in between."""
-    with imports:
-        from lcpcli.methods.lemke import pivoted
-    reduction = None if structure.reduced is None else structure.reduced(structure.problem)
-    return pivoted(structure.problem, structure.follow, reduction, lambda: structure.is_semidefinite)
-
-
 def lemke(structure: Structure) -> Stage:
     """Follow Lemke's path, not much longer than those that end at a solution."""
     with imports:
@@ -230,7 +222,7 @@ FIRST = (
     Row(
         *("lemke", "", "there are few unknowns, with numbers of usual size"),
         lambda s: s.is_pivoted and not (s.game and s.problem.n > MOST_PIVOTED_GAME),
-        pivoted,
+        by("lemke.pivoted", lambda s: (s.problem, s.follow, s.reduction, lambda: s.is_semidefinite)),
     ),
 )
 BRIEF = (
