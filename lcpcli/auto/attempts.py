@@ -43,6 +43,7 @@ SIMPLEX_EFFORT, SIMPLEX_EFFORT_BY_ORDER, LEAST_SIMPLEX_EFFORT = 4e-5, 1e-9, 0.1
 NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relative to the last step, if it is to go on
 SETTLED_CHANGES = 3  # of state in a step of newton: so few do not end it
 MOST_BAND_STEPS = 5  # of newton with factors of a band: it settles in these, or takes as many as there are unknowns
+CHANDRASEKARAN = "Chandrasekaran's method"
 MOST_SMALL_BAND_STEPS = 25  # the same for a small M, where other attempts take longer
 
 Begin: TypeAlias = Callable[[Structure], Stage]
@@ -142,20 +143,6 @@ def all_basic(structure: Structure) -> Stage:
     return newton(problem, (lower + upper) / 4, patience, _is_hasty(problem))
 
 
-def from_basic_zeros(structure: Structure) -> Stage:
-    """Run newton from w = 0 where q <= 0."""
-    problem = structure.thin
-    return newton(problem, np.where(problem.q <= 0, 0.5, -0.5), _single_exchanges(structure), _is_hasty(problem))
-
-
-def pivoted(structure: Structure) -> Stage:
-    """Follow Lemke's path to its end without iterates in between."""
-    with imports:
-        from lcpcli.methods.lemke import pivoted
-    reduction = None if structure.reduced is None else structure.reduced(structure.problem)
-    return pivoted(structure.problem, structure.follow, reduction, lambda: structure.is_semidefinite)
-
-
 def lemke(structure: Structure) -> Stage:
     """Follow Lemke's path, not much longer than those that end at a solution."""
     with imports:
@@ -195,7 +182,7 @@ FIRST = (
     Row(
         *("newton", "from w = 0 where q <= 0", "no entry off the diagonal is positive, and some of q are 0"),
         lambda s: s.basic_zeros is not None,
-        from_basic_zeros,
+        lambda s: newton(s.thin, np.where(s.thin.q <= 0, 0.5, -0.5), _single_exchanges(s), _is_hasty(s.thin)),
     ),
     Row(
         *("sparse", "products with M, coarse versions of M, factors", "M is large and sparse, of no convex program"),
@@ -228,18 +215,14 @@ FIRST = (
         all_basic,
     ),
     Row(
-        *(
-            "newton",
-            "Chandrasekaran's method",
-            "no entry off the diagonal is positive, and z >= 0 alone is asked for",
-        ),
+        *("newton", CHANDRASEKARAN, "no entry off the diagonal is positive, and z >= 0 alone is asked for"),
         lambda s: s.has_no_positive_links and not (s.problem.is_mixed or _is_too_large_for_fractions(s)),
         by("z_matrix.z_matrix"),
     ),
     Row(
         *("lemke", "", "there are few unknowns, with numbers of usual size"),
         lambda s: s.is_pivoted and not (s.game and s.problem.n > MOST_PIVOTED_GAME),
-        pivoted,
+        by("lemke.pivoted", lambda s: (s.problem, s.follow, s.reduction, lambda: s.is_semidefinite)),
     ),
 )
 BRIEF = (
@@ -276,7 +259,7 @@ LATER = (
         by("interior.first_attempts", lambda s: (s.thin,)),
     ),
     Row(
-        *("newton", "Chandrasekaran's method", "M is large and sparse, and no entry off the diagonal is positive"),
+        *("newton", CHANDRASEKARAN, "M is large and sparse, and no entry off the diagonal is positive"),
         lambda s: s.has_no_positive_links and _is_too_large_for_fractions(s) and not s.problem.is_mixed,
         by("z_matrix.z_matrix"),
     ),

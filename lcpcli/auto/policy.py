@@ -50,7 +50,9 @@ from lcpcli.methods.stages import (
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify import measure
-from lcpcli.verify.certificate import infeasible, is_clear, proves_infeasible
+from lcpcli.verify.certificate import EXHAUSTION_EFFORT, Certificate, infeasible, is_clear, proves_infeasible
+from lcpcli.verify.exact_solution import from_point, is_rounded_solution, refined
+from lcpcli.verify.ill_posed import enclosed, settled
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
@@ -58,7 +60,6 @@ if TYPE_CHECKING:
 
     from lcpcli.rational.elimination import Effort
     from lcpcli.rational.exact_problem import ExactProblem
-    from lcpcli.verify.certificate import Certificate
 
 REFINED = "refined"
 MOST_REFINEMENTS = 3  # of one point: each may change states that those before it have left wrong
@@ -147,8 +148,6 @@ def _searched(problem: Problem, x0: Vector, milp: bool = True, **how: Any) -> St
     if isinstance(ending, Finished) and problem.reference_z is not None:
         point = Point(Criterion(problem), problem.box.z_of(turns.last.x))
         if point.solution() is None:
-            with imports:
-                from lcpcli.verify.ill_posed import settled
             doubt = settled(problem, point.z, point.criterion.tol)
             if doubt is None or doubt.fault:
                 ending = yield from turns.take("", search(problem, Turns(x0), tried=None))
@@ -221,9 +220,6 @@ def _improved(problem: Problem, turns: Turns, tol: float) -> Generator[Iterate, 
     solution up to rounding, or one is shown to exist by one system with its states."""
     if problem.n <= measure.FEW_UNKNOWNS:
         return isinstance((yield from exactly(problem, turns)), Finished)
-    with imports:
-        from lcpcli.verify.exact_solution import is_rounded_solution, refined
-        from lcpcli.verify.ill_posed import enclosed
     box = problem.box
     z, fault = enclosed(problem, box.z_of(turns.last.x), tol)
     if not fault:
@@ -440,8 +436,6 @@ def _exact(problem: Problem, z: Vector, tree: Tree | None) -> Stage:
     with imports:
         from lcpcli.rational.elimination import Effort
         from lcpcli.rational.exact_problem import ExactProblem
-        from lcpcli.verify.certificate import EXHAUSTION_EFFORT
-        from lcpcli.verify.exact_solution import from_point
     data, reason = ExactProblem.of_floats(problem) if tree is None else tree.data, UNDECIDED_IN_TIME
 
     def solutions() -> Iterator[list[Fraction]]:
@@ -472,7 +466,6 @@ def _rounded(
     """Yield (z - w) / 2 of an exact solution, rounded; return "", or why that is no solution."""
     with imports:
         from lcpcli.rational.numbers import rounded
-        from lcpcli.verify.exact_solution import is_rounded_solution
     z, w = rounded(exact_z), rounded(exact_w)
     if not (is_finite(z) and is_finite(w)):
         return OUT_OF_RANGE
@@ -487,7 +480,6 @@ def _no_solution(problem: Problem, data: ExactProblem) -> Certificate:
     with imports:
         from lcpcli.rational.elimination import Effort
         from lcpcli.rational.numbers import rounded_direction
-        from lcpcli.verify.certificate import EXHAUSTION_EFFORT, Certificate, infeasible, proves_infeasible
         from lcpcli.verify.farkas import farkas_vector
     y = None
     with suppress(TimeIsUp):

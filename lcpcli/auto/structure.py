@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from lcpcli.basis import tableau
 from lcpcli.basis.free_variables import Reduction
 from lcpcli.clock import imports
+from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.matrices import has_no_positive_links, is_sparse, thinned, width
 from lcpcli.methods.direct import (
     MOST_AS_DENSE,
@@ -60,6 +61,11 @@ class Structure:
         is_thin = is_sparse(M) and self.given.n > MOST_UNFILLED and M.nnz <= most
         return as_sparse(self.given, M) if is_thin else self.problem
 
+    @property
+    def reduction(self) -> Reduction | None:
+        """Return the problem in bounded variables, if it is kept."""
+        return None if self.reduced is None else self.reduced(self.problem)
+
     @cached_property
     def program(self) -> str:
         """Return "linear" or "quadratic" if M is large, sparse and that of a convex program; else ""."""
@@ -67,7 +73,6 @@ class Structure:
         if not (self.is_large_and_sparse and self.is_no_p_matrix):  # there are zeros for the rows of a program
             return ""
         with imports:
-            from lcpcli.linalg.krylov import is_semidefinite
             from lcpcli.methods.linear import is_skew
         if is_skew(M):
             return "linear"
@@ -108,8 +113,6 @@ class Structure:
     @cached_property
     def is_semidefinite(self) -> bool:
         """Return whether M + M' is positive semidefinite; it is assumed if M is large and sparse."""
-        with imports:
-            from lcpcli.linalg.krylov import is_semidefinite
         return self.is_large_and_sparse or is_semidefinite(self.given.M)
 
     @cached_property

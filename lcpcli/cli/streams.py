@@ -60,9 +60,9 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
     layout = result_formats.Layout.of(list(map(place, request.inputs.files)), output.width)
     task = Task(request, form, layout, every)
     if request.sequence:
-        from lcpcli.solving.solver import SequenceSteps
+        from lcpcli.solving.solver import Solver
 
-        task = task._replace(steps=SequenceSteps({**request.given_limits, "interrupts": "return"}))
+        task = task._replace(steps=Solver.of(None, {**request.given_limits, "interrupts": "return"}))
     tally = _Tally()
     if log_path is None:
         destination: AbstractContextManager[Write] = nullcontext(partial(emit, color=False))

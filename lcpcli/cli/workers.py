@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from lcpcli.cli.pools import Pool
     from lcpcli.cli.request import AnyProblem
     from lcpcli.solving.result import Result
-    from lcpcli.solving.solver import SequenceSteps
+    from lcpcli.solving.solver import Solver
 
 PIECE_SECONDS = 0.1  # of work that is handed over: long against the milliseconds that this costs, short for the user
 LOST = "breakdown"
@@ -66,7 +66,7 @@ class Task(NamedTuple):
     form: str
     layout: Layout
     every: int | None
-    steps: SequenceSteps | None = None
+    steps: Solver | None = None
 
     def all_of(self, works: Sequence[Work]) -> Records:
         """Return the records of several inputs, a list for each, and the seconds that they took.
@@ -119,7 +119,7 @@ class Task(NamedTuple):
         inputs, compiled = self.request.inputs, uses_kernels(None, work.sources[0].item or 0)
         for read in inputs.problems(work, takes_models=self.steps is None):
             if self.steps is not None:
-                result = self.steps.solve(read.problem, compiled)
+                result = self.steps.follow(read.problem, compiled)
             else:
                 chosen = self.request.options_for(read.problem)
                 (result,) = self.request.run(read.problem, chosen, self._traces, of_many=True, compiled=compiled)

@@ -153,8 +153,7 @@ def verified(problem: Problem, values: Vector, tol: float, own: bool = False) ->
         readings = iter([proposal.with_step()])
     else:
         readings = _readings(proposal, values, own, lambda x, y: origin.z_of(x, y, proposal.data))
-    found = _first_accepted(verify(problem, z, tol) for z in readings)
-    return proposal.with_statement(found, tol)
+    return proposal.verified((verify(problem, z, tol) for z in readings), tol)
 
 
 def accepting(problem: Problem, values: Vector, found: Verification, own: bool = False) -> float | None:
@@ -183,8 +182,8 @@ def verified_exactly(
         readings = iter([_completed(data, proposal, exact, np.array(y, dtype=object))])
     else:
         readings = _readings(proposal, exact, own, lambda x, y: _completed(data, proposal, x, y))
-    found = _first_accepted(verify_exactly(data, list(z), w if len(values) == data.n else None) for z in readings)
-    return proposal.with_statement(found, TOL.value)
+    given_w = w if len(values) == data.n else None
+    return proposal.verified((verify_exactly(data, list(z), given_w) for z in readings), TOL.value)
 
 
 def verified_proof(
@@ -242,12 +241,6 @@ def step_from(data: ProgramData, x: Vector) -> MultiplierStep | None:
     return MultiplierStep(found.y * unit / heights, -t * (slope + t * curvature / 2))
 
 
-@np.errstate(all="ignore")
-def terms_of_objective(data: ProgramData, x: Vector) -> float:
-    """Return the sum of the sizes of the terms of x'Qx / 2 + c'x."""
-    return float(np.abs(x) @ (absolute_product(data.Q, np.abs(x)) / 2 + np.abs(data.c)))
-
-
 def _around(value: Vector, lower: Vector, upper: Vector) -> tuple[Vector, Vector]:
     """Return how far a value may move down and up; beyond a bound it may move no farther."""
     equal = lower == upper
@@ -273,14 +266,18 @@ class _Proposal:
         y = np.zeros(self.data.row_lower.size) if self.step is None else self.step.y
         return self.origin.z_of(self.x, y, self.data)
 
-    def with_statement(self, found: Verification, tol: float) -> Verification:
-        """Return the verification with a statement on x, and with the multipliers if they had to be sought."""
+    def verified(self, of_readings: Iterator[Verification], tol: float) -> Verification:
+        """Return the first verification that is accepted, or else the first of all, with a statement on x, and with the
+        multipliers if they had to be sought."""
+        found = next(of_readings)
+        found = found if found.accepted else next((other for other in of_readings if other.accepted), found)
         if not found.accepted:
             return replace(found, statement=self._fault(tol))
         y = self.sign * self.with_step()[self.k : self.problem.n - self.origin.ranges] + 0.0
         statement = kind_of_point(self.data, self.origin).statement
         return replace(found, statement=statement, multipliers=y if self.needs_multipliers else None)
 
+    @np.errstate(all="ignore")
     def _fault(self, tol: float) -> str:
         if violated := _violated(self.origin, self.data, self.x, tol):
             return f"x is not feasible: {violated}"
@@ -288,7 +285,9 @@ class _Proposal:
         word, value = WORDS[origin.sense], self.sign * self.data.objective(self.x) + origin.constant
         if self.step is None:
             return feasible
-        if self.step.gain > max(tol, LEAST_GAIN) * terms_of_objective(self.data, self.x):
+        size = np.abs(self.x)
+        terms = float(size @ (absolute_product(self.data.Q, size) / 2 + np.abs(self.data.c)))  # of the objective
+        if self.step.gain > max(tol, LEAST_GAIN) * terms:
             gain = approximate(Fraction(float(self.step.gain)), -1, 2)
             far = f"at least {gain} {OBJECTIVE_CLAUSES[self.origin.sense]}"
             return f"{feasible}, but not a {word}: its objective {value:.7g} is {far}"
@@ -317,12 +316,6 @@ def _completed(data: ExactProblem, proposal: _Proposal, x: Any, y: Any) -> Any:
     ends = zip(rows.tolist(), data.lower[first:], data.upper[first:], strict=True)
     s = [w[i] if low is None or high is None else min(max(w[i], low), high) for i, low, high in ends]
     return np.concatenate((x, y, np.array(s, dtype=object)))
-
-
-def _first_accepted(found: Iterator[Verification]) -> Verification:
-    """Return the first verification that is accepted, or else the first of all."""
-    first = next(found)
-    return first if first.accepted else next((other for other in found if other.accepted), first)
 
 
 @np.errstate(all="ignore")

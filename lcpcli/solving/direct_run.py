@@ -202,8 +202,10 @@ def solved_directly(session: Session) -> Result | None:
     dense = problem if fast is None and direct.is_full_band(problem.M) else direct.as_dense(problem)
     if start is not None and start.z is not None:
         if start.gap <= NEARLY_SOLVED * problem.sizes_of_q[1]:
-            point = _point_at(start.z, dense, session, fast)
-            if point is not None:
+            point, box = session.point(start.z, dense), dense.box
+            if fast is not None and box.is_orthant and fast.solves(dense, start.z, session.limits.tol):
+                point = Point.of_solution(point.criterion, start.z)
+            if np.array_equal(box.project(start.z), start.z) and point.solves():
                 return session.judged(point, 0, ("auto",))
         if not start.is_near or problem.n <= FEW_UNKNOWNS:  # pivoting takes no longer than a system and judging it
             session.start = None
@@ -252,9 +254,14 @@ def _answers(
         yield answer
         if answer is not None:
             return
-    elif start is None and _is_solution(problem, problem.reference_point):
-        yield DirectAnswer(np.array(problem.reference_point), False, 0)
-        return
+    elif start is None:
+        reference, box = problem.reference_point, problem.box  # as far as the signs of w show whether it is a solution
+        is_solution = not np.count_nonzero(problem.q < 0) if box.is_orthant else None
+        if is_solution is None:
+            is_solution = np.array_equal(box.project(reference - problem.q_ref), reference)
+        if is_solution:
+            yield DirectAnswer(np.array(reference), False, 0)
+            return
     if not has_diagonal and fast is not None and problem.box.is_orthant:  # newton rarely settles
         yield fast.lemke(problem, tol, basic)
 
@@ -264,23 +271,6 @@ def mixed_answer(problem: Problem, tol: float) -> DirectAnswer | None:
     with imports:
         from lcpcli.kernels.compiled_mixed import mixed
     return mixed(problem, tol)
-
-
-def _is_solution(problem: Problem, reference: Vector) -> bool:
-    """Return whether the reference point solves the problem, as far as the signs of w tell."""
-    if problem.box.is_orthant:
-        return not np.count_nonzero(problem.q < 0)
-    return np.array_equal(problem.box.project(reference - problem.q_ref), reference)
-
-
-def _point_at(z: Vector, problem: Problem, session: Session, fast: ModuleType | None) -> Point | None:
-    """Return the point of a z, if it solves the problem, whose M is dense; else None."""
-    point = session.point(z, problem)
-    if not np.array_equal(problem.box.project(z), z):
-        return None
-    if fast is not None and problem.box.is_orthant and fast.solves(problem, z, session.limits.tol):
-        return Point.of_solution(point.criterion, z)
-    return point if point.solves() else None
 
 
 @np.errstate(over="raise", invalid="raise", divide="raise")

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from lcpcli.solving.result import Result, Status
 from lcpcli.typing import States, Vector
 from lcpcli.verify.certificate import KINDS, Certificate, confirm
 from lcpcli.verify.exact_solution import is_rounded_difference
-from lcpcli.verify.ill_posed import Settled, large_solution, settled
+from lcpcli.verify.ill_posed import large_solution, settled
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
@@ -125,7 +125,10 @@ class Loop:
             self.first_bound = bound
         if self.observer:
             self.observer.note(iterate.method or self.method, self.k, bound)
-        solution = None if point is None else self._solution(iterate, point)
+        solution = None
+        if point is not None:  # one near it is sought for many unknowns, not within an iteration, which goes on
+            is_last = iterate.F is None and self.k > 0 and self.problem.n > FEW_UNKNOWNS
+            solution = point.solution() if is_last else point if point.solves() else None
         if solution is not None:
             self.best, self.solution, self.end = iterate.x, solution, iterate.basis
             self.extra += 1
@@ -149,13 +152,6 @@ class Loop:
         point = self._at(iterate.x)
         return point.size if self.k and not point.solves() else math.inf, point
 
-    def _solution(self, iterate: Iterate, point: Point) -> Point | None:
-        """Return the point if it solves the problem, or else one near it that does. The latter is sought only for
-        many unknowns, as there is exact arithmetic for few, and not within an iteration, which goes on anyway."""
-        if iterate.F is None and self.k and self.problem.n > FEW_UNKNOWNS:
-            return point.solution()
-        return point if point.solves() else None
-
     def _stopping_rule(self, iterate: Iterate, bound: float) -> tuple[Status, str] | None:
         """Return the status and the reason of the first stopping rule that applies, other than a solution."""
         grows = declared(self.method).iterates and not bound <= GROWTH_LIMIT * self.first_bound
@@ -175,24 +171,21 @@ class Loop:
         return not sizes[1] <= GROWTH_LIMIT * sizes[0]
 
     def _ended(self, ending: Ending) -> tuple[Status, str]:
-        """Return the status and the reason when the method itself ends."""
+        """Return the status and the reason when the method itself ends: those that a certificate justifies, once it is
+        verified on M and q."""
         self._note_method(ending.method)
         if isinstance(ending, stages.NoSolution):
-            return self._without_solution(ending.certificate)
+            claim = ending.certificate
+            self.certificate = confirm(self.problem, claim, declared(self.method).excludes_exactly)
+            if self.certificate is None:
+                return Status.STALLED, KINDS[claim.kind].unverified
+            return STATUS_OF_CERTIFICATE[self.certificate.kind], self.certificate.statement
         if isinstance(ending, stages.Finished):
             return Status.STALLED, f"{ending.reason}, but z does not solve the problem" if ending.reason else FINISHED
         if isinstance(ending, stages.Breakdown):
             return Status.BREAKDOWN, ending.reason
         time_is_up = self._time_is_up() or (isinstance(ending, stages.OutOfTime) and remaining() < math.inf)
         return (Status.TIME_LIMIT if time_is_up else Status.STALLED), ending.reason
-
-    def _without_solution(self, claim: Certificate) -> tuple[Status, str]:
-        """Return the status that a certificate justifies, once it is verified on M and q."""
-        certificate = confirm(self.problem, claim, declared(self.method).excludes_exactly)
-        if certificate is None:
-            return Status.STALLED, KINDS[claim.kind].unverified
-        self.certificate = certificate
-        return STATUS_OF_CERTIFICATE[certificate.kind], certificate.statement
 
     def _note_method(self, method: str) -> None:
         """Add a method to the route; "" is the requested method."""
@@ -289,10 +282,10 @@ class Loop:
         if self.criterion.is_linear and not self.interrupted and status is not Status.TIME_LIMIT:
             with suppress(TimeIsUp), within(self.limits.time_limit - self.stopwatch.elapsed()):
                 found = conclusion(self.criterion, last, best, rounded)
-                if found is not None and found.status is not Status.STALLED:
-                    self.certificate = found.certificate
-                    return found.point, found.reason, found.status
-                reason = reason if found is None or status is not Status.STALLED else found.reason
+                if found is not None and found[2] is not Status.STALLED:
+                    self.certificate = found[3]
+                    return found[:3]
+                reason = reason if found is None or status is not Status.STALLED else found[1]
         if rounded is not None:
             return last, reason, status
         best = min((last, best), key=lambda point: (not point.nearly_solves(), point.relative_residual, point.residual))
@@ -309,13 +302,8 @@ ENCLOSED = (
 DOUBT = "z satisfies each row by its own terms but is too large to be a solution beyond doubt, and {}"
 
 
-class Conclusion(NamedTuple):
-    """The point to report, the status that it justifies and the reason; with the proof of an ill-posed problem."""
-
-    point: Point
-    reason: str
-    status: Status
-    certificate: Certificate | None = None
+Conclusion: TypeAlias = tuple[Point, str, Status, Certificate | None]
+"""The point to report, the reason and the status that it justifies; with the proof of an ill-posed problem, or None."""
 
 
 def conclusion(criterion: Criterion, last: Point, best: Point, rounded: Certificate | None) -> Conclusion | None:
@@ -328,26 +316,20 @@ def conclusion(criterion: Criterion, last: Point, best: Point, rounded: Certific
     problem, tol, points = criterion.problem, criterion.tol, [last.z, best.z]
     if rounded is None:
         if is_rounded_difference(problem, last.z, tol):
-            return Conclusion(last, ROUNDED.format(last.relative_residual), Status.SOLVED)
+            return last, ROUNDED.format(last.relative_residual), Status.SOLVED, None
         doubt = settled(problem, last.z, tol) or settled(problem, best.z, tol)
         if doubt is None:
             return None
         rounded = doubt.certificate
         if rounded is None or not rounded.is_rounded:
-            return _without_rounding(Point(criterion, doubt.z), doubt, rounded)
+            point = Point(criterion, doubt.z)
+            if rounded is not None:
+                return point, rounded.statement, Status.INFEASIBLE, rounded
+            if doubt.fault:
+                return point, DOUBT.format(doubt.fault), Status.STALLED, None
+            return point, ENCLOSED.format(point.relative_residual), Status.SOLVED, None
     large = large_solution(problem, points, rounded, tol)
     if large is None:
         return None
     point = Point(criterion, large[0])
-    if point.solves():
-        return Conclusion(point, "", Status.SOLVED)
-    return Conclusion(point, large[1], Status.ILL_POSED, rounded)
-
-
-def _without_rounding(point: Point, doubt: Settled, proof: Certificate | None) -> Conclusion:
-    """Return the conclusion from what became of a doubt, with an exact proof that there is no solution, or none."""
-    if proof is not None:
-        return Conclusion(point, proof.statement, Status.INFEASIBLE, proof)
-    if doubt.fault:
-        return Conclusion(point, DOUBT.format(doubt.fault), Status.STALLED)
-    return Conclusion(point, ENCLOSED.format(point.relative_residual), Status.SOLVED)
+    return (point, "", Status.SOLVED, None) if point.solves() else (point, large[1], Status.ILL_POSED, rounded)

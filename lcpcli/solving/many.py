@@ -29,7 +29,7 @@ from lcpcli.options import THREADS, Limits
 from lcpcli.solving import direct_run
 from lcpcli.solving.call import COMMON_OPTIONS, RunOptions, SolverOptions, chosen, run
 from lcpcli.solving.result import Result
-from lcpcli.solving.solver import SequenceSteps, Solver
+from lcpcli.solving.solver import Solver
 from lcpcli.typing import BoundLike, Indices, Mask, Vector
 from lcpcli.verify.measure import Measure
 from lcpcli.verify.point import Criterion, Point
@@ -154,7 +154,7 @@ def solve_many(
         _refuse_as_problems(M, lower=lower, upper=upper, infinity=infinity)
         if sequence:
             _refuse_in_sequence(method, given.keys() - {"interrupts"}, "a sequence", "leave it out")
-            return map(SequenceSteps(given).solve, M)
+            return map(Solver.of(None, given).follow, M)
         return _one_by_one(M, method, given)
     if sequence:
         raise ParameterError("sequence", "is for Problems", "leave it out, or give q one by one, as by iter(Q.T)")

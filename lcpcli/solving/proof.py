@@ -14,7 +14,7 @@ In the same way the reference is found by which errors are measured, if no solut
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
@@ -119,25 +119,17 @@ def prove(exactly: Callable[[], ExactProblem], result: Result) -> Result:
 
 
 def _decided(data: ExactProblem, result: Result) -> Exact | None:
-    """Return what is proved, from the run or by a search."""
-    for run, is_exact in _runs(data, result):
-        exact = _exact(data, run, is_exact)
-        if exact is not None:
-            return exact
-    return _searched(data)
-
-
-def _runs(data: ExactProblem, result: Result) -> Iterator[tuple[Result, bool]]:
-    """Yield the result, then one for integer data, each with whether its data are exact rather than rounded."""
+    """Return what is proved, from the run, from one for integer data, or by a search."""
     is_exact = data.are_floats()
-    yield result, is_exact
-    whole = None if is_exact else data.in_integers()
+    exact = _exact(data, result, is_exact)
+    whole = None if exact is not None or is_exact else data.in_integers()
     if whole is not None:
         is_excluded = result.status is Status.UNSOLVABLE and result.route[-1:] == ("milp",)  # which would find it again
         other = driver.run(whole, "milp") if is_excluded else driver.run(whole, "auto", z0=_finite(result.z))
         if other.interrupted:
             raise KeyboardInterrupt
-        yield other, True
+        exact = _exact(data, other, True)
+    return _searched(data) if exact is None else exact
 
 
 def _exact(data: ExactProblem, run: Result, is_exact: bool) -> Exact | None:
@@ -161,7 +153,9 @@ def _searched(data: ExactProblem) -> Exact | None:
     """Return what a search decides in the remaining time, Lemke's method in half of it; None if that is nothing."""
     most = EXACT_SEARCH_EFFORT if remaining() == math.inf else math.inf
     try:
-        z, y = _by_z_matrix(data)
+        z = y = None
+        if not data.problem.is_mixed and Structure(data.problem, data.problem.q).has_no_positive_links:
+            z, y = decided(data, Effort(EXACT_EFFORT))
         if y is not None:
             return _infeasible(data, simplified(data, y))
         z = z or pivoting.solve(data, Effort(EXACT_SEARCH_EFFORT / 2))
@@ -173,14 +167,6 @@ def _searched(data: ExactProblem) -> Exact | None:
     except TimeIsUp:
         return None
     return Exact(Status.UNSOLVABLE, UNSOLVABLE) if y is None else _infeasible(data, simplified(data, y))
-
-
-def _by_z_matrix(data: ExactProblem) -> tuple[list[Fraction] | None, list[Fraction] | None]:
-    """Return what `z_matrix.decided` finds, if M is a Z-matrix and there are no bounds but z >= 0."""
-    problem = data.problem
-    if problem.is_mixed or not Structure(problem, problem.q).has_no_positive_links:
-        return None, None
-    return decided(data, Effort(EXACT_EFFORT))
 
 
 def _solved(data: ExactProblem, z: list[Fraction]) -> Exact | None:

@@ -6,7 +6,7 @@ Solutions of the linearizations of nonlinear problems: linear problems of which 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -123,9 +123,12 @@ def solve_mcp(
     """
     began, given = seconds(), chosen(options, NonlinearOptions.__annotations__, of="solve_mcp")
     if isinstance(F, NonlinearProblem):
-        bounds = {"lower": (lower, 0.0), "upper": (upper, math.inf), "infinity": (infinity, math.inf)}
-        others = {"J": (J, None), "x0": (x0, None), "names": (names or None, None), "jax": (jax, False)}
-        _refuse_given(bounds | others)
+        others: dict[str, tuple[Any, Any]]
+        others = {"lower": (lower, 0.0), "upper": (upper, math.inf), "infinity": (infinity, math.inf), "J": (J, None)}
+        others |= {"x0": (x0, None), "names": (names or None, None), "jax": (jax, False)}
+        for name, (value, default) in others.items():
+            if np.ndim(value) or value != default:
+                raise ParameterError(name, "has no effect on a NonlinearProblem, which has its own", "leave it out")
         problem = F if z0 is None else F.starting_at(z0)
     else:
         if x0 is not None and z0 is not None:
@@ -135,12 +138,6 @@ def solve_mcp(
             F, J = by_jax(F, J)
         problem = NonlinearProblem(F, J, lower=lower, upper=upper, infinity=infinity, x0=x0, names=names)
     return run_nonlinear(problem, pattern=pattern, began=began, limits=Limits.taken_from(given), **given)
-
-
-def _refuse_given(values: Mapping[str, tuple[Any, Any]]) -> None:
-    """Raise ParameterError for the first of these values, each with its default, that is not the default."""
-    for name in (name for name, (value, default) in values.items() if np.ndim(value) or value != default):
-        raise ParameterError(name, "has no effect on a NonlinearProblem, which has its own", "leave it out")
 
 
 @with_limited_threads
@@ -186,20 +183,14 @@ def run_nonlinear(
         stopwatch.count("setup")
         loop = Loop(criterion, METHOD, limits, (kept, curve), stopwatch, None, start / 2, callback)
         result = driver.ended(loop, stage, in_force if fast is None else {**in_force, "compiled": True})
-        assert isinstance(result.point, NonlinearPoint)
-        result = _with_remarks(result, result.point)
+        point = result.point
+        assert isinstance(point, NonlinearPoint)
+        if result.status in (Status.SOLVED, Status.STALLED):  # with what is known of F and J at z
+            verified = False if point.is_doubtful and not result.solved else result.verified
+            result = replace(result, message="; ".join([result.message, *point.remarks()]), verified=verified)
     if proof and result.solved:
         result = replace(result, bound=proved_bound(problem, result.z))
     return unless_interrupted(result, interrupts)
-
-
-def _with_remarks(result: Result, point: NonlinearPoint) -> Result:
-    """Return the result with what is known of F and J at z in its message."""
-    if result.status not in (Status.SOLVED, Status.STALLED):
-        return result
-    remarks = point.remarks()
-    verified = False if point.is_doubtful and not result.solved else result.verified
-    return replace(result, message="; ".join([result.message, *remarks]), verified=verified)
 
 
 def _start(evaluations: Evaluations) -> Vector:
@@ -275,8 +266,10 @@ def solution_of_linearization(
             return _pivoted(as_dense(problem), basis, evaluations, fast)
         if problem.n > MOST_PIVOTED and is_sparse(problem.M) and not longer:
             with suppress(SingularMatrix):
-                found = _without_free(WithoutFree(problem), basis, evaluations, fast)
-                return found if found is not None and _is_close(problem, found[0], CLOSE) else None
+                own = WithoutFree(problem)
+                found = _pivoted(own.reduced, None if basis is None else basis[own.bounded], evaluations, fast)
+                given = None if found is None else own.given(*found)
+                return given if given is not None and _is_close(problem, given[0], CLOSE) else None
         first = None if basis is None else in_words(basis)
         ends = None if longer else lambda row: _is_close(problem, row.z, NEARLY)
         result = driver.run(problem, "auto", basis=first, limits=LINEAR, callback=ends, compiled=fast is not None)
@@ -297,11 +290,6 @@ def _is_close(problem: Problem, z: Vector, share: float) -> bool:
         return True
     terms = np.abs(problem.q) + product(abs(problem.M), np.abs(z))
     return bool((gaps <= most + FEW_ROUNDINGS * EPS * terms).all())
-
-
-def _without_free(own: WithoutFree, basis: States | None, *given: Any) -> tuple[Vector, States] | None:
-    found = _pivoted(own.reduced, None if basis is None else basis[own.bounded], *given)
-    return None if found is None else own.given(*found)
 
 
 def _pivoted(

@@ -77,17 +77,19 @@ class Solver:
         self._begin(Problem(M, np.zeros(_order(M)), lower=lower, upper=upper, infinity=infinity), given, infinity)
 
     @classmethod
-    def of(cls, like: Problem, options: dict[str, Any]) -> Solver:
-        """Return a Solver for problems with the same M as this one."""
+    def of(cls, like: Problem | None, options: dict[str, Any]) -> Solver:
+        """Return a Solver for problems with the same M as this one; if it is None, with that of the first to follow."""
         solver = cls.__new__(cls)
         solver.compiled = direct_run.uses_kernels(options.get("compiled"), direct_run.MANY)
         solver._begin(like, options)
         return solver
 
-    def _begin(self, like: Problem, options: dict[str, Any], infinity: float = math.inf) -> None:
+    def _begin(self, like: Problem | None, options: dict[str, Any], infinity: float = math.inf) -> None:
         self._given, self._infinity, self._limits = options, infinity, Limits.taken_from({**options})
         self._last: Result | None = None
-        self._prepare(like)
+        self.n = -1
+        if like is not None:
+            self._prepare(like)
 
     def _prepare(self, like: Problem) -> None:
         like = as_sparse(like, stored(like.M))
@@ -134,6 +136,17 @@ class Solver:
         if result.solved:
             self._last = result
         return result
+
+    def follow(self, problem: Problem, compiled: bool = True) -> Result:
+        """Return the result for the next problem of a sequence, as `run` does, from the last states, also for another M
+        of the same shape. compiled : whether there are so many that kernels are worth loading."""
+        if as_problem(problem).n != self.n:
+            self._last = None
+            self._prepare(problem)
+        elif not are_equal(problem.M, self.M):
+            self.update(problem.M)
+        self.compiled = compiled
+        return self.next(problem)
 
     @with_limited_threads
     def _attempted(self, session: Session, warm: bool, threads: int | None) -> Result | None:  # noqa: ARG002 (limited)
@@ -197,27 +210,3 @@ def _near(session: Session, basis: States, solver: PrincipalSolver) -> Result | 
     session.stopwatch.count("solve")
     z = box.z_of(box.x_within(found.z, found.w, found.basis))
     return session.judged(session.point(z), steps, ("newton",))
-
-
-class SequenceSteps:
-    """Solve the problems of a sequence, one after another, by a `Solver`: the same one as long as M is the same, and
-    with another M of the same shape from the same states.
-
-    options : tol, max_iterations, time_limit, threads and interrupts, as in `solve`, for every problem.
-    """
-
-    def __init__(self, options: dict[str, Any]) -> None:
-        self._options = options
-        self._solver: Solver | None = None
-
-    def solve(self, problem: Problem, compiled: bool = True) -> Result:
-        """Return the result for the next problem, as `run` does.
-
-        compiled : whether there are so many that the kernels of the extra `fast` are worth loading.
-        """
-        if self._solver is None or as_problem(problem).n != self._solver.n:
-            self._solver = Solver.of(as_problem(problem), self._options)
-        elif not are_equal(problem.M, self._solver.M):
-            self._solver.update(problem.M)
-        self._solver.compiled = compiled
-        return self._solver.next(problem)
