@@ -180,7 +180,6 @@ def _along(end: InputProblem, d: Sequence[Fraction], t: Number) -> InputProblem:
         problem = replace(end.problem, **changed, names=names, origin=None)
 
     def exactly() -> ExactProblem:
-        from lcpcli.rational.exact_problem import ExactProblem
 
         own: ExactProblem = end.exactly()
         rows = zip(own.constants, own.scales, d, strict=True)
