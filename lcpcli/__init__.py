@@ -82,42 +82,33 @@ if TYPE_CHECKING:
 
 __version__ = VERSION
 
-_HOMES = {  # the module of each public name, loaded on first use
-    "Batch": "solving.many",
-    "Interrupted": "solving.call",
-    "Path": "parametric.path",
-    "Problem": "model.problem",
-    "Result": "solving.result",
-    "Solver": "solving.solver",
-    "Status": "solving.result",
-    "Trace": "solving.trace",
-    "TraceRow": "solving.trace",
-    "add_to_qpsolvers": "solving.solve_qp",
-    "check": "solving.checking",
-    "error_bound": "verify.error_theorems",
-    "exact": "solving.proof",
-    "from_efg": "games.problems",
-    "from_game": "games.problems",
-    "from_osqp": "model.reductions",
-    "from_qp": "model.reductions",
-    "from_qpsolvers": "model.reductions",
-    "inspect": "inspection.inspection",
-    "optimum": "enumeration.optimum",
-    "path": "parametric.following",
-    "plan": "inspection.inspection",
-    "plot": "report.plotting",
-    "read": "files.reading",
-    "read_nl": "files.nl_format",
-    "run": "solving.call",
-    "solutions": "enumeration.search",
-    "solve": "solving.call",
-    "solve_many": "solving.many",
-    "solve_mcp": "solving.solve_mcp",
-    "solve_qp": "solving.solve_qp",
-    "use_kernels": "solving.direct_run",
-    "write": "files.writing",
+_PUBLIC = {  # the public names of each module, loaded on first use
+    "enumeration.optimum": "optimum",
+    "enumeration.search": "solutions",
+    "files.nl_format": "read_nl",
+    "files.reading": "read",
+    "files.writing": "write",
+    "games.problems": "from_efg from_game",
+    "inspection.inspection": "inspect plan",
+    "model.problem": "Problem",
+    "model.reductions": "from_osqp from_qp from_qpsolvers",
+    "parametric.following": "path",
+    "parametric.path": "Path",
+    "report.plotting": "plot",
+    "solving.call": "Interrupted run solve",
+    "solving.checking": "check",
+    "solving.direct_run": "use_kernels",
+    "solving.many": "Batch solve_many",
+    "solving.proof": "exact",
+    "solving.result": "Result Status",
+    "solving.solve_mcp": "solve_mcp",
+    "solving.solve_qp": "add_to_qpsolvers solve_qp",
+    "solving.solver": "Solver",
+    "solving.trace": "Trace TraceRow",
+    "verify.error_theorems": "error_bound",
 }
-__all__ = list(_HOMES)
+_HOMES = {name: module for module, names in _PUBLIC.items() for name in names.split()}
+__all__ = sorted(_HOMES)
 
 
 if not TYPE_CHECKING:  # otherwise type checkers would not find misspelt names

@@ -32,7 +32,6 @@ def package(group: str, name: str) -> str | None:
 
 
 def names(group: str) -> set[str]:
-    """Return the names that other packages declare in the group lcpcli.GROUP."""
     with imports:
         from importlib.metadata import entry_points
     return {point.name for point in entry_points(group=f"lcpcli.{group}")}

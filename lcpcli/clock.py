@@ -17,8 +17,7 @@ Key = TypeVar("Key")
 class _Imports(threading.local):
     """The context in which modules are loaded, whose time does not count: the clock of the thread leaves it out.
 
-    It stands around each import inside a function that a run may call. A library that loads modules of its own when it
-    is first used is not timed then either, if these are imported there too.
+    It stands around each import in a function that a run may call, also of what a library loads at its first use.
     """
 
     seconds, _depth, _began = 0.0, 0, 0.0  # of all imports of the thread; of the one under way
@@ -63,7 +62,6 @@ class Stopwatch:
         self._last = now
 
     def skip(self) -> None:
-        """Leave out the time since the last call."""
         self._last = self._clock()
 
     def pause(self) -> None:
@@ -73,21 +71,18 @@ class Stopwatch:
         self._began += self._last - last
 
     def elapsed(self) -> float:
-        """Return all seconds since the run began."""
         return self._clock() - self._began
 
     @property
     def total(self) -> float:
-        """Return the sum of all counted seconds."""
         return sum(self.parts.values())
 
 
 def least_laps(runs: Sequence[Sequence[tuple[Key, float]]]) -> list[tuple[Key, float]]:
     """Return the laps of a run, each with its least time in several repetitions of the run.
 
-    The iterates are the same each time, and only the times are disturbed, by pauses that other programs cause: few long
-    runs are free of pauses, but most short laps are. Repetitions whose laps differ from the first one's, because a time
-    limit has cut them short, do not count.
+    Other programs cause pauses: few long runs are free of them, but most short laps are. Repetitions whose laps differ
+    from the first one's, because a time limit has cut them short, do not count.
     """
     keys = [key for key, _ in runs[0]]
     alike = [run for run in runs if [key for key, _ in run] == keys]
@@ -95,8 +90,7 @@ def least_laps(runs: Sequence[Sequence[tuple[Key, float]]]) -> list[tuple[Key, f
 
 
 def least_steps(runs: Sequence[Mapping[int, float]]) -> dict[int, float]:
-    """Return the times at which the steps of a run end, by their numbers: the running sum of `least_laps` of several
-    repetitions of the run."""
+    """Return the times at which the steps of a run end, by number: the running sum of `least_laps` of repetitions."""
     ends = [[(0, 0.0), *sorted(run.items())] for run in runs]
     laps = least_laps([[(k, end - begin) for (_, begin), (k, end) in pairwise(run)] for run in ends])
     return dict(zip((k for k, _ in laps), accumulate(seconds for _, seconds in laps), strict=True))

@@ -45,7 +45,6 @@ def likely(given: str, known: Iterable[str], otherwise: str = "") -> str:
 
 
 def folded(text: str) -> str:
-    """Return a text in lower case with umlauts as ASCII has them."""
     return text.casefold().translate(UMLAUTS)
 
 
@@ -74,10 +73,7 @@ def refuse_unknown(
     whole: str = "a problem",
     meant: Mapping[str, str] | None = None,
 ) -> None:
-    """Raise ProblemError for the first unknown key, suggesting the key that is likely meant.
-
-    meant : other words for known keys, in lower case.
-    """
+    """Raise ProblemError for the first unknown key, with a likely one; `meant` has other words for known ones."""
     for key in given:
         if key not in known:
             folded = {name.casefold(): name for name in known} | dict(meant or {})
@@ -101,16 +97,14 @@ class LCPError(ValueError):
 
     def __init__(self, where: str, fault: str, hint: str = "") -> None:
         self.where, self.fault, self.hint = where, fault, hint
-        line = ": ".join(part for part in (where, "; ".join(p for p in (fault, hint) if p)) if part)
-        super().__init__(visible(line))
+        super().__init__(visible(": ".join(part for part in (where, "; ".join(p for p in (fault, hint) if p)) if part)))
 
     def __reduce__(self) -> tuple[type[LCPError], tuple[str, str, str]]:  # so that it passes between processes
         return type(self), (self.where, self.fault, self.hint)
 
     def inside(self, place: str) -> LCPError:
         """Return this error with its location given from one level further out, such as the file with the field."""
-        where = f"{place}: {self.where}" if self.where else place
-        return type(self)(where, self.fault, self.hint)
+        return type(self)(f"{place}: {self.where}" if self.where else place, self.fault, self.hint)
 
 
 class ProblemError(LCPError):

@@ -83,12 +83,9 @@ def in_time(items: Iterable[Item]) -> Iterator[Item]:
 def handling(number: int, handler: Callable[[int, Any], None] | signal.Handlers, usual: Any = None) -> Iterator[None]:
     """Open a context in which `handler` handles a signal; if `usual` is given, only where that handles it otherwise."""
     before = signal.getsignal(number)
-    is_set = usual in (None, before)
-    try:
-        if is_set:
-            signal.signal(number, handler)
-    except ValueError:  # only the main thread may set handlers, and only it receives signals
-        is_set = False
+    is_set = usual in (None, before) and threading.current_thread() is threading.main_thread()  # which receives signals
+    if is_set:
+        signal.signal(number, handler)
     try:
         yield
     finally:
@@ -113,9 +110,7 @@ def terminable() -> Iterator[None]:
         if number == signal.SIGINT or received.count(number) == 1:
             raise KeyboardInterrupt
 
-    with ExitStack() as stack:
-        for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, signal.SIG_DFL)):
-            stack.enter_context(handling(number, end, usual))
+    with handling(signal.SIGINT, end, signal.default_int_handler), handling(signal.SIGTERM, end, signal.SIG_DFL):
         yield
 
 
@@ -131,9 +126,8 @@ def repeat(number: int) -> None:
 
 @contextmanager
 def stopping() -> Iterator[list[int]]:
-    """Open a context in which the first Ctrl-C or SIGTERM ends what is done in a context `within` at its next `check`,
-    as a time limit does, so that nothing is left half done; yield the list of such signals. A second one is handled as
-    usual."""
+    """Open a context in which the first Ctrl-C or SIGTERM, as a time limit does, ends what is done in a context
+    `within` at its next `check`, and a second one acts as usual; yield the list of such signals."""
     with ExitStack() as handlers:
 
         def stop(number: int, _: object) -> None:
@@ -152,8 +146,10 @@ def stopping() -> Iterator[list[int]]:
 
 @contextmanager
 def deferring_signals() -> Iterator[None]:
-    """Open a context in which Ctrl-C and SIGTERM wait until it closes: nothing in it is left half done."""
+    """Open a context in which Ctrl-C and SIGTERM wait until it closes: nothing in it is left half done. In processes
+    that start in it they are blocked until these end that."""
     late: list[int] = []
+    usual = () if sys.platform == "win32" else signal.pthread_sigmask(signal.SIG_BLOCK, REQUESTS)
     try:
         with ExitStack() as stack:
             for number in REQUESTS:
@@ -161,6 +157,8 @@ def deferring_signals() -> Iterator[None]:
                     stack.enter_context(handling(number, lambda number, _: late.append(number)))
             yield
     finally:
+        if sys.platform != "win32":
+            signal.pthread_sigmask(signal.SIG_SETMASK, usual)
         for each in late:
             signal.raise_signal(each)
 
@@ -169,8 +167,7 @@ def interruptibly(call: Callable[[], Any]) -> Any:
     """Make a call that Ctrl-C and time limits can end, although compiled code ignores both; return its value.
 
     An ended call continues in a thread of its own, one of `abandoned`, for which the interpreter waits when it exits.
-    The call must release the interpreter's lock. Outside the main thread, the only one to receive Ctrl-C, the call is
-    made directly.
+    It must release the interpreter's lock. Outside the main thread, which receives Ctrl-C, it is made directly.
     """
     if threading.current_thread() is not threading.main_thread():
         return call()
@@ -186,8 +183,7 @@ def interruptibly(call: Callable[[], Any]) -> Any:
         finally:
             done.set()
 
-    done = threading.Event()
-    thread = threading.Thread(target=work, daemon=True)
+    done, thread = threading.Event(), threading.Thread(target=work, daemon=True)
     try:
         try:
             thread.start()
@@ -223,8 +219,7 @@ def flush_compiled() -> None:
 @contextmanager
 def silent() -> Iterator[int | None]:
     """Open a context in which compiled code cannot print to standard output, as HiGHS does whatever its options; yield
-    a copy of its file descriptor. It does nothing where other threads run, which might print there meanwhile, or where
-    there is no standard output."""
+    a copy of its file descriptor, or None where other threads might print there, or there is no standard output."""
     try:
         copy = os.dup(1) if threading.active_count() == 1 else None
     except OSError:
@@ -245,8 +240,7 @@ def silent() -> Iterator[int | None]:
 
 
 def _await_abandoned() -> None:
-    """Wait for abandoned calls. Ctrl-C ends the process during that wait, silently and by the system, unless the
-    program has a handler of its own."""
+    """Wait for abandoned calls. Ctrl-C then ends the process silently, unless the program has a handler of its own."""
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError, AttributeError):  # AttributeError: closed by the caller
             stream.flush()
@@ -257,8 +251,7 @@ def _await_abandoned() -> None:
 
 
 def hides_interrupt(error: BaseException | None) -> bool:
-    """Return whether Ctrl-C caused an error: compiled code, and imports of it, wrap KeyboardInterrupt in other
-    errors."""
+    """Return whether Ctrl-C caused an error: compiled code, and imports of it, wrap KeyboardInterrupt in others."""
     while error and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
     return error is not None

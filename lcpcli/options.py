@@ -1,8 +1,4 @@
-"""The declaration of a numeric option, and the options that belong to no method, with defaults, ranges and meanings.
-
-The options of the methods are in `methods.registry`. Nothing heavy is imported, so that help and completion are
-instant.
-"""
+"""The declaration of a numeric option, and the options that belong to no method. No import is heavy, for help."""
 
 from __future__ import annotations
 
@@ -50,7 +46,6 @@ class Option(NamedTuple):
 
     @property
     def value(self) -> float:
-        """Return the default value, for an option that has one."""
         assert isinstance(self.default, (int, float))
         return self.default
 
@@ -63,8 +58,7 @@ class Option(NamedTuple):
 
     @property
     def metavar(self) -> str:
-        """Return N for an option that takes a whole number, NUMBER|AUTO for one that takes a number or the word "auto",
-        and the words if it takes no number."""
+        """Return N or NUMBER for an option that takes numbers, and its words, as in NUMBER|AUTO."""
         number = "N" if self.kind is int else "NUMBER"
         return "|".join([*[number] * (not isinstance(self.default, str)), *map(str.upper, self.words)])
 
@@ -77,8 +71,7 @@ class Option(NamedTuple):
             number = float(value) if is_number else math.nan
         except OverflowError:
             raise ParameterError(self.name, "is too large", hint) from None
-        is_kind = number.is_integer() if self.kind is int else not math.isnan(number)
-        if not is_kind or not self.admits(number):
+        if not (number.is_integer() if self.kind is int else not math.isnan(number)) or not self.admits(number):
             raise ParameterError(self.name, f"{value} is out of range", hint)
 
 
@@ -101,72 +94,43 @@ POSITIVE: tuple[str, Callable[[float], bool]] = ("whole number >= 1", lambda num
 
 
 def up_to(most: int) -> tuple[str, Callable[[float], bool]]:
-    """Return the range from 1 to `most`, and its test."""
     return f"whole number from 1 to {most}", lambda number: 1 <= number <= most
 
 
 TOL = Option("tol", float, 1e-10, "0 < tol < 1", lambda tol: 0 < tol < 1, "Accepted relative residual.")
 MAX_ITERATIONS = Option("max_iterations", int, 10_000, *NATURAL, "Stop after this many iterations.")
 TIME_LIMIT = Option(
-    "time_limit",
-    float,
-    math.inf,
-    "seconds > 0",
-    lambda seconds: seconds > 0,
+    *("time_limit", float, math.inf, "seconds > 0", lambda seconds: seconds > 0),
     "Stop after this many seconds, set-up included.",
 )
 LIMITS = (TOL, MAX_ITERATIONS, TIME_LIMIT)
 MAX_BREAKPOINTS = Option("max_breakpoints", int, 100_000, *POSITIVE, "Stop after this many breakpoints of the path.")
 MAX_SOLUTIONS = Option(
-    "max_solutions",
-    int,
-    None,
-    *POSITIVE,
+    *("max_solutions", int, None, *POSITIVE),
     "List at most this many pieces of the solution set; by default all of them.",
 )
 THREADS = Option(
-    "threads",
-    int,
-    None,
-    *up_to(1024),
+    *("threads", int, None, *up_to(1024)),
     "Threads for dense linear algebra; by default one, unless FILE is so large that more threads save time.",
 )
 JOBS = Option(
-    "jobs",
-    int,
-    1,
-    *POSITIVE,
+    *("jobs", int, 1, *POSITIVE),
     "Number of problems solved at the same time, each in its own process; see lcp help many.",
 )
 ACCEPT = Option(
-    "accept",
-    float,
-    1e-6,
-    "0 < accept < 1",
-    lambda level: 0 < level < 1,
+    *("accept", float, 1e-6, "0 < accept < 1", lambda level: 0 < level < 1),
     "A claimed solution counts if its recomputed and scaled residual is at most this.",
 )
 BUDGET = Option(
-    "budget",
-    float,
-    None,
-    "seconds >= 0",
-    lambda seconds: 0 <= seconds < math.inf,
+    *("budget", float, None, "seconds >= 0", lambda seconds: 0 <= seconds < math.inf),
     "Repeat a measurement until its median is known or this time is spent; by default the suite's.",
 )
 INFINITY = Option(
-    "infinity",
-    float,
-    None,
-    "size > 0",
-    lambda size: size > 0,
+    *("infinity", float, None, "size > 0", lambda size: size > 0),
     "Treat bounds of at least SIZE (such as 1e20) as none, on a program's rows too; by default infinite ones.",
 )
 EVERY = Option(
-    "every",
-    int,
-    5,
-    *POSITIVE,
+    *("every", int, 5, *POSITIVE),
     "Show every Nth iterate; always the first and the last three; CSV and --trace have all unless it is given.",
 )
 

@@ -72,9 +72,7 @@ UNUSED = {  # by a small solve whose solution is the only one by a theorem
     "numpy.ma", "lcpcli.enumeration.search", "lcpcli.rational.exact_problem", "lcpcli.solving.trace",
     "lcpcli.model.origins",
 }  # fmt: skip
-OTHER_COMMANDS = {
-    f"lcpcli.cli.{name}" for name in ("compare", "path", "bench", "check", "make", "all_solutions", "streams")
-}
+OTHER_COMMANDS = {f"lcpcli.cli.{name}" for name in ("path", "bench", "check", "make", "all_solutions", "streams")}
 DOMINANT = Problem([[4, 1, 0, 0], [1, 4, 1, 0], [0, 1, 4, 1], [0, 0, 1, 4]], [-5, 3, -4, 1])
 OF_SEVERAL = Problem([[1, 2, 0, 0], [2, 1, 0, 0], [0, 0, 1, 2], [0, 0, 2, 1]], [-1, -1, -1, -1])
 UNSHOWN = Problem(np.kron(np.eye(10), [[1, 2], [2, 1]]), -np.ones(20))

@@ -53,8 +53,7 @@ from lcpcli.model.problem import Problem
 
 def toy(n, _seed, *, load=1.0):
     """M = I and q = -load."""
-    texts = {"name": f"toy-{n}", "source": "this test", "note": "M is the identity"}
-    return Problem(np.eye(n), np.full(n, -load), solutions=[np.full(n, load)], **texts)
+    return Problem(np.eye(n), np.full(n, -load), solutions=[np.full(n, load)], note="M is the identity")
 '''
 FORMAT = '''
 """A row of M in each line, with the component of q behind it."""
@@ -116,7 +115,7 @@ COLUMN = (
 # The file that is new, its text, the file and the table with one more line, and that line.
 ADDITIONS = {
     "method": ("methods/toy.py", METHOD, "methods/registry.py", "METHODS", f'"toy": {DECLARED}'),
-    "family": ("gallery/toy.py", FAMILY, "gallery/families.py", "REGISTRY", '"toy": Entry("toy", "the identity", "P")'),
+    "family": ("gallery/toy.py", FAMILY, "gallery/families.py", "TABLE", "toy:\ntoy | the identity | P | this test"),
     "file": ("files/toy.py", FORMAT, "files/formats.py", "FORMATS", '".toy": Kind("toy", M_AND_Q, in_decimals=True)'),
     "report": ("report/toy.py", REPORT, "report/document.py", "FORMATS", '"toy": Form("titles", ".toys", "toy")'),
     "column": ("", "", "report/wording.py", "COLUMNS", f'"positive": {COLUMN}'),
@@ -158,9 +157,11 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def register(registry: Path, table: str, line: str) -> None:
-    """Add one line to the dictionary of that name in a file, or to the end of a page."""
+    """Add one line to the dictionary, or the table, of that name in a file, or to the end of a page."""
     text = registry.read_text()
-    if table:
+    if table == "TABLE":
+        place = text.index('\n"""\n', text.index(f"\n{table} = ")) + 1
+    elif table:
         place = text.index("\n}\n", text.index(f"\n{table} = {{")) + 1
         line = f"    {line},"
     else:

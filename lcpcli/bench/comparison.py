@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
+from itertools import chain
 from itertools import count as count_from
 from pathlib import PurePath
 from typing import Any, NamedTuple
@@ -15,9 +16,7 @@ from typing import Any, NamedTuple
 from lcpcli.bench import record
 from lcpcli.errors import OptionError, count
 from lcpcli.files.contents import content_of, decode, place, within
-from lcpcli.report import wording
-from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.result_formats import Report
+from lcpcli.report import document, result_formats, wording
 from lcpcli.solving.result import Status
 
 ALIKE = 1.1  # medians within this factor are as before, as from one process to the next they differ by as much
@@ -97,26 +96,22 @@ class Comparison:
 
     @cached_property
     def failures(self) -> list[Change]:
-        """Return the changes that a script should stop at."""
-        return [
-            change
-            for change in self.changes
-            if change.verdict in (WORSE, CONTRADICTION)
-            or (change.verdict == SLOWER and (change.ratio or 0) >= self.limit)
-        ]
+        slow = [each for each in self.changes if each.verdict == SLOWER and (each.ratio or 0) >= self.limit]
+        return [each for each in self.changes if each.verdict in (WORSE, CONTRADICTION)] + slow
 
     def render(self, form: str, width: int | None = None, color: bool = False) -> str:
         """Return the comparison as text in a format; only JSON and CSV have the runs that are as before."""
         records = [change.data() for change in self.changes]
         header = {name: [f"old_{name}", f"new_{name}"] if name in NAMES[3:6] else name for name in NAMES}
-        rows = map(_cells, [header, *records])
-        return Report(self._document, lambda: records, lambda: (rows, ())).render(form, width, color)
+        own = ([value if isinstance(value, list) else [value] for value in row.values()] for row in [header, *records])
+        rows = map(list, map(chain.from_iterable, own))
+        return result_formats.Report(self._document, lambda: records, lambda: (rows, ())).render(form, width, color)
 
-    def _document(self, *_: Any) -> Document:
+    def _document(self, *_: Any) -> document.Document:
         rows = [_row(change) for change in self.changes if change.verdict != SAME]
         title = f"{place(self.paths[1])} against {place(self.paths[0])}"
-        tables = [Table(NAMES, [rows], words=(0, 1, 2, 3))]
-        return Document(title, [Section(title, self._verdict(), not self.failures, tables=tables)])
+        tables = [document.Table(NAMES, [rows], words=(0, 1, 2, 3))]
+        return document.Document(title, [document.Section(title, self._verdict(), not self.failures, tables=tables)])
 
     def _verdict(self) -> str:
         counts = Counter(change.verdict for change in self.changes)
@@ -144,8 +139,7 @@ def runs_in(path: str) -> dict[Key, Ending]:
         if not line.strip():
             continue
         try:
-            result = json.loads(line)
-            (name, method), ending = _of_result(result)
+            (name, method), ending = _of_result(json.loads(line))
         except (ValueError, KeyError, TypeError, RecursionError):
             if number == len(lines) and found:
                 continue
@@ -164,8 +158,7 @@ def with_unread(runs: Mapping[Key, Ending], others: Mapping[Key, Ending]) -> dic
 
 
 def _of_result(result: Mapping[str, Any]) -> tuple[Key, Ending]:
-    """Return the name of the file of a result, with the number of its item, or of its problem, the method, and the
-    ending."""
+    """Return the file of a result, with the number of its item, or its problem; the method; and the ending."""
     name = PurePath(result["file"]).name if result["file"] else result["problem"]
     item = f":{result['item']}" if result["item"] else ""
     status, seconds = str(result["status"]), result["seconds"]
@@ -174,10 +167,6 @@ def _of_result(result: Mapping[str, Any]) -> tuple[Key, Ending]:
     digest = None if status == UNREAD else result.get("digest")
     ending = Ending(status, bool(result["solved"]) or is_proved, result["iterations"], seconds, interval, digest)
     return (f"{name}{item}", str(result["label"] or result["method"] or "")), ending
-
-
-def _cells(values: Mapping[str, Any]) -> list[Any]:
-    return [each for value in values.values() for each in (value if isinstance(value, list) else [value])]
 
 
 def _row(change: Change) -> list[str]:

@@ -1,9 +1,7 @@
-"""The record of a bench, and its JSON: the request, the environment, and every finished measurement; and its
-statistics.
+"""The record of a bench, and its JSON: the request, the environment, and all measurements; and its statistics.
 
 The performance profile: E. D. Dolan and J. J. Moré, Benchmarking optimization software with performance profiles, Math.
-Program. 91 (2002) 201-213. The interval for a median: H. A. David and H. N. Nagaraja, Order Statistics, 3rd ed., Wiley
-(2003), section 7.1.
+Program. 91 (2002) 201-213. The interval for a median: H. A. David and H. N. Nagaraja, Order Statistics (2003), 7.1.
 """
 
 from __future__ import annotations
@@ -37,8 +35,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Machine:
-    """Processor, cores, memory in bytes, system, and the threads for dense linear algebra; None for what the system
-    does not report, or the BLAS decides."""
+    """Processor, cores, memory in bytes, system, and the threads of the BLAS; None for what is not known."""
 
     processor: str
     cores: int | None
@@ -184,7 +181,6 @@ class Summary:
 
     @property
     def spread(self) -> float | None:
-        """Return half the interquartile range, relative to the median; None for a single time."""
         return (self.upper - self.lower) / 2 / max(self.median, RESOLUTION) if self.repeats > 1 else None
 
 
@@ -215,8 +211,7 @@ def shifted_geometric_mean(times: Sequence[float], shift: float = SHIFT) -> floa
 
 
 def mean_cells(times: Mapping[Any, Sequence[float]], limit: float, shift: float = SHIFT) -> tuple[dict[Any, str], str]:
-    """Return the shifted geometric means of times as cells, "" for no times, and their unit. limit : the time that
-    counts for a failure."""
+    """Return the shifted geometric means of times as cells, "" for no times, and their unit; a failure counts limit."""
     charged = {key: [min(seconds, limit) for seconds in own] for key, own in times.items()}
     means = {key: shifted_geometric_mean(own, shift) for key, own in charged.items() if own}
     length, unit = wording.common_unit(means.values())
@@ -248,8 +243,7 @@ def growth(points: Sequence[tuple[int, float]]) -> Power | None:
         return None
     from scipy.stats import linregress, t
 
-    logarithms = [math.log(max(seconds, RESOLUTION)) for _, seconds in points]
-    line = linregress([math.log(n) for n, _ in points], logarithms)
+    line = linregress([math.log(n) for n, _ in points], [math.log(max(seconds, RESOLUTION)) for _, seconds in points])
     margin = line.stderr * t.ppf((1 + CONFIDENCE) / 2, len(points) - 2)
     return Power(float(line.slope), float(margin), math.exp(line.intercept), float(line.rvalue**2))
 

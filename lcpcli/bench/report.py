@@ -1,5 +1,4 @@
-"""The report on a bench, made from its record: tables with cells of text, and a figure; only JSON and CSV have all
-digits."""
+"""The report on a bench, made from its record: tables of text, and a figure; only JSON and CSV have all digits."""
 
 from __future__ import annotations
 
@@ -39,24 +38,20 @@ def sheet(
 
 
 def optimality(record: BenchRecord) -> Section:
-    """Return the number of programs that each solver solved, by three measures of accuracy, and the mean times; no rows
-    if no program has a solution."""
+    """Return how many programs each solver solved, by three measures, and its mean time; no rows without programs."""
     proved = {row.problem for row in record.measurements if row.kind == "method" and row.status in WITHOUT_SOLUTION}
     programs = {row.problem for row in record.measurements if row.optimality is not None} - proved
     taken = {solver: list[Measurement]() for solver in record.solvers if programs}
     for row in record.measurements:
         if row.problem in programs and not row.excluded:
             taken[row.solver].append(row)
-    times = {
-        solver: [summary(row.seconds).median if _within(row, RELATIVE, SOLVED_TO) else math.inf for row in own]
-        for solver, own in taken.items()
-    }
+    times, rows = {}, []
+    for solver, own in taken.items():
+        times[solver] = [summary(row.seconds).median if _within(row, RELATIVE, SOLVED_TO) else math.inf for row in own]
     means, unit = mean_cells(times, record.options.time_limit, PROGRAM_SHIFT)
-    counts = {
-        solver: [len(own), *(sum(_within(row, measure, level) for row in own) for measure, level in COLUMNS)]
-        for solver, own in taken.items()
-    }
-    rows = [[solver, *map(str, counts[solver]), mean] for solver, mean in means.items()]
+    for solver, own in taken.items():
+        counts = (sum(_within(row, measure, level) for row in own) for measure, level in COLUMNS)
+        rows.append([solver, *map(str, (len(own), *counts)), means[solver]])
     levels = (f"{NAMES[measure]} {wording.level(level)}" for measure, level in COLUMNS)
     header = ["solver", "of", *levels, f"mean/{unit}"]
     notes = [
@@ -77,11 +72,6 @@ TIMES = "Median ±half the interquartile range; the median alone for a single ru
 MOMENTS = (1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0)  # seconds
 FILES = "files"  # in place of the family of problems in files
 FAILED, INEXACT, WRONG, EXCLUDED = "failed", "inexact", "wrong", "-"
-
-
-def sheets(record: BenchRecord) -> list[Section]:
-    makers = (_solvers, _beside, _over_time, _times, optimality, _failures, _exclusions, _growth)
-    return [section for section in (make(record) for make in makers) if section.tables[0].rows]
 
 
 def title(record: BenchRecord) -> str:
@@ -185,8 +175,7 @@ def _failure(row: Measurement) -> str:
 
 
 def _failures(record: BenchRecord) -> Section:
-    header = ["problem", "solver", "residual", "how it ended"]
-    rows = []
+    header, rows = ["problem", "solver", "residual", "how it ended"], []
     for row in record.measurements:
         if not row.success and not row.excluded:
             ending = " ".join([f"{_failure(row)}:"] * row.claimed + row.statement.split())
@@ -201,8 +190,7 @@ def _exclusions(record: BenchRecord) -> Section:
 
 
 def _growth(record: BenchRecord) -> Section:
-    header = ["family", "solver", "sizes", "exponent", "95% interval", "R^2"]
-    groups = []
+    header, groups = ["family", "solver", "sizes", "exponent", "95% interval", "R^2"], []
     for family, found in growths(record).items():
         rows: list[list[str]] = []
         for growth in found:
@@ -225,8 +213,7 @@ def draw_figure(record: BenchRecord, form: str) -> bytes:
     medians, in_seconds = times(record), is_over_time(record)
     ratios = {name: list(own.values()) for name, own in medians.items()} if in_seconds else performance_ratios(medians)
     profiles = [Profile(method_of(name), name, own, in_seconds) for name, own in ratios.items() if own]
-    measured = len({row.problem for row in record.measurements})
-    if measured < LEAST_PROBLEMS and (panels or growth_panels):
+    if len({row.problem for row in record.measurements}) < LEAST_PROBLEMS and (panels or growth_panels):
         profiles = []
     return Picture("bench", (profiles, panels, growth_panels), conditions(record)).content(form)
 
@@ -235,9 +222,7 @@ def _panels(record: BenchRecord) -> list[Panel]:
     """Return the panels of the largest problem of each series, those with the most successes and longest curves first.
     A peer, of which only the end is known, is a single point."""
     problems = [list(group) for _, group in groupby(record.measurements, key=lambda row: row.problem)]
-    problems.sort(
-        key=lambda rows: (sum(row.success for row in rows), max(len(row.curve or ()) for row in rows)), reverse=True
-    )
+    problems.sort(key=lambda rows: (-sum(row.success for row in rows), -max(len(row.curve or ()) for row in rows)))
     largest: dict[str, list[Measurement]] = {}
     for rows in problems:
         name = series(rows[0].family, rows[0].parameters) if rows[0].family else rows[0].problem
@@ -264,20 +249,19 @@ COMPUTED = ("median_seconds", "lower_quartile", "upper_quartile", "repeats")
 
 
 def render(record: BenchRecord, form: str, width: int | None, color: bool) -> str:
-    """Return the record as text in a format. width, color : as for `document.typeset`."""
-
     def document(*_: object) -> Document:
+        makers = (_solvers, _beside, _over_time, _times, optimality, _failures, _exclusions, _growth)
+        sheets = [section for section in (make(record) for make in makers) if section.tables[0].rows]
         name = title(record)
         figure = partial(draw_figure, record, "svg") if record.measurements else None
-        return Document(name, [Section(name, facts=conditions(record), figure=figure), *sheets(record)])
+        return Document(name, [Section(name, facts=conditions(record), figure=figure), *sheets])
 
     report = Report(document, lambda: [plain(record)], lambda: (_rows(record), conditions(record)))
     return report.render(form, width or PIPE_WIDTH, color)
 
 
 def _rows(record: BenchRecord) -> Iterator[Sequence[object]]:
-    """Yield a header, and the cells of each measurement; parameters and booleans are in JSON, missing values are
-    empty."""
+    """Yield a header, and the cells of each measurement; parameters and booleans are in JSON, missing values empty."""
     yield [*COPIED, *COMPUTED]
     for row in record.measurements:
         times = vars(summary(row.seconds)).values() if row.seconds else ("", "", "", 0)

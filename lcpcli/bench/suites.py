@@ -1,5 +1,4 @@
-"""Suites of cases by name; the cases of suites, files and folders, and the problem of each. Nothing heavy is imported,
-so that help can list the suites."""
+"""Suites of cases by name; the cases of suites, files and folders, and the problem of each. No import is heavy."""
 
 from __future__ import annotations
 
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
     from lcpcli.model.nonlinear import NonlinearProblem
     from lcpcli.model.problem import Problem
 
+Tell = Callable[[str], None]
 DEFAULT_METHODS = ("auto", "newton", "lemke", "fixed-point", "shi")
 
 
@@ -81,8 +81,7 @@ def case(family: str, n: int, seed: int = 0, **parameters: Any) -> Case:
 
 def series(family: str, parameters: dict[str, Any]) -> str:
     """Return the common name of cases that differ only in size and seed."""
-    words = (name if value is True else f"{name}={value}" for name, value in parameters.items())
-    return " ".join([family, *words])
+    return " ".join([family, *(name if value is True else f"{name}={value}" for name, value in parameters.items())])
 
 
 def method_of(solver: str) -> str:
@@ -168,26 +167,18 @@ GONE = {  # suites of earlier versions
 }
 
 
-def budget_of(asked: Sequence[str]) -> float:
-    return max(SUITES[name].budget if name in SUITES else Suite.budget for name in asked)
-
-
 def methods_of(asked: Sequence[str]) -> list[str]:
-    own = (SUITES[name].methods if name in SUITES else Suite.methods for name in asked)
-    return list(dict.fromkeys(chain.from_iterable(own)))
+    return list(dict.fromkeys(chain.from_iterable(SUITES.get(name, Suite).methods for name in asked)))
 
 
 def cases_of(
-    asked: Sequence[str],
-    tell: Callable[[str], None] = lambda _: None,
-    infinity: float | None = None,
-    faults: list[str] | None = None,
+    asked: Sequence[str], faults: list[str] | None = None, tell: Tell = lambda _: None, infinity: float | None = None
 ) -> list[Case]:
     """Return the cases of suites, files and folders, each once; a file with M alone is followed by the file of q.
 
-    tell : called with remarks on the problem in a file. infinity : as in `Case`, for the files. faults : receives what
-    is wrong with files that cannot be read, which are left out; else a ProblemError is raised. Raises OptionError for a
-    name that is neither a suite nor a file.
+    faults : receives what is wrong with files that cannot be read, which are left out; else a ProblemError is raised.
+    tell : called with remarks on the problem in a file. infinity : as in `Case`, for the files. Raises OptionError for
+    a name that is neither a suite nor a file.
     """
     left = asked = [path for each in asked for path in ([each] if each in SUITES else files_in([each], tell))]
     cases = list[Case]()
@@ -200,8 +191,7 @@ def cases_of(
                 files = _files(left, tell, infinity)
                 alike = {path: [each for each in asked if Path(each).name == Path(path).name] for path in files}
                 short = [path if len({*map(os.path.abspath, alike[path])}) > 1 else Path(path).name for path in files]
-                title = " ".join(short)
-                cases.append(Case(title, file=files[0], q_file="".join(files[1:]), infinity=infinity))
+                cases.append(Case(" ".join(short), file=files[0], q_file="".join(files[1:]), infinity=infinity))
             except ProblemError as fault:
                 if faults is None:
                     raise
@@ -212,7 +202,7 @@ def cases_of(
     return list({each.name: each for each in cases}.values())
 
 
-def _files(asked: Sequence[str], tell: Callable[[str], None], infinity: float | None) -> Sequence[str]:
+def _files(asked: Sequence[str], tell: Tell, infinity: float | None) -> Sequence[str]:
     """Return the files of the problem that begins with the first file, after reading them."""
     from lcpcli.files import reading
     from lcpcli.files.inputs import nonlinear_in

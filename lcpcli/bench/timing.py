@@ -7,6 +7,7 @@ import os
 import platform
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import asdict, replace
 from functools import partial
 from importlib.metadata import version
@@ -56,8 +57,7 @@ def run_method(
 ) -> Claim:
     """Run one of METHODS, with the options in its name, as in shi:p=10, and otherwise with its defaults; on a nonlinear
     problem the method for these. Raises KeyboardInterrupt if the run was interrupted."""
-    nothing = np.array([], dtype=np.intp)
-    known = bool(problem.solutions)
+    known, nothing = bool(problem.solutions), np.array([], dtype=np.intp)
     trace = Trace(1, MOST_POINTS, nothing, residuals=not known) if with_curve else None
     variant, limits, began = variants.parse(name), Limits(tol, time_limit=time_limit), seconds()
     options = {**variant.options, "limits": limits, "curve": trace, "began": began}
@@ -68,17 +68,9 @@ def run_method(
     if result.interrupted:
         raise KeyboardInterrupt
     rows = result.curve.rows if result.curve else ()
-    return Claim(
-        z=result.z,
-        solved=result.solved,
-        seconds=result.seconds,
-        statement=result.message,
-        status=result.status.word,
-        setup_seconds=result.setup_seconds,
-        iterations=result.iterations,
-        evaluations=result.evaluations,
-        curve=[(row.k, row.seconds, row.error if known else row.residual) for row in rows],
-    )
+    curve = [(row.k, row.seconds, row.error if known else row.residual) for row in rows]
+    ending = result.z, result.solved, result.seconds, result.message, result.status.word
+    return Claim(*ending, result.setup_seconds, result.iterations, result.evaluations, curve)
 
 
 def run_peer(
@@ -100,7 +92,7 @@ def is_claim(answer: Claim) -> bool:
 
 def is_stable(times: Sequence[float]) -> bool:
     low, high = median_interval(times)
-    return (high - low) / 2 <= NARROW * summary(times).median
+    return high - low <= 2 * NARROW * summary(times).median
 
 
 def measure(
@@ -122,12 +114,12 @@ def measure(
     solve : makes one run; its argument is whether to record the error curve. rest : seconds to sleep before each run.
     """
 
-    def pause() -> None:
+    def rested(keeps_curve: bool) -> Claim:
         if rest:  # a sleep of no time would empty the processor's caches
             sleep(rest)
+        return solve(keeps_curve)
 
-    pause()
-    first = solve(True)
+    first = rested(True)
     if not is_claim(first):
         return first, [first.seconds]
     warm = clock() + WARM_UP
@@ -138,8 +130,7 @@ def measure(
     began = clock()
     times: list[float] = []
     while len(times) < MOST_REPEATS:
-        pause()
-        times.append(solve(False).seconds)
+        times.append(rested(False).seconds)
         if times[-1] > budget:
             return _lasting(summary(times).median, [first]), times
         if len(times) < LEAST_REPEATS:
@@ -148,25 +139,18 @@ def measure(
             break  # the median is looked at seldom, as the next run finds the caches full of that
     if not first.curve:
         return first, times
-    runs = []
-    for _ in range(CURVES):
-        pause()
-        runs.append(solve(True))
-    return _lasting(summary(times).median, runs), times
+    return _lasting(summary(times).median, [rested(True) for _ in range(CURVES)]), times
 
 
 def _lasting(seconds: float, runs: Sequence[Claim]) -> Claim:
     """Return the first of several equal runs, with the least time of its set-up and of each step of the curve in any
     of them, all in proportion, so that the run takes so many seconds."""
     end = max((k for k, *_ in runs[0].curve or ()), default=0) + 1
-    steps = [{k: at for k, at, _ in run.curve or ()} | {end: run.seconds} for run in runs]
-    least = least_steps(steps)
+    least = least_steps([{k: at for k, at, _ in run.curve or ()} | {end: run.seconds} for run in runs])
     factor = seconds / least[end]
-    least = {k: factor * at for k, at in least.items()}
-    curve = [(k, least[k], error) for k, _, error in runs[0].curve or ()]
-    setups = [run.setup_seconds for run in runs if run.setup_seconds is not None]
-    setup = factor * min(setups) if setups else None
-    return replace(runs[0], curve=curve, setup_seconds=setup)
+    curve = [(k, factor * least[k], error) for k, _, error in runs[0].curve or ()]
+    setups = [factor * run.setup_seconds for run in runs if run.setup_seconds is not None]
+    return replace(runs[0], curve=curve, setup_seconds=min(setups, default=None))
 
 
 ABSOLUTE, RELATIVE, NATURAL = "absolute", "relative", "natural"
@@ -175,8 +159,7 @@ LEAST_TERMS = 1e-6  # of the largest of the three: smaller terms are mere roundi
 
 @np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite
 def checked(problem: Problem | NonlinearProblem, answer: Claim, accept: float) -> dict[str, Any]:
-    """Return the verified facts on an answer, by their names in a `record.Measurement`; None for a number that is not
-    finite.
+    """Return the verified facts on an answer, by their names in a `Measurement`; None for a number that is not finite.
 
     A claimed solution is a success if its scaled residual is at most `accept`, unless it is known that there is none.
     The claim is false if even the natural residual, in the problem's own units, exceeds `accept` times the largest term
@@ -224,8 +207,7 @@ def optimality(problem: Problem | NonlinearProblem, z: Vector | None) -> dict[st
     given = conditions_of(problem)
     M, q = given.M, given.q
     terms = matrices.absolute_product(M, np.abs(z)) + np.abs(q)
-    moderate = all(map(are_moderate, (M.data if is_sparse(M) else M, q, z)))
-    w = accurate_residual(M, -z, q) if moderate else problem.w(z)
+    w = accurate_residual(M, -z, q) if all(map(are_moderate, (M.data if is_sparse(M) else M, q, z))) else problem.w(z)
     residuals, sizes = _residuals(problem.origin, given, z, w, terms)
     floor = LEAST_TERMS * max(sizes)
     found = {
@@ -243,24 +225,15 @@ def _residuals(
     M, q, lower, upper = given
     outside = np.maximum(np.maximum(lower - z, z - upper), 0.0)
     end = np.where(w > 0, lower, upper)
-    slack = np.where(np.isfinite(end), z - end, np.inf)
-    near = np.abs(slack) <= np.maximum(np.abs(z), 1.0)
+    near = np.abs(np.where(np.isfinite(end), z - end, np.inf)) <= np.maximum(np.abs(z), 1.0)
     left, end = np.where(near, 0.0, w), np.where(near, end, 0.0)
-    k = origin.variables
-    ranges = np.arange(z.size) >= z.size - origin.ranges
+    k, ranges = origin.variables, np.arange(z.size) >= z.size - origin.ranges
     rows = (np.arange(z.size) >= k) & ~ranges
     curvature = np.abs(z[:k]) @ matrices.absolute_product(M[:k, :k], np.abs(z[:k]))
-    residuals = (
-        _largest(outside[:k], left[rows], outside[ranges]),
-        _largest(left[:k], outside[rows]),
-        abs(float(w @ (z - end))),
-    )
-    sizes = (
-        _largest(terms[rows], z[:k], end[:k], outside[:k]),
-        _largest(terms[:k], z[rows]),
-        float(max(curvature, np.abs(q) @ np.abs(z), np.abs(w @ end))),
-    )
-    return residuals, sizes
+    primal, dual = _largest(outside[:k], left[rows], outside[ranges]), _largest(left[:k], outside[rows])
+    sizes = _largest(terms[rows], z[:k], end[:k], outside[:k]), _largest(terms[:k], z[rows])
+    gap = float(max(curvature, np.abs(q) @ np.abs(z), np.abs(w @ end)))
+    return (primal, dual, abs(float(w @ (z - end)))), (*sizes, gap)
 
 
 def _largest(*parts: Vector) -> float:
@@ -275,39 +248,27 @@ COPIED = ("status", "statement", "iterations", "evaluations", "setup_seconds")  
 
 
 def start(
-    asked: Sequence[str],
-    methods: Sequence[str],
-    wanted: Sequence[str],
-    options: Settings,
-    tell: Callable[[str], None] = lambda _: None,
-    infinity: float | None = None,
+    asked: Sequence[str], methods: Sequence[str], wanted: Sequence[str], options: Settings, *how: Any
 ) -> BenchRecord:
     """Return an empty record; the wanted peers are selected by `registry.select`. Files are read once, so that errors
-    in them are reported before any measurement; `tell` and `infinity` are as for `cases_of`."""
+    in them are reported before any measurement. how : `tell` and `infinity` as for `cases_of`."""
     faults = list[str]()
-    cases = cases_of(asked, tell, infinity, faults)
-    versions = {name: peers.load(name).version() for name in peers.select(wanted)}
-    present = [name for name in versions if versions[name] is not None]
-    missing = [name for name in versions if versions[name] is None]
+    cases = cases_of(asked, faults, *how)
+    present, missing = list[str](), list[str]()
+    for name in peers.select(wanted):
+        (missing if peers.load(name).version() is None else present).append(name)
     solvers = list(dict.fromkeys(methods))
-    return BenchRecord(
-        list(asked), cases, solvers, present, missing, options, machine(), software(present), unread=faults
-    )
+    about = options, machine(), software(present)
+    return BenchRecord(list(asked), cases, solvers, present, missing, *about, unread=faults)
 
 
 def machine() -> Machine:
-    system = f"{platform.system()} {platform.release()}"
-    return Machine(_processor(), os.cpu_count(), memory(), system, threads.in_environment())
-
-
-def _processor() -> str:
-    """Return the processor's name, which on Linux only /proc/cpuinfo gives."""
-    try:
+    names = [platform.processor() or platform.machine()]
+    with suppress(OSError):  # on Linux only this file has the processor's name
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        lines = []
-    names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
-    return next(names, platform.processor() or platform.machine())
+        names[:0] = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    system = f"{platform.system()} {platform.release()}"
+    return Machine(names[0], os.cpu_count(), memory(), system, threads.in_environment())
 
 
 def software(names: Sequence[str]) -> dict[str, str | None]:
@@ -333,8 +294,7 @@ def refuse_elsewhere(record: BenchRecord) -> None:
 
 
 def run(record: BenchRecord, starting: Callable[[Case, str], None]) -> Iterator[Measurement]:
-    """Make the pending measurements; each is added to the record and yielded. starting : a function that is called with
-    the case and the solver before each."""
+    """Make the pending measurements; each is added to the record and yielded. starting : called before each."""
     for case, names in record.pending():
         starting(case, names[0])
         problem = prepare(case)
@@ -346,7 +306,6 @@ def run(record: BenchRecord, starting: Callable[[Case, str], None]) -> Iterator[
 
 
 def _excludes(problem: Problem | NonlinearProblem, solver: str, is_peer: bool) -> str:
-    """Return why a solver is not run on a problem, as a clause; "" if it is."""
     is_linear = isinstance(problem, Problem)
     if is_peer:
         takes = is_linear or solver in peers.NONLINEAR
@@ -359,14 +318,14 @@ def _excludes(problem: Problem | NonlinearProblem, solver: str, is_peer: bool) -
 def _measure(case: Case, problem: Problem | NonlinearProblem, solver: str, record: BenchRecord) -> Measurement:
     options, seconds = record.options, list[float]()
     kind = "method" if solver in record.methods else "peer"
-    reason = _excludes(problem, solver, kind == "peer")
-    if reason:
+    if reason := _excludes(problem, solver, kind == "peer"):
         answer = Claim(None, False, 0.0, reason, EXCLUDED)
     else:
         solve = partial(run_peer if kind == "peer" else run_method, solver, problem, options.tol, options.time_limit)
         rest = REST if problem.n >= FEWEST_SHARED_ROWS and record.machine.threads != 1 else 0.0
         answer, seconds = measure(solve, options.budget, rest)
     curve = [(k, at, plain(error)) for k, at, error in answer.curve] if answer.curve else None
+    facts = {name: getattr(answer, name) for name in COPIED} | checked(problem, answer, options.accept)
     return Measurement(
         problem=case.name,
         family=case.family or None,
@@ -379,6 +338,5 @@ def _measure(case: Case, problem: Problem | NonlinearProblem, solver: str, recor
         seconds=seconds,
         curve_of=("error" if problem.solutions else "residual") if curve else None,
         curve=curve,
-        **{name: getattr(answer, name) for name in COPIED},
-        **checked(problem, answer, options.accept),
+        **facts,
     )

@@ -1,7 +1,4 @@
-"""lcp solve --all: the search for all solutions of a problem, until it is complete or stopped.
-
-lcp solve --minimize and --maximize: the best of all solutions by a linear objective.
-"""
+"""lcp solve --all, --minimize and --maximize: all solutions of a problem, or the best one by a linear objective."""
 
 from __future__ import annotations
 
@@ -9,7 +6,7 @@ import re
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from lcpcli import clock, interrupts
 from lcpcli.cli.main import INTERRUPTED, NO_SOLUTION, NOT_SOLVED, SOLVED
@@ -17,12 +14,10 @@ from lcpcli.cli.output import Output
 from lcpcli.cli.request import Request
 from lcpcli.enumeration import optimum as search
 from lcpcli.enumeration import search as sets
-from lcpcli.enumeration.search import refuse_large
 from lcpcli.errors import ProblemError
 from lcpcli.files.contents import content_of, within
 from lcpcli.interrupts import TimeIsUp, stopping
-from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import approximate
+from lcpcli.rational import exact_problem, numbers
 from lcpcli.report import plotting, solutions, wording
 
 if TYPE_CHECKING:
@@ -30,37 +25,49 @@ if TYPE_CHECKING:
     from lcpcli.files.inputs import Work
     from lcpcli.files.nl_format import LinearObjective
 
+CODES = {  # by how a search has ended, unless it is solved
+    search.TIME_LIMIT: NOT_SOLVED,
+    search.INTERRUPTED: INTERRUPTED,
+    **dict.fromkeys((search.UNSOLVABLE, search.UNBOUNDED), NO_SOLUTION),
+}
 
-def outcome(request: Request, work: Work, output: Output) -> int:
-    """Search for every solution of a problem, with decimals as written; the exit code reports success if the list is
-    complete or has reached --max-solutions."""
+
+def outcome(
+    request: Request, work: Work, output: Output, objective: str | LinearObjective | None = None, sense: str = "min"
+) -> int:
+    """Search for every solution of a problem, or for the best one by an objective, with decimals as written; success
+    means that the list is complete or has reached --max-solutions, or that the solution is proved to be the best."""
     (problem,) = request.inputs.problems(work)
-    request.inputs.tell(problem.remarks)
+    where, remarks = str(work.sources[0]), problem.remarks
+    if not isinstance(objective, str | None):
+        from lcpcli.files.nl_format import LEFT_OUT
+
+        others = (line.removesuffix(LEFT_OUT).removesuffix("; ") for line in remarks)
+        remarks = [line for line in others if not line.endswith(": ")]
+    request.inputs.tell(remarks)
     if request.plot is not None:
         plotting.require_plane([problem.problem])
     wording.require(problem.problem, request.names)
-    solution_set = _search(request, problem, str(work.sources[0]))
-    report = solutions.report(solution_set, work.sources[0], request.exact, request.names)
-    codes = {sets.TIME_LIMIT: NOT_SOLVED, sets.INTERRUPTED: INTERRUPTED, sets.UNSOLVABLE: NO_SOLUTION}
-    output.show(report.render, f"{work.sources[0]}: {solution_set.message}")
-    output.add(request.plot, lambda path: plotting.cones(solution_set).content(plotting.form_of(path)))
-    return codes.get(solution_set.status, SOLVED)
+    within(where, sets.refuse_large, problem.problem)
+    best = None if objective is None else _best(problem, where, objective, sense, request.limits.time_limit)
+    found: Any = best or _search(request, problem, where)
+    report = solutions.report(found, work.sources[0], request.exact, request.names)
+    output.show(report.render, f"{where}: {found.message(numbers.approximate) if best else found.message}")
+    output.add(request.plot, lambda path: plotting.cones(found).content(plotting.form_of(path)))
+    return CODES.get(found.status, SOLVED)
 
 
 def _search(request: Request, problem: InputProblem, where: str) -> sets.SolutionSet:
-    """Search until the list is complete, or until Ctrl-C or SIGTERM ends the search. The time in
-    which the numbers are made exact counts."""
+    """Search until the list is complete, a signal comes or the time is up, in which the numbers are also made exact."""
     began, most = clock.seconds(), request.max_solutions
-    within(where, sets.refuse_large, problem.problem)
     try:
         with interrupts.within(request.limits.time_limit):
             data = problem.exactly()
         left = request.limits.time_limit - (clock.seconds() - began)
     except TimeIsUp:  # zeros, which are not searched, take the place of the numbers
         n, left = problem.problem.n, 0.0
-        data = ExactProblem(problem.problem, [{}] * n, [Fraction(0)] * n)
-    seconds = left if left > 0 else None
-    search = within(where, partial(sets.solutions, data, time_limit=seconds, max_solutions=most))
+        data = exact_problem.ExactProblem(problem.problem, [{}] * n, [Fraction(0)] * n)
+    search = within(where, partial(sets.solutions, data, time_limit=(left if left > 0 else None), max_solutions=most))
     if left <= 0:
         search.stop()
     with stopping() as signals:
@@ -82,24 +89,10 @@ def objective_in(path: str) -> LinearObjective | None:
     return within(path, lambda: model.objective if model.model.is_linear else None)
 
 
-def best_outcome(
-    request: Request, work: Work, output: Output, objective: str | LinearObjective, sense: str = "min"
-) -> int:
-    """Search for the best solution of a problem, with decimals as written; the exit code reports success if it is
-    proved to be the best."""
-    codes = {search.OPTIMAL: SOLVED, search.TIME_LIMIT: NOT_SOLVED, search.INTERRUPTED: INTERRUPTED}
-    (problem,) = request.inputs.problems(work)
-    if isinstance(objective, str):
-        request.inputs.tell(problem.remarks)
-    else:
-        from lcpcli.files.nl_format import LEFT_OUT
-
-        others = (line.removesuffix(LEFT_OUT).removesuffix("; ") for line in problem.remarks)
-        request.inputs.tell([line for line in others if not line.endswith(": ")])
-    wording.require(problem.problem, request.names)
-    where, began, limit = str(work.sources[0]), clock.seconds(), request.limits.time_limit
-    within(where, refuse_large, problem.problem)
-    data = problem.exactly()
+def _best(
+    problem: InputProblem, where: str, objective: str | LinearObjective, sense: str, limit: float
+) -> search.Optimum:
+    began, data = clock.seconds(), problem.exactly()
     left = max(limit - (clock.seconds() - began), 1e-6)
     with stopping() as signals:
         if isinstance(objective, str):
@@ -111,8 +104,5 @@ def best_outcome(
                 raise ProblemError(f"--{sense}imize", error.fault, error.hint) from None
         else:
             found = within(where, search.best, data, *objective, left)
-        if signals and found.status == search.TIME_LIMIT:
-            found = replace(found, status=search.INTERRUPTED)
-    report = solutions.report(found, work.sources[0], request.exact, request.names)
-    output.show(report.render, f"{where}: {found.message(approximate)}")
-    return codes.get(found.status, NO_SOLUTION)
+        is_cut = bool(signals) and found.status == search.TIME_LIMIT
+    return replace(found, status=search.INTERRUPTED) if is_cut else found

@@ -1,4 +1,4 @@
-"""lcp bench: methods and other solvers on suites of problems."""
+"""lcp bench: methods and other solvers on suites of problems; lcp compare-runs: earlier runs beside today's."""
 
 from __future__ import annotations
 
@@ -8,19 +8,18 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.bench.suites import ALL, DEFAULT_METHODS, SUITES, budget_of, methods_of
-from lcpcli.cli import declarations
-from lcpcli.cli.command import Candidates, command, option
+from lcpcli.bench.suites import ALL, DEFAULT_METHODS, SUITES, Suite, methods_of
+from lcpcli.cli import declarations, output
+from lcpcli.cli.command import Candidates, argument, command, option
 from lcpcli.cli.declarations import refuse_beside
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
-from lcpcli.cli.output import Destination, require_plot, show
 from lcpcli.cli.problems import Inputs, same_file, settle_threads, tell
 from lcpcli.cli.request import Request
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.errors import OptionError, count, listed
 from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
-from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TIME_LIMIT, TOL
+from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TIME_LIMIT, TOL, Option
 from lcpcli.peers.registry import PEERS
 from lcpcli.report.document import MEANINGS as MEANINGS_OF_FORMATS
 
@@ -75,24 +74,22 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
 @declarations.several_methods("Solvers", "measure", DEFAULT_METHODS)
 @option(
     "Solvers",
-    "--peer",
-    "peers",
-    metavar="NAME",
+    "--peer peers NAME",
+    f"Another solver to measure, if it is installed; repeatable: {listed(PEERS, 'or')}. The part of a name before "
+    "a dash selects all solvers whose names begin with it.  [default: none]",
     multiple=True,
     shell_complete=Candidates({**PEERS, **PEER_GROUPS}),
-    help=f"Another solver to measure, if it is installed; repeatable: {listed(PEERS, 'or')}. The part of a name before "
-    "a dash selects all solvers whose names begin with it.  [default: none]",
 )
 @declarations.numeric("Stopping", TOL)
 @declarations.numeric("Stopping", OF_EACH_RUN)
 @declarations.numeric("Measuring", ACCEPT)
 @declarations.numeric("Measuring", BUDGET)
 @declarations.numeric("Measuring", THREADS_OF_ALL)
-@declarations.file_option("Measuring", "--resume", "Resume the bench in this JSON file, written by -o.")
+@option("Measuring", "--resume FILE", "Resume the bench in this JSON file, written by -o.")
 @declarations.format_option(FORMATS)
 @declarations.output_file(f"{declarations.TO_FILE} JSON is saved after each measurement, to resume from.")
-@declarations.file_option(
-    "Output", "--plot", "Draw performance profiles, error against time, and scaling with n, as .png, .svg or .pdf."
+@option(
+    "Output", "--plot FILE", "Draw performance profiles, error against time, and scaling with n, as .png, .svg or .pdf."
 )
 @declarations.quiet_option("Print neither results nor progress, only errors.")
 def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Variant], quiet: bool, **given: Any) -> int:
@@ -101,11 +98,11 @@ def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Varian
     settle_threads((), request.threads)
     from lcpcli.files.atomic_write import refuse_unwritable, reserve
 
-    destination = Destination(request.form, request.output, quiet)
+    destination = output.Destination(request.form, request.output, quiet)
     outputs = {} if destination.path is None else {destination.path: destination.form}
     for path in filter(None, (request.output, request.plot)):
         refuse_unwritable(path)
-    require_plot(request.plot)
+    output.require_plot(request.plot)
     writes = list(outputs)
     if request.resume is not None and _read_record(request).pending():
         writes.append(request.resume)
@@ -113,7 +110,7 @@ def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Varian
         return _run(request, outputs, destination)
 
 
-def _run(request: Request, outputs: dict[str, str], destination: Destination) -> int:
+def _run(request: Request, outputs: dict[str, str], destination: output.Destination) -> int:
     from lcpcli.bench.report import render
 
     if request.resume is None:
@@ -162,19 +159,12 @@ def _new_record(request: Request) -> BenchRecord:
     if request.time_limit == math.inf:
         raise OptionError("--time-limit", "is infinite", "give a number of seconds, the time counted for a failure")
     numbers = {number.name: number.default for number in MEASURING}
-    numbers["budget"] = budget_of(suites)
+    numbers["budget"] = max(SUITES.get(name, Suite).budget for name in suites)
     numbers |= {name: getattr(request, name) for name in numbers if getattr(request, name) is not None}
     chosen = declarations.chosen_variants(request.variants, request.sweep, methods_of(suites))
-    names = [str(variant) for variant in chosen]
     settings = Settings(**{name: float(value) for name, value in numbers.items() if value is not None})
-    return timing.start(
-        suites,
-        names,
-        request.peers,
-        settings,
-        partial(tell, quiet=request.quiet),
-        None if infinity == math.inf else infinity,
-    )
+    how = partial(tell, quiet=request.quiet), None if infinity == math.inf else infinity
+    return timing.start(suites, [str(variant) for variant in chosen], request.peers, settings, *how)
 
 
 def _read_record(request: Request) -> BenchRecord:
@@ -214,4 +204,52 @@ def _keep(record: BenchRecord, outputs: dict[str, str]) -> None:
     from lcpcli.bench.report import render
 
     for path, form in outputs.items():
-        show(render(record, form, None, False), path)
+        output.show(render(record, form, None, False), path)
+
+
+FORMATS_OF_COMPARISON = {
+    **MEANINGS_OF_FORMATS,
+    "json": "an object for each run, for scripts",
+    "csv": "a row for each run, all digits",
+}
+SLOWER = Option(
+    *("slower", float, None, "ratio > 1", lambda ratio: 1 < ratio < math.inf),
+    "Also fail if a run takes at least this many times as long, beyond its spread; by default times never fail.",
+)
+
+
+@command(
+    short_help="Compare the runs in two files.",
+    examples=(
+        "lcp bench dense -o last-week.json",
+        "lcp bench dense -o today.json",
+        "lcp compare-runs last-week.json today.json",
+        "lcp compare-runs last-week.json today.json --slower 1.5 --quiet",
+    ),
+    exits={
+        0: "no run is worse",
+        1: "a run is worse, contradicts the earlier one, or is slower than --slower allows",
+        2: "usage or input error",
+    },
+    epilog="Unchanged runs appear only in JSON and CSV. lcp help measuring says when a time counts as different.",
+)
+@argument(
+    "Runs",
+    "old",
+    {"OLD": "Earlier runs: a file of lcp bench -o FILE.json, or results of lcp solve or compare in JSON."},
+    shell_complete=declarations.FILES,
+)
+@argument(
+    "Runs", "new", {"NEW": "Current runs, of the same methods on the same problems."}, shell_complete=declarations.FILES
+)
+@declarations.numeric("Comparison", SLOWER)
+@declarations.reporting(FORMATS_OF_COMPARISON)
+def compare_runs(old: str, new: str, slower: float | None, **given: Any) -> int:
+    """Compare how the runs in OLD and in NEW ended: status, iterations and time."""
+    destination = output.Destination.taken(given)
+    Inputs((old, new)).prepare({"--output": destination.path})
+    from lcpcli.bench.comparison import Comparison
+
+    comparison = Comparison((old, new), math.inf if slower is None else slower)
+    destination.show(comparison.render)
+    return NOT_SOLVED if comparison.failures else SOLVED

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from lcpcli.cli import main, output
 from lcpcli.cli.command import argument, command, option
-from lcpcli.cli.declarations import FILES, OTHERS, numeric, problem_file, refuse_beside, reporting, with_bounds
-from lcpcli.cli.main import of_end
-from lcpcli.cli.output import Destination, refuse
+from lcpcli.cli.declarations import FILES, OTHERS, numeric, problem_file, refuse, refuse_beside, reporting, with_bounds
 from lcpcli.cli.problems import Inputs
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files import contents
@@ -56,7 +55,7 @@ OF_INSPECTION = TIME_LIMIT._replace(
 )
 @with_bounds
 @numeric("Verification", TOL)
-@option("Verification", "--exact", is_flag=True, help="Verify in exact fractions; 0.1 means 1/10.")
+@option("Verification", "--exact", "Verify in exact fractions; 0.1 means 1/10.")
 @reporting(RECORD_MEANINGS)
 def check(paths: tuple[str, ...], tol: float | None, exact: bool, **given: Any) -> int:
     """Verify the proposed SOLUTION of the problem in FILE, or in FILE and Q_FILE."""
@@ -65,8 +64,7 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, **given: Any) 
         raise OptionError("FILE [Q_FILE] SOLUTION", f"stands for 2 or 3 files, not {len(paths)}", hint)
     if exact:
         refuse_beside("--exact", {"--tol": tol})
-    destination = Destination.taken(given)
-    inputs = Inputs.of(paths[:-1], others=paths[-1:], **given)
+    destination, inputs = output.Destination.taken(given), Inputs.of(paths[:-1], others=paths[-1:], **given)
     inputs.prepare({"--output": destination.path})
     verifications = _verifications(inputs, paths[-1], tol, exact)
     accepted = sum(verification.accepted for verification in verifications)
@@ -75,7 +73,7 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, **given: Any) 
         from lcpcli.report import verification_text
 
         destination.show(verification_text.report(verifications).render, f"{place(paths[0])}: {told}")
-    return max(of_end(verification.accepted) for verification in verifications)
+    return max(main.of_end(verification.accepted) for verification in verifications)
 
 
 def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool) -> list[Verification]:
@@ -146,13 +144,12 @@ def _verification(
 )
 @problem_file
 @numeric("Stopping", OF_INSPECTION)
-@option("Output", "--all", "whole", is_flag=True, help="Show everything; JSON and CSV always do.")
+@option("Output", "--all whole", "Show everything; JSON and CSV always do.")
 @reporting(RECORD_MEANINGS)
 def inspect(file: str, q_file: str | None, time_limit: float | None, whole: bool, **given: Any) -> int:
     """Report the classes of M, its scaling, and which methods are guaranteed to solve the problem; of a nonlinear model
     the rows and operators, and what is known of F and its Jacobian at the start."""
-    destination = Destination.taken(given)
-    inputs = Inputs.of(list(filter(None, [file, q_file])), **given)
+    destination, inputs = output.Destination.taken(given), Inputs.of(list(filter(None, [file, q_file])), **given)
     inputs.prepare({"--output": destination.path})
     from lcpcli.inspection.inspection import inspect as inspected
     from lcpcli.inspection.nonlinear import inspect_nonlinear

@@ -1,8 +1,4 @@
-"""The command group lcp, and the base classes of its commands: help in sections, suggestions for unknown words.
-
-A command's help begins with one sentence and examples. Arguments and options follow under their declared headings, then
-the names that the command accepts, and its exit codes.
-"""
+"""The command group lcp, and the base classes of its commands: help in sections, hints for unknown words."""
 
 from __future__ import annotations
 
@@ -35,9 +31,8 @@ GONE = {  # options of earlier versions
     "stop": "it has gone: in Python a callback= ends a run",
 }
 WHOLE = "lcpcli.whole"  # in the context: help shows all options
-BEHIND_QUIET = "lcpcli.behind"  # in the context: the word after -q, which may have been meant as --q
 HELP = "Help"  # the heading of options that click declares
-WIDEST_LINE = 100  # columns of help on a wide terminal, as longer lines are hard to read
+WIDEST = 100  # columns of help on a wide terminal, as longer lines are hard to read
 NEGATIVE = re.compile(r"-[.\d]")  # the beginning of a negative number, which is no option
 SIGNALS = 128  # exit codes above it follow a signal
 WIDEST_TERM = 26  # columns, a quarter of a line; the meaning of a longer term begins on the next line
@@ -70,9 +65,14 @@ class Argument(_UnderHeading, click.Argument):
     """An argument of a command."""
 
 
-def option(heading: str, *names: str, **attributes: Any) -> Callable[[Function], Function]:
-    """Declare an option under a heading; the rest is as for `click.option`."""
-    return click.option(*names, cls=CommandOption, heading=heading, **attributes)
+def option(heading: str, names: str, meaning: str, **attributes: Any) -> Callable[[Function], Function]:
+    """Declare an option under a heading: its names, and that of its value in capitals unless it is a flag or has a
+    type; the rest is as for `click.option`."""
+    *flags, last = names.split()
+    attributes |= {"metavar": last} if last.isupper() else {"is_flag": "type" not in attributes}
+    attributes |= {"shell_complete": Candidates(files=True)} if "FILE" in last else {}
+    flags += [last] * (not last.isupper())
+    return click.option(*flags, cls=CommandOption, heading=heading, help=meaning, **attributes)
 
 
 def argument(heading: str, name: str, words: Mapping[str, str], **attributes: Any) -> Callable[[Function], Function]:
@@ -84,10 +84,8 @@ class Command(click.Command):
     """A command whose help has sections.
 
     examples : command lines that run anywhere.
-    common : the options that its help shows unless it is called with --all, so that it fits on a screen; by default
-        all, and the lists.
-    lists : the names that are accepted: under each heading, the names with their meanings.
-    exits : the exit codes with their meanings.
+    common : the options that its help shows without --all, so that it fits on a screen; by default all, and the lists.
+    lists : under each heading the names that are accepted, with their meanings. exits : the exit codes, likewise.
     """
 
     def __init__(
@@ -110,8 +108,6 @@ class Command(click.Command):
         for word in args if ctx.allow_interspersed_args else []:  # -max-iterations is not -m ax-iterations
             if word[:2] != "--" and word.startswith("-") and word not in options and f"-{word}" in options:
                 raise OptionError(word, unknown, f"did you mean -{word}?")
-        if "-q" in args[:-1]:
-            ctx.meta[BEHIND_QUIET] = args[args.index("-q") + 1]
         if ctx.allow_interspersed_args:  # otherwise the words belong to another command
             args = [" " * bool(NEGATIVE.match(word)) + word for word in args]  # with a blank, a number is no option
         try:
@@ -156,7 +152,7 @@ class Command(click.Command):
                 if len(line) > room:
                     parts = wrap(line, room - 2, subsequent_indent="  ", break_on_hyphens=False)
                 formatter.write(" \\\n".join(" " * formatter.current_indent + part for part in parts) + "\n")
-        write_tables(formatter, self.tables(ctx))
+        tabulate(formatter, self.tables(ctx))
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         if not self.common or WHOLE in ctx.meta:
@@ -165,8 +161,7 @@ class Command(click.Command):
     def tables(self, ctx: click.Context) -> dict[str, Rows]:
         """Return the tables that help shows after the examples: under each heading, terms with their meanings."""
         tables: dict[str, list[tuple[str, str]]] = {}
-        params = self.get_params(ctx)
-        is_brief = bool(self.common) and WHOLE not in ctx.meta
+        params, is_brief = self.get_params(ctx), bool(self.common) and WHOLE not in ctx.meta
         for param in params:
             if is_brief and isinstance(param, CommandOption) and param.opts[-1] not in self.common:
                 continue
@@ -196,7 +191,6 @@ def _brief(meaning: str) -> str:
 
 
 def command(**attributes: Any) -> Callable[[Function], Command]:
-    """Make a function a command; the attributes are those of `Command` and of `click.command`."""
     return click.command(cls=Command, **attributes)
 
 
@@ -214,11 +208,7 @@ class Candidates(NamedTuple):
 
 
 class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
-    """One of several words. The error for an unknown word suggests the most likely one.
-
-    meanings : the words with their meanings, which shells show beside them.
-    otherwise : the hint where no word is likely; by default it lists all.
-    """
+    """One of several words with meanings; the error for an unknown word has a likely one, else all or `otherwise`."""
 
     def __init__(self, meanings: Mapping[str, str], otherwise: str = "") -> None:
         super().__init__(list(meanings))
@@ -233,7 +223,7 @@ class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
         return Candidates(self.meanings)(ctx, param, incomplete)
 
 
-def write_tables(formatter: click.HelpFormatter, tables: Mapping[str, Rows]) -> None:
+def tabulate(formatter: click.HelpFormatter, tables: Mapping[str, Rows]) -> None:
     """Write each table under its heading, all meanings in one column."""
     terms = [len(term) for rows in tables.values() for term, _ in rows]
     widest = max((width for width in terms if width <= WIDEST_TERM), default=0)
@@ -256,8 +246,7 @@ class Group(Command, click.Group):
         return {"Commands": list(self.meanings().items()), **super().tables(ctx)}
 
     def meanings(self) -> dict[str, str]:
-        """Return the commands, each with a summary of what it does."""
-        return {name: command.get_short_help_str(WIDEST_LINE) for name, command in self.commands.items()}
+        return {name: command.get_short_help_str(WIDEST) for name, command in self.commands.items()}
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -287,7 +276,7 @@ def _show_version(context: click.Context, _: click.Parameter, is_asked: bool) ->
 
 @click.group(
     cls=Group,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": WIDEST_LINE},
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": WIDEST},
     invoke_without_command=True,
     examples=(
         "lcp solve paper-example-1",
@@ -313,19 +302,8 @@ def lcp(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-lcp.commands = Commands(
-    {
-        "solve": "solve",
-        "compare": "compare",
-        "path": "path",
-        "bench": "bench",
-        "compare-runs": "compare",
-        "check": "check",
-        "inspect": "check",
-        "kernels": "help",
-        "make": "make",
-        "convert": "make",
-        "completion": "help",
-        "help": "help",
-    }
+MODULES = (  # of the commands, in the order of the help
+    "solve solve, compare solve, path path, bench bench, compare-runs bench, check check, inspect check, kernels help, "
+    "make make, convert make, completion help, help help"
 )
+lcp.commands = Commands(map(str.split, MODULES.split(", ")))

@@ -1,7 +1,4 @@
-"""The arguments and options that several commands share, each declared once.
-
-Which options have no effect together: for each option, format or kind of problem the options that it refuses.
-"""
+"""The arguments and options that several commands share, each declared once, and which have no effect together."""
 
 from __future__ import annotations
 
@@ -66,50 +63,36 @@ def numeric(heading: str, declared: Option) -> Declaration:
     number = click.INT if declared.kind is int else click.FLOAT
     kind = (lambda v: v if v in declared.words else number.convert(v, None, None)) if declared.words else declared.kind
     meaning = f"{declared.meaning}  [{declared.range}{default}]"
-    metavar = declared.range.split()[0].upper() if declared is INFINITY else declared.metavar
+    names = f"{flag(declared.name)} {'SIZE' if declared is INFINITY else declared.metavar}"
 
     def in_range(_: click.Context, __: click.Parameter, value: Any) -> Any:
         if value is not None:
             declared.check(value)
         return value
 
-    return option(
-        heading, flag(declared.name), declared.name, type=kind, callback=in_range, metavar=metavar, help=meaning
-    )
+    return option(heading, names, meaning, type=kind, callback=in_range)
 
 
 def switch(heading: str, name: str, meaning: str, default: str) -> Declaration:
-    return option(heading, f"--{name}/--no-{name}", default=None, help=f"{meaning}  [default: --{default}]")
-
-
-def vector_option(heading: str, name: str, kind: str, meaning: str) -> Declaration:
-    """Declare an option whose value, a vector or states, is typed or read from a file."""
-    return option(heading, f"--{name}", metavar=f"{kind}|FILE", shell_complete=FILES, help=meaning)
+    return option(heading, f"--{name}/--no-{name}", f"{meaning}  [default: --{default}]", default=None)
 
 
 def format_option(formats: Mapping[str, str]) -> Declaration:
     """Declare --format, one of these formats; None leaves it to the suffix of -o."""
     text = f"{listed(formats, 'or')}.  [default: by the suffix of -o, else table]"
-    return option("Output", "-f", "--format", "form", metavar="FORMAT", type=Choice(formats), help=text)
-
-
-def file_option(heading: str, name: str, meaning: str, **attributes: Any) -> Declaration:
-    return option(heading, *name.split(), metavar="FILE", shell_complete=FILES, help=meaning, **attributes)
+    return option("Output", "-f --format form FORMAT", text, type=Choice(formats))
 
 
 def output_file(meaning: str = f"{TO_FILE}  [default: standard output]") -> Declaration:
-    """Declare -o; None stands for standard output."""
-    return file_option(
-        "Output", "-o --output", meaning, callback=lambda _, __, file: None if file in NAMES_OF_OUTPUT else file
-    )
+    callback = lambda _, __, file: None if file in NAMES_OF_OUTPUT else file  # noqa: E731
+    return option("Output", "-o --output FILE", meaning, callback=callback)
 
 
 def quiet_option(meaning: str = "Print no results, only errors; the exit code tells the outcome.") -> Declaration:
-    return option("Output", "-q", "--quiet", is_flag=True, help=meaning)
+    return option("Output", "-q --quiet", meaning)
 
 
 def reporting(formats: Mapping[str, str], *others: Declaration) -> Declaration:
-    """Declare --format, one of these formats, others, -o and --quiet."""
     return declared(format_option(formats), *others, output_file(), quiet_option())
 
 
@@ -117,40 +100,34 @@ METHOD = MethodChoice()
 METHOD_NAMES = listed(METHOD.meanings, "or")
 show_option = option(
     "Output",
-    "--show",
-    "names",
-    metavar="NAME",
-    multiple=True,
-    help="Show only the unknowns of this name, or z1, z2, ...; * stands for any text, as in 'price *'; repeatable. "
+    "--show names NAME",
+    "Show only the unknowns of this name, or z1, z2, ...; * stands for any text, as in 'price *'; repeatable. "
     "JSON has all.  [default: as many as fit]",
+    multiple=True,
 )
 
 
 def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Declaration:
     """Declare a repeatable --method, for a purpose, and --sweep; see `chosen_variants`."""
     one = f"A method to {purpose}: {METHOD_NAMES}, with options of its own as in shi:p=10,k-star=5; repeatable."
+    several = {"multiple": True, "type": METHOD}
     every = "Run the methods that have this option once for each value, as in p=1,10,100; several make a grid."
     return declared(
-        option(
-            heading,
-            "-m",
-            "--method",
-            "methods",
-            metavar="NAME[:...]",
-            multiple=True,
-            type=METHOD,
-            help=f"{one}  [default: {', '.join(default)}]",
-        ),
-        option(heading, SWEEP, metavar="OPTION=VALUE,...", multiple=True, help=f"{every}  [default: none]"),
+        option(heading, "-m --method methods NAME[:...]", f"{one}  [default: {', '.join(default)}]", **several),
+        option(heading, f"{SWEEP} OPTION=VALUE,...", f"{every}  [default: none]", multiple=True),
     )
 
 
 def files_argument(
     heading: str, name: str, metavar: str, words: Mapping[str, str], offered: Candidates = FILES, **attributes: Any
 ) -> Declaration:
-    """Declare an argument of files and folders, among other words."""
     words = {**words, "FOLDER": "All files in it that hold one problem, by name."}
     return argument(heading, name, words, metavar=metavar, nargs=-1, shell_complete=offered, **attributes)
+
+
+def refuse(is_wrong: bool, where: str, fault: str, hint: str = "leave it out") -> None:
+    if is_wrong:
+        raise OptionError(where, fault, hint)
 
 
 def chosen_variants(
@@ -159,33 +136,30 @@ def chosen_variants(
     """Return the requested methods, or the default ones, for all values of --sweep, which may set no given option."""
     for axis in axes:
         name = axis.partition("=")[0].strip().replace("-", "_")
-        if name in given:
-            raise OptionError(SWEEP, f"{flag(name)} is given beside it", "leave one out")
+        refuse(name in given, SWEEP, f"{flag(name)} is given beside it", "leave one out")
     return variants.sweep(list(dict.fromkeys(chosen or map(Variant, default))), axes)
 
 
 def _columns(_: click.Context, __: click.Parameter, text: str | None) -> tuple[str, ...]:
-    """Return the names of columns in a text that separates them by commas."""
     names = tuple(name.strip() for name in text.split(",")) if text is not None else ()
     for name in names:
-        if name not in CHOICES:
-            raise OptionError("--columns", f"{quoted(name)} is not a column", likely(name, CHOICES))
+        refuse(name not in CHOICES, "--columns", f"{quoted(name)} is not a column", likely(name, CHOICES))
     return names
 
 
-BOUND_MEANING = "a number, none, a list or a file.  [default: the problem's]"
+BOUND = "a number, none, a list or a file.  [default: the problem's]"
 M_AND_Q = "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; M alone, also as .mtx or .npy"
 BESIDES_FILES = "- is standard input, and the name of a shipped problem stands for it."
 OTHERS = "Programs: .mps, .qps, .lp; models: .nl; games: .nfg, .efg."  # that a file may hold
 bounds_options = declared(
-    *(vector_option("Problem", name, "NUMBER", f"{name.capitalize()} bound of z: {BOUND_MEANING}") for name in BOUNDS),
+    *(option("Problem", f"--{name} NUMBER|FILE", f"{name.capitalize()} bound of z: {BOUND}") for name in BOUNDS),
     numeric("Problem", INFINITY),
 )
-q_option = file_option("Problem", "--q", "The same as Q_FILE.  [default: none]")
+q_option = option("Problem", "--q FILE", "The same as Q_FILE.  [default: none]")
 with_bounds = declared(  # the options of a command that reads problems
     q_option,
     bounds_options,
-    option("Problem", "--game", is_flag=True, help="The two files are tables of the payoffs A and B of a game."),
+    option("Problem", "--game", "The two files are tables of the payoffs A and B of a game."),
 )
 problem_file = declared(  # the problem of a command that takes one: its file, and the file of q if it is separate
     argument("Problem", "file", {"FILE": f"{M_AND_Q}. {OTHERS} {BESIDES_FILES}"}, shell_complete=FILES),
@@ -233,36 +207,33 @@ solving = declared(  # the options of the methods, the limits and the output of 
         for own, meaning in SWITCHES.items()
     ),
     *(
-        vector_option("Start", name, "STATES" if name == "basis" else "NUMBERS", meaning)
+        option("Start", f"--{name} {'STATES' if name == 'basis' else 'NUMBERS'}|FILE", meaning)
         for name, meaning in STARTS.items()
     ),
     *(numeric("Stopping", limit) for limit in LIMITS),
     numeric("Computing", THREADS),
-    option("Answer", "--bound", is_flag=True, help="Prove a bound on the error of z; this costs more than solving."),
+    option("Answer", "--bound", "Prove a bound on the error of z; this costs more than solving."),
     format_option(MEANINGS),
     option(
         "Output",
-        "--trace",
-        metavar="[FILE]",
+        "--trace [FILE]",
+        "Write the iterates to this .csv file; without a file, add them to JSON, or write them as CSV."
+        "  [default: none]",
         is_flag=False,
         flag_value=ITERATES,
-        shell_complete=FILES,
-        help="Write the iterates to this .csv file; without a file, add them to JSON, or write them as CSV."
-        "  [default: none]",
     ),
     show_option,
     numeric("Output", EVERY),
     option(
         "Output",
-        "--columns",
-        metavar="NAME,...",
+        "--columns NAME,...",
+        f"Show only these columns of the iterates, and no summary: {', '.join(CHOICES)}.  [default: all]",
         callback=_columns,
-        help=f"Show only these columns of the iterates, and no summary: {', '.join(CHOICES)}.  [default: all]",
     ),
-    file_option("Output", "--plot", "Draw error over time: .png, .svg or .pdf."),
-    file_option(
+    option("Output", "--plot FILE", "Draw error over time: .png, .svg or .pdf."),
+    option(
         "Output",
-        "--paths",
+        "--paths FILE",
         "Draw the iterates x, z = |x| + x, of a problem in two unknowns over the merit function: .png, .svg, .pdf."
         "  [default: none]",
     ),
@@ -282,8 +253,6 @@ COMPARE, ONE_LEFT_OUT = "leave it out, or use lcp compare", "leave one out"
 
 
 class Refusal(NamedTuple):
-    """Options that are refused, why, and what to do."""
-
     options: Collection[str]
     fault: str = "has no effect with {mode}"
     hint: str = "leave it out"

@@ -1,7 +1,4 @@
-"""lcp help, the reference, one page per topic; and lcp completion.
-
-lcp kernels: the kernels of the extra `fast` are compiled ahead of their first use.
-"""
+"""lcp help, the reference, one page per topic; lcp completion; and lcp kernels, which compiles ahead of use."""
 
 from __future__ import annotations
 
@@ -12,19 +9,8 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem, shell_complete
 
-from lcpcli.cli.command import (
-    VARIABLE,
-    WHOLE,
-    WIDEST_LINE,
-    Candidates,
-    Choice,
-    argument,
-    command,
-    lcp,
-    option,
-    write_tables,
-)
-from lcpcli.cli.output import refuse
+from lcpcli.cli.command import VARIABLE, WHOLE, WIDEST, Candidates, Choice, argument, command, lcp, option, tabulate
+from lcpcli.cli.declarations import refuse
 from lcpcli.cli.terminal import Line, emit, shows_progress, terminal
 from lcpcli.errors import OptionError, count, folded, quoted
 from lcpcli.methods.registry import METHODS, NONLINEAR, OTHER_NAMES, known_options, suggestion
@@ -71,7 +57,7 @@ def _candidates(context: click.Context, parameter: click.Parameter, incomplete: 
     shell_complete=_candidates,
 )
 @argument("Topic", "section", {"SECTION": "Only the sections of a page whose headings have this word."}, required=False)
-@option("Topic", "--all", "whole", is_flag=True, help="Show all options of a command, and all names that they take.")
+@option("Topic", "--all whole", "Show all options of a command, and all names that they take.")
 @click.pass_context
 def help(context: click.Context, topic: str | None, section: str | None, whole: bool) -> None:
     """Show the page on TOPIC, or the sections on a word that has some, formatted on a terminal and as Markdown in a
@@ -82,7 +68,7 @@ def help(context: click.Context, topic: str | None, section: str | None, whole: 
     if topic is None:
         meanings = [row for row in lcp.meanings().items() if row[0] != context.info_name]
         formatter = context.make_formatter()
-        write_tables(formatter, {"Topics": list(TOPICS.items()), "Commands": meanings})
+        tabulate(formatter, {"Topics": list(TOPICS.items()), "Commands": meanings})
         click.echo(f"Usage: {context.command_path} TOPIC\n\n{formatter.getvalue()}", nl=False)
     elif topic in commands:
         named = click.Context(commands[topic], context.find_root(), topic)
@@ -98,7 +84,7 @@ def help(context: click.Context, topic: str | None, section: str | None, whole: 
         if width is not None:
             from lcpcli.report.terminal import page as formatted
 
-            page = formatted(page, min(width, WIDEST_LINE), color)
+            page = formatted(page, min(width, WIDEST), color)
         emit(page, color)
         if topic not in PAGES and (topic in METHODS or topic in NONLINEAR):
             emit(_options(context, topic), False)
@@ -106,7 +92,7 @@ def help(context: click.Context, topic: str | None, section: str | None, whole: 
         click.echo(f"{topic}: {OF_THE_SOURCE[topic]} of the source is this page")
     elif topic.casefold() not in OTHER_NAMES and (found := _places(topic)):
         formatter = context.make_formatter()
-        write_tables(formatter, {f"Pages with {quoted(topic)}, and their sections": found})
+        tabulate(formatter, {f"Pages with {quoted(topic)}, and their sections": found})
         click.echo(formatter.getvalue().lstrip("\n"), nl=False)
     else:
         hint = suggestion(topic, [*TOPICS, *commands], "lcp help lists the topics")
@@ -117,7 +103,7 @@ def _options(context: click.Context, method: str) -> str:
     params = lcp.commands["solve"].params
     records = [param.get_help_record(context) for param in params if param.name in known_options(method)]
     formatter = context.make_formatter()
-    write_tables(formatter, {f"Options of lcp solve for {method}": [row for row in records if row]} if records else {})
+    tabulate(formatter, {f"Options of lcp solve for {method}": [row for row in records if row]} if records else {})
     return formatter.getvalue()
 
 
@@ -167,8 +153,7 @@ def completion(shell: str) -> int:
 )
 def kernels() -> None:
     """Compile the kernels of the extra fast that numba does not have in its cache, and say where that is."""
-    if not has_numba():
-        raise OptionError("kernels", *MISSING)
+    refuse(not has_numba(), "kernels", *MISSING)
     try:
         from lcpcli.kernels.announcement import KERNELS, compile_all
 
@@ -179,6 +164,5 @@ def kernels() -> None:
             )
     except RuntimeError as error:  # the cache has no place
         raise OptionError("numba", str(error), "set NUMBA_CACHE_DIR to a folder that can be written") from None
-    if not folder:
-        raise OptionError("NUMBA_DISABLE_JIT", "is set, so that nothing is compiled", "unset it")
+    refuse(not folder, "NUMBA_DISABLE_JIT", "is set, so that nothing is compiled", "unset it")
     click.echo(f"{count(now, 'kernel')} compiled, {before} already there; the cache is in {folder}")

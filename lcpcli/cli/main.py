@@ -36,18 +36,15 @@ reading: list[threading.Thread] = []  # threads that may wait for input for ever
 
 
 def of_end(solved: bool, has_no_solution: bool = False, interrupted: bool = False) -> int:
-    """Return the exit code of a run by how it has ended."""
     return INTERRUPTED if interrupted else NO_SOLUTION if has_no_solution else SOLVED if solved else NOT_SOLVED
 
 
 def of_status(status: Status) -> int:
-    """Return the exit code of a run with this status."""
     return of_end(status.name == "SOLVED", status.has_no_solution, status.name == "INTERRUPTED")
 
 
 def of_result(result: Result) -> int:
-    """Return the exit code of a result that Ctrl-C has not cut short: that of its status, unless a proof was requested
-    and not found, or a stopping rule has ended the run."""
+    """Return the exit code of a result that Ctrl-C has not cut short: of its status, unless a requested proof fails."""
     unproved = result.exact is not None and result.exact.status is None
     return NOT_SOLVED if unproved or result.status.name == "INTERRUPTED" else of_status(result.status)
 
@@ -58,7 +55,6 @@ def of_several(codes: Iterable[int]) -> int:
 
 
 def main() -> None:
-    """Run the command line and exit with its code."""
     gc.set_threshold(MOST_UNCOLLECTED)
     code, received = INTERRUPTED, list[int]()
     with contextlib.suppress(KeyboardInterrupt):
@@ -152,17 +148,17 @@ def _run() -> int:
         param = getattr(error, "param", None)
         if param is None:
             where = error.ctx.command_path if error.ctx else "lcp"
-            return _complain(f"lcp: {where.removeprefix('lcp ')}: {_one_line(error.message)}; see {where} --help")
+            return say(f"lcp: {where.removeprefix('lcp ')}: {_one_line(error.message)}; see {where} --help")
         name = param.opts[-1] if isinstance(param, click.Option) else param.human_readable_name.strip("[]")
-        return _complain(f"lcp: {name}: {_one_line(error.message)}")
+        return say(f"lcp: {name}: {_one_line(error.message)}")
     except click.ClickException as error:
-        return _complain(f"lcp: {_one_line(error.format_message())}")
+        return say(f"lcp: {_one_line(error.format_message())}")
     except LCPError as error:
-        return _complain(f"lcp: {as_written(error)}")
+        return say(f"lcp: {as_written(error)}")
     except (click.Abort, KeyboardInterrupt):
         return INTERRUPTED
     except MemoryError:
-        return _complain("lcp: not enough memory for this problem", NOT_SOLVED)
+        return say("lcp: not enough memory for this problem", NOT_SOLVED)
     except (ImportError, SystemError, RuntimeError) as error:
         if hides_interrupt(error):
             return INTERRUPTED
@@ -175,9 +171,9 @@ def _run() -> int:
         return CLOSED_PIPE  # detected by click, which then wraps the stream
     except OSError as error:  # errors of files have become an LCPError
         if error.filename is not None:
-            return _complain(f"lcp: {error.filename}: {error.strerror}")
+            return say(f"lcp: {error.filename}: {error.strerror}")
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return _complain(f"lcp: standard output cannot be written ({error.strerror}); write to a file with -o")
+        return say(f"lcp: standard output cannot be written ({error.strerror}); write to a file with -o")
 
 
 def as_written(error: LCPError) -> LCPError:
@@ -191,8 +187,8 @@ def as_written(error: LCPError) -> LCPError:
     return OptionError(flag(error.where), error.fault, error.hint)
 
 
-def say(message: str) -> None:
-    """Print one line on standard error, if possible."""
+def say(message: str, code: int = BAD_INPUT) -> int:
+    """Print one line on standard error, if possible, and return the exit code."""
     from lcpcli.errors import visible
 
     if sys.stderr is not None:  # closed by the caller
@@ -200,20 +196,15 @@ def say(message: str) -> None:
             print(visible(message), file=sys.stderr, flush=True)
         except OSError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
-
-
-def _complain(message: str, code: int = BAD_INPUT) -> int:
-    say(message)
     return code
 
 
 def _complain_of_loading(error: BaseException) -> int:
-    """Report a library that fails to load, possibly for lack of memory, by the root cause of its error, around which
-    libraries wrap a page of advice."""
+    """Report a library that fails to load, perhaps for lack of memory, by the root of its error, which it may wrap."""
     while error.__cause__ or error.__context__:
         error = error.__cause__ or error.__context__ or error
     fault = _one_line(str(error) or type(error).__name__)
-    return _complain(f"lcp: {fault}; out of memory, or is the installation broken?", NOT_SOLVED)
+    return say(f"lcp: {fault}; out of memory, or is the installation broken?", NOT_SOLVED)
 
 
 def _one_line(message: str) -> str:

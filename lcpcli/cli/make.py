@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.cli.command import Choice, argument, command, option
-from lcpcli.cli.declarations import file_option, problem_file, problem_output, refuse_beside
-from lcpcli.cli.output import Destination, refuse
+from lcpcli.cli.declarations import problem_file, problem_output, refuse, refuse_beside
+from lcpcli.cli.output import Destination
 from lcpcli.cli.problems import Inputs, tell, without_wrong_solutions
 from lcpcli.cli.terminal import emit
 from lcpcli.errors import OptionError, count, quoted
@@ -52,21 +52,14 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
     metavar="[FAMILY]",
     type=Choice(gallery.FAMILIES, "lcp make --list shows the families"),
 )
-@option("Family", "--list", "listed", is_flag=True, help="List the families instead of writing a problem.")
-@option("Problem", "-n", "n", type=int, help="Approximate number of unknowns.  [default: 10, or the family's own]")
-@option("Problem", "--seed", type=int, help="Seed of the random numbers, if any.  [whole number >= 0; default 0]")
+@option("Family", "--list listed", "List the families instead of writing a problem.")
+@option("Problem", "-n n", "Approximate number of unknowns.  [default: 10, or the family's own]", type=int)
+@option("Problem", "--seed", "Seed of the random numbers, if any.  [whole number >= 0; default 0]", type=int)
+@option("Problem", "--set settings NAME=VALUE", "Set a parameter of the family; repeatable.", multiple=True)
 @option(
-    "Problem",
-    "--set",
-    "settings",
-    multiple=True,
-    metavar="NAME=VALUE",
-    help="Set a parameter of the family; repeatable.",
+    "Program or game, in place of a family", "--from-qp FILE", "A linear or quadratic program, as in lcp help programs."
 )
-@file_option(
-    "Program or game, in place of a family", "--from-qp", "A linear or quadratic program, as in lcp help programs."
-)
-@file_option("Program or game, in place of a family", "--from-game", "A game of two players, as in lcp help programs.")
+@option("Program or game, in place of a family", "--from-game FILE", "A game of two players, as in lcp help programs.")
 @problem_output
 def make(
     family: str | None,
@@ -153,7 +146,6 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
     from lcpcli.files.writing import exact_endings, is_rounded, kind_of
 
     written = read_written(inputs)
-    inputs.hint_at_option(inputs.files)
     if written.rounded.name == reading.name_of(file):  # the problem has no name of its own
         written = replace(written, rounded=written.rounded.named(""), own=written.own.named(""))
     written = writing.with_costs(written, output or "")
@@ -190,8 +182,7 @@ def read_written(inputs: Inputs) -> Written[Problem]:
     fetch = cache(contents.content_of)
 
     def parse(doubles: Doubles) -> Problem:
-        problem = reading.problem_of(inputs.files, texts, doubles)
-        return beside.with_bounds(problem, inputs.bounds, fetch, doubles)
+        return beside.with_bounds(reading.problem_of(inputs.files, texts, doubles), inputs.bounds, fetch, doubles)
 
     with inputs.hint_at_game():
         texts = reading.contents_of(inputs.files)
@@ -211,10 +202,7 @@ def prepare(inputs: Inputs, output: str | None) -> None:
 
 
 def write(problem: Problem | Written[Problem], output: str | None, quiet: bool, as_program: bool = False) -> None:
-    """Write a problem in the format of the file's suffix and say so, or as JSON to standard output.
-
-    as_program : as for `writing.write`.
-    """
+    """Write a problem in the format of the file's suffix and say so, or as JSON to standard output."""
     from lcpcli.files import writing
     from lcpcli.rational.numbers import Written
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.cli.declarations import refuse_beside
+from lcpcli.cli.declarations import refuse, refuse_beside
 from lcpcli.cli.problems import tell
 from lcpcli.cli.terminal import ITERATES, emit, size, terminal
 from lcpcli.errors import OptionError
@@ -30,14 +30,18 @@ class Destination:
     """Where a command shows its report.
 
     form, path : the format, and the file, None for standard output. quiet : whether nothing but errors is printed.
-    width, color : the width of a terminal, None for a file or a pipe, and whether it shows colours. silent : whether
-    the report is not shown.
+    width, color : of a terminal, else None, and whether it shows colours. silent : whether the report is not shown.
     """
 
     def __init__(self, form: str | None, path: str | None, quiet: bool = False) -> None:
         hint = f"give --format {path}, or a name with a suffix"
         refuse(path in FORMATS, "--output", f"{path} is a format", hint)  # -o json would write a table to a file json
-        self.form, self.path, self.quiet = form or form_of(path), path, quiet
+        if form is None:  # it is that of the file's suffix; without a suffix, the table
+            ending = os.path.splitext(path or "")[1].lower()
+            suffixes = f"use {', '.join(filter(None, SUFFIXES))} or give --format"
+            refuse(ending not in SUFFIXES, str(path), f"the suffix {ending} is not a format", suffixes)
+            form = SUFFIXES[ending]
+        self.form, self.path, self.quiet = form, path, quiet
         self.width, color = (None, False) if path else terminal()
         self.color, self.silent = color and self.form == "table", quiet and path is None
         if self.form == "html":
@@ -64,8 +68,7 @@ class Destination:
 
 
 class Output(Destination):
-    """The choice of what is shown of a request, in which format and where, checked for consistency before any
-    computation.
+    """The choice of what is shown of a request, in which format and where, checked before any computation.
 
     trace_path : the file of all iterates, if any. with_iterates : whether the iterates are added to the output.
     """
@@ -124,7 +127,6 @@ class Output(Destination):
         return replace(result, trace=shown)
 
     def draw(self, runs: Sequence[Sequence[Result]]) -> None:
-        """Draw the runs, one panel per problem."""
         plot, paths = self.request.plot, self.request.paths
         if plot is None and paths is None:
             return
@@ -138,24 +140,15 @@ class Output(Destination):
         """Return the selection of a table: the step and the largest number of its iterates, and their components."""
         from lcpcli.report.tables import kept_components, room
 
-        every, components = (
-            self.request.every,
-            kept_components(problem, room(self.form, self.width), self.request.names),
-        )
-        if every is not None:
-            return every, None, components
+        components = kept_components(problem, room(self.form, self.width), self.request.names)
+        if self.request.every is not None:
+            return self.request.every, None, components
         if self.form == "html":
             return 1, MOST_POINTS, components
         most = MOST_ROWS
         if self.form == "table" and self.width is not None and not self.request.levels:  # a screen has room for them
             most = min(MOST_ROWS, max(FEWEST_ROWS, size().lines - SUMMARY_LINES))
         return int(EVERY.value), most, components
-
-
-def refuse(is_wrong: bool, where: str, fault: str, hint: str = "leave it out") -> None:
-    """Raise OptionError with this message if an option is wrong."""
-    if is_wrong:
-        raise OptionError(where, fault, hint)
 
 
 def require_plot(file: str | None, option: str = "plot") -> None:
@@ -177,8 +170,7 @@ def hush() -> None:
 
 
 def _refuse_as_trace(path: str) -> None:
-    """Refuse to write iterates to a file that is not .csv or has other content: --trace may have taken the file of a
-    problem as its value."""
+    """Refuse a file of iterates that is not .csv or has other content: --trace may have taken the file of a problem."""
     from pathlib import Path
 
     from lcpcli.report.result_csv import OPENING
@@ -191,16 +183,7 @@ def _refuse_as_trace(path: str) -> None:
                 raise OptionError("--trace", f"{path} exists and holds no iterates", "choose another file")
 
 
-def form_of(output: str | None) -> str:
-    """Return the format that belongs to an output file's suffix; without a suffix, the table."""
-    ending = os.path.splitext(output or "")[1].lower()
-    hint = f"use {', '.join(filter(None, SUFFIXES))} or give --format"
-    refuse(ending not in SUFFIXES, str(output), f"the suffix {ending} is not a format", hint)
-    return SUFFIXES[ending]
-
-
 def show(content: str | bytes, path: str | None, color: bool = False) -> None:
-    """Print a text, or write a text or a picture to a file."""
     if path is None:
         emit(str(content), color)
     else:

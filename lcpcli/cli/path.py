@@ -8,18 +8,15 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from lcpcli.cli import declarations
+from lcpcli.cli import declarations, main
 from lcpcli.cli.command import EXITS, argument, command, option
-from lcpcli.cli.declarations import FILES, file_option, numeric, reporting, vector_option
-from lcpcli.cli.main import of_end
-from lcpcli.cli.output import Destination, refuse, require_plot
+from lcpcli.cli.declarations import FILES, numeric, refuse, reporting
+from lcpcli.cli.output import Destination, require_plot
 from lcpcli.cli.problems import InputProblem, Inputs
 from lcpcli.errors import OptionError, ProblemError
-from lcpcli.files.contents import parsed, place, within
-from lcpcli.files.fields import BOUND_OPTIONS
+from lcpcli.files import contents, fields
 from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL
-from lcpcli.report import wording
-from lcpcli.report.document import MEANINGS
+from lcpcli.report import document, wording
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -27,7 +24,7 @@ if TYPE_CHECKING:
     from lcpcli.rational.exact_problem import ExactProblem
 
 Number: TypeAlias = "float | Fraction"
-FORMATS = {**MEANINGS, "json": "one object, for scripts", "csv": "a row for each breakpoint, with all digits"}
+FORMATS = {**document.MEANINGS, "json": "one object, for scripts", "csv": "a row for each breakpoint, with all digits"}
 LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative residual is at most this."), TIME_LIMIT)
 
 
@@ -67,20 +64,18 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
     shell_complete=FILES,
 )
 @declarations.q_option
-@vector_option("Problem", "direction", "NUMBERS", "In place of TO: q becomes q + t d, with this d.  [default: none]")
+@option("Problem", "--direction NUMBERS|FILE", "In place of TO: q becomes q + t d, with this d.  [default: none]")
 @declarations.bounds_options
-@option("Path", "--from", "start", metavar="NUMBER", help="t at the first problem.  [default: 0]")
-@option(
-    "Path", "--to", "stop", metavar="NUMBER", help="t at the last problem.  [default: 1; required with --direction]"
-)
-@option("Path", "--turns", is_flag=True, help="Continue with decreasing t where the path turns.")
-@option("Path", "--exact", is_flag=True, help="Prove the path in exact fractions; 0.1 means 1/10.")
+@option("Path", "--from start NUMBER", "t at the first problem.  [default: 0]")
+@option("Path", "--to stop NUMBER", "t at the last problem.  [default: 1; required with --direction]")
+@option("Path", "--turns", "Continue with decreasing t where the path turns.")
+@option("Path", "--exact", "Prove the path in exact fractions; 0.1 means 1/10.")
 @numeric("Path", LIMITS[0])
 @numeric("Stopping", LIMITS[1])
 @numeric("Stopping", MAX_BREAKPOINTS)
-@option("Output", "--at", metavar="T,...", help="Also show the solutions at these t.  [default: none]")
+@option("Output", "--at T,...", "Also show the solutions at these t.  [default: none]")
 @declarations.show_option
-@reporting(FORMATS, file_option("Output", "--plot", "Draw z(t), and the objective of a program: .png, .svg or .pdf."))
+@reporting(FORMATS, option("Output", "--plot FILE", "Draw z(t), and the objective of a program: .png, .svg or .pdf."))
 def path(
     files: Sequence[str], direction: str | None, at: str | None, names: Sequence[str], plot: str | None, **given: Any
 ) -> int:
@@ -88,7 +83,7 @@ def path(
     from lcpcli.parametric.path import REACHED
 
     destination, exact = Destination.taken(given), given.pop("exact")
-    how = {name: given.pop(name) for name in (*BOUND_OPTIONS, "q", "quiet")} | {"game": False}
+    how = {name: given.pop(name) for name in (*fields.BOUND_OPTIONS, "q", "quiet")} | {"game": False}
     refuse(direction is None and how["q"] is not None, "--q", "is for --direction", "name M, and the q of each problem")
     if direction is not None and not 1 <= len(files) <= 2:
         hint = "give one problem: a file, or a file with M and one with q"
@@ -109,9 +104,8 @@ def path(
     ends = [each.read() for each in inputs]
     if direction is not None:
         d = _direction(direction, ends[0].problem)
-        ends = [within("--direction", _along, ends[0], d, t) for t in span]
-    file = place(inputs[-1].files[-1])
-    files_read = [place(each.files[-1]) for each in inputs]
+        ends = [contents.within("--direction", _along, ends[0], d, t) for t in span]
+    file, files_read = contents.place(inputs[-1].files[-1]), [contents.place(each.files[-1]) for each in inputs]
     if names:
         from lcpcli.report.path_formats import Ends
 
@@ -129,7 +123,7 @@ def path(
 def _number(option: str, text: str, exact: bool) -> Number:
     from lcpcli.rational.numbers import ratio, rounded
 
-    value = within(option, ratio, text)
+    value = contents.within(option, ratio, text)
     double = float(rounded([value])[0])
     refuse(abs(double) == math.inf, option, "is too large", "give a number in double precision")
     return value if exact else double
@@ -159,7 +153,7 @@ def _direction(text: str, problem: Problem) -> list[Fraction]:
     if typed is not None:
         typed_vector("--direction", typed, problem.n)
         return list(map(ratio, typed))
-    return parsed(
+    return contents.parsed(
         text, LINE, lambda content: exact_vector_in("--direction", text, content, problem.n, lambda: problem.names)
     )
 
@@ -207,4 +201,4 @@ def _followed(ends: Sequence[InputProblem], file: str, span: tuple[Any, Any], **
         found = follow(family, read=data if isinstance(span[0], Fraction) else None, **given)
     except ProblemError as fault:
         raise fault.inside(file) from None
-    return found, of_end(found.complete, found.end == INFEASIBLE, found.end == INTERRUPTED)
+    return found, main.of_end(found.complete, found.end == INFEASIBLE, found.end == INTERRUPTED)

@@ -10,9 +10,9 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, CancelledError, Future, ProcessPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from multiprocessing import active_children, get_context, parent_process
 from typing import Any, TypeAlias
 
@@ -32,9 +32,8 @@ class Local:
     """Processes on this machine. They are copies of this one, which start at once, where that is safe: on Linux, beside
     no other threads, be it of linear algebra, and unless they are very many.
 
-    Like the workers of a cluster they have a size, the number of processes; the largest number of inputs handed over to
-    a process at once, whose records come back together; the error of a future whose process was killed; errors that
-    mean that no process is left, and the error to report then.
+    size : their number. most : inputs that are handed over to a process at once. kill_error : of a future whose process
+    was killed. end_errors, end : errors that mean that no process is left, and the error to report then.
     """
 
     most: int = sys.maxsize
@@ -55,8 +54,7 @@ class Local:
         return ProcessPoolExecutor(self.size, get_context(how), _leave_signals_to_parent)
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
-        """Have one of the processes call a function."""
-        with deferring_signals(), _blocked_signals():  # until a new process is ready for them
+        with deferring_signals():  # until a new process is ready for them
             try:
                 return self._executor.submit(function, *arguments)
             except BrokenExecutor:
@@ -69,7 +67,6 @@ class Local:
             self._kill()
 
     def close(self) -> None:
-        """End the processes, whatever they are doing."""
         self._kill()
         self._executor.shutdown(cancel_futures=True)
 
@@ -78,20 +75,6 @@ class Local:
             each.kill()
         results: Any = self._executor._result_queue
         results._writer.close()  # where a process has written the beginning of a result, the rest is missing for ever
-
-
-@contextmanager
-def _blocked_signals() -> Iterator[None]:
-    """Open a context in which Ctrl-C and SIGTERM are blocked, also in processes that start in it, until they end
-    this."""
-    if sys.platform == "win32":
-        yield
-        return
-    usual = signal.pthread_sigmask(signal.SIG_BLOCK, REQUESTS)
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, usual)
 
 
 def _leave_signals_to_parent() -> None:
@@ -111,8 +94,7 @@ def _leave_signals_to_parent() -> None:
 
 
 class Cluster:
-    """The workers of a Dask scheduler, which itself repeats the work of a killed worker. Handing over one problem takes
-    the scheduler milliseconds."""
+    """The workers of a Dask scheduler, which repeats the work of a killed one, and hands over one in milliseconds."""
 
     most = 16
     end_errors: tuple[type[Exception], ...] = (OSError, CancelledError, RuntimeError)

@@ -1,5 +1,4 @@
-"""The problems of a command, as given by its files and options. Known solutions that are wrong are dropped, with a line
-that says so."""
+"""The problems of a command, as given by its files and options, without wrong solutions, of which a line tells."""
 
 from __future__ import annotations
 
@@ -13,17 +12,12 @@ from functools import cache, partial
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import click
-
-from lcpcli.cli.command import BEHIND_QUIET
-from lcpcli.cli.declarations import refuse_beside
+from lcpcli.cli.declarations import refuse, refuse_beside
 from lcpcli.cli.main import say
 from lcpcli.cli.terminal import STANDARD
 from lcpcli.errors import OptionError, ProblemError, count
-from lcpcli.files import contents
+from lcpcli.files import contents, fields, formats
 from lcpcli.files.contents import place
-from lcpcli.files.fields import BOUND_OPTIONS
-from lcpcli.files.formats import form_of
 from lcpcli.linalg.threads import GENERAL, MANY_ROWS, VARIABLES
 from lcpcli.report.wording import flag
 
@@ -39,8 +33,7 @@ class InputProblem(NamedTuple):
     """A problem from the input: a Problem, or a NonlinearProblem where these are taken.
 
     exactly : reads the numbers of a linear problem as written; None for a nonlinear one. remarks : lines on wrong known
-    solutions, which are dropped, and on bounds that may stand for infinite ones. length : returns the number of bytes
-    of the problem's text.
+    solutions, which are dropped, on far bounds and the like. length : returns the number of bytes of its text.
     """
 
     problem: Any
@@ -52,11 +45,10 @@ class InputProblem(NamedTuple):
 class Inputs(NamedTuple):
     """The files of a command, and how they are to be read.
 
-    of_folders : those of the files that come from folders.
-    lower, upper : bounds of z in place of the problem's own, numbers or a file. infinity : bounds of at least this size
-    count as infinite. game : whether two files have the payoffs of a game. has_q : whether --q has named the second of
-    two files. quiet : whether remarks on the input are left out. others : the values of other options that may name
-    files to read, such as starting points.
+    of_folders : those files that come from folders. lower, upper : bounds of z in place of the problem's own, numbers
+    or a file. infinity : bounds of at least this size count as infinite. game : whether two files have the payoffs of a
+    game. has_q : whether --q has named the second of two files. quiet : whether remarks on the input are left out.
+    others : the values of other options that may name files to read, such as starting points.
     """
 
     files: Sequence[str]
@@ -79,8 +71,7 @@ class Inputs(NamedTuple):
 
     @property
     def bounds(self) -> dict[str, Any]:
-        """Return the values of the options for bounds, by name."""
-        return {name: getattr(self, name) for name in BOUND_OPTIONS}
+        return {name: getattr(self, name) for name in fields.BOUND_OPTIONS}
 
     @property
     def paths(self) -> list[str]:
@@ -90,13 +81,11 @@ class Inputs(NamedTuple):
     def prepare(self, outputs: Mapping[str, str | None], threads: int | None = None) -> None:
         """Set the number of threads; refuse to read standard input twice, and refuse outputs as `refuse` does."""
         settle_threads(self.files, threads)
-        if self.paths.count(STANDARD) > 1:
-            raise OptionError("standard input", "can be read only once", "name a file")
+        refuse(self.paths.count(STANDARD) > 1, "standard input", "can be read only once", "name a file")
         self.refuse(outputs)
 
     def refuse(self, outputs: Mapping[str, str | None]) -> None:
-        """Refuse outputs, the values of these options, that cannot be written or would overwrite an input or each
-        other."""
+        """Refuse outputs, by option, that cannot be written or would overwrite an input or each other."""
         written: dict[str, str] = {}
         for option, output in outputs.items():
             if output is None:
@@ -105,18 +94,14 @@ class Inputs(NamedTuple):
                 fault = "is an input of this run" if source in self.others else "holds the problem"
                 raise OptionError(output, fault, "choose another file for the output")
             earlier = written.setdefault(os.path.abspath(output), option)
-            if earlier != option:
-                raise OptionError(option, f"goes to the same file as {earlier}", "choose another file for one")
+            refuse(earlier != option, option, f"goes to the same file as {earlier}", "choose another file for one")
             if output != STANDARD and option != "--resume":  # a log that is there is written at its end
                 from lcpcli.files.atomic_write import refuse_unwritable
 
                 refuse_unwritable(output)
 
     def read(self, takes_models: bool = False) -> InputProblem:
-        """Read the problem in one file, in a file with M and one with q, or in two files with the payoffs of a game.
-
-        takes_models : whether it may be nonlinear.
-        """
+        """Read the problem in the files, which has to be linear unless `takes_models`."""
         from lcpcli.files import reading
         from lcpcli.files.games import game_in
         from lcpcli.files.inputs import Input
@@ -126,16 +111,9 @@ class Inputs(NamedTuple):
             work = game_in(self.files) if self.game else Input(paths, reading.contents_of(paths))
             found = (self._model(work) if takes_models else None) or self._single(work)
         self.tell(found.remarks)
-        self.hint_at_option(self.files)
         return found
 
-    def hint_at_option(self, paths: Sequence[str]) -> None:
-        """Say how a file of q is named, if it stands behind -q."""
-        if [*paths[1:]] == [click.get_current_context().meta.get(BEHIND_QUIET)]:
-            tell(f"-q is --quiet; to name the file of q, write --q {paths[1]}")
-
     def tell(self, remarks: Sequence[str]) -> None:
-        """Print remarks on the input on standard error."""
         for remark in remarks:
             tell(remark, self.quiet)
 
@@ -151,10 +129,7 @@ class Inputs(NamedTuple):
             raise ProblemError(error.where, error.fault, f"{error.hint}; {advice}") if advice else error from None
 
     def works(self, are_many: bool = False) -> tuple[Iterator[Work], bool]:
-        """Return the inputs in the files, and whether they may be several problems.
-
-        are_many : whether to treat them as several problems even if their number is not known.
-        """
+        """Return the inputs in the files, and whether they may be several problems, as they are with `are_many`."""
         from lcpcli.files.inputs import FIRST_NAME, QColumns, inputs
 
         if self.game:
@@ -169,8 +144,6 @@ class Inputs(NamedTuple):
             own, columns = first[0].sources[0].file, len(first[0].names)
             means = f"its {columns} columns are {columns} q, as --q would say; if they are M and q, name it alone"
             self.tell([f"{own}: {means}"] * (columns == len(first[0].Q) + 1))  # it may have been meant as [M | q]
-        if len(first) == 1:
-            self.hint_at_option(first[0].paths)
         return chain(first, each), len(first) > 1 or isinstance(first[0], QColumns)
 
     def _model(self, work: Input) -> InputProblem | None:
@@ -185,8 +158,7 @@ class Inputs(NamedTuple):
         if others := work.paths[1:]:
             raise ProblemError(others[0], f"is not needed: {work.sources[0].file} is a model", NOT_SECOND)
         refuse_beside("a nonlinear model", {flag(name): value for name, value in self.bounds.items()})
-        remarks = [f"{work.sources[0].file}: {model.remark}"] if model.remark else []
-        return InputProblem(model.nonlinear, None, remarks)
+        return InputProblem(model.nonlinear, None, [f"{work.sources[0].file}: {model.remark}"] if model.remark else [])
 
     def problems(self, work: Work, takes_models: bool = False) -> Iterator[InputProblem]:
         """Yield the problems of an input. takes_models : whether they may be nonlinear."""
@@ -196,18 +168,17 @@ class Inputs(NamedTuple):
             if takes_models and (model := self._model(work)):
                 yield model
                 return
-            single = self._single(work)
+            single, notes = self._single(work), []
             if single.problem.may_have_far_bounds and self.infinity is None:
                 from lcpcli.model import far_bounds
 
-                if far := far_bounds.remark(single.problem):
-                    single.remarks.append(f"{work.sources[0].file}: {far}")
+                notes.append(far_bounds.remark(single.problem))
             is_file = len(work.contents) == 1 and work.line is None
-            if is_file and form_of(work.paths[0], work.contents[0]) == "csv_format":
+            if is_file and formats.form_of(work.paths[0], work.contents[0]) == "csv_format":
                 from lcpcli.files import csv_format
 
-                if table := csv_format.remark(single.problem):
-                    single.remarks.append(f"{work.sources[0].file}: {table}")
+                notes.append(csv_format.remark(single.problem))
+            single.remarks.extend(f"{work.sources[0].file}: {note}" for note in notes if note)
             yield single
             return
         from lcpcli.rational.exact_problem import ExactProblem
@@ -218,7 +189,6 @@ class Inputs(NamedTuple):
             yield InputProblem(problem, cache(partial(ExactProblem.of_decimals, problem)), [])
 
     def first_of(self, work: QColumns) -> Problem:
-        """Return the problem with the first of several q for one M."""
         from lcpcli.files import beside
 
         return beside.with_bounds(work.first_problem(), self.bounds)
@@ -250,8 +220,8 @@ class Inputs(NamedTuple):
 
 
 def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:
-    """Return the problem without its wrong known solutions, with remarks on these, and on a shipped problem that is
-    read because no file has its name."""
+    """Return the problem without wrong known solutions, and remarks on these and on a shipped problem in place of a
+    missing file."""
     vetted, faults = problem, list[str]()
     if problem.solutions:
         from lcpcli.verify.point import without_wrong_solutions
@@ -263,7 +233,6 @@ def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[
 
 
 def tell(line: str, quiet: bool = False) -> None:
-    """Print a line about an input on standard error, unless output is to be quiet."""
     if not quiet:
         say(f"lcp: {line}")
 
@@ -286,9 +255,7 @@ def settle_threads(files: Iterable[str], threads: int | None = None) -> None:
     """
     if threads is not None:
         os.environ.update(dict.fromkeys(VARIABLES, str(threads)))
-    elif not os.environ.get(GENERAL) and not any(map(_is_large, files)):
+        return
+    are_small = all(not os.path.exists(file) or os.path.getsize(file) < LARGE_FILE for file in files)
+    if are_small and not os.environ.get(GENERAL):
         os.environ.update({name: os.environ.get(name) or "1" for name in VARIABLES})
-
-
-def _is_large(file: str) -> bool:
-    return os.path.exists(file) and os.path.getsize(file) >= LARGE_FILE

@@ -1,8 +1,7 @@
 """The request of a command, and runs of methods on a problem: each with the options that it has, timed, with proofs.
 
-No displayed time includes the extra cost of a first run. Imports never count; moreover, the first run in a process
-waits for memory and caches, so short runs are repeated, whether there is one problem or many. Runs that are compared
-are repeated several times, and the least time of each step counts.
+No displayed time includes the extra cost of a first run: imports never count, and short runs are repeated, as the first
+one waits for memory and caches. Of runs that are compared, which are repeated more often, the least times count.
 """
 
 from __future__ import annotations
@@ -46,8 +45,8 @@ class Request(NamedTuple):
     """The request of a command: its options. One that is not given is None, False for a flag, or empty.
 
     inputs : the problems. own : the options of methods, the additions and the starts that are given, by name. levels :
-    for a comparison, the relative errors whose first attainment is recorded. adds_auto : whether `auto` runs too where
-    none of the methods solves a problem.
+    for a comparison, the errors whose first attainment is recorded. adds_auto : whether `auto` runs too where none of
+    the methods solves a problem.
     """
 
     inputs: Inputs
@@ -82,10 +81,7 @@ class Request(NamedTuple):
 
     @classmethod
     def of(cls, files: Sequence[str], default: Sequence[str] = (), **given: Any) -> Request:
-        """Return the request with these options, by name, for the problems in these files and folders.
-
-        Also set the number of threads, and refuse outputs that cannot be written and kernels that there are not.
-        """
+        """Return the request for files and folders; set the threads, and refuse what cannot be written or compiled."""
         wants_kernels()  # or its error, before anything is read
         found = files_in(files, partial(tell, quiet=given["quiet"])) or default
         how = {name: given.pop(name) for name in ("q", *BOUND_OPTIONS, "game")}
@@ -109,12 +105,10 @@ class Request(NamedTuple):
 
     @property
     def limits(self) -> Limits:
-        """Return the limits of a run, with defaults for those that are not given."""
         return Limits(**self.given_limits)
 
     @property
     def given_limits(self) -> dict[str, Any]:
-        """Return the limits that are given, by name."""
         given = {limit.name: getattr(self, limit.name) for limit in LIMITS}
         return {name: value for name, value in given.items() if value is not None}
 
@@ -161,15 +155,11 @@ class Request(NamedTuple):
                 named = label if result.method == variant.method else result.method
                 yield result if of_many else replace(result, label=named)
         if is_open and isinstance(problem, Problem):
-            yield from (
-                replace(result, label=AUTO) for result in driver.repeated(partial(once, AUTO, {}), compared, True)
-            )
+            repeated = driver.repeated(partial(once, AUTO, {}), compared, True)
+            yield from (replace(result, label=AUTO) for result in repeated)
 
     def prove(self, result: Result, exactly: Callable[[], ExactProblem] | None) -> Result:
-        """Return the result with the requested proofs, as far as the time that its run has left allows.
-
-        exactly : returns the problem with its numbers as written, if the proofs are to hold for these.
-        """
+        """Return the result with the requested proofs, for numbers as written, as far as its run has left time."""
         if self.exact and exactly is not None:
             from lcpcli.solving.proof import prove
 
@@ -230,17 +220,12 @@ def _value(name: str, given: Any, problem: AnyProblem) -> Any:
     if name == "basis" and isinstance(problem, Problem):
         return beside.read_states(given, problem)
     if beside.typed_numbers(given) is None and not (given and os.path.exists(given)):
-        fault = f"{given!r} is neither a file nor numbers"
-        raise OptionError(flag(name), fault, "write 1,-2,0.5 or name a file")
+        raise OptionError(flag(name), f"{given!r} is neither a file nor numbers", "write 1,-2,0.5 or name a file")
     return beside.read_start(flag(name), given, problem.n, None if name == "z0" else problem.box, lambda: problem.names)
 
 
 def with_references(problems: Sequence[AnyProblem], limits: Limits) -> list[AnyProblem]:
-    """Return the problems with reference solutions for errors, where one is found within the time limit of a run; those
-    that are nonlinear as they are.
-
-    Ctrl-C is reported by a line, as there is no iterate yet.
-    """
+    """Return the problems, linear ones with references for errors if found within the time limit of a run."""
     from lcpcli.enumeration import others
     from lcpcli.model.problem import Problem
     from lcpcli.solving import proof

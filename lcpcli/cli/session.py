@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import chain
 from typing import TypeAlias
 
+from lcpcli.cli.declarations import refuse
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, as_written, of_result, of_several
 from lcpcli.cli.output import Output
 from lcpcli.cli.problems import InputProblem, Inputs, same_file, tell
@@ -14,8 +15,7 @@ from lcpcli.cli.request import Request, with_references
 from lcpcli.cli.terminal import STANDARD
 from lcpcli.enumeration import others
 from lcpcli.errors import LCPError, OptionError, ProblemError
-from lcpcli.files.contents import Source
-from lcpcli.files.formats import LINES
+from lcpcli.files import contents, formats
 from lcpcli.files.inputs import Work
 from lcpcli.options import AUTO
 from lcpcli.report import result_formats, wording
@@ -23,14 +23,11 @@ from lcpcli.solving import driver
 from lcpcli.solving.result import Result
 
 Results: TypeAlias = "list[list[Result]]"  # by problem
-Faults: TypeAlias = "list[tuple[Source, LCPError]]"
+Faults: TypeAlias = "list[tuple[contents.Source, LCPError]]"
 
 
 def run(request: Request, of_one: Callable[[Request, Work, Output], int] | None = None) -> int:
-    """Run the requested methods on the requested problems, show or write the results, and return the exit code.
-
-    of_one : a function to call instead, for a single problem.
-    """
+    """Run the methods on the problems, or `of_one` on a single one, show the results, and return the exit code."""
     inputs, takes_many = request.inputs, not request.levels and of_one is None
     if request.exact and of_one is None:
         from lcpcli.rational.elimination import require
@@ -40,15 +37,14 @@ def run(request: Request, of_one: Callable[[Request, Work, Output], int] | None 
     prints = request.output is None and request.resume is None and not output.silent
     if prints and any(same_file(STANDARD, path) for path in inputs.paths):  # the run would read its own output for ever
         raise OptionError("standard output", "goes to a file of problems", "choose another file for the output")
-    are_many = request.output is not None and request.output.casefold().endswith(LINES)
+    are_many = request.output is not None and request.output.casefold().endswith(formats.LINES)
     are_many |= request.sequence or any(value is not None for value in (request.jobs, request.cluster, request.resume))
     works, several = inputs.works(are_many and takes_many)
     if several:
         from lcpcli.files import games
 
         hint = "" if inputs.has_q else games.hint(inputs.files)
-        if of_one is not None:
-            raise OptionError("--all", "takes one problem", hint or "give the others to another run")
+        refuse(of_one is not None, "--all", "takes one problem", hint or "give the others to another run")
         inputs.tell([hint] if hint else [])
         if takes_many:
             from lcpcli.cli import streams
@@ -115,10 +111,10 @@ def _run(request: Request, works: Iterator[Work], output: Output) -> int:
     return INTERRUPTED if is_cut else of_several(codes)
 
 
-def _read(inputs: Inputs, works: Sequence[Work]) -> tuple[list[InputProblem], list[Source], Faults]:
+def _read(inputs: Inputs, works: Sequence[Work]) -> tuple[list[InputProblem], list[contents.Source], Faults]:
     """Return the problems, their places, and the errors of unreadable ones; the error of a single problem is raised."""
     problems: list[InputProblem] = []
-    sources: list[Source] = []
+    sources: list[contents.Source] = []
     faults: Faults = []
     for work in works:
         try:
@@ -138,7 +134,7 @@ def _read(inputs: Inputs, works: Sequence[Work]) -> tuple[list[InputProblem], li
 
 
 def _results(
-    request: Request, inputs: list[InputProblem], sources: Sequence[Source], output: Output
+    request: Request, inputs: list[InputProblem], sources: Sequence[contents.Source], output: Output
 ) -> tuple[Results, bool]:
     """Return the results, by problem, with their proofs, and whether Ctrl-C has cut them short.
 

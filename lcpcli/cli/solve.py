@@ -1,7 +1,8 @@
-"""lcp solve: one method on one problem or on many."""
+"""lcp solve: one method on one problem or on many; and lcp compare: several methods side by side."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -9,8 +10,13 @@ from lcpcli.cli import declarations
 from lcpcli.cli.command import EXITS, command, option
 from lcpcli.cli.declarations import refuse_beside
 from lcpcli.cli.request import Request
+from lcpcli.files import contents
+from lcpcli.methods.registry import NONLINEAR
 from lcpcli.methods.variants import Variant
 from lcpcli.options import JOBS, MAX_SOLUTIONS
+from lcpcli.report.wording import LEVELS
+
+AS_PUBLISHED: tuple[str, ...] = ("fixed-point", "shi")
 
 
 @command(
@@ -30,41 +36,36 @@ from lcpcli.options import JOBS, MAX_SOLUTIONS
 @declarations.problem_files
 @option(
     "Method",
-    "-m",
-    "--method",
-    metavar="NAME",
+    "-m --method NAME",
+    f"{declarations.METHOD_NAMES}, with options of its own as in shi:p=10.",
     type=declarations.METHOD,
     default="auto",
     show_default=True,
-    help=f"{declarations.METHOD_NAMES}, with options of its own as in shi:p=10.",
 )
-@option("Answer", "--exact", is_flag=True, help="Prove it in exact fractions; 0.1 means 1/10.")
+@option("Answer", "--exact", "Prove it in exact fractions; 0.1 means 1/10.")
 @declarations.solving
-@option("Answer", "--all", "all_of_them", is_flag=True, help="List every solution; see lcp help solutions.")
+@option("Answer", "--all all_of_them", "List every solution; see lcp help solutions.")
 @declarations.numeric("Answer", MAX_SOLUTIONS)
 @option(
     "Answer",
-    "--minimize",
-    metavar="EXPRESSION",
-    help='Find the solution with the least value of an expression such as "z1 + 2 z3".  [default: none]',
+    "--minimize EXPRESSION",
+    'Find the solution with the least value of an expression such as "z1 + 2 z3".  [default: none]',
 )
-@option("Answer", "--maximize", metavar="EXPRESSION", help="The same for the largest value.  [default: none]")
+@option("Answer", "--maximize EXPRESSION", "The same for the largest value.  [default: none]")
 @declarations.numeric("Many problems", JOBS)
 @option(
     "Many problems",
-    "--cluster",
-    metavar="ADDRESS",
-    help="Have the workers of this Dask scheduler, such as tcp://host:8786, solve the problems.  [default: none]",
+    "--cluster ADDRESS",
+    "Have the workers of this Dask scheduler, such as tcp://host:8786, solve the problems.  [default: none]",
 )
 @option(
     "Many problems",
     "--sequence",
-    is_flag=True,
-    help="Solve each problem from the states of the previous one, as for time steps; see lcp help sequences.",
+    "Solve each problem from the states of the previous one, as for time steps; see lcp help sequences.",
 )
-@declarations.file_option(
+@option(
     "Many problems",
-    "--resume",
+    "--resume FILE",
     "Continue the log that -o FILE.jsonl has begun, given the same problems.  [default: none]",
 )
 def solve(
@@ -89,4 +90,45 @@ def solve(
         return run(request)
     refuse_beside(f"--{sense}imize" if own is None else "the model's objective", options)
     sought = (objective or "", sense) if own is None else (own, "min")
-    return run(request, partial(all_solutions.best_outcome, objective=sought[0], sense=sought[1]))
+    return run(request, partial(all_solutions.outcome, objective=sought[0], sense=sought[1]))
+
+
+@command(
+    short_help="Run methods side by side.",
+    examples=(
+        "lcp compare",
+        "lcp compare tridiagonal-100 --every 10",
+        "lcp compare --method newton --method lemke --method shi",
+        "lcp compare --method shi --sweep k-star=1,5,20,100 --plot sweep.svg",
+        "lcp compare --method shi --k-star 1 --format csv",
+        "lcp compare paper-example-1 --plot errors.svg",
+    ),
+    common=(*declarations.COMMON, "--sweep"),
+    lists={"Methods": declarations.METHOD.meanings},
+    exits={**EXITS, 0: "every method solved every problem"},
+    epilog="An option applies to the methods that have it. Errors refer to a known solution, else to a computed one. "
+    "By default auto runs too where neither of the paper's methods solves a problem; the exit code is theirs.",
+)
+@declarations.files_argument(
+    "Problem",
+    "files",
+    "[FILE [Q_FILE]|FOLDER]...",
+    {"FILE [Q_FILE]": f"As for lcp solve. {declarations.OTHERS}  [default: the paper's two examples]"},
+)
+@declarations.with_bounds
+@declarations.several_methods("Method", "compare", AS_PUBLISHED)
+@declarations.solving
+def compare(files: Sequence[str], methods: Sequence[Variant], sweep: Sequence[str], **given: Any) -> int:
+    """Run methods side by side on the problem in each FILE."""
+    examples = [contents.shipped_path(name) for name in contents.PAPER_EXAMPLES]
+    request = Request.of(files, examples, levels=LEVELS, sweep=sweep, **given)
+    from lcpcli.cli.session import run
+
+    default, files = AS_PUBLISHED, request.inputs.files
+    if not methods and all(file.casefold().endswith(".nl") for file in files):
+        from lcpcli.files.inputs import nonlinear_in
+
+        if all(nonlinear_in(file, contents.content_of(file, "")) for file in files):
+            default = tuple(NONLINEAR)
+    chosen = declarations.chosen_variants(methods, sweep, default, request.own)
+    return run(request._replace(variants=chosen, adds_auto=not (methods or sweep or request.own)))

@@ -1,7 +1,4 @@
-"""Many problems solved by one method, in this process or others; each result is written as soon as it is known.
-
-How a run of many problems is resumed: which problems are in its log, and which are left.
-"""
+"""Many problems solved by one method, each result written as soon as it is known; and how such a run is resumed."""
 
 from __future__ import annotations
 
@@ -9,15 +6,15 @@ import os.path
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, closing, contextmanager, nullcontext, suppress
+from contextlib import AbstractContextManager, ExitStack, closing, nullcontext, suppress
 from functools import partial
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
-from lcpcli.cli.declarations import COMPARE, STARTS, refuse_beside
+from lcpcli.cli.declarations import COMPARE, STARTS, refuse, refuse_beside
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, of_several, of_status
-from lcpcli.cli.output import Output, refuse
+from lcpcli.cli.output import Output
 from lcpcli.cli.problems import tell
 from lcpcli.cli.request import Request
 from lcpcli.cli.terminal import STANDARD, Line, emit, shows_progress
@@ -28,15 +25,15 @@ from lcpcli.files.contents import Source, place
 from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.files.formats import LINES
 from lcpcli.files.inputs import QColumns, Work, digest
-from lcpcli.report import result_formats
-from lcpcli.report.wording import flag
-from lcpcli.solving.result import Status, word_of
+from lcpcli.report import result_formats, wording
+from lcpcli.solving import result
 
 if TYPE_CHECKING:
     from lcpcli.cli.pools import Pool
 
 READING_SECONDS = 0.5  # after an interruption, for the number of problems
 Write = Callable[[str], object]
+Kind = tuple[str, int]  # how a run ended: a word and an exit code
 
 
 def run(works: Iterator[Work], output: Output, request: Request) -> int:
@@ -46,7 +43,7 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
     is_whole = not output.silent and output.form not in result_formats.FORMS
     refuse(is_whole, "--format", f"{output.form} is for one problem only", COMPARE)
     modes = {"several problems": True, "tables of several problems": output.form != "json"}
-    modes |= {flag(name): bool(getattr(request, name)) for name in ("resume", "cluster", "sequence")}
+    modes |= {wording.flag(name): bool(getattr(request, name)) for name in ("resume", "cluster", "sequence")}
     for mode, is_asked in modes.items():
         refuse_beside(mode, request.given, is_asked)
     is_log = output.form == "json" and (output.path or "").casefold().endswith(LINES)
@@ -57,53 +54,41 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
         refuse_unwritable(request.resume)
     form = "json" if request.resume else "" if output.silent else output.form
     every = (request.every or 1) if output.with_iterates else None
-    layout = result_formats.Layout.of(list(map(place, request.inputs.files)), output.width)
-    task = Task(request, form, layout, every)
+    task = Task(request, form, result_formats.Layout.of(list(map(place, request.inputs.files)), output.width), every)
     if request.sequence:
         from lcpcli.solving.solver import Solver
 
         task = task._replace(steps=Solver.of(None, {**request.given_limits, "interrupts": "return"}))
-    tally = _Tally()
-    if log_path is None:
-        destination: AbstractContextManager[Write] = nullcontext(partial(emit, color=False))
-        if output.silent:
-            destination = nullcontext(len)
-        elif output.path is not None:
-            destination = gradual_writing(output.path)
-        works = tally.counted(works)
-        with _pool(request) as pool, destination as write:
-            records = all_records(task, works, pool, in_order=True)
+    tally, ends = _Tally(), Counter[Kind]()  # of this run, and of problems with records, by the thread that reads
+    with _pool(request) as pool, ExitStack() as stack:
+        left, write = tally.counted(works), cast(Write, len if output.silent else partial(emit, color=False))
+        if log_path is not None:  # each record as soon as it is known, but for problems that have one
+            book = stack.enter_context(open_log(log_path, anew=not request.resume))
+            given, write = options_of(request), book.add
+            past = dict(_known(record, given) for record in book.records()) if request.resume else {}
+            left = missing(left, given, past, ends)
+        elif output.path is not None and not output.silent:
+            write = stack.enter_context(gradual_writing(output.path))
+        records = all_records(task, left, pool, in_order=log_path is None)
+        if log_path is None:
             write(result_formats.heading(task.form, task.layout))
-            tally.write(records, write, with_progress=shows_progress(request.quiet) and output.path is not None)
-        tally.read_on(works, request)
-    else:
-        _log(works, log_path, task, tally)
+        is_to_file = log_path is not None or output.path is not None
+        tally.write(records, write, with_progress=shows_progress(request.quiet) and is_to_file)
+    tally.read_on(left, request)
+    tally.ends = ends + tally.ends
     tell(tally.summary(log_path), request.quiet)
     return tally.ending or of_several({SOLVED, *(code for _, code in tally.ends)})
-
-
-def _log(works: Iterator[Work], path: str, task: Task, tally: _Tally) -> None:
-    """Add records to a log, each as soon as it is known; skip the problems with records in a resumed log."""
-    request, given, ends = task.request, options_of(task.request), Counter[Kind]()
-    with _pool(request) as pool, open_log(path, anew=not request.resume) as book:
-        past = dict(_known(record, given) for record in book.records()) if request.resume else {}
-        left = missing(tally.counted(works), given, past, ends)
-        records = all_records(task, left, pool, in_order=False)
-        tally.write(records, book.add, with_progress=shows_progress(request.quiet))
-        tally.read_on(left, request)
-        tally.ends = ends + tally.ends
 
 
 class _Tally:
     """The numbers of problems by how they ended, a word and an exit code; and the exit code of an interrupted run."""
 
     def __init__(self) -> None:
-        self.ends: Counter[tuple[str, int]] = Counter()
+        self.ends = Counter[Kind]()
         self.ending = 0
         self._total, self._is_known = 0, False  # the problems that were read; whether these are all
 
     def counted(self, works: Iterator[Work]) -> Iterator[Work]:
-        """Yield the inputs, and count their problems."""
         for work in works:
             self._total += len(work.sources)
             yield work
@@ -139,9 +124,7 @@ class _Tally:
                 self.ending = INTERRUPTED
 
     def summary(self, log_path: str | None) -> str:
-        words: Counter[str] = Counter()
-        for (word, _), number in self.ends.items():
-            words[word] += number
+        words = Counter(word for word, _ in self.ends.elements())
         numbers = ", ".join(f"{number} {word.replace('_', ' ')}" for word, number in words.most_common())
         problems = count(words.total(), "problem")
         if self.ending and self._is_known:
@@ -151,25 +134,21 @@ class _Tally:
         return f"{line}; interrupted; {hint}" if self.ending else line
 
 
-@contextmanager
-def _pool(request: Request) -> Iterator[Pool | None]:
-    """Open a context with the processes or the cluster that solve the problems, if it is not done here. Processes start
-    before files are opened, which they could keep open."""
+def _pool(request: Request) -> AbstractContextManager[Pool | None]:
+    """Return a context with the processes or the cluster that solve the problems, if it is not done here. Processes
+    start before files are opened, which they could keep open."""
     cluster, jobs = request.cluster, request.jobs or 1
     if cluster is None and jobs == 1:
-        yield None
-        return
+        return nullcontext(None)
     from lcpcli.cli.pools import Cluster, Local
 
-    with closing(Local(jobs) if cluster is None else Cluster(cluster)) as pool:
-        yield pool
+    return closing(Local(jobs) if cluster is None else Cluster(cluster))
 
 
 OF_RUN = (*BOUND_OPTIONS, "game", "exact", "bound", "sequence", "trace", "every")  # options on which records depend
 MARKED_TOGETHER = 4096  # q of one M whose marks are made at once: many, to share the cost; few, not to delay the first
 HINT = "give the same files, delete its line to solve it again, or begin a new log"
 
-Kind = tuple[str, int]  # how a run ended: a word and an exit code
 Past = dict[int, tuple[str, Kind, Source]]  # by the number of a problem, its digest, how its run ended, and its place
 
 
@@ -231,8 +210,8 @@ def _known(record: Mapping[str, Any], given: Mapping[str, str]) -> tuple[int, tu
             raise TypeError
         code = BAD_INPUT
         if word != result_formats.BAD_INPUT:
-            code = of_status(Status[word.upper()]) if exact is None or exact["status"] else NOT_SOLVED
-            word = word_of(word, (record["answer"] or {}).get("proved"))
+            code = of_status(result.Status[word.upper()]) if exact is None or exact["status"] else NOT_SOLVED
+            word = result.word_of(word, (record["answer"] or {}).get("proved"))
         return number, (record["digest"], (word, code), source)
     except (KeyError, TypeError, AttributeError):
         fault = f"has a record of {source} that is damaged"

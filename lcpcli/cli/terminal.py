@@ -27,8 +27,7 @@ def terminal() -> tuple[int | None, bool]:
     if not sys.stdout.isatty():
         columns = os.environ.get("COLUMNS", "")
         return (int(columns[:DIGITS]) or None) if columns.isdecimal() else None, False
-    color = not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
-    return min(size().columns, 10**DIGITS), color
+    return min(size().columns, 10**DIGITS), (not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb")
 
 
 def size() -> os.terminal_size:
@@ -40,8 +39,7 @@ def size() -> os.terminal_size:
 def emit(text: str, color: bool) -> None:
     """Print to standard output; exit silently if its reader has closed it.
 
-    color : whether the text has colours. Without them a terminal gets no control sequences, such as names in CSV may
-    hold; a pipe gets the text as it is.
+    color : whether the text has colours. Without them a terminal gets no control sequences; a pipe gets all as it is.
     """
     if not color and sys.stdout.isatty():
         text = "\n".join(map(visible, text.split("\n")))
@@ -86,7 +84,6 @@ class Line:
             self.show(f"{solved} problems")
 
     def show(self, text: str) -> None:
-        """Show a text in place of the previous one, cut off at the width of the terminal."""
         self._drawn = True
         self._write(ERASE + visible(text)[: size().columns - 1])
 

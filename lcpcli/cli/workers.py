@@ -1,9 +1,7 @@
 """The work on each of many problems, in this process or another: solving it, and typesetting its record.
 
-Many problems solved by several processes, on this machine or a cluster, while the next problems are being read.
-
-Each problem of a process that was killed gets a second attempt, alone; a problem that kills its process again has no
-result.
+Several processes, on this machine or a cluster, solve them while the next problems are being read. Each problem of a
+process that was killed gets a second attempt, alone; one that kills its process again has no result.
 """
 
 from __future__ import annotations
@@ -13,7 +11,7 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, wait
 from dataclasses import replace
-from itertools import chain
+from itertools import chain, takewhile
 from threading import Event, Semaphore, Thread
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
@@ -57,9 +55,8 @@ Records: TypeAlias = tuple[list[list[TaskRecord]], float]  # of several inputs, 
 class Task(NamedTuple):
     """The work on every problem: solve it by the method, prove the result if requested, and typeset the record.
 
-    form : the format, "" for none. layout : the columns of a table. every : the step from one
-    written iterate to the next; None to write none. steps : what solves each problem from the states of the last one,
-    if they are a sequence.
+    form : the format, "" for none. layout : the columns of a table. every : the step from one written iterate to the
+    next; None to write none. steps : what solves each problem from the states of the last one, in a sequence.
     """
 
     request: Request
@@ -69,10 +66,7 @@ class Task(NamedTuple):
     steps: Solver | None = None
 
     def all_of(self, works: Sequence[Work]) -> Records:
-        """Return the records of several inputs, a list for each, and the seconds that they took.
-
-        Those of the last inputs are missing if the others took long: another process may have nothing to do.
-        """
+        """Return the records of inputs and their seconds; the last are missing if the others took long."""
         began, seconds, records = time.perf_counter(), 0.0, list[list[TaskRecord]]()
         for work in works:
             records.append(list(self.records(work)))
@@ -81,7 +75,6 @@ class Task(NamedTuple):
         return records, seconds
 
     def records(self, work: Work) -> Iterator[TaskRecord]:
-        """Yield the records of an input, one for each problem, in order."""
         alone = self.request.exact or self.request.bound or self.every or self.steps
         made = self._together(work) if isinstance(work, QColumns) and not alone else self._each(work)
         number = 0
@@ -131,12 +124,10 @@ class Task(NamedTuple):
     def _together(self, work: QColumns) -> Iterator[tuple[Result, Sequence[str]]]:
         from lcpcli.solving.many import solve_many
 
-        request = self.request
-        first = request.inputs.first_of(work)
+        request, first = self.request, self.request.inputs.first_of(work)
         (options,) = request.options_for(first)
-        options |= request.given_limits
-        how = {"lower": first.lower, "upper": first.upper, "method": request.variants[0].method, **options}
-        results = solve_many(first.M, work.Q, **how)
+        how = {"lower": first.lower, "upper": first.upper, **options, **request.given_limits}
+        results = solve_many(first.M, work.Q, request.variants[0].method, **how)
         for name, result in zip(work.names, results, strict=True):
             yield replace(result, problem=result.problem.named(name, first.origin)), []
 
@@ -157,16 +148,11 @@ KILLED = "the process that solved this problem was killed twice"
 
 
 def size_of(work: Work) -> int:
-    """Return the number of bytes of an input."""
     return work.Q.nbytes if isinstance(work, QColumns) else sum(map(len, work.contents))
 
 
 class Ahead:
-    """Inputs that a separate thread reads ahead, as far as there is room.
-
-    `news` is set whenever an input has been read, and at the end. The thread may wait for standard input indefinitely;
-    the program ends without waiting for it.
-    """
+    """Inputs that a thread reads ahead, as far as there is room; `news` is set for each of them and at the end."""
 
     def __init__(self, works: Iterable[Work], news: Event) -> None:
         self._works, self._news, self._read = works, news, deque[Work]()
@@ -179,14 +165,12 @@ class Ahead:
     @property
     def is_at_end(self) -> bool:
         """Return whether all inputs have been taken. Raises the error, if any, that ended the reading."""
-        if not self._ends or self._read:
-            return False
-        if self._ends[0] is not None:
+        is_at_end = bool(self._ends) and not self._read
+        if is_at_end and self._ends[0] is not None:
             raise self._ends[0]
-        return True
+        return is_at_end
 
     def take(self, most: int) -> list[Work]:
-        """Take inputs that have been read, at most so many."""
         taken, size = list[Work](), 0
         while self._read and len(taken) < most and size < PIECE_BYTES:
             taken.append(self._read.popleft())
@@ -215,60 +199,49 @@ def _room_for(work: Work) -> int:
 
 
 def all_records(task: Task, works: Iterable[Work], pool: Pool | None, in_order: bool) -> Iterator[TaskRecord]:
-    """Yield the records that the pool makes, or this process without one, in the order of the problems or each as soon
-    as it is known.
+    """Yield the records that the pool makes, or this process without one, in order or each as soon as it is known.
 
-    Only as many inputs are taken as keep the processes busy and, if `in_order`, leave room for records that wait for an
-    earlier one.
+    Only so many inputs are taken as keep the processes busy and leave room for records that wait for an earlier one.
     """
     if pool is None:
         yield from chain.from_iterable(map(task.records, works))
         return
-    news = Event()
-    inputs, waiting, running = Ahead(works, news), list[_Piece](), list[_Piece]()
-    size, total = 1, 0  # of the next piece, in problems; of all pieces, in bytes
+    news, pieces, size = Event(), list[_Piece](), 1  # in the order of the inputs; problems of the next one
+    inputs = Ahead(works, news)
 
     def hand_over(taken: Sequence[Work], place: int) -> None:
-        """Have the pool solve a piece, which waits for its turn at this place."""
-        nonlocal total
-        piece = _Piece(taken, pool.submit(task.all_of, taken))
-        piece.future.add_done_callback(lambda _: news.set())
-        running.append(piece)
-        if in_order:
-            waiting.insert(place, piece)
-        total += piece.bytes
+        pieces.insert(place, _Piece(taken, pool.submit(task.all_of, taken)))
+        pieces[place].future.add_done_callback(lambda _: news.set())
 
     try:
         while True:
             news.clear()
             pool.look()
+            running = [piece for piece in pieces if piece.records is None]
             done = [piece for piece in running if piece.future.done()]
             if any(isinstance(piece.future.exception(), pool.kill_error) for piece in done):
-                _await(running, pool)  # the others may have been killed with it
-                done = running[:]
+                _await([piece.future for piece in running], pool)  # the others may have been killed with it
+                done = running
             for piece, (records, seconds) in zip(done, _outcomes(done, task, pool), strict=True):
-                running.remove(piece)
-                total -= piece.bytes
-                left, piece.works, piece.records = piece.works[len(records) :], [], records
-                fitting = int(PIECE_SECONDS * len(records) / max(seconds, 1e-6))
-                size = max(1, min(MOST_IN_A_PIECE, 2 * size, fitting))
-                total += piece.bytes
-                place = waiting.index(piece) + 1 if in_order else 0
-                for number, at in enumerate(range(0, len(left), size)):
-                    hand_over(left[at : at + size], place + number)
-            while len(running) < PIECES_EACH * pool.size and total < MOST_BYTES:
-                taken = inputs.take(min(size, pool.most))
-                if not taken:
+                left = piece.works[len(records) :]
+                piece.take(records)
+                size = max(1, min(MOST_IN_A_PIECE, 2 * size, int(PIECE_SECONDS * len(records) / max(seconds, 1e-6))))
+                for place, at in enumerate(range(0, len(left), size), pieces.index(piece) + 1):
+                    hand_over(left[at : at + size], place)
+            free = PIECES_EACH * pool.size - sum(piece.records is None for piece in pieces)
+            while free > 0 and sum(piece.bytes for piece in pieces) < MOST_BYTES:
+                if not (taken := inputs.take(min(size, pool.most))):
                     break
-                hand_over(taken, len(waiting))
-            ready = [] if in_order else done
-            while waiting and waiting[0].records is not None:
-                ready.append(waiting.pop(0))
+                hand_over(taken, len(pieces))
+                free -= 1
+            ready = [piece for piece in pieces if piece.records is not None]
+            if in_order:
+                ready = list(takewhile(lambda piece: piece.records is not None, pieces))
             for piece in ready:
-                total -= piece.bytes
+                pieces.remove(piece)
                 yield from chain.from_iterable(piece.records or [])
             if not ready:
-                if not running and inputs.is_at_end:
+                if not pieces and inputs.is_at_end:
                     return
                 news.wait(SECONDS_BETWEEN)
     except pool.end_errors:
@@ -276,17 +249,15 @@ def all_records(task: Task, works: Iterable[Work], pool: Pool | None, in_order: 
 
 
 class _Piece:
-    """Inputs that are handed over together, and then their records."""
+    """Inputs that are handed over together, and then their records; and the bytes of these."""
 
     def __init__(self, works: Sequence[Work], future: Future[Records]) -> None:
-        self.works, self.future = works, future
+        self.works, self.future, self.bytes = works, future, sum(map(size_of, works))
         self.records: list[list[TaskRecord]] | None = None
 
-    @property
-    def bytes(self) -> int:
-        if self.records is None:
-            return sum(map(size_of, self.works))
-        return sum(RECORD_BYTES + len(record.text) for record in chain.from_iterable(self.records))
+    def take(self, records: list[list[TaskRecord]]) -> None:
+        self.works, self.records = [], records
+        self.bytes = sum(RECORD_BYTES + len(record.text) for record in chain.from_iterable(records))
 
 
 def _outcomes(done: Sequence[_Piece], task: Task, pool: Pool) -> list[Records]:
@@ -306,14 +277,14 @@ def _outcomes(done: Sequence[_Piece], task: Task, pool: Pool) -> list[Records]:
 
 
 def _alone(task: Task, work: Work, pool: Pool) -> list[TaskRecord]:
-    piece = _Piece([work], pool.submit(task.all_of, [work]))
-    _await([piece], pool)
+    future: Future[Records] = pool.submit(task.all_of, [work])
+    _await([future], pool)
     try:
-        return piece.future.result()[0][0]
+        return future.result()[0][0]
     except pool.kill_error:
         return task.records_of_loss(work, KILLED)
 
 
-def _await(pieces: Sequence[_Piece], pool: Pool) -> None:
-    while wait([piece.future for piece in pieces], SECONDS_BETWEEN).not_done:
+def _await(futures: Sequence[Future[Records]], pool: Pool) -> None:
+    while wait(futures, SECONDS_BETWEEN).not_done:
         pool.look()

@@ -8,7 +8,7 @@ integers). Keyword-only parameters have defaults; a family without random entrie
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -22,64 +22,89 @@ LARGEST_SIZE = 10**8  # unknowns; the vectors of a larger problem alone take gig
 
 
 class Entry(NamedTuple):
-    """A family: its file, its meaning, the class of its matrices, and its number of unknowns if that is fixed."""
+    """A family: its file, meaning, class of matrices and source, and its number of unknowns if that is fixed."""
 
     file: str
     meaning: str
     matrices: str
+    source: str
     size: int | None = None
 
 
-SPD = "symmetric positive definite"
-SEMIDEFINITE = "positive semidefinite"
-ANY = "any"
-REGISTRY = {
-    "harker-pang": Entry("random_problems", "random, dense (Harker and Pang 1990)", "positive definite"),
-    "ill-scaled": Entry("random_problems", "harker-pang, badly scaled", "P"),
-    "tridiagonal": Entry("random_problems", "tridiag(-1, 4, -1), random q", f"{SPD}, M"),
-    "dominant": Entry("random_problems", "random, ten entries per row", "H+"),
-    "obstacle": Entry("systems", "membrane over an obstacle on a square grid", f"{SPD}, M"),
-    "two-obstacles": Entry("systems", "membrane between two obstacles, with bounds", f"{SPD}, M"),
-    "torsion": Entry("systems", "elastic-plastic torsion of a bar, with bounds", f"{SPD}, M"),
-    "journal-bearing": Entry("systems", "oil film with cavitation (Cryer 1971)", f"{SPD}, M"),
-    "american-put": Entry("systems", "option pricing, one implicit time step", f"{SPD}, M"),
-    "contact": Entry("systems", "rigid bodies with Coulomb friction", "copositive"),
-    "rigid-boxes": Entry("rigid_bodies", "a time step of rigid boxes: tower, pyramid, heap, crushed", "copositive"),
-    "bimatrix": Entry("systems", "random two-player game", "copositive"),
-    "poker": Entry("systems", "poker with one card of each rank, a game tree", "copositive"),
-    "bargaining": Entry("systems", "offers under incomplete information, a game tree", "copositive"),
-    "circuit": Entry("systems", "bridge rectifiers with ideal diodes, free potentials", SEMIDEFINITE),
-    "relays": Entry("systems", "switching system, with bounds", SEMIDEFINITE),
-    "spatial-prices": Entry("systems", "trade between regions, free prices, flows with capacities", SEMIDEFINITE),
-    "boxes": Entry("random_problems", "random, with bounds of every kind", SPD),
-    "lp": Entry("programs", "random linear program and its dual", "skew-symmetric"),
-    "qp": Entry("programs", "random convex quadratic program", SEMIDEFINITE),
-    "portfolio": Entry("programs", "least variance with a factor model, a program", SEMIDEFINITE),
-    "frontier": Entry("programs", "efficient frontier, as a target return or its weight varies", SEMIDEFINITE),
-    "lasso": Entry("programs", "regularization path, as a penalty varies", SEMIDEFINITE),
-    "control": Entry("programs", "masses and springs under bounded forces, a program", SEMIDEFINITE),
-    "transport": Entry("programs", "least cost from plants to markets, a linear program", SEMIDEFINITE),
-    "murty": Entry("random_problems", "exponential for least-index pivoting (Murty 1978)", f"P, {SEMIDEFINITE}"),
-    "all-cones": Entry("random_problems", "line through all 2^n complementary cones", f"P, {SEMIDEFINITE}"),
-    "fathi": Entry("random_problems", "exponential for Lemke's method (Fathi 1979)", SPD),
-    "ben-gharbia-gilbert": Entry("random_problems", "plain Newton-min cycles (2012)", "P"),
-    "curtis-han-robinson": Entry("random_problems", "plain active-set method cycles (2015)", SPD, 3),
-    "kostreva": Entry(
-        "random_problems", "Lemke's method cycles without a tie-breaking rule (1979)", "P, not positive definite"
-    ),
-    "growth": Entry("random_problems", "solution 1, 2, 4, ..., 2^(n-1)", "M"),
-    "hilbert": Entry("random_problems", "Hilbert matrix, scaled to integers up to n = 18", SPD),
-    "diagonal": Entry("random_problems", "diagonal matrix with entries over many decades", f"{SPD}, M"),
-    "near-singular": Entry("random_problems", "smallest eigenvalue epsilon", SPD),
-    "degenerate": Entry("random_problems", "z_i = w_i = 0 for half of the indices", SPD),
-    "near-degenerate": Entry("random_problems", "max(z_i, w_i) = epsilon for half of the indices", SPD),
-    "infeasible": Entry("random_problems", "no z >= 0 with Mz + q >= 0", "none"),
-    "unsolvable": Entry("random_problems", "feasible, but without a solution", "none"),
-    "planted": Entry("random_problems", "random, with a hidden solution", ANY),
-    "gaussian": Entry("random_problems", "random M and q, with or without a solution", ANY),
-    "indefinite": Entry("random_problems", "random, with a degenerate solution", ANY),
-    "ray": Entry("random_problems", "solvable, but Lemke's method ends on a ray", "copositive"),
-}
+# In the file of each heading the families: name | meaning | class of the matrices | source.
+TABLE = """
+random_problems:
+harker-pang | random, dense (Harker and Pang 1990) | positive definite | Harker and Pang 1990
+ill-scaled | harker-pang, badly scaled | P | after Harker and Pang 1990, rows and columns rescaled
+tridiagonal | tridiag(-1, 4, -1), random q | SPD, M | after El foutayeni and Khaladi 2012, Example 1, random q
+dominant | random, ten entries per row | H+ | random, original to lcp
+systems:
+obstacle | membrane over an obstacle on a square grid | SPD, M | Glowinski 1984, chapter II, five-point differences
+two-obstacles | membrane between two obstacles, with bounds | SPD, M | Rodrigues 1987, five-point differences
+torsion | elastic-plastic torsion of a bar, with bounds | SPD, M | \
+Glowinski 1984, chapter II; Brezis and Sibony 1971; five-point differences
+journal-bearing | oil film with cavitation (Cryer 1971) | SPD, M | Cryer 1971
+american-put | option pricing, one implicit time step | SPD, M | Wilmott, Dewynne and Howison 1993
+contact | rigid bodies with Coulomb friction | copositive | Stewart and Trinkle 1996, random contacts in the plane
+rigid_bodies:
+rigid-boxes | a time step of rigid boxes: tower, pyramid, heap, crushed | copositive | \
+Stewart and Trinkle 1996, a time step of boxes in the plane
+systems:
+bimatrix | random two-player game | copositive | Lemke and Howson 1964, random costs
+poker | poker with one card of each rank, a game tree | copositive | after Kuhn 1950
+bargaining | offers under incomplete information, a game tree | copositive | after Chatterjee and Samuelson 1983
+circuit | bridge rectifiers with ideal diodes, free potentials | PSD | \
+Acary, Bonnefon and Brogliato 2011, nodal analysis with ideal diodes
+relays | switching system, with bounds | PSD | Acary and Brogliato 2008, random systems
+spatial-prices | trade between regions, free prices, flows with capacities | PSD | \
+Takayama and Judge 1971, random linear functions
+random_problems:
+boxes | random, with bounds of every kind | SPD | original to lcp
+programs:
+lp | random linear program and its dual | skew-symmetric | Dantzig and Cottle 1967, random program
+qp | random convex quadratic program | PSD | Cottle and Dantzig 1968, random program
+portfolio | least variance with a factor model, a program | PSD | Markowitz 1952, random factor model
+frontier | efficient frontier, as a target return or its weight varies | PSD | Markowitz 1956, random factor model
+lasso | regularization path, as a penalty varies | PSD | Tibshirani 1996, random features
+control | masses and springs under bounded forces, a program | PSD | \
+chain of masses and springs, Borrelli, Bemporad and Morari 2017, chapter 11
+transport | least cost from plants to markets, a linear program | PSD | Hitchcock 1941, random integers
+random_problems:
+murty | exponential for least-index pivoting (Murty 1978) | P, PSD | Murty 1978
+all-cones | line through all 2^n complementary cones | P, PSD | after Murty 1978 and 1980
+fathi | exponential for Lemke's method (Fathi 1979) | SPD | Fathi 1979
+ben-gharbia-gilbert | plain Newton-min cycles (2012) | P | Ben Gharbia and Gilbert 2012
+curtis-han-robinson | plain active-set method cycles (2015) | SPD | Curtis, Han and Robinson 2015 | 3
+kostreva | Lemke's method cycles without a tie-breaking rule (1979) | P, not positive definite | Kostreva 1979
+growth | solution 1, 2, 4, ..., 2^(n-1) | M | after Wilkinson 1961
+hilbert | Hilbert matrix, scaled to integers up to n = 18 | SPD | the Hilbert matrix (Hilbert 1894)
+diagonal | diagonal matrix with entries over many decades | SPD, M | original to lcp
+near-singular | smallest eigenvalue epsilon | SPD | random, original to lcp
+degenerate | z_i = w_i = 0 for half of the indices | SPD | random, original to lcp
+near-degenerate | max(z_i, w_i) = epsilon for half of the indices | SPD | random, original to lcp
+infeasible | no z >= 0 with Mz + q >= 0 | none | random, original to lcp
+unsolvable | feasible, but without a solution | none | random, original to lcp
+planted | random, with a hidden solution | any | random, original to lcp
+gaussian | random M and q, with or without a solution | any | random, original to lcp
+indefinite | random, with a degenerate solution | any | after INFORMS J. Comput. 2024.0822
+ray | solvable, but Lemke's method ends on a ray | copositive | random, original to lcp
+"""
+WORDS = {" PSD": " positive semidefinite", " SPD": " symmetric positive definite"}
+
+
+def _entries() -> Iterator[tuple[str, Entry]]:
+    text, file = TABLE, ""
+    for short, words in WORDS.items():
+        text = text.replace(short, words)
+    for line in text.strip().split("\n"):
+        name, *texts = line.split(" | ")
+        if texts:
+            yield name, Entry(file, texts[0], texts[1], texts[2], *map(int, texts[3:]))
+        else:
+            file = name[:-1]
+
+
+REGISTRY = dict(_entries())
 FAMILIES = {name: entry.meaning for name, entry in REGISTRY.items()}
 
 Family = Callable[..., "Problem"]
@@ -103,8 +128,7 @@ def is_random(name: str) -> bool:
 
 
 def parameters_of(name: str) -> dict[str, Any]:
-    declared = inspect.signature(load(name)).parameters.values()
-    return {p.name: p.default for p in declared if p.kind is p.KEYWORD_ONLY}
+    return {p.name: p.default for p in inspect.signature(load(name)).parameters.values() if p.kind is p.KEYWORD_ONLY}
 
 
 def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> Problem:
@@ -122,7 +146,8 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
         raise ParameterError("n", f"is {n}, and {name} has {size} unknowns", "leave it out")
     if seed < 0:
         raise ParameterError("seed", "is negative", "give a whole number >= 0")
-    return load(name)(n, seed, **parameters)
+    problem = load(name)(n, seed, **parameters)
+    return problem.knowing(name=name if size else f"{name}-{problem.n}", source=entry(name).source)
 
 
 def refuse_unknown(name: str, parameter: str) -> None:

@@ -11,6 +11,7 @@ from math import isqrt
 
 import numpy as np
 
+from lcpcli.gallery.systems import grid, laplacian_of
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.typing import Vector
 
@@ -21,8 +22,7 @@ def kojima_shindo() -> NonlinearProblem:
     M. Kojima, S. Shindo, Extensions of Newton and quasi-Newton methods to systems of PC1 equations, Journal of the
     Operations Research Society of Japan 29 (1986) 352-374.
     """
-    solutions = [[1.5**0.5, 0.0, 0.0, 0.5], [1.0, 0.0, 3.0, 0.0]]
-    return _polynomials("kojima-shindo", (10.0, 9.0, 9.0), solutions)
+    return _polynomials("kojima-shindo", (10.0, 9.0, 9.0), [[1.5**0.5, 0.0, 0.0, 0.5], [1.0, 0.0, 3.0, 0.0]])
 
 
 def josephy() -> NonlinearProblem:
@@ -35,22 +35,14 @@ def josephy() -> NonlinearProblem:
 
 def _polynomials(name: str, numbers: tuple[float, float, float], solutions: list[list[float]]) -> NonlinearProblem:
     a, b, c = numbers
+    squares = _rows("3 2 2; 2 0 1; 3 1 2; 1 0 3")  # the coefficients of z_1^2, z_1 z_2 and z_2^2
+    linear = _rows(f"0 0 1 3; 1 0 {a} 2; 0 0 2 {b}; 0 0 2 3")
 
-    def F(z: Vector) -> list[float]:
-        return [
-            3 * z[0] ** 2 + 2 * z[0] * z[1] + 2 * z[1] ** 2 + z[2] + 3 * z[3] - 6,
-            2 * z[0] ** 2 + z[0] + z[1] ** 2 + a * z[2] + 2 * z[3] - 2,
-            3 * z[0] ** 2 + z[0] * z[1] + 2 * z[1] ** 2 + 2 * z[2] + b * z[3] - c,
-            z[0] ** 2 + 3 * z[1] ** 2 + 2 * z[2] + 3 * z[3] - 3,
-        ]
+    def F(z: Vector) -> Vector:
+        return np.asarray(squares @ [z[0] ** 2, z[0] * z[1], z[1] ** 2] + linear @ z - [6, 2, c, 3])
 
-    def J(z: Vector) -> list[list[float]]:
-        return [
-            [6 * z[0] + 2 * z[1], 2 * z[0] + 4 * z[1], 1, 3],
-            [4 * z[0] + 1, 2 * z[1], a, 2],
-            [6 * z[0] + z[1], z[0] + 4 * z[1], 2, b],
-            [2 * z[0], 6 * z[1], 2, 3],
-        ]
+    def J(z: Vector) -> Vector:
+        return np.asarray(squares @ [[2 * z[0], 0, 0, 0], [z[1], z[0], 0, 0], [0, 2 * z[1], 0, 0]] + linear)
 
     return NonlinearProblem(F, J, x0=np.zeros(4), name=name, solutions=solutions)
 
@@ -61,10 +53,8 @@ def billups() -> NonlinearProblem:
     S. C. Billups, Algorithms for complementarity problems and generalized equations, thesis, University of Wisconsin
     (1995).
     """
-    solutions = [[1 + 1.01**0.5]]
-    return NonlinearProblem(
-        lambda z: (z - 1) ** 2 - 1.01, lambda z: [2 * (z - 1)], x0=[0.0], name="billups", solutions=solutions
-    )
+    functions = (lambda z: (z - 1) ** 2 - 1.01), (lambda z: [2 * (z - 1)])
+    return NonlinearProblem(*functions, x0=[0.0], name="billups", solutions=[[1 + 1.01**0.5]])
 
 
 def mathiesen() -> NonlinearProblem:
@@ -149,21 +139,15 @@ def bratu(m: int = 75, load: float = 6.0) -> NonlinearProblem:
     on Optimization 1 (1991) 93-113; E. D. Dolan, J. J. Moré and T. S. Munson, Benchmarking optimization software with
     COPS 3.0 (2004).
     """
-    from scipy.sparse import diags_array, eye_array, kron
+    from scipy.sparse import diags_array
 
-    h = 1 / (m + 1)
-    second = diags_array([-np.ones(m - 1), np.full(m, 2.0), -np.ones(m - 1)], offsets=(-1, 0, 1))
-    laplacian = (kron(second, eye_array(m)) + kron(eye_array(m), second)).tocsr()
-    x, y = np.meshgrid(h * np.arange(1, m + 1), h * np.arange(1, m + 1))
+    (_, h, x, y), laplacian = grid(m * m), laplacian_of(m)
     lower = np.maximum(0.0, 0.6 - 8 * ((x - 0.3) ** 2 + (y - 0.3) ** 2)).ravel()
-    upper = np.full(m * m, 1.2)
-    return NonlinearProblem(
+    functions = (
         lambda u: laplacian @ u - h**2 * load * np.exp(u),
         lambda u: (laplacian - diags_array(h**2 * load * np.exp(u))).tocsr(),
-        lower=lower,
-        upper=upper,
-        name=f"bratu-{m}x{m}",
     )
+    return NonlinearProblem(*functions, lower=lower, upper=np.full(m * m, 1.2), name=f"bratu-{m}x{m}")
 
 
 def elastohydrodynamic(n: int = 100) -> NonlinearProblem:
@@ -186,8 +170,7 @@ def elastohydrodynamic(n: int = 100) -> NonlinearProblem:
         flow = speed * gap / dx - gap**3 * slopes * np.exp(-viscosity * means) / dx**2
         return np.concatenate([[1 - 2 * dx / np.pi * (weights[1:] @ z[1:])], np.diff(flow)])
 
-    start = np.maximum(0.0, 1 - np.abs(begin + 1 + grid[1:] * dx) / 2)
-    lower = np.zeros(n + 1)
+    start, lower = np.maximum(0.0, 1 - np.abs(begin + 1 + grid[1:] * dx) / 2), np.zeros(n + 1)
     lower[0] = -np.inf
     return NonlinearProblem(F, lower=lower, x0=np.concatenate([[1.6], start]), name=f"elastohydrodynamic-{n}")
 

@@ -8,9 +8,8 @@ import numpy as np
 
 from lcpcli.gallery.families import require
 from lcpcli.gallery.random_problems import complementary, integer_matrix
+from lcpcli.model import program, reductions
 from lcpcli.model.problem import Problem
-from lcpcli.model.program import bordered
-from lcpcli.model.reductions import from_qp
 from lcpcli.typing import Matrix, Vector
 
 A_ROW = 10  # entries in a constraint of lp and qp, so that large programs are sparse
@@ -28,8 +27,7 @@ def lp(n: int, seed: int) -> Problem:
     G. B. Dantzig, R. W. Cottle, Positive (semi-)definite programming, in: Nonlinear Programming, North-Holland (1967)
     55-73. The random data are original to lcp.
     """
-    note = "The diagonal of M is zero; x solves the program and y its dual."
-    return _program("lp", n, seed, source="Dantzig and Cottle 1967, random program", note=note)
+    return _program("lp", n, seed, note="The diagonal of M is zero; x solves the program and y its dual.")
 
 
 def qp(n: int, seed: int) -> Problem:
@@ -40,11 +38,10 @@ def qp(n: int, seed: int) -> Problem:
     R. W. Cottle, G. B. Dantzig, Complementary pivot theory of mathematical programming, Linear Algebra Appl. 1 (1968)
     103-125. The random data are original to lcp.
     """
-    note = "x solves the program, and y holds the multipliers of its constraints."
-    return _program("qp", n, seed, source="Cottle and Dantzig 1968, random program", note=note)
+    return _program("qp", n, seed, note="x solves the program, and y holds the multipliers of its constraints.")
 
 
-def _program(kind: str, n: int, seed: int, source: str, note: str) -> Problem:
+def _program(kind: str, n: int, seed: int, note: str) -> Problem:
     """Return the problem with a random z = (x, y) of integers; (m + 1) // 2 entries of x, and as many of y, are
     positive, and the leading square of A is diagonally dominant."""
     from scipy.sparse import csr_array
@@ -65,9 +62,9 @@ def _program(kind: str, n: int, seed: int, source: str, note: str) -> Problem:
         for length in (k, m)
     )
     c = A.T @ y + r if Q is None else A.T @ y + r - Q @ x
-    M = bordered(Q, A, sparse=kind == "lp" and n > LARGEST_DENSE)
+    M = program.bordered(Q, A, sparse=kind == "lp" and n > LARGEST_DENSE)
     q, z = np.concatenate((c, s - A @ x)), np.concatenate((x, y))
-    return Problem(M, q, name=f"{kind}-{n}", solutions=[z], source=source, note=note)
+    return Problem(M, q, solutions=[z], note=note)
 
 
 def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
@@ -84,15 +81,14 @@ def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
     from scipy.sparse import csr_array, diags_array, random_array, vstack
 
     k = max(3, round((n - 5) / 1.2))
-    factors = k // 10 + 1
-    random = np.random.default_rng([seed, k])
+    factors, random = k // 10 + 1, np.random.default_rng([seed, k])
     F = random_array((k, factors), density=DENSITY, rng=random, data_sampler=random.standard_normal)
     risk = random.uniform(0.0, np.sqrt(factors), k)
     returns = random.integers(0, 16, k) / 100
     returns[:2] = 0.03, 0.12  # so that there is a portfolio with any return between
     none, share = np.zeros(factors), max(most, 2.0 / k)
     sums = np.stack([np.concatenate((np.ones(k), none)), np.concatenate((returns, none))])
-    return from_qp(
+    return reductions.from_qp(
         2.0 * diags_array(np.concatenate((risk, np.ones(factors)))),
         np.zeros(k + factors),
         vstack([csr_array(sums), csr_array(np.block([[F.T.toarray(), -np.eye(factors)]]))]),
@@ -100,8 +96,6 @@ def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
         row_upper=np.concatenate(([1.0, 0.12], none)),
         lower=np.concatenate((np.zeros(k), none - np.inf)),
         upper=np.concatenate((np.full(k, share), none + np.inf)),
-        name=f"portfolio-{k + 2 * factors + 3}",
-        source="Markowitz 1952, random factor model",
         note=f"{k} assets, {factors} factors, at most {share:g} in one asset.",
     )
 
@@ -125,7 +119,7 @@ def frontier(n: int, seed: int, *, target: float = 0.0, weight: float = 0.0, mos
     F = np.rint(UNITS * random.standard_normal((k, k // 50 + 1))) / (8 * UNITS)
     S = np.diag(random.integers(4, 33, k) / 512) + F @ F.T
     returns = random.integers(20_000, 120_001, k) / 1e6
-    return from_qp(
+    return reductions.from_qp(
         S,
         -weight * returns,
         np.stack((np.ones(k), returns)),
@@ -134,8 +128,6 @@ def frontier(n: int, seed: int, *, target: float = 0.0, weight: float = 0.0, mos
         upper=np.full(k, max(most, 2.0 / k)),
         rows=("budget", "return"),
         columns=[f"asset{i}" for i in range(1, k + 1)],
-        name=f"frontier-{k + 2}",
-        source="Markowitz 1956, random factor model",
         note=f"{k} assets; a path from one target, or weight, to another one is a part of the efficient frontier.",
     )
 
@@ -156,13 +148,11 @@ def lasso(n: int, seed: int, *, penalty: float = 1.0, samples: int = 20) -> Prob
     k = max(1, round(n / 2))
     X, y = regression(k, seed, samples)
     M, c = gram(X, y)
-    return from_qp(
+    return reductions.from_qp(
         M,
         penalty * abs(c).max() + c,
         columns=[f"b{i}{sign}" for sign in "+-" for i in range(1, k + 1)],
         constant=float(y @ y) / 2,
-        name=f"lasso-{2 * k}",
-        source="Tibshirani 1996, random features",
         note=f"{samples} samples of {k} features. b is the first half of x minus the second half.",
     )
 
@@ -193,8 +183,7 @@ def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Pro
     require("strength", strength, 0 < strength <= 1e6, "0 < strength <= 1e6")
     from scipy.sparse import block_array, csr_array, diags_array, eye_array, hstack, kron
 
-    steps = max(1, round(n / (5 * masses)))
-    size = 2 * masses
+    steps, size = max(1, round(n / (5 * masses))), 2 * masses
     random = np.random.default_rng([seed, steps, masses])
     start = np.concatenate((random.uniform(-2.0, 2.0, masses), np.zeros(masses)))
     springs = diags_array([np.ones(masses - 1), np.full(masses, -2.0), np.ones(masses - 1)], offsets=[-1, 0, 1])
@@ -207,7 +196,7 @@ def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Pro
     first[:size] = drift @ start
     bound = np.tile(np.concatenate((np.full(size, np.inf), np.full(masses, strength))), steps)
     weights = np.tile(np.concatenate((np.ones(size), np.full(masses, 0.1))), steps)
-    return from_qp(
+    return reductions.from_qp(
         diags_array(weights),
         np.zeros(weights.size),
         state,
@@ -215,8 +204,6 @@ def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Pro
         row_upper=first,
         lower=-bound,
         upper=bound,
-        name=f"control-{weights.size + size * steps}",
-        source="chain of masses and springs, Borrelli, Bemporad and Morari 2017, chapter 11",
         note=f"{masses} masses, {steps} steps of {STEP} s, forces up to {strength:g}.",
     )
 
@@ -235,13 +222,11 @@ def transport(n: int, seed: int) -> Problem:
     supply, demand = random.integers(10, 21, m).astype(float), random.integers(5, 11, m).astype(float)
     costs = random.integers(1, 101, m * m).astype(float)
     one, ones, none = eye_array(m), np.ones((1, m)), np.full(m, np.inf)
-    return from_qp(
+    return reductions.from_qp(
         None,
         costs,
         vstack((kron(one, ones), kron(ones, one))),
         row_lower=np.concatenate((-none, demand)),
         row_upper=np.concatenate((supply, none)),
-        name=f"transport-{m * m + 2 * m}",
-        source="Hitchcock 1941, random integers",
         note=f"{m} plants, {m} markets.",
     )

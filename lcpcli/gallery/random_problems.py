@@ -19,7 +19,6 @@ from lcpcli.gallery.systems import three_diagonals
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Mask, Vector
 
-ORIGINAL = "random, original to lcp"
 OFF_DIAGONAL = 9  # entries per row of `dominant`, ten with the diagonal
 
 
@@ -37,7 +36,7 @@ def harker_pang(n: int, seed: int, *, symmetric: bool = False) -> Problem:
     if not symmetric:
         upper = np.triu(B, 1)
         M += upper - upper.T
-    return Problem(M, random.uniform(-500, 500, n), name=f"harker-pang-{n}", source="Harker and Pang 1990")
+    return Problem(M, random.uniform(-500, 500, n))
 
 
 def ill_scaled(n: int, seed: int, *, decades: int = 6) -> Problem:
@@ -49,9 +48,8 @@ def ill_scaled(n: int, seed: int, *, decades: int = 6) -> Problem:
     base = harker_pang(n, seed)
     powers = int(decades * math.log2(10))
     R, C = np.exp2(np.random.default_rng([seed, n, powers]).integers(-powers, powers + 1, (2, n)))
-    source = "after Harker and Pang 1990, rows and columns rescaled"
     note = "Rescaled exactly, by powers of two: the original problem has the solution C z."
-    return Problem(R[:, None] * base.M * C, R * base.q, name=f"ill-scaled-{n}", source=source, note=note)
+    return Problem(R[:, None] * base.M * C, R * base.q, note=note)
 
 
 def tridiagonal(n: int, seed: int) -> Problem:
@@ -61,9 +59,7 @@ def tridiagonal(n: int, seed: int) -> Problem:
     problem, J. Comput. Appl. Math. 236 (2012) 1919-1925.
     """
     q = np.random.default_rng([seed, n]).standard_normal(n)
-    source = "after El foutayeni and Khaladi 2012, Example 1, random q"
-    note = "Well conditioned for every n."
-    return Problem(three_diagonals(np.full(n, 4.0)), q, name=f"tridiagonal-{n}", source=source, note=note)
+    return Problem(three_diagonals(np.full(n, 4.0)), q, note="Well conditioned for every n.")
 
 
 def dominant(n: int, seed: int) -> Problem:
@@ -76,8 +72,7 @@ def dominant(n: int, seed: int) -> Problem:
     off = csr_array((values, (rows, columns)), shape=(n, n))
     off.eliminate_zeros()
     M = csr_array(off + diags_array(1.1 * abs(off).sum(axis=1) + 0.1))
-    note = "A sparse factorization of M fills in."
-    return Problem(M, random.standard_normal(n), name=f"dominant-{n}", source=ORIGINAL, note=note)
+    return Problem(M, random.standard_normal(n), note="A sparse factorization of M fills in.")
 
 
 def near_singular(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
@@ -95,8 +90,7 @@ def near_singular(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
     scaled = eigenvalues * v
     M = 4 * np.sum(scaled * v) * np.outer(v, v) - 2 * (np.outer(v, scaled) + np.outer(scaled, v))
     M[np.diag_indices(n)] += eigenvalues
-    q = np.maximum(-size, 0) - M @ np.maximum(size, 0)
-    return Problem(M, q, name=f"near-singular-{n}", source=ORIGINAL, note=f"The condition of M is {2 / epsilon:.3g}.")
+    return Problem(M, np.maximum(-size, 0) - M @ np.maximum(size, 0), note=f"The condition of M is {2 / epsilon:.3g}.")
 
 
 KINDS = 5  # the kinds of bounds: boxed, only a lower bound, only an upper bound, free, fixed
@@ -119,9 +113,8 @@ def boxes(n: int, seed: int) -> Problem:
     z = np.where(at_lower | (kind == 4), lower, np.where(at_upper, upper, low + 1))
     size = random.integers(1, 10, n).astype(float)
     w = np.where(kind == 4, size - 5, np.where(at_lower, size, np.where(at_upper, -size, 0.0)))
-    source = "original to lcp"
     note = f"{np.count_nonzero(at_lower)} variables at a lower bound, {np.count_nonzero(at_upper)} at an upper one."
-    return Problem(M, w - M @ z, name=f"boxes-{n}", source=source, solutions=(z,), note=note, lower=lower, upper=upper)
+    return Problem(M, w - M @ z, solutions=(z,), note=note, lower=lower, upper=upper)
 
 
 def diagonal(n: int, _seed: int, *, decades: int = 6) -> Problem:
@@ -129,24 +122,21 @@ def diagonal(n: int, _seed: int, *, decades: int = 6) -> Problem:
     require("decades", decades, 0 <= decades <= 150, "0 <= decades <= 150")
     from scipy.sparse import csr_array, diags_array
 
-    entries = 10.0 ** np.linspace(-decades, decades, n)
-    z = (np.arange(n) % 2 == 0).astype(float)
+    entries, z = 10.0 ** np.linspace(-decades, decades, n), (np.arange(n) % 2 == 0).astype(float)
     M, q = csr_array(diags_array(entries)), np.where(z > 0, -entries, entries)
-    note = "The unknowns are decoupled; only their scaling differs."
-    return Problem(M, q, name=f"diagonal-{n}", solutions=[z], source="original to lcp", note=note)
+    return Problem(M, q, solutions=[z], note="The unknowns are decoupled; only their scaling differs.")
 
 
 def degenerate(n: int, seed: int) -> Problem:
     """Draw integers M = A'A + I and q; z > 0 for a quarter of the indices and w > 0 for another, rounded down."""
     random = np.random.default_rng([seed, n])
-    M = integer_matrix(random, n)
-    places = random.permutation(n)
+    M, places = integer_matrix(random, n), random.permutation(n)
     z, w = np.zeros(n), np.zeros(n)
     quarter = (n + 2) // 4
     z[places[:quarter]] = random.integers(1, 10, quarter)
     w[places[quarter : n // 2]] = random.integers(1, 10, n // 2 - quarter)
     note = "The solution is exact: all numbers are integers. z_i = w_i = 0 for half of the indices."
-    return Problem(M, w - M @ z, name=f"degenerate-{n}", solutions=[z], source=ORIGINAL, note=note)
+    return Problem(M, w - M @ z, solutions=[z], note=note)
 
 
 def near_degenerate(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
@@ -156,13 +146,12 @@ def near_degenerate(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
     """
     require("epsilon", epsilon, 1e-12 <= epsilon <= 1, "1e-12 <= epsilon <= 1")
     random = np.random.default_rng([seed, n])
-    M = integer_matrix(random, n)
-    power = 2.0 ** round(math.log2(epsilon))
+    M, power = integer_matrix(random, n), 2.0 ** round(math.log2(epsilon))
     size = np.where(np.arange(n) % 2 == 0, 1.0, power)[random.permutation(n)]
     z, w = complementary(size, random.integers(0, 2, n) == 1)
     solutions = [z] if n * n < 2**51 * power else []
     note = f"Strictly complementary by only {power:.3g} (2^{round(math.log2(power))})."
-    return Problem(M, w - M @ z, name=f"near-degenerate-{n}", solutions=solutions, source=ORIGINAL, note=note)
+    return Problem(M, w - M @ z, solutions=solutions, note=note)
 
 
 def infeasible(n: int, seed: int) -> Problem:
@@ -177,7 +166,7 @@ def infeasible(n: int, seed: int) -> Problem:
     M[0] = -M[1:k].sum(axis=0) - random.integers(0, 3, n)
     q[0] = -q[1:k].sum() - 1
     note = f"A Farkas vector is y with ones in the first {k} entries and zeros in the others."
-    return Problem(M, q, name=f"infeasible-{n}", verdict="infeasible", source=ORIGINAL, note=note)
+    return Problem(M, q, verdict="infeasible", note=note)
 
 
 def unsolvable(n: int, seed: int) -> Problem:
@@ -192,9 +181,8 @@ def unsolvable(n: int, seed: int) -> Problem:
     M[:2, :2], q[:2] = [[0, 1], [1, 0]], [-1, 1]
     M[2:, :2], M[2:, 2:] = random.integers(-2, 3, (n - 2, 2)), integer_matrix(random, n - 2)
     order = random.permutation(n)
-    note = "Feasible, but no complementary set yields a solution."
     M = np.ascontiguousarray(M[order][:, order])
-    return Problem(M, q[order], name=f"unsolvable-{n}", verdict="unsolvable", source=ORIGINAL, note=note)
+    return Problem(M, q[order], verdict="unsolvable", note="Feasible, but no complementary set yields a solution.")
 
 
 def ray(n: int, seed: int) -> Problem:
@@ -206,14 +194,13 @@ def ray(n: int, seed: int) -> Problem:
     n = max(2, n)
     random = np.random.default_rng([seed, n])
     M, q = np.zeros((n, n)), np.zeros(n)
-    size = random.integers(1, 10, n).astype(np.float64)
-    z, w = complementary(size, random.integers(0, 2, n) == 1)
+    z, w = complementary(random.integers(1, 10, n).astype(np.float64), random.integers(0, 2, n) == 1)
     M[2:, 2:] = integer_matrix(random, n - 2)
     q[2:] = w[2:] - M[2:, 2:] @ z[2:]
     M[0, 1], q[0] = 1, q.min() - 1
     z[:2] = 0, -q[0]
     note = "It has infinitely many solutions, but Lemke's method from e ends on a ray at its first pivot."
-    return Problem(M, q, name=f"ray-{n}", solutions=[z], source=ORIGINAL, note=note)
+    return Problem(M, q, solutions=[z], note=note)
 
 
 def integer_matrix(random: Generator, n: int) -> Vector:
@@ -238,7 +225,7 @@ def murty(n: int, _seed: int) -> Problem:
     """
     U = 2 * np.triu(np.ones((n, n))) - np.eye(n)
     note = f"Pivoting on the least index needs 2^{n} - 1 steps from z = 0."
-    return Problem(U, -np.ones(n), name=f"murty-{n}", solutions=[np.eye(n)[-1]], source="Murty 1978", note=note)
+    return Problem(U, -np.ones(n), solutions=[np.eye(n)[-1]], note=note)
 
 
 def all_cones(n: int, _seed: int, *, t: float = -1.0) -> Problem:
@@ -251,7 +238,7 @@ def all_cones(n: int, _seed: int, *, t: float = -1.0) -> Problem:
     require("t", t, abs(t) <= 1e15, "|t| <= 1e15")
     a = np.exp2(np.arange(n)) - 1
     note = f"The path from t = -1 to 2^{n} - 1 has a breakpoint at each whole number between them."
-    return Problem(murty(n, _seed).M, a - t, name=f"all-cones-{n}", source="after Murty 1978 and 1980", note=note)
+    return Problem(murty(n, _seed).M, a - t, note=note)
 
 
 def fathi(n: int, _seed: int) -> Problem:
@@ -262,7 +249,7 @@ def fathi(n: int, _seed: int) -> Problem:
     """
     U = 2 * np.triu(np.ones((n, n))) - np.eye(n)
     note = f"Lemke's method needs 2^{n} pivots; the condition of M grows like n^4."
-    return Problem(U.T @ U, -np.ones(n), name=f"fathi-{n}", solutions=[np.eye(n)[0]], source="Fathi 1979", note=note)
+    return Problem(U.T @ U, -np.ones(n), solutions=[np.eye(n)[0]], note=note)
 
 
 def ben_gharbia_gilbert(n: int, _seed: int, *, alpha: float = 2.0) -> Problem:
@@ -277,10 +264,8 @@ def ben_gharbia_gilbert(n: int, _seed: int, *, alpha: float = 2.0) -> Problem:
     return Problem(
         unit + alpha * np.roll(unit, 1, axis=0),
         np.ones(len(unit)),
-        name=f"ben-gharbia-gilbert-{len(unit)}",
         x0=2 * unit[0] - 1,
         solutions=[np.zeros(len(unit))],
-        source="Ben Gharbia and Gilbert 2012",
         note=f"The Newton iteration without safeguards returns to the active set of x0 after {len(unit)} steps.",
     )
 
@@ -291,10 +276,9 @@ def kostreva(n: int, _seed: int) -> Problem:
     M. M. Kostreva, Cycling in linear complementarity problems, Math. Programming 16 (1979) 127-130, for n = 3.
     """
     n = max(3, n + 1 - n % 2)
-    M = np.eye(n) + 2 * np.roll(np.eye(n), -1, axis=0)
-    z = np.full(n, 1 / 3)
+    M, z = np.eye(n) + 2 * np.roll(np.eye(n), -1, axis=0), np.full(n, 1 / 3)
     note = "For n = 3 Lemke's method cycles if ties are broken by the smallest index."
-    return Problem(M, -np.ones(n), name=f"kostreva-{n}", solutions=[z], source="Kostreva 1979", note=note)
+    return Problem(M, -np.ones(n), solutions=[z], note=note)
 
 
 def curtis_han_robinson(_n: int, _seed: int) -> Problem:
@@ -306,10 +290,8 @@ def curtis_han_robinson(_n: int, _seed: int) -> Problem:
     return Problem(
         [[4, 5, -5], [5, 9, -5], [-5, -5, 7]],
         [2, 1, -3],
-        name="curtis-han-robinson",
         x0=[-1, 1, -1],
         solutions=[[0, 4 / 19, 11 / 19]],
-        source="Curtis, Han and Robinson 2015",
         note="The Newton iteration without safeguards cycles from x0, although M is symmetric positive definite.",
     )
 
@@ -323,8 +305,7 @@ def growth(n: int, _seed: int) -> Problem:
     n = min(n, LARGEST_POWER + 1)
     M = 2 * np.eye(n) - np.tril(np.ones((n, n)))
     note = "The components of the solution grow by the factor 2 from one to the next."
-    z = np.exp2(np.arange(n))
-    return Problem(M, -np.ones(n), name=f"growth-{n}", solutions=[z], source="after Wilkinson 1961", note=note)
+    return Problem(M, -np.ones(n), solutions=[np.exp2(np.arange(n))], note=note)
 
 
 def hilbert(n: int, _seed: int, *, degenerate: bool = False) -> Problem:
@@ -341,9 +322,9 @@ def hilbert(n: int, _seed: int, *, degenerate: bool = False) -> Problem:
     M, z = factor / denominators, np.ones(n)
     if degenerate:
         z[1::2] = 0
-    known, source = [z] if n <= LARGEST_EXACT else [], "the Hilbert matrix (Hilbert 1894)"
+    known = [z] if n <= LARGEST_EXACT else []
     note = f"The Hilbert matrix times {factor}; its condition grows like exp(3.5 n)."
-    return Problem(M, -M @ z, name=f"hilbert-{n}", solutions=known, source=source, note=note)
+    return Problem(M, -M @ z, solutions=known, note=note)
 
 
 STEPS_OF_M, STEPS_OF_Z = 2.0**20, 2.0**10  # M and z are multiples of their inverses: products have 53 bits at most
@@ -364,16 +345,14 @@ def planted(n: int, seed: int, *, entries: int = 0) -> Problem:
     inside = random.integers(0, 2, n) == 1
     z, w = complementary(_rounded(random.uniform(0.1, 1.1, n), STEPS_OF_Z), inside)
     note = f"z > 0 for {np.count_nonzero(inside)} of {n} indices, w > 0 for the others."
-    return Problem(M, w - M @ z, name=f"planted-{n}", solutions=[z], source=ORIGINAL, note=note)
+    return Problem(M, w - M @ z, solutions=[z], note=note)
 
 
 def gaussian(n: int, seed: int) -> Problem:
     """Draw M and q from the normal distribution. There may be no solution, one, or several."""
     random = np.random.default_rng([seed, n])
     note = "Whether there is a solution is not known."
-    return Problem(
-        random.standard_normal((n, n)), random.standard_normal(n), name=f"gaussian-{n}", source=ORIGINAL, note=note
-    )
+    return Problem(random.standard_normal((n, n)), random.standard_normal(n), note=note)
 
 
 def indefinite(n: int, seed: int, *, symmetric: bool = False, strict: bool = False) -> Problem:
@@ -391,8 +370,7 @@ def indefinite(n: int, seed: int, *, symmetric: bool = False, strict: bool = Fal
     size = _rounded(random.uniform(0.0, 1.0, n), STEPS_OF_Z) + 1 / STEPS_OF_Z
     z, w = complementary(size, random.permutation(n) < round(POSITIVE * n))
     note = f"z > 0 for {np.count_nonzero(z)} of {n} indices, w > 0 for {'the others' if strict else 'none'}."
-    q = (w if strict else 0.0) - M @ z
-    return Problem(M, q, name=f"indefinite-{n}", solutions=[z], source="after INFORMS J. Comput. 2024.0822", note=note)
+    return Problem(M, (w if strict else 0.0) - M @ z, solutions=[z], note=note)
 
 
 def _sparse(random: Generator, n: int, entries: int) -> Any:

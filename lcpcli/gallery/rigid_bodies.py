@@ -14,8 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.errors import OptionError, count, likely, quoted
-from lcpcli.gallery.families import require
-from lcpcli.gallery.systems import with_friction
+from lcpcli.gallery import families, systems
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
@@ -67,10 +66,9 @@ class Scene:
         self._look()
 
     def problem(self) -> Problem:
-        """Return the LCP of the next step, for z = (normal impulses, tangential impulses in both directions, gamma), of
-        lengths k, 2 k and k for k contacts.
+        """Return the LCP of the next step, for z = (normal impulses, tangential ones in both directions, gamma).
 
-        With the rows N and T of the contacts, J = (N, T, -T), the inverse masses W and the velocity u that gravity
+        With the rows N and T of the k contacts, J = (N, T, -T), the inverse masses W and the velocity u that gravity
         alone would leave, M = [J W J' B; C 0] with B = [0; E'] and C = [friction I, -E], and q = (N u + gap / h, T u,
         -T u, 0): no contact penetrates at the end of the step, up to the rotations in it.
         """
@@ -80,7 +78,7 @@ class Scene:
         places, signs = np.concatenate((np.arange(2 * k), np.arange(k, 2 * k))), np.repeat([1.0, 1.0, -1.0], k)
         speeds[:k] += np.array([contact.gap for contact in self.contacts]) / STEP
         return Problem(
-            with_friction(np.outer(signs, signs) * S[np.ix_(places, places)], self.friction),
+            systems.with_friction(np.outer(signs, signs) * S[np.ix_(places, places)], self.friction),
             np.concatenate((signs * speeds[places], np.zeros(k))),
             name=f"rigid-boxes-{4 * k}",
             source="Stewart and Trinkle 1996, a time step of boxes in the plane",
@@ -177,8 +175,8 @@ def contact_in_time(kind: str, boxes: int, seed: int = 0, friction: float = 0.5)
     """
     if kind not in KINDS:
         raise OptionError("kind", f"{quoted(kind)} is unknown", likely(kind, KINDS))
-    require("boxes", boxes, boxes >= 1, "boxes >= 1")
-    require("friction", friction, 0 <= friction <= 10, "0 <= friction <= 10")
+    families.require("boxes", boxes, boxes >= 1, "boxes >= 1")
+    families.require("friction", friction, 0 <= friction <= 10, "0 <= friction <= 10")
     random, (width, height) = np.random.default_rng([seed, boxes, *kind.encode()]), 2 * HALF
     if kind == "pyramid":
         places = [(column + row / 2, row + 0.5) for row in range(boxes) for column in range(boxes - row)]
@@ -192,8 +190,7 @@ def contact_in_time(kind: str, boxes: int, seed: int = 0, friction: float = 0.5)
         angles = random.uniform(-1.0, 1.0, boxes)
     else:
         velocities[:, 0] = random.uniform(-SLIDING, SLIDING, len(centres))
-    ceiling = boxes * height + 2.75 * NEAR if kind == "crushed" else None
-    return Scene(centres, angles, velocities, friction, ceiling)
+    return Scene(centres, angles, velocities, friction, boxes * height + 2.75 * NEAR if kind == "crushed" else None)
 
 
 def rigid_boxes(n: int, seed: int, *, kind: str = "tower", friction: float = 0.5) -> Problem:
@@ -202,8 +199,7 @@ def rigid_boxes(n: int, seed: int, *, kind: str = "tower", friction: float = 0.5
     kind : as in KINDS. A tower of k boxes has n = 8 k unknowns, a pyramid on k boxes 8 k^2; a heap of n / 8 boxes
         begins with one contact or two. friction : Coulomb's coefficient.
     """
-    boxes = max(1, round(math.sqrt(n / 8) if kind == "pyramid" else n / 8))
-    scene = contact_in_time(kind, boxes, seed, friction)
+    scene = contact_in_time(kind, max(1, round(math.sqrt(n / 8) if kind == "pyramid" else n / 8)), seed, friction)
     while not scene.contacts:
         scene.advance()
     return scene.problem()

@@ -47,21 +47,15 @@ def contact(n: int, seed: int, *, friction: float = 0.5, compliance: float = 0.0
     velocity = np.rint(UNITS * random.standard_normal(rows.shape[1])) / UNITS
     M = with_friction(rows @ rows.T + compliance * np.eye(3 * k), friction)
     q = np.concatenate((rows @ velocity, np.zeros(k)))
-    source = "Stewart and Trinkle 1996, random contacts in the plane"
     law = f"{count(k, 'contact')}, friction {friction:g}, compliance {compliance:g}"
-    note = f"{law}. In theory Lemke's method finds a solution."
-    return Problem(M, q, name=f"contact-{4 * k}", source=source, note=note)
+    return Problem(M, q, note=f"{law}. In theory Lemke's method finds a solution.")
 
 
 def with_friction(A: Vector, friction: float) -> Matrix:
     """Return [A B; C 0] with B = [0; E'] and C = [friction I, -E] for A of shape (3 k, 3 k), as in `contact`."""
-    k = len(A) // 3
-    E = np.hstack((np.eye(k), np.eye(k)))
-    M = np.zeros((4 * k, 4 * k))
-    M[: 3 * k, : 3 * k] = A
-    M[k : 3 * k, 3 * k :] = E.T
-    M[3 * k :, : 3 * k] = np.hstack((friction * np.eye(k), -E))
-    return M
+    one, none = np.eye(len(A) // 3), np.zeros((len(A) // 3, len(A) // 3))
+    E = np.hstack((one, one))
+    return np.block([[A, np.vstack((none, E.T))], [np.hstack((friction * one, -E)), none]])
 
 
 def _rows(random: Generator, k: int) -> tuple[Vector, Vector]:
@@ -102,9 +96,7 @@ def circuit(n: int, _seed: int) -> Problem:
     q = np.zeros(2 * size)
     q[nodes], q[nodes + 1] = -current, current
     lower = np.where(np.arange(q.size) < size, -np.inf, 0.0)
-    source = "Acary, Bonnefon and Brogliato 2011, nodal analysis with ideal diodes"
-    note = f"{k} bridges: potentials of {size} nodes, then currents of {size} diodes."
-    return Problem(M, q, name=f"circuit-{q.size}", source=source, note=note, lower=lower)
+    return Problem(M, q, note=f"{k} bridges: potentials of {size} nodes, then currents of {size} diodes.", lower=lower)
 
 
 def _incidence(nodes: int, first: Indices, second: Indices) -> Any:
@@ -130,9 +122,7 @@ def relays(n: int, seed: int, *, step: float = 0.125) -> Problem:
     state = np.rint(UNITS * random.standard_normal(n)) / UNITS
     inverse = np.linalg.inv(np.eye(n) - step * A)
     M, q, end = step * (C @ inverse @ C.T), C @ (inverse @ state), np.ones(n)
-    source = "Acary and Brogliato 2008, random systems"
-    note = f"Step {step:g}. Relays with -1 < z < 1 slide."
-    return Problem(M, q, name=f"relays-{n}", source=source, note=note, lower=-end, upper=end)
+    return Problem(M, q, note=f"Step {step:g}. Relays with -1 < z < 1 slide.", lower=-end, upper=end)
 
 
 def bimatrix(n: int, seed: int) -> Problem:
@@ -147,7 +137,7 @@ def bimatrix(n: int, seed: int) -> Problem:
     M = np.zeros((n, n))
     M[:m, m:], M[m:, :m] = A, B.T
     note = "Lemke's method from e ends on a ray at its first pivot, although every game has an equilibrium."
-    return Problem(M, -np.ones(n), name=f"bimatrix-{n}", source="Lemke and Howson 1964, random costs", note=note)
+    return Problem(M, -np.ones(n), note=note)
 
 
 def spatial_prices(n: int, seed: int, *, capacity: float = 3.0, tax: float = 0.0) -> Problem:
@@ -178,8 +168,6 @@ def spatial_prices(n: int, seed: int, *, capacity: float = 3.0, tax: float = 0.0
     return Problem(
         csr_array(block_array([[slopes, sums], [-sums.T, None]])),
         np.concatenate((-a * b, -d * e, costs + tax)),
-        name=f"spatial-prices-{2 * m + m * m}",
-        source="Takayama and Judge 1971, random linear functions",
         note=f"{m} regions of supply, {m} of demand, capacity {capacity:g}.",
         lower=np.concatenate((-prices, np.zeros(m * m))),
         upper=np.concatenate((prices, np.full(m * m, capacity))),
@@ -188,7 +176,6 @@ def spatial_prices(n: int, seed: int, *, capacity: float = 3.0, tax: float = 0.0
 
 
 GRID = 1000  # perturbations of payoffs are multiples of 1 / GRID
-PLAYERS = '{ "first" "second" }'
 
 
 def poker(n: int, seed: int, *, perturbation: float = 0.25) -> Problem:
@@ -203,11 +190,10 @@ def poker(n: int, seed: int, *, perturbation: float = 0.25) -> Problem:
     require("perturbation", perturbation, 0 <= perturbation <= 1, "0 <= perturbation <= 1")
     ranks = max(2, round((n - 4) / 12))
     pairs = [(i, j) for i, j in product(range(1, ranks + 1), repeat=2) if i != j]
-    ends = 5 * len(pairs)
     most = int(perturbation * GRID)
-    noise = np.random.default_rng([seed, ranks]).integers(-most, most + 1, (ends, 2)).tolist()
+    noise = np.random.default_rng([seed, ranks]).integers(-most, most + 1, (5 * len(pairs), 2)).tolist()
     deals = " ".join(f'"{i} against {j}" 1/{len(pairs)}' for i, j in pairs)
-    lines = [f'EFG 2 R "poker-{12 * ranks + 4}" {PLAYERS}', f'c "" 1 "deal" {{ {deals} }} 0']
+    lines = [f'EFG 2 R "poker-{12 * ranks + 4}" {{ "first" "second" }}', f'c "" 1 "deal" {{ {deals} }} 0']
     of_end = iter(enumerate(noise, 1))
     for i, j in pairs:
         sign = 1 if i > j else -1
@@ -219,16 +205,12 @@ def poker(n: int, seed: int, *, perturbation: float = 0.25) -> Problem:
         lines += [
             f'p "" 1 {i} "{i}" {{ "bet" "check" }} 0',
             f'p "" 2 {j} "{j} bet" {{ "call" "fold" }} 0',
-            end(2 * sign),
-            end(1),
+            *map(end, (2 * sign, 1)),
             f'p "" 2 {ranks + j} "{j} checked" {{ "bet" "check" }} 0',
             f'p "" 1 {ranks + i} "{i} checked, bet" {{ "call" "fold" }} 0',
-            end(2 * sign),
-            end(-1),
-            end(sign),
+            *map(end, (2 * sign, -1, sign)),
         ]
-    note = f"{ranks} ranks, payoffs perturbed by up to {perturbation:g}."
-    return from_efg("\n".join(lines), source="after Kuhn 1950", note=note)
+    return from_efg("\n".join(lines), note=f"{ranks} ranks, payoffs perturbed by up to {perturbation:g}.")
 
 
 def bargaining(n: int, _seed: int, *, discount: float = 0.75) -> Problem:
@@ -242,13 +224,11 @@ def bargaining(n: int, _seed: int, *, discount: float = 0.75) -> Problem:
     """
     require("discount", discount, 0 < discount <= 1, "0 < discount <= 1")
     k = next(k for k in range(1, n + 2) if unknowns_of(k + 1) > n)
-    title = f"bargaining-{unknowns_of(k)}"
     types = " ".join(f'"cost {i - 1}, value {j}" 1/{k * k}' for i, j in product(range(1, k + 1), repeat=2))
-    lines = [f'EFG 2 R "{title}" {{ "seller" "buyer" }}', f'c "" 1 "types" {{ {types} }} 0']
+    lines = [f'EFG 2 R "bargaining-{unknowns_of(k)}" {{ "seller" "buyer" }}', f'c "" 1 "types" {{ {types} }} 0']
     for i, j in product(range(1, k + 1), repeat=2):
         lines += _offers(k, i, j, Fraction(str(discount)))
-    note = f"{k} costs, values and prices, discount {discount:g}."
-    return from_efg("\n".join(lines), source="after Chatterjee and Samuelson 1983", note=note)
+    return from_efg("\n".join(lines), note=f"{k} costs, values and prices, discount {discount:g}.")
 
 
 def unknowns_of(k: int) -> int:
@@ -288,9 +268,7 @@ def obstacle(n: int, _seed: int) -> Problem:
     original to lcp.
     """
     M, q = _membrane(n)
-    source = "Glowinski 1984, chapter II, five-point differences"
-    note = "The membrane touches the obstacle where z = 0."
-    return Problem(M, q, name=f"obstacle-{q.size}", source=source, note=note)
+    return Problem(M, q, note="The membrane touches the obstacle where z = 0.")
 
 
 def two_obstacles(n: int, _seed: int, *, gap: float = 0.3, load: float = 1.0) -> Problem:
@@ -301,10 +279,8 @@ def two_obstacles(n: int, _seed: int, *, gap: float = 0.3, load: float = 1.0) ->
     require("gap", gap, 0 < gap <= 1e6, "0 < gap <= 1e6")
     require("load", load, abs(load) <= 1e6, "|load| <= 1e6")
     M, q = _membrane(n)
-    end = np.full(q.size, gap / 2)
-    source = "Rodrigues 1987, five-point differences"
-    note = f"The membrane touches an obstacle where |z| = {gap / 2:g}."
-    return Problem(M, load * q, name=f"two-obstacles-{q.size}", source=source, note=note, lower=-end, upper=end)
+    end, note = np.full(q.size, gap / 2), f"The membrane touches an obstacle where |z| = {gap / 2:g}."
+    return Problem(M, load * q, note=note, lower=-end, upper=end)
 
 
 def torsion(n: int, _seed: int, *, angle: float = 4.0) -> Problem:
@@ -317,21 +293,19 @@ def torsion(n: int, _seed: int, *, angle: float = 4.0) -> Problem:
     angle : twist per unit length, which moves q alone; the bar is plastic where z is at a bound.
     """
     require("angle", angle, abs(angle) <= 1e6, "|angle| <= 1e6")
-    m, h, X, Y = _grid(n)
-    M, q = _laplacian(m), np.full(m * m, -2 * angle * h * h)
+    m, h, X, Y = grid(n)
+    M, q = laplacian_of(m), np.full(m * m, -2 * angle * h * h)
     distance = np.minimum(np.minimum(X, 1 - X), np.minimum(Y, 1 - Y)).ravel()
-    source = "Glowinski 1984, chapter II; Brezis and Sibony 1971; five-point differences"
-    note = f"Twist per unit length {angle:g}."
-    return Problem(M, q, name=f"torsion-{m * m}", source=source, note=note, lower=-distance, upper=distance)
+    return Problem(M, q, note=f"Twist per unit length {angle:g}.", lower=-distance, upper=distance)
 
 
 def _membrane(n: int) -> tuple[Matrix, Vector]:
-    m, h, X, Y = _grid(n)
+    m, h, X, Y = grid(n)
     load = 50 * np.sin(2 * np.pi * X) * np.cos(1.5 * np.pi * Y) + 10 * (X - 0.5)
-    return _laplacian(m), (-h * h * load).ravel()
+    return laplacian_of(m), (-h * h * load).ravel()
 
 
-def _grid(n: int) -> tuple[int, float, Vector, Vector]:
+def grid(n: int) -> tuple[int, float, Vector, Vector]:
     """Return m, h and the coordinates of the interior points of the unit square, each of shape (m, m)."""
     m = max(1, round(math.sqrt(n)))
     h = 1 / (m + 1)
@@ -339,7 +313,7 @@ def _grid(n: int) -> tuple[int, float, Vector, Vector]:
     return m, h, X, Y
 
 
-def _laplacian(m: int) -> Matrix:
+def laplacian_of(m: int) -> Matrix:
     from scipy.sparse import csr_array, eye_array, kron
 
     T, unit = three_diagonals(np.full(m, 2.0)), eye_array(m)
@@ -369,8 +343,7 @@ def journal_bearing(n: int, _seed: int, *, eccentricity: float = 0.8) -> Problem
     film = 1 + eccentricity * np.cos(step * (np.arange(n + 1) + 0.5))
     cubes = film**3
     M, q = three_diagonals(cubes[:-1] + cubes[1:], -(film[1:-1] ** 3)), step * np.diff(film)
-    note = "The oil film is intact where z > 0 and ruptured where z = 0."
-    return Problem(M, q, name=f"journal-bearing-{n}", source="Cryer 1971", note=note)
+    return Problem(M, q, note="The oil film is intact where z > 0 and ruptured where z = 0.")
 
 
 def american_put(
@@ -399,6 +372,4 @@ def american_put(
     alpha = t / (x[1] - x[0]) ** 2
     M = alpha * three_diagonals(np.full(n, 2 + 1 / alpha))
     q = payoff[1:-1] - alpha * np.diff(payoff, 2) - expiry[1:-1]
-    source = "Wilmott, Dewynne and Howison 1993"
-    note = "The option is held where z > 0 and exercised where z = 0."
-    return Problem(M, q, name=f"american-put-{n}", source=source, note=note)
+    return Problem(M, q, note="The option is held where z > 0 and exercised where z = 0.")

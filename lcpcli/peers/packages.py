@@ -4,8 +4,7 @@ Unlike in qpsolvers, DAQP's z and status and HiGHS's status are kept on failure,
 
 The program is to minimize z'Mz / 2 + q'z over z >= 0, or over l <= z <= u; a problem made from a program gives that
 program, with its rows. If M is symmetric, the optimality conditions are the problem; if M is also positive
-semidefinite, they are sufficient: R. W. Cottle, J.-S. Pang and R. E. Stone, The linear complementarity problem (1992),
-section 1.2.
+semidefinite, they are sufficient: R. W. Cottle, J.-S. Pang, R. E. Stone, The linear complementarity problem (1992) 1.2.
 
 Gambit finds one equilibrium of a game of two players, by Lemke's method in floating point: R. Savani, T. L. Turocy,
 Gambit: the package for computation in game theory, https://www.gambit-project.org; B. C. Eaves, The linear
@@ -27,8 +26,7 @@ import numpy as np
 
 from lcpcli import clock
 from lcpcli.clock import imports
-from lcpcli.linalg.krylov import is_semidefinite
-from lcpcli.linalg.linear_program import highs_with
+from lcpcli.linalg import krylov, linear_program
 from lcpcli.linalg.matrices import is_sparse, is_symmetric
 from lcpcli.linalg.quadratic_program import minimized
 from lcpcli.model.problem import Problem, conditions_of
@@ -43,16 +41,19 @@ MOST_CONVERTED = 2000  # unknowns up to which a matrix is converted; beyond that
 def not_convex(problem: Problem) -> str:
     if isinstance(problem.origin, Program):
         return "" if is_monotone(problem) else "needs a convex program"
-    convex = is_symmetric(problem.M) and is_monotone(problem)
-    return "" if convex else "needs a symmetric positive semidefinite M"
+    return "" if (is_symmetric(problem.M) and is_monotone(problem)) else "needs a symmetric positive semidefinite M"
 
 
 def not_monotone(problem: Problem) -> str:
     return "" if is_monotone(problem) else "needs v'Mv >= 0 for all v"
 
 
+def not_game(problem: Problem) -> str:
+    return "" if _strategies(problem) else "takes games of two players only"
+
+
 def is_monotone(problem: Problem) -> bool:
-    return is_semidefinite(problem.M if not isinstance(problem.origin, Program) else program_of(problem).Q)
+    return krylov.is_semidefinite(problem.M if not isinstance(problem.origin, Program) else program_of(problem).Q)
 
 
 def program_of(problem: Problem, infinite: float = np.inf) -> ProgramData:
@@ -86,10 +87,10 @@ def columns(*blocks: Any) -> Any:
     return csc_matrix(vstack([csc_matrix(block) for block in blocks]) if len(blocks) > 1 else blocks[0])
 
 
-Ending = tuple[Any, Any, bool, str]
-"""x and y, whether the program is solved, and the statement of a `Claim`. x is the minimizer of the program, None if
-there is none; y are the multipliers of its rows, the derivatives of the minimum with respect to their bounds; if y is
-None, x is z."""
+Ending = tuple[Any, Any, bool, str] | tuple[Any, Any, bool, str, float]
+"""x and y, whether the program is solved, and the statement of a `Claim`, perhaps its seconds. x is the minimizer of
+the program, None if there is none; y are the multipliers of its rows, the derivatives of the minimum with respect to
+their bounds; if y is None, x is z."""
 
 
 @dataclass
@@ -123,8 +124,8 @@ class PackageSolver:
         program = program_of(problem, self.infinite)
         self.compile(module)
         began = clock.seconds()
-        x, y, solved, statement = self.call(module, problem, program, tol, time_limit)
-        seconds = clock.seconds() - began
+        x, y, solved, statement, *own = self.call(module, problem, program, tol, time_limit)
+        seconds = own[0] if own else clock.seconds() - began
         z = None if x is None else np.array(x)
         if z is not None and y is not None and isinstance(problem.origin, Program):
             z = problem.origin.z_of(z, np.array(y), program_of(problem))
@@ -134,23 +135,21 @@ class PackageSolver:
 QUANTECON_STATUS = {0: "solved", 1: "iteration limit", 2: "ray"}
 
 
-def _quantecon(optimize: Any, problem: Problem, *_: Any) -> Ending:
-    """Run QuantEcon.py's Lemke method with the lexicographic minimum ratio test, compiled by numba, which has neither a
-    tolerance nor a time limit."""
+# a first call compiles the method for writable arrays in row-major order, as M and q are
+@partial(
+    PackageSolver,
+    "quantecon.optimize",
+    refusals=(lambda problem: "takes no bounds but z >= 0" * problem.is_mixed, not_dense),
+    compile=lambda optimize: optimize.lcp_lemke(np.eye(2), -np.ones(2), max_iter=10**6),
+)
+def quantecon(optimize: Any, problem: Problem, *_: Any) -> Ending:
+    """Run QuantEcon.py's compiled Lemke method with lexicographic ratio test, without a tolerance and a time limit."""
     result = optimize.lcp_lemke(dense(problem.M), problem.q.copy(), max_iter=10**6)
     return result.z, None, bool(result.success), QUANTECON_STATUS.get(result.status, f"status {result.status}")
 
 
-quantecon = PackageSolver(
-    "quantecon.optimize",
-    _quantecon,
-    (lambda problem: "takes no bounds but z >= 0" * problem.is_mixed, not_dense),
-    # a first call compiles the method for writable arrays in row-major order, as M and q are
-    compile=lambda optimize: optimize.lcp_lemke(np.eye(2), -np.ones(2), max_iter=10**6),
-)
-
-
-def _clarabel(clarabel: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
+@partial(PackageSolver, "clarabel", refusals=(not_sparse, not_convex))
+def clarabel(clarabel: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
     """Run Clarabel: P. J. Goulart and Y. Chen, Clarabel: an interior-point solver for conic programs with quadratic
     objectives, arXiv:2405.12762 (2024).
 
@@ -179,8 +178,6 @@ def _clarabel(clarabel: Any, _: Problem, program: ProgramData, tol: float, time_
     return solution.x, y, solution.status == clarabel.SolverStatus.Solved, str(solution.status)
 
 
-clarabel = PackageSolver("clarabel", _clarabel, (not_sparse, not_convex))
-
 INFINITE_TO_DAQP = 1e30  # bounds of at least this size count as infinite in DAQP
 EQUATION = 5  # DAQP's sense of a row that is always active
 DAQP_STATUS = (  # of the exit flags 2, 1, ..., -7
@@ -189,7 +186,8 @@ DAQP_STATUS = (  # of the exit flags 2, 1, ..., -7
 )
 
 
-def _daqp(daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
+@partial(PackageSolver, "daqp", refusals=(not_dense, not_monotone), infinite=INFINITE_TO_DAQP)
+def daqp(daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
     """Run DAQP: D. Arnström, A. Bemporad and D. Axehill, A dual active-set solver for embedded quadratic programming
     using recursive LDL' updates, IEEE Trans. Automat. Control 67 (2022) 4362-4369.
 
@@ -207,12 +205,11 @@ def _daqp(daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: f
     return x, -np.array(more["lam"])[k:], flag == 1, status
 
 
-daqp = PackageSolver("daqp", _daqp, (not_dense, not_monotone), INFINITE_TO_DAQP)
-
 SMALLEST_TOLERANCE = 1e-10  # the smallest that HiGHS accepts
 
 
-def _highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
+@partial(PackageSolver, "highspy", refusals=(not_sparse, not_convex))
+def highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
     """Run HiGHS, the simplex method for linear and an active-set method for convex quadratic programs: Q. Huangfu and
     J. A. J. Hall, Parallelizing the dual revised simplex method, Math. Program. Comput. 10 (2018) 119-142;
     https://highs.dev.
@@ -230,23 +227,21 @@ def _highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limi
     ends = (program.row_lower, program.row_upper) if m else (program.lower[:1], program.upper[:1])
     options = {"time_limit": time_limit, "kkt_tolerance": max(tol, SMALLEST_TOLERANCE), "qp_regularization_value": 0.0}
     triangle = tril(program.Q) if (program.Q != 0).sum() else None
-    highs = highs_with(highspy, program.c, rows, ends, bounds, options, triangle)
+    highs = linear_program.highs_with(highspy, program.c, rows, ends, bounds, options, triangle)
     if highs is None:
         return None, None, False, "refused the model"
     highs.run()
     status, solution = highs.getModelStatus(), highs.getSolution()
     x = solution.col_value if solution.value_valid else None
-    is_optimal = status == highspy.HighsModelStatus.kOptimal
-    return x, solution.row_dual[:m], is_optimal, highs.modelStatusToString(status)
+    return x, solution.row_dual[:m], status == highspy.HighsModelStatus.kOptimal, highs.modelStatusToString(status)
 
-
-highs = PackageSolver("highspy", _highs, (not_sparse, not_convex))
 
 NO_LIMIT = 2 * 10**9  # iterations of OSQP: close to the largest 32-bit integer, the type of the setting
 OSQP_SECONDS = 1e10  # OSQP's own default for its time limit, in place of infinity
 
 
-def _osqp(osqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
+@partial(PackageSolver, "osqp", refusals=(not_sparse, not_convex))
+def osqp(osqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
     """Run OSQP: B. Stellato, G. Banjac, P. Goulart, A. Bemporad and S. Boyd, OSQP: an operator splitting solver for
     quadratic programs, Math. Program. Comput. 12 (2020) 637-672.
 
@@ -271,14 +266,11 @@ def _osqp(osqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: f
         raise KeyboardInterrupt  # Ctrl-C, which OSQP has intercepted
     limited = known.OSQP_MAX_ITER_REACHED, known.OSQP_TIME_LIMIT_REACHED
     x = result.x if status in (known.OSQP_SOLVED, known.OSQP_SOLVED_INACCURATE, *limited) else None
-    y = -np.array(result.y)[: program.row_lower.size]
-    return x, y, status == known.OSQP_SOLVED, result.info.status
+    return x, -np.array(result.y)[: program.row_lower.size], status == known.OSQP_SOLVED, result.info.status
 
 
-osqp = PackageSolver("osqp", _osqp, (not_sparse, not_convex))
-
-
-def _piqp(_: Any, problem: Problem, program: ProgramData, tol: float, __: float) -> Ending:
+@partial(PackageSolver, "piqp", refusals=(not_convex,))
+def piqp(_: Any, problem: Problem, program: ProgramData, tol: float, __: float) -> Ending:
     """Run PIQP as `minimized` does, which has no time limit, but stops after 250 iterations."""
     stored, y = columns if is_sparse(problem.M) else dense, np.zeros(program.row_lower.size)
     low, high, equal = program.row_lower, program.row_upper, program.row_lower == program.row_upper
@@ -286,9 +278,6 @@ def _piqp(_: Any, problem: Problem, program: ProgramData, tol: float, __: float)
     ended = minimized(stored(program.Q), program.c.copy(), equations, rows, (program.lower, program.upper), tol)
     y[equal], y[~equal] = ended.of_equations, ended.of_rows
     return ended.x, y, ended.status == "PIQP_SOLVED", ended.status
-
-
-piqp = PackageSolver("piqp", _piqp, (not_convex,))
 
 
 SOLVE = """
@@ -306,44 +295,28 @@ np.savez(sys.argv[2], seconds=time.perf_counter() - began, x=x, y=y)
 """
 
 
-class _Gambit:
-    module = "pygambit"
-
-    def version(self) -> str | None:
-        return installed(self.module)
-
-    def excludes(self, problem: Problem) -> str:
-        return "" if _strategies(problem) else "takes games of two players only"
-
-    def solve(self, problem: Problem, tol: float, time_limit: float) -> Claim:  # noqa: ARG002 (there is no tolerance)
-        if self.version() is None:
-            raise not_installed(self.module)
-        m, M = _strategies(problem), dense(problem.M)
-        R, C = M[:m, m:], M[m:, :m].T
-        with tempfile.TemporaryDirectory() as folder:
-            files = [str(Path(folder) / name) for name in ("game.npz", "result.npz")]
-            np.savez(files[0], rows=R, columns=C)
-            ending, seconds = registry.run([sys.executable, "-c", SOLVE, *files], time_limit)
-            if ending:
-                return Claim(None, False, seconds, ending)
-            with np.load(files[1]) as result:
-                x, y, seconds = result["x"], result["y"], float(result["seconds"])
-        if not x.size:
-            return Claim(None, False, seconds, "no equilibrium")
-        z = np.concatenate((x / (C.T @ x).min(), y / (R @ y).min()))
-        return Claim(z, True, seconds, "an equilibrium")
-
-
-gambit = _Gambit()
+@partial(PackageSolver, "pygambit", refusals=(not_game,))
+def gambit(_: Any, problem: Problem, __: ProgramData, ___: float, time_limit: float) -> Ending:
+    m, M = _strategies(problem), dense(problem.M)
+    R, C = M[:m, m:], M[m:, :m].T
+    with tempfile.TemporaryDirectory() as folder:
+        files = [str(Path(folder) / name) for name in ("game.npz", "result.npz")]
+        np.savez(files[0], rows=R, columns=C)
+        ending, seconds = registry.run([sys.executable, "-c", SOLVE, *files], time_limit)
+        if ending:
+            return None, None, False, ending, seconds
+        with np.load(files[1]) as result:
+            x, y, seconds = result["x"], result["y"], float(result["seconds"])
+    if not x.size:
+        return None, None, False, "no equilibrium", seconds
+    return np.concatenate((x / (C.T @ x).min(), y / (R @ y).min())), None, True, "an equilibrium", seconds
 
 
 def _strategies(problem: Problem) -> int:
-    """Return the number of the row player's strategies if M = [0 R; C' 0] with positive costs R and C, and q = -e, on
-    z >= 0; 0 for any other problem."""
+    """Return the number of rows of R if M = [0 R; C' 0] with R, C > 0, and q = -e, z >= 0; 0 for other problems."""
     if problem.is_mixed or (problem.q != -1).any():
         return 0
     M = dense(problem.M)
-    m = int(np.argmax(M[0] > 0))
-    game = np.zeros(M.shape, dtype=bool)
+    m, game = int(np.argmax(M[0] > 0)), np.zeros(M.shape, dtype=bool)
     game[:m, m:] = game[m:, :m] = True
     return m if np.array_equal(M > 0, game) and not M[~game].any() else 0

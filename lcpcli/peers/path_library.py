@@ -63,25 +63,13 @@ class _Output(Structure):
 
 class _Interface(Structure):
     _fields_ = (
-        ("data", c_void_p),
-        ("size", _Size),
-        ("bounds", _Bounds),
-        ("function", _Function),
-        ("jacobian", _Jacobian),
+        *(("data", c_void_p), ("size", _Size), ("bounds", _Bounds), ("function", _Function), ("jacobian", _Jacobian)),
         ("optional", c_void_p * 6),
     )
 
 
 class _Information(Structure):
-    """What PATH is told about the start, and tells about its run."""
-
-    _fields_ = (
-        ("numbers", c_double * 5),
-        ("counts", c_int * 9),
-        ("ways", c_int * 3),
-        ("use_start", c_int),
-        ("flags", c_int * 3),
-    )
+    _fields_ = (("numbers", c_double * 5), ("counts", c_int * 12), ("use_start", c_int), ("flags", c_int * 3))
 
 
 _SILENT = _Output(None, _Print(lambda _data, _mode, _text: None), _Flush(lambda _data, _mode: None))
@@ -138,8 +126,7 @@ class _Library:
 
     @cached_property
     def _functions(self) -> Any:
-        path = CDLL(str(self._path))
-        kinds = {"pointer": c_void_p, "int": c_int, "text": c_char_p}
+        path, kinds = CDLL(str(self._path)), {"pointer": c_void_p, "int": c_int, "text": c_char_p}
         for name, *types in map(str.split, SIGNATURES.split(", ")):
             getattr(path, name).argtypes = [kinds[kind] for kind in types]
         path.Options_Create.restype = path.MCP_Create.restype = c_void_p
@@ -165,8 +152,7 @@ class _Called:
         return _Interface(None, _Size(self._size), _Bounds(self._bounds), *functions)
 
     def _guarded(self, evaluate: Callable[..., int]) -> Callable[..., int]:
-        """Return the function that PATH calls, for the number of undefined values: all of them once there was an
-        error."""
+        """Return the function that PATH calls, for the number of undefined values: all of them after an error."""
 
         def guarded(_data: Any, n: int, *places: Any) -> int:
             if self.fault is None and not self.is_full:

@@ -103,8 +103,7 @@ def _unknown(name: str) -> OptionError:
 
 
 def run(arguments: Sequence[str], time_limit: float) -> tuple[str, float]:
-    """Run a command that prints a line when everything is loaded; return how it failed, "" if it did not, and for how
-    many seconds it ran after that line."""
+    """Run a command that prints a line once all is loaded; return how it failed, or "", and its seconds from then."""
     with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
         try:
             assert process.stdout is not None
