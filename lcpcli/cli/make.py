@@ -146,6 +146,7 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
     from lcpcli.files.writing import exact_endings, is_rounded, kind_of
 
     written = read_written(inputs)
+    inputs.hint_at_option(inputs.files)
     if written.rounded.name == reading.name_of(file):  # the problem has no name of its own
         written = replace(written, rounded=written.rounded.named(""), own=written.own.named(""))
     written = writing.with_costs(written, output or "")

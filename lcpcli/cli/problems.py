@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache, partial
-from itertools import chain, islice
+from itertools import chain, islice, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli.cli.declarations import refuse, refuse_beside
@@ -111,7 +111,13 @@ class Inputs(NamedTuple):
             work = game_in(self.files) if self.game else Input(paths, reading.contents_of(paths))
             found = (self._model(work) if takes_models else None) or self._single(work)
         self.tell(found.remarks)
+        self.hint_at_option(self.files)
         return found
+
+    def hint_at_option(self, paths: Sequence[str]) -> None:
+        """Say how a file of q is named, if it stands behind -q."""
+        if len(paths) == 2 and ("-q", paths[1]) in pairwise(sys.argv):
+            tell(f"-q is --quiet; to name the file of q, write --q {paths[1]}")
 
     def tell(self, remarks: Sequence[str]) -> None:
         for remark in remarks:
@@ -144,6 +150,7 @@ class Inputs(NamedTuple):
             own, columns = first[0].sources[0].file, len(first[0].names)
             means = f"its {columns} columns are {columns} q, as --q would say; if they are M and q, name it alone"
             self.tell([f"{own}: {means}"] * (columns == len(first[0].Q) + 1))  # it may have been meant as [M | q]
+        self.hint_at_option(first[0].paths if len(first) == 1 else ())
         return chain(first, each), len(first) > 1 or isinstance(first[0], QColumns)
 
     def _model(self, work: Input) -> InputProblem | None:
