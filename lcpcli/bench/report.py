@@ -27,13 +27,12 @@ PROGRAM_SHIFT = 1e-2  # seconds, as programs take longer than complementarity pr
 
 
 WORDS = ("solver", "problem", "family", "how it ended", "why", "up", "then")  # headings of words
-SENTENCES = ("how it ended", "why")  # among them
 
 
 def sheet(
     title: str, header: Sequence[str], groups: Sequence[Sequence[Sequence[str]]], notes: Sequence[str] = ()
 ) -> Section:
-    words, texts = ([j for j, name in enumerate(header) if name in names] for names in (WORDS, SENTENCES))
+    words, texts = ([j for j, name in enumerate(header) if name in names] for names in (WORDS, ("how it ended", "why")))
     return Section(title, tables=[Table(header, groups, words, texts, notes=notes)])
 
 
@@ -245,7 +244,6 @@ def _panels(record: BenchRecord) -> list[Panel]:
 
 
 COPIED = [each.name for each in fields(Measurement) if each.name not in ("seconds", "curve_of", "curve")]
-COMPUTED = ("median_seconds", "lower_quartile", "upper_quartile", "repeats")
 
 
 def render(record: BenchRecord, form: str, width: int | None, color: bool) -> str:
@@ -262,7 +260,7 @@ def render(record: BenchRecord, form: str, width: int | None, color: bool) -> st
 
 def _rows(record: BenchRecord) -> Iterator[Sequence[object]]:
     """Yield a header, and the cells of each measurement; parameters and booleans are in JSON, missing values empty."""
-    yield [*COPIED, *COMPUTED]
+    yield [*COPIED, "median_seconds", "lower_quartile", "upper_quartile", "repeats"]
     for row in record.measurements:
         times = vars(summary(row.seconds)).values() if row.seconds else ("", "", "", 0)
         yield [*(cell(getattr(row, name)) for name in COPIED), *times]

@@ -33,7 +33,6 @@ THREADS_OF_ALL = THREADS._replace(meaning="Threads for dense linear algebra, in 
 OF_EACH_RUN = TIME_LIMIT._replace(default=10.0, meaning="Time limit of each run.")
 
 MEANINGS = {**{name: suite.meaning for name, suite in SUITES.items()}, ALL: "all of these"}
-PEER_GROUPS = {peer.partition("-")[0]: "all of these" for peer in PEERS if "-" in peer}
 EXITS = {
     0: "measured, even if runs failed",
     1: "a solver made a false claim",
@@ -41,7 +40,6 @@ EXITS = {
     130: "interrupted; --resume continues what -o has saved",
 }
 MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
-EPILOG = "Times are medians of repeated runs. A solution counts only if its recomputed residual is at most --accept."
 
 
 @command(
@@ -58,7 +56,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     ),
     lists={"Suites": MEANINGS, "Methods": meanings(), "Other solvers": PEERS},
     exits=EXITS,
-    epilog=EPILOG,
+    epilog="Times are medians of repeated runs. A solution counts only if its recomputed residual is at most --accept.",
 )
 @declarations.files_argument(
     "Problems",
@@ -78,7 +76,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     f"Another solver to measure, if it is installed; repeatable: {listed(PEERS, 'or')}. The part of a name before "
     "a dash selects all solvers whose names begin with it.  [default: none]",
     multiple=True,
-    shell_complete=Candidates({**PEERS, **PEER_GROUPS}),
+    shell_complete=Candidates({**PEERS, **{peer.partition("-")[0]: "all of these" for peer in PEERS if "-" in peer}}),
 )
 @declarations.numeric("Stopping", TOL)
 @declarations.numeric("Stopping", OF_EACH_RUN)

@@ -22,7 +22,6 @@ from lcpcli.interrupts import REQUESTS, deferring_signals
 
 TASKS = "/proc/self/task"  # on Linux, the threads of this process
 MOST_COPIES = 32  # that are made at once, as they are all made before the first one works
-MOST_ON_WINDOWS = 61  # processes of an executor
 SECONDS_TO_CONNECT = 10  # to a scheduler, which answers within a second unless the address is wrong
 SECONDS_BETWEEN_COUNTS = 4.0  # of a scheduler's workers, which come and go seldom; a count costs a message
 SECONDS_ALONE = 9.0  # without workers until a warning: two counts, as workers that start connect late
@@ -43,7 +42,7 @@ class Local:
 
     def __init__(self, size: int) -> None:
         are_safe = os.path.isdir(TASKS) and len(os.listdir(TASKS)) == 1 and size <= MOST_COPIES
-        self.size = min(size, MOST_ON_WINDOWS) if sys.platform == "win32" else size
+        self.size = min(size, 61) if sys.platform == "win32" else size  # as Windows waits for no more
         try:
             self._executor = self._started("fork" if are_safe else "spawn")
             self.submit(int)

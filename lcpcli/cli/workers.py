@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
 PIECE_SECONDS = 0.1  # of work that is handed over: long against the milliseconds that this costs, short for the user
 LOST = "breakdown"
-NO_MEMORY = "there is not enough memory for this problem"
 
 
 class TaskRecord(NamedTuple):
@@ -89,7 +88,7 @@ class Task(NamedTuple):
                 message = str(fault) if source.file in fault.where.split(": ") else f"{source}: {fault}"
                 yield self._without_result(source, result_formats.BAD_INPUT, message, BAD_INPUT)
         except MemoryError:
-            yield from self.records_of_loss(work, NO_MEMORY)[number:]
+            yield from self.records_of_loss(work, "there is not enough memory for this problem")[number:]
 
     def _with_text(self, result: Result, source: Source) -> tuple[Result, str]:
         """Return the result and its text; without the conclusions that the text asks for if Ctrl-C comes first."""

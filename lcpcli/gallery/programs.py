@@ -14,7 +14,6 @@ from lcpcli.typing import Matrix, Vector
 
 A_ROW = 10  # entries in a constraint of lp and qp, so that large programs are sparse
 LARGEST_DENSE = 200  # unknowns up to which M of lp is dense; from there on ten entries per row are sparse
-DENSITY = 0.5  # of the loadings of portfolio, as in OSQP's benchmark problems
 UNITS = 16  # random numbers of frontier and lasso are multiples of 1/16, so that products are free of rounding
 STEP = 0.25  # seconds between the inputs of control, a fraction of the springs' period
 
@@ -82,7 +81,7 @@ def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
 
     k = max(3, round((n - 5) / 1.2))
     factors, random = k // 10 + 1, np.random.default_rng([seed, k])
-    F = random_array((k, factors), density=DENSITY, rng=random, data_sampler=random.standard_normal)
+    F = random_array((k, factors), density=0.5, rng=random, data_sampler=random.standard_normal)
     risk = random.uniform(0.0, np.sqrt(factors), k)
     returns = random.integers(0, 16, k) / 100
     returns[:2] = 0.03, 0.12  # so that there is a portfolio with any return between

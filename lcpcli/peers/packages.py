@@ -179,7 +179,6 @@ def clarabel(clarabel: Any, _: Problem, program: ProgramData, tol: float, time_l
 
 
 INFINITE_TO_DAQP = 1e30  # bounds of at least this size count as infinite in DAQP
-EQUATION = 5  # DAQP's sense of a row that is always active
 DAQP_STATUS = (  # of the exit flags 2, 1, ..., -7
     "soft optimal, optimal, , infeasible, cycling, unbounded, iteration limit, not convex, "
     "initial working set overdetermined, time limit"
@@ -199,13 +198,10 @@ def daqp(daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: fl
     Q, c, A = dense(program.Q), program.c.copy(), dense(program.A)
     lower = np.concatenate((program.lower, program.row_lower))
     upper = np.concatenate((program.upper, program.row_upper))
-    sense = np.where((lower == upper) & (np.arange(lower.size) >= k), EQUATION, 0).astype(np.int32)
+    sense = np.where((lower == upper) & (np.arange(lower.size) >= k), 5, 0).astype(np.int32)  # 5: always active
     x, _, flag, more = daqp.solve(Q, c, A, upper, lower, sense, **settings)
     status = dict(zip(range(2, -8, -1), DAQP_STATUS.split(", "), strict=True)).get(flag) or f"exit flag {flag}"
     return x, -np.array(more["lam"])[k:], flag == 1, status
-
-
-SMALLEST_TOLERANCE = 1e-10  # the smallest that HiGHS accepts
 
 
 @partial(PackageSolver, "highspy", refusals=(not_sparse, not_convex))
@@ -225,7 +221,7 @@ def highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limit
     rows = columns(program.A if m else np.eye(1, k))
     bounds = program.lower, program.upper
     ends = (program.row_lower, program.row_upper) if m else (program.lower[:1], program.upper[:1])
-    options = {"time_limit": time_limit, "kkt_tolerance": max(tol, SMALLEST_TOLERANCE), "qp_regularization_value": 0.0}
+    options = {"time_limit": time_limit, "kkt_tolerance": max(tol, 1e-10), "qp_regularization_value": 0.0}
     triangle = tril(program.Q) if (program.Q != 0).sum() else None
     highs = linear_program.highs_with(highspy, program.c, rows, ends, bounds, options, triangle)
     if highs is None:
