@@ -20,7 +20,7 @@ import numpy as np
 from lcpcli.auto.structure import Structure
 from lcpcli.clock import imports
 from lcpcli.linalg import factors
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import is_sparse, width
 from lcpcli.methods import stages
 from lcpcli.methods.direct import FEW_INDEX_STEPS, MOST_AS_DENSE, MOST_PIVOTED, may_be_program
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, SLOW, dense_route, newton
@@ -166,7 +166,7 @@ FIRST = (
     ),
     Row(
         *("elimination", "", "M is tridiagonal, and no entry off the diagonal is positive"),
-        lambda s: s.is_tridiagonal,
+        lambda s: s.is_narrow and s.problem.box.is_orthant and s.is_z_matrix and width(s.problem.M) <= 1,
         by("z_matrix.eliminated"),
     ),
     Row(

@@ -116,7 +116,7 @@ def auto(
         return _relaxed_first(problem, x0, search, states)
     if tried and problem.reference_z is not None:  # iterates would be in other variables; but piqp has ended
         tried = {name: made for name, made in tried.items() if name == "piqp"}
-    return _from_start(problem, x0, search, states, tried)
+    return small(problem, x0, search, states, tried)
 
 
 def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -> Stage:
@@ -125,17 +125,11 @@ def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -
         from lcpcli.model.far_bounds import relaxed
     change, turns = relaxed(problem), Turns(x0)
     if not change.is_identity:
-        first = partial(_from_start, search=partial(search, milp=False), states=states)
+        first = partial(small, search=partial(search, milp=False), states=states)
         ending = yield from turns.take("", changed(change, x0, first))
         if _is_proof(ending):
             return ending
-    return (yield from turns.take("", _from_start(problem, x0, search, states)))
-
-
-def _from_start(problem: Problem, x0: Vector, search: Search, states: bool, tried: Tried | None = None) -> Stage:
-    if problem.n <= measure.FEW_UNKNOWNS:
-        return small(problem, x0, search, tried, states)
-    return search(problem, x0, states=states, tried=tried)
+    return (yield from turns.take("", small(problem, x0, search, states)))
 
 
 def _searched(problem: Problem, x0: Vector, milp: bool = True, **how: Any) -> Stage:
@@ -187,13 +181,14 @@ def _search(
         before = turns.last
         ending = yield from turns.take(name, stage if last is None else stages.limited(stage, max(left, 1)))
         left -= turns.last.evaluations - before.evaluations
+        patience = max(LEAST_PATIENCE, PATIENCE * turns.last.evaluations)
         if not isinstance(ending, Finished) and is_decided():
             return Stalled("exact arithmetic has decided the problem")
         if isinstance(ending, NoSolution) and _is_proof(ending):
             if not ending.certificate.is_rounded:
                 return ending
             if not isinstance(last, NoSolution):
-                last, left = ending, _patience(turns)
+                last, left = ending, patience
         if turns.last is before and not isinstance(ending, Finished):
             continue  # at a point that has been judged
         point = Point(criterion(), problem.box.z_of(turns.last.x))
@@ -205,14 +200,10 @@ def _search(
                 return Finished()
             if last is None and problem.n > measure.FEW_UNKNOWNS and point.size <= SMALL_DISTANCE:
                 last = Stalled("what is left of violations may be rounding of larger numbers")
-                left = _patience(turns)
+                left = patience
         if left <= 0 and isinstance(last, NoSolution):
             break
     return Undecided("no other method is tried") if last is None else last
-
-
-def _patience(turns: Turns) -> float:
-    return max(LEAST_PATIENCE, PATIENCE * turns.last.evaluations)
 
 
 def _improved(problem: Problem, turns: Turns, tol: float) -> Generator[Iterate, None, bool]:
@@ -361,14 +352,17 @@ class Tree:
         return self.is_decided
 
 
-def small(problem: Problem, x0: Vector, search: Search, tried: Tried | None = None, states: bool = False) -> Stage:
-    """Solve a problem of at most FEW_UNKNOWNS; `search` runs the other methods if exact arithmetic takes too long.
+def small(problem: Problem, x0: Vector, search: Search, states: bool = False, tried: Tried | None = None) -> Stage:
+    """Solve a problem of at most FEW_UNKNOWNS; `search` runs the other methods if exact arithmetic takes too long, or
+    all of them on a larger problem.
 
     A solution that is found where rounding hides terms is replaced by an exact one. Where pivoting finds none, exact
     arithmetic decides: between the turns of the other methods, if it has not decided in its first one.
 
     states : whether x0 stands for states that a solution may have.
     """
+    if problem.n > measure.FEW_UNKNOWNS:
+        return (yield from search(problem, x0, states=states, tried=tried))
     tree, turns = Tree(problem), Turns(x0)
     pivoting = partial(_pivoting, tried=tried, states=states)
     ending = yield from _without_doubt(problem, turns, stages.from_reference(problem, x0, pivoting), tree)

@@ -10,7 +10,7 @@ from lcpcli.basis import tableau
 from lcpcli.basis.free_variables import Reduction
 from lcpcli.clock import imports
 from lcpcli.linalg.krylov import is_semidefinite
-from lcpcli.linalg.matrices import has_no_positive_links, is_sparse, thinned, width
+from lcpcli.linalg.matrices import has_no_positive_links, is_sparse, thinned
 from lcpcli.methods.direct import (
     MOST_AS_DENSE,
     MOST_FILLED,
@@ -103,13 +103,6 @@ class Structure:
         problem = self.problem
         return basic_zeros(problem) if not self.is_large_and_sparse or problem.M.nnz <= 2 * problem.n else None
 
-    @property
-    def is_tridiagonal(self) -> bool:
-        """Return whether M is sparse and tridiagonal, with the signs of an M-matrix, and there are no bounds."""
-        if not (self.is_narrow and self.problem.box.is_orthant and self.is_z_matrix):
-            return False
-        return width(self.problem.M) <= 1
-
     @cached_property
     def is_semidefinite(self) -> bool:
         """Return whether M + M' is positive semidefinite; it is assumed if M is large and sparse."""
@@ -125,11 +118,9 @@ class Structure:
     def is_frictional(self) -> bool:
         """Return whether M is dense, not monotone, and has some zeros on the diagonal but not only zeros, as games
         have, nor negative entries."""
-        if self.is_large_and_sparse or self.problem.is_mixed or self.problem.n < FEWEST_FRICTIONAL:
+        if self.is_large_and_sparse or self.problem.is_mixed or self.problem.n < FEWEST_FRICTIONAL or self.is_unsure:
             return False
-        if self.is_unsure:
-            return False
-        return self.is_no_p_matrix and not self.has_zero_diagonal and not self.is_semidefinite
+        return self.is_no_p_matrix and bool(self.problem.M.diagonal().any()) and not self.is_semidefinite
 
     @cached_property
     def is_pivoted(self) -> bool:
@@ -147,8 +138,3 @@ class Structure:
         with imports:
             from lcpcli.methods.bimatrix import costs
         return costs(self.problem)
-
-    @property
-    def has_zero_diagonal(self) -> bool:
-        """Return whether the diagonal of M is zero, as in games."""
-        return not self.problem.M.diagonal().any()

@@ -264,8 +264,12 @@ def repeated(once: Callable[[bool, bool], Result], compared: bool, is_first: boo
     result if a repetition was interrupted.
     """
     runs, interrupted = [once(False, True)], False
+    longest, most = (LONGEST_REPEATED, REPETITION_SECONDS) if compared else (BRIEF, BRIEF if is_first else 0.0)
     try:
-        while not runs[-1].interrupted and _is_repeated([run.seconds for run in runs], compared, is_first):
+        while not runs[-1].interrupted and runs[0].seconds <= longest and len(runs) <= MOST_REPETITIONS:
+            undisturbed = (len(runs) - 1) * min(run.seconds for run in runs)  # the more pauses, the more repetitions
+            if undisturbed >= most:
+                break
             runs.append(once(True, bool(runs[0].laps)))
     except KeyboardInterrupt:
         interrupted = True
@@ -273,15 +277,6 @@ def repeated(once: Callable[[bool, bool], Result], compared: bool, is_first: boo
     yield _least(whole[1:], runs[0]) if whole[1:] else runs[0]
     if interrupted or (whole and len(whole) < len(runs)):
         raise KeyboardInterrupt
-
-
-def _is_repeated(seconds: Sequence[float], compared: bool, is_first: bool) -> bool:
-    """Return whether to run again after runs of these times; is_first : whether the method has not run before."""
-    if not compared and not is_first:
-        return False
-    longest, most = (LONGEST_REPEATED, REPETITION_SECONDS) if compared else (BRIEF, BRIEF)
-    undisturbed = len(seconds[1:]) * min(seconds)  # the more pauses there are, the more often it is repeated
-    return seconds[0] <= longest and len(seconds) <= MOST_REPETITIONS and undisturbed < most
 
 
 def _least(runs: Sequence[Result], kept: Result) -> Result:

@@ -316,7 +316,7 @@ class _RowResult(Result):
     _row: tuple[Block | Stack, int, Vector]
 
     @property
-    def z(self) -> Vector:
+    def z(self) -> Vector:  # type: ignore[override]
         return self._row[2][self._row[1]] if "_row" in vars(self) else self.point.z
 
     def __getattr__(self, name: str) -> Any:

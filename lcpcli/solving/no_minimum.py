@@ -102,7 +102,11 @@ def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> tuple[bo
     point = sides.central_point()
     if point is not None and sides.hold_near(point):
         return True, None
-    constraints = _constraints(data)
+    zero = data.Q * 0.0  # without an objective, every feasible x satisfies the conditions with y = 0
+    if not isinstance(zero, np.ndarray):
+        zero.eliminate_zeros()
+    M, q, lower, upper = data._replace(Q=zero, c=np.zeros(data.c.size)).conditions()
+    constraints = Problem(M, q, lower=lower, upper=upper)
     found = farkas_certificate(constraints, FEASIBILITY_EFFORT, exactly=True) if data.row_lower.size else None
     y = None if found is None else _of_rows(problem, data, found.vector)
     if y is not None:
@@ -111,26 +115,12 @@ def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> tuple[bo
         return None, None
     if point is not None and _has_simple_point(point, data):
         return True, None
-    return _exactly(problem, data, constraints)
-
-
-def _exactly(problem: Problem, data: ProgramData, constraints: Problem) -> tuple[bool | None, Vector | None]:
-    """Return what the simplex method in integers decides, unless it takes too long."""
     exact = ExactProblem.of_floats(constraints)
     try:
-        y = farkas_vector(exact, Effort(FEASIBILITY_EFFORT).steps(exact))
+        exact_y = farkas_vector(exact, Effort(FEASIBILITY_EFFORT).steps(exact))
     except TimeIsUp:
         return None, None
-    return (True, None) if y is None else (False, _of_rows(problem, data, rounded_direction(y)))
-
-
-def _constraints(data: ProgramData) -> Problem:
-    """Return the conditions of the program without its objective, which every feasible x satisfies with y = 0."""
-    zero = data.Q * 0.0
-    if not isinstance(zero, np.ndarray):
-        zero.eliminate_zeros()
-    M, q, lower, upper = data._replace(Q=zero, c=np.zeros(data.c.size)).conditions()
-    return Problem(M, q, lower=lower, upper=upper)
+    return (True, None) if exact_y is None else (False, _of_rows(problem, data, rounded_direction(exact_y)))
 
 
 def _of_rows(problem: Problem, data: ProgramData, y: Vector | None) -> Vector | None:

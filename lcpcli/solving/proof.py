@@ -142,11 +142,10 @@ def _exact(data: ExactProblem, run: Result, is_exact: bool) -> Exact | None:
             y = y * rounded(Fraction(scale, largest) for scale in data.scales)
         found = exact_proof(data, y)
         if found is not None:
-            return _infeasible(data, found)
+            return _verified(data, y=found)
     if is_exact and run.status is Status.UNSOLVABLE:
         return Exact(Status.UNSOLVABLE, UNSOLVABLE)
-    z = from_point(data, _finite(run.z))
-    return None if z is None else _solved(data, z)
+    return _verified(data, from_point(data, _finite(run.z)))
 
 
 def _searched(data: ExactProblem) -> Exact | None:
@@ -157,30 +156,24 @@ def _searched(data: ExactProblem) -> Exact | None:
         if not data.problem.is_mixed and Structure(data.problem, data.problem.q).has_no_positive_links:
             z, y = decided(data, Effort(EXACT_EFFORT))
         if y is not None:
-            return _infeasible(data, simplified(data, y))
+            return _verified(data, y=simplified(data, y))
         z = z or pivoting.solve(data, Effort(EXACT_SEARCH_EFFORT / 2))
         count = Effort(most).steps(data)
         z = z or first_solution(data, count)
         if z is not None:
-            return _solved(data, z)
+            return _verified(data, z)
         y = farkas_vector(data, count)
     except TimeIsUp:
         return None
-    return Exact(Status.UNSOLVABLE, UNSOLVABLE) if y is None else _infeasible(data, simplified(data, y))
+    return Exact(Status.UNSOLVABLE, UNSOLVABLE) if y is None else _verified(data, y=simplified(data, y))
 
 
-def _solved(data: ExactProblem, z: list[Fraction]) -> Exact | None:
-    """Return a proof by z and its w, or None if z, which is verified once more, is no solution."""
-    if not data.is_solution(z):
-        return None
-    return Exact(Status.SOLVED, data.problem.box.wording.solved, z=z, w=data.w(z))
-
-
-def _infeasible(data: ExactProblem, y: list[Fraction]) -> Exact | None:
-    """Return a proof by the Farkas vector y, or None if y, which is verified once more, proves nothing."""
-    if not data.refuted_by(y):
-        return None
-    return Exact(Status.INFEASIBLE, data.problem.box.wording.infeasible, y=y)
+def _verified(data: ExactProblem, z: list[Fraction] | None = None, y: list[Fraction] | None = None) -> Exact | None:
+    """Return a proof by z and its w, or by the Farkas vector y, each verified once more; None if it proves nothing."""
+    wording = data.problem.box.wording
+    if z is not None and data.is_solution(z):
+        return Exact(Status.SOLVED, wording.solved, z=z, w=data.w(z))
+    return None if y is None or not data.refuted_by(y) else Exact(Status.INFEASIBLE, wording.infeasible, y=y)
 
 
 @np.errstate(all="ignore")  # overflow counts as infinite

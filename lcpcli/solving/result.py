@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar, cast
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from lcpcli.model import views
 from lcpcli.model.box import in_words
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
-from lcpcli.typing import States, Vector, VectorLike
+from lcpcli.typing import States, VectorLike
 from lcpcli.verify.point import Point
 
 if TYPE_CHECKING:
@@ -32,7 +32,13 @@ if TYPE_CHECKING:
     from lcpcli.verify.error_theorems import Bound
 
 WITHOUT_OPTIMUM = INFEASIBLE, UNBOUNDED, NONE = "infeasible", "unbounded", "no_optimum"  # what is proved of a program
+T = TypeVar("T")
 GONE = {"exit_code": "ask result.solved (0) and result.status.has_no_solution (3)"}  # since 0.1.0
+
+
+def _derived(read: Callable[[Result], T]) -> T:
+    """Return a property of a Result; for type checkers it is the value."""
+    return cast(T, property(read))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -106,6 +112,18 @@ class Result:
     exactly_solvable: bool | None = None
     nearest: str = ""
     end: States | None = None
+
+    z, w = _derived(lambda result: result.point.z), _derived(lambda result: result.point.w)
+    residual = _derived(lambda result: result.point.residual)
+    relative_residual = _derived(lambda result: result.point.relative_residual)
+    negligible_q = _derived(lambda result: result.point.negligible)
+    error = _derived(lambda result: result.problem.error(result.z))
+    tol = _derived(lambda result: result.limits.tol)
+    setup_seconds = _derived(lambda result: result.parts["setup"])
+    solve_seconds = _derived(lambda result: result.parts["solve"])
+    verify_seconds = _derived(lambda result: result.parts["verify"])
+    seconds = _derived(lambda result: sum(result.parts.values(), 0.0))
+    success = _derived(lambda result: result.solved)  # the name that scipy uses
 
     @classmethod
     def of_solution(
@@ -218,14 +236,6 @@ class Result:
         return found
 
     @property
-    def z(self) -> Vector:
-        return self.point.z
-
-    @property
-    def w(self) -> Vector:
-        return self.point.w
-
-    @property
     def names(self) -> Sequence[str]:
         """Return the names of the components of z, "" for those without one."""
         return self.problem.names
@@ -242,22 +252,6 @@ class Result:
     def basis(self) -> list[str]:
         w = None if self.solved else self.w  # w of a solution rounds to 0
         return in_words(self.problem.box.basis_at(self.z, w) if self.end is None else self.end)
-
-    @property
-    def residual(self) -> float:
-        return self.point.residual
-
-    @property
-    def relative_residual(self) -> float:
-        return self.point.relative_residual
-
-    @property
-    def negligible_q(self) -> Sequence[int]:
-        return self.point.negligible
-
-    @property
-    def error(self) -> float | None:
-        return self.problem.error(self.z)
 
     @cached_property
     def suggestions(self) -> Suggestions:
@@ -283,26 +277,6 @@ class Result:
             return digits
 
     @property
-    def tol(self) -> float:
-        return self.limits.tol
-
-    @property
-    def setup_seconds(self) -> float:
-        return self.parts["setup"]
-
-    @property
-    def solve_seconds(self) -> float:
-        return self.parts["solve"]
-
-    @property
-    def verify_seconds(self) -> float:
-        return self.parts["verify"]
-
-    @property
-    def seconds(self) -> float:  # from the problem in memory to the verified result
-        return sum(self.parts.values())
-
-    @property
     def solved(self) -> bool:
         """Return whether z is a solution: by its residual, recomputed from M and q, or by exact arithmetic."""
         return self.status is Status.SOLVED
@@ -312,10 +286,6 @@ class Result:
         """Return the word of the status or, for a program without an optimum, that of its answer, such as unbounded."""
         proved = None if self.solved else getattr(self.answer, "proved", None)
         return word_of(self.status.word, proved)
-
-    @property
-    def success(self) -> bool:  # the name that scipy uses
-        return self.solved
 
     def __bool__(self) -> bool:
         fault = "is neither true nor false, as a problem that is not solved may be proved to have no solution"

@@ -224,14 +224,11 @@ def by_jax(F: Callable[[Vector], Any], J: Any) -> list[Callable[[Vector], Any]]:
         except ImportError:  # as before version 0.8
             from jax.experimental import enable_x64
 
-    def in_doubles(function: Callable[[Vector], Any]) -> Callable[[Vector], Any]:
-        def called(z: Vector) -> Any:
-            with enable_x64(True):
-                return np.asarray(function(z))
+    def in_doubles(function: Callable[[Vector], Any], z: Vector) -> Any:
+        with enable_x64(True):
+            return np.asarray(function(z))
 
-        return called
-
-    return [in_doubles(jax.jit(traced)) for traced in (F, jax.jacfwd(F))]
+    return [partial(in_doubles, jax.jit(traced)) for traced in (F, jax.jacfwd(F))]
 
 
 LINEAR = Limits(max_iterations=100)  # for a linearization: one that takes more may have no solution
