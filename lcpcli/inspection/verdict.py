@@ -183,11 +183,9 @@ def signs(A: Matrix, d: Vector, check: Check) -> Vector:
         return sign
     for i in np.flatnonzero(~(np.abs(value) > bound)):
         check()
-        if is_sparse(A):
-            part = slice(A.indptr[i], A.indptr[i + 1])
-            total = numbers.sign_of_product(A.data[part], d[A.indices[part]])
-        else:
-            total = numbers.sign_of_product(A[i], d)
+        part = slice(A.indptr[i], A.indptr[i + 1]) if is_sparse(A) else slice(None)
+        row, own = (A.data[part], d[A.indices[part]]) if is_sparse(A) else (A[i], d)
+        total = numbers.sign_of_product(row, own)
         sign[i] = (total > 0) - (total < 0)
     return sign
 
@@ -218,10 +216,8 @@ def _nonzero_entry(context: Context, difference: Matrix) -> Verdict | None:
     if place is None:
         return None
     i, j = place
-    own = f"{entry(i, j)} = {context.M[i, j]:.6g}"
-    if i == j:
-        return Verdict(NO, f"{own} is not 0", (i,))
-    return Verdict(NO, f"{own}, {entry(j, i)} = {context.M[j, i]:.6g}", (i, j))
+    own, other = (f"{entry(*pair)} = {context.M[pair]:.6g}" for pair in ((i, j), (j, i)))
+    return Verdict(NO, f"{own} is not 0", (i,)) if i == j else Verdict(NO, f"{own}, {other}", place)
 
 
 def z_matrix(context: Context) -> Verdict:

@@ -244,7 +244,6 @@ def _title(problem: Problem, verdict: str) -> str:
 
 
 SHORT = {"iteration_limit": "k limit", "time_limit": "t limit"}  # for crowded rows
-NOTE = "to: errors relative to the solution's largest component"
 FALSE = "FALSE"  # in place of the status of a run whose claim does not hold
 
 
@@ -253,9 +252,11 @@ def summary_of_costs(results: Sequence[Result], width: int | None) -> Table:
     verified end, in one unit. Options by which runs differ have columns of their own. A summary wider than the
     terminal, if there is one, leaves out levels, the coarsest first."""
     are_noted = any(result.curve is not None and result.curve.levels for result in results)
-    made = [_summary(results, LEVELS[i:] if are_noted else (), are_noted) for i in range(len(LEVELS) + 1)]
-    wide = (sum(each.widths()) + len(each.header) + len(each.best) for each in made)  # a mark beside each best cell
-    return next((each for each, own in zip(made, wide, strict=True) if width is None or own <= width), made[-1])
+    for i in range(len(LEVELS) + 1):
+        made = _summary(results, LEVELS[i:] if are_noted else (), are_noted)
+        if width is None or sum(made.widths()) + len(made.header) + len(made.best) <= width:  # a mark beside each best
+            break
+    return made
 
 
 def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool) -> Table:
@@ -283,7 +284,7 @@ def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool
     times = [[at[level][1] if level in at else None for at in attained] for level in levels]
     times.append([result.seconds if result.solved else None for result in results])
     best = {(row, first + 2 * j + 1) for j, column in enumerate(times) for row in _shortest(column)}
-    notes = [NOTE] * any(name.startswith("to ") for name in header)
+    notes = ["to: errors relative to the solution's largest component"] * any(name.startswith("to ") for name in header)
     return Table(header, [rows], words=(0, len(header) - 1), best=best, why="the shortest time", notes=notes)
 
 

@@ -66,8 +66,7 @@ def _of_origin(verification: Verification) -> list[str]:
     if hasattr(own, "information_sets"):
         return [programs_and_games.payoffs_of(own), *lines]
     if own is not None:
-        parts = programs_and_games.strategies(origin, own.row.tolist(), own.column.tolist(), own.payoffs, number)
-        return [", ".join(parts), *lines]
+        return [", ".join(programs_and_games.strategies(origin, own, number)), *lines]
     if multipliers is None:
         return [*lines, *programs_and_games.no_optimum(verification.answer, origin)]
     return [*lines, f"found y = {programs_and_games.named(multipliers.tolist(), getattr(origin, 'rows', ()))}"]

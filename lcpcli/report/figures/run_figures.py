@@ -30,7 +30,7 @@ from lcpcli.report.wording import title_and_size
 
 MEASURES = {"error": r"error $\|z - z^*\|_\infty$", "residual": r"residual $\|\min(z, Mz + q)\|_\infty$"}
 MOST_MARKERS = 12  # on a curve: enough to follow it where curves cross, few enough to see the line
-MOST_TICKS = 6  # labelled ticks on an axis, whose labels would touch if there were more
+TICKS = 6  # labelled on an axis at most, whose labels would touch if there were more
 ROOM = 0.04  # of the length of an axis
 UNEVEN = 20  # the ratio of the longest to the shortest run from which on the axis of iterations is logarithmic
 
@@ -100,7 +100,7 @@ def draw_convergence(panels: Sequence[Panel]) -> Figure:
             right.set_xscale("symlog", linthresh=1, linscale=0.4, subs=range(2, 10))
             right.xaxis.set_major_formatter("{x:.0f}")
         else:
-            right.xaxis.set_major_locator(MaxNLocator(nbins=MOST_TICKS, integer=True))
+            right.xaxis.set_major_locator(MaxNLocator(nbins=TICKS, integer=True))
         right.set_xlim(across)
         _draw(right, panel, across, [curve.k for curve in panel.curves], chosen)
     return add_legend(figure, _drawn(chosen, panels))
@@ -244,13 +244,10 @@ def _growth(axes: Axes, family: str, growths: Sequence[Growth], chosen: Looks) -
 COLORS = [look.color for name, look in (*style.METHODS.items(), *style.PEERS.items()) if name != "auto"][:12]
 MOST_NAMED = len(COLORS)  # lines in the legend
 MOST_RULES = 60  # breakpoints with a vertical rule and markers; more would be a grey area
-TICKS = 6  # intervals on an axis at most
 SAMPLES = 24  # of the objective on a piece, on which it is a parabola
 MOST_SAMPLES = 4000  # on a path, more than a figure shows
-RULE: dict[str, Any] = {"color": "0.85", "linewidth": 0.5, "zorder": 0}
 JUMP: dict[str, Any] = {"linestyle": (0, (3, 2))}
 TURN: dict[str, Any] = {"marker": "o", "markersize": 7, "markerfacecolor": "none", "markeredgewidth": 0.8}
-THIN: dict[str, Any] = {"linewidth": 0.5, "alpha": 0.8}
 
 
 def draw(path: Path, chosen: Sequence[str] = ()) -> Figure:
@@ -289,7 +286,7 @@ def _solutions(axes: Axes, terms: Terms, across: Any, chosen: Sequence[str]) -> 
     entries, turns = list[Entry](), path_formats.turns(path)
     for i, place in enumerate(shown):
         look, values = Look(COLORS[i % len(COLORS)], style.RAMP[i % len(style.RAMP)]), z[:, place]
-        line = look.line if is_named else look.line | THIN
+        line = look.line if is_named else look.line | {"linewidth": 0.5, "alpha": 0.8}
         jumps = np.array(path.jumps, dtype=int)
         axes.plot(*np.insert(np.stack((across, values)), jumps + 1, math.nan, axis=1), zorder=2, **line)
         for k in jumps:  # pieces on which t stands still
@@ -303,7 +300,7 @@ def _solutions(axes: Axes, terms: Terms, across: Any, chosen: Sequence[str]) -> 
             axes.plot(across[turns], values[turns], linestyle="", color=GREY, **TURN)
     if len(across) <= MOST_RULES:
         for place in np.unique(across):
-            axes.axvline(place, **RULE)
+            axes.axvline(place, color="0.85", linewidth=0.5, zorder=0)
     symbol = "z" if program is None else "x"
     axes.set_ylabel(symbol if is_named else f"{symbol}, {len(shown)} components")
     jump, turn = Line2D([], [], color=GREY, **JUMP), Line2D([], [], linestyle="", color=GREY, **TURN)
