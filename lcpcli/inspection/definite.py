@@ -281,10 +281,8 @@ def _blocks(context: Context) -> Iterator[tuple[tuple[int, ...], Rows]]:
 def _by_zeros(context: Context, plus: bool) -> Verdict:
     """Decide whether a copositive M is strictly copositive, or copositive-plus, by the zeros v >= 0 of minimal support
     of its form, for which some v_P > 0 spans the null space of S_PP."""
-    if context.n > ALL_SETS:
-        return _undecided(context)
-    if not context.yes("copositive"):
-        return Verdict(UNDECIDED, "copositivity is not decided")
+    if context.n > ALL_SETS or not context.yes("copositive"):
+        return _undecided(context) if context.n > ALL_SETS else Verdict(UNDECIDED, "copositivity is not decided")
     whole = context.whole_symmetric_part()
     for P, S in _blocks(context):
         _, free = elimination.solve(S, [0] * len(P))

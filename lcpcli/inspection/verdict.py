@@ -123,7 +123,6 @@ class Context:
 
     @cached_property
     def diagonal(self) -> Vector:
-        """Return the diagonal of M, shape (n,)."""
         return np.asarray(self.M.diagonal(), dtype=np.float64)
 
     @cached_property

@@ -104,23 +104,9 @@ def _section(section: Section) -> list[str]:
 
 
 def _table(table: Table) -> list[str]:
-    grid = _grid(table)
-    if table.name:
-        opened = " open" * (not table.digits or len(table.rows) <= MOST_OPEN)
-        grid = f"<details{opened}><summary>{escape(table.name)}</summary>{grid}</details>"
-    return [grid, *(_line(text, "notes") for text in table.notes)]
-
-
-def _line(text: str, look: str) -> str:
-    return f'<p class="{look}">{escape(text)}</p>'
-
-
-def _grid(table: Table) -> str:
     """Return a table in HTML, with the label of each group repeated in its rows, so that sorted rows keep it."""
-    looks = [
-        ' class="text"' if j in table.texts else ' class="left"' if j in table.words else ""
-        for j in range(len(table.header))
-    ]
+    kinds = {**dict.fromkeys(table.words, "left"), **dict.fromkeys(table.texts, "text")}
+    looks = [f' class="{kinds[j]}"' if j in kinds else "" for j in range(len(table.header))]
     names = "".join(f"<th{look}>{escape(name)}</th>" for name, look in zip(table.header, looks, strict=True))
     bodies = [f"<thead><tr>{names}</tr></thead>"] * any(table.header)
     for group, texts in zip_longest(table.groups, table.digits, fillvalue=()):
@@ -132,4 +118,12 @@ def _grid(table: Table) -> str:
             cells = "".join(f"<td{look}>{escape(cell)}</td>" for cell, look in shown)
             rows.append(f'<tr title="{escape(text)}">{cells}</tr>' if text else f"<tr>{cells}</tr>")
         bodies.append(f"<tbody>{''.join(rows)}</tbody>")
-    return f'<div class="wide"><table>{"".join(bodies)}</table></div>'
+    grid = f'<div class="wide"><table>{"".join(bodies)}</table></div>'
+    if table.name:
+        opened = " open" * (not table.digits or len(table.rows) <= MOST_OPEN)
+        grid = f"<details{opened}><summary>{escape(table.name)}</summary>{grid}</details>"
+    return [grid, *(_line(text, "notes") for text in table.notes)]
+
+
+def _line(text: str, look: str) -> str:
+    return f'<p class="{look}">{escape(text)}</p>'

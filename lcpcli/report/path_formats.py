@@ -5,9 +5,9 @@ breakpoint."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import chain, islice, pairwise, zip_longest
 from typing import Any, NamedTuple, TypeAlias
 
@@ -24,7 +24,7 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import shortest_decimal
 from lcpcli.report import plotting, programs_and_games, result_formats, wording
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.result_formats import Report
+from lcpcli.report.result_formats import Report, plain
 from lcpcli.report.tables import (
     CELL,
     OTHER_COLUMNS,
@@ -325,18 +325,14 @@ def rows(path: Path, at: At, names: Sequence[str]) -> tuple[Iterable[Sequence[An
     def row(number: Any, note: str, t: Any, z: Any, w: Any) -> list[Any]:
         moved = [terms.moved(t)] if terms.moving else []
         value = [terms.objective(t, z)] if terms.program else []
-        vectors = (result_formats.plain(chosen(vector)) for vector in (terms.values(z), w))
-        return [
-            *map(result_formats.plain, (number, t, *moved, note)),
-            *chain(*vectors),
-            *map(result_formats.plain, value),
-        ]
+        vectors = (plain(chosen(vector)) for vector in (terms.values(z), w))
+        return [*plain([number, t, *moved, note]), *chain(*vectors), *plain(value)]
 
     moving = [terms.moving.label] if terms.moving else []
     w_names = [f"w {name}" if name else f"w{i}" for i, name in enumerate(path.problem.names, 1)]
     header = ["breakpoint", "t", *moving, "change", *chosen(terms.names()), *chosen(w_names)]
     notes = notes_on(path, terms.names(), math.inf)
-    breakpoints = (row(k + 1, notes[k], *(part[k] for part in terms.points)) for k in range(path.t.size))
+    breakpoints = (row(k, *each) for k, each in enumerate(zip(notes, *terms.points, strict=True), 1))
     others = (row("", "", *point) for point in zip(*terms.at_all(at), strict=True))
     comments = [title(path), verdict(path, path.t.size)]
     return chain([[*header, *["objective"] * bool(terms.program)]], in_time(breakpoints), others), comments
@@ -434,14 +430,16 @@ def _cell(value: Any, largest: float = 0.0) -> str:
 
 def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:
     path, remarks = terms.path, []
+    has_names = any(path.problem.names)
+    named = partial(programs_and_games.named, names=terms.names() if has_names else (), sparing=has_names)
     if path.certificate is not None:
         which = "first" if path.end == INFEASIBLE else "second"
-        y = _named(terms, path.certificate, wording.multiplier)
+        y = named(path.certificate.tolist(), cell=wording.multiplier)
         remarks.append(f"proof that the {which} problem has no solution: y = {y}")
     if path.direction is not None:
         largest = float(np.abs(path.direction).max())
-        along = _named(terms, np.round(path.direction / largest, 12) * largest, "{:.7g}".format)
-        remarks.append(f"direction of z on the ray: {along}")
+        along = (np.round(path.direction / largest, 12) * largest).tolist()
+        remarks.append(f"direction of z on the ray: {named(along, cell='{:.7g}'.format)}")
     if path.jumps:
         remarks.append("at a jump all points between the two rows solve the problem")
     if path.t.size > MOST_ROWS:
@@ -451,8 +449,3 @@ def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:
     if elided and form not in PRINTED:
         remarks.append(f"see all {path.problem.n} components with --format csv")
     return remarks
-
-
-def _named(terms: Terms, values: Vector, cell: Callable[[Any], str]) -> str:
-    has_names = any(terms.path.problem.names)
-    return programs_and_games.named(values.tolist(), terms.names() if has_names else (), cell, sparing=has_names)
