@@ -76,13 +76,11 @@ def positive_semidefinite(context: Context) -> Verdict:
     return found or Verdict(UNDECIDED, witness.evidence if witness.word == UNDECIDED else UNSEEN)
 
 
-def _by_vector(
-    context: Context, v: Vector | None, strict: bool, indices: tuple[int, ...] | None = None
-) -> Verdict | None:
+def _by_vector(context: Context, v: Vector | None, strict: bool, P: tuple[int, ...] | None = None) -> Verdict | None:
     """Return NO if v'Mv is proved to be negative, or, if strict, not to be positive; else None."""
     if v is None or not context.form_is_low(v, strict):
         return None
-    return Verdict(NO, f"v'Mv {'<=' if strict else '<'} 0 for v = {text_of(v)}", indices, v)
+    return Verdict(NO, f"v'Mv {'<=' if strict else '<'} 0 for v = {text_of(v)}", P, v)
 
 
 def _by_diagonal(context: Context, strict: bool) -> Verdict | None:

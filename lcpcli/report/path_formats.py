@@ -22,19 +22,9 @@ from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.parametric.path import INFEASIBLE, REACHED, TURN, Path, StateChange
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import shortest_decimal
-from lcpcli.report import plotting, programs_and_games, result_formats, wording
+from lcpcli.report import plotting, programs_and_games, result_formats, tables, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.result_formats import Report, plain
-from lcpcli.report.tables import (
-    CELL,
-    OTHER_COLUMNS,
-    PIPE_COMPONENTS,
-    PRINTED,
-    longest,
-    room,
-    shown_components,
-    with_gap,
-)
 from lcpcli.report.wording import ELLIPSIS
 from lcpcli.typing import Vector
 
@@ -351,7 +341,7 @@ def report(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] =
 def build(path: Path, form: str, at: At, width: int | None, names: Sequence[str] = ()) -> Document:
     """Return the report on a path for a format: a row for each breakpoint, and the further points below them. names :
     of the unknowns that are shown, as for `wording.places`; empty for as many as fit."""
-    terms, most = Terms(path), longest(form)
+    terms, most = Terms(path), tables.longest(form)
     notes = notes_on(path, wording.all_visible(terms.names(most)), MOST_CHANGES)[:MOST_ROWS]
     found = terms.at_all(at)
     missed = [f"{float(t):.7g}" for t in at if t not in found.t]
@@ -381,7 +371,7 @@ def _columns(
     """Return the columns of a table with their headings, and whether unknowns are left out: t, the number that moves,
     what changes, as many components of z (x and y of a program) as the width has room for, w if there is room for all,
     and the objective of a program. chosen : as names for `build`."""
-    path, program, moving, most = terms.path, terms.program, terms.moving, longest(form)
+    path, program, moving, most = terms.path, terms.program, terms.moving, tables.longest(form)
     n, names, ends = path.problem.n, wording.all_visible(terms.names(most)), (path.family.start, path.family.stop)
     of_z, *of_w = (float(np.abs(array).max(initial=0.0)) for array in (path.z, path.w, path.problem.q, path.to.q))
     vectors = list(map(terms.values, points.z))
@@ -403,21 +393,21 @@ def _columns(
         after.append(column("objective", map(terms.objective, points.t, points.z)))
     if chosen:
         return [*before, *of_places(wording.places(terms.names(), chosen)), *after], False
-    left = room(form, width)
+    left = tables.room(form, width)
     if left is not None:
-        left -= CELL * (len(before) - 1 + len(after)) + max(map(len, notes), default=0)
+        left -= tables.CELL * (len(before) - 1 + len(after)) + max(map(len, notes), default=0)
 
     def fits(columns: Sequence[Sequence[str]]) -> bool:
-        return len(columns) <= PIPE_COMPONENTS if left is None else sum(max(map(len, c)) + 1 for c in columns) <= left
+        wide = sum(max(map(len, cells)) + 1 for cells in columns)
+        return len(columns) <= tables.PIPE_COMPONENTS if left is None else wide <= left
 
     counts = [n] if program is None else [n - program.ranges, program.variables]
     shown: list[list[str]] | None = None
-    if n <= (PIPE_COMPONENTS if left is None else left):
+    if n <= (tables.PIPE_COMPONENTS if left is None else left):
         shown = next(filter(fits, map(of_places, map(range, counts))), None)
     if shown is None:
-        shown = of_places(
-            with_gap(counts[-1], shown_components(counts[-1], None if left is None else left + OTHER_COLUMNS))
-        )
+        usual = None if left is None else left + tables.OTHER_COLUMNS
+        shown = of_places(tables.with_gap(counts[-1], tables.shown_components(counts[-1], usual)))
     elif program is None:
         w = [column(f"w{i + 1}", (own[i] for own in points.w), max(of_w)) for i in range(n)]  # rounded as its terms are
         shown += w if fits([*shown, *w]) else []
@@ -444,8 +434,8 @@ def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:
         remarks.append("at a jump all points between the two rows solve the problem")
     if path.t.size > MOST_ROWS:
         remarks.append(f"the first {MOST_ROWS} of {path.t.size} rows; --format json and csv have all of them")
-    if path.end == TURN and form not in PRINTED:
+    if path.end == TURN and form not in tables.PRINTED:
         remarks.append("with --turns the path goes on, with t decreasing")
-    if elided and form not in PRINTED:
+    if elided and form not in tables.PRINTED:
         remarks.append(f"see all {path.problem.n} components with --format csv")
     return remarks

@@ -78,10 +78,8 @@ def behavior_of(game: Any, z: Sequence[Any]) -> Behavior | None:
 def moves(own: Any) -> list[list[Any]]:
     """Return for each player of a game tree the probabilities of the last moves of the sequences, the first of which
     has none. own : a `Behavior` or an answer."""
-    return [
-        [1, *(p for each in own.information_sets if each.player == name for p in each.probabilities)]
-        for name in own.players
-    ]
+    sets = ([each.probabilities for each in own.information_sets if each.player == name] for name in own.players)
+    return [[1, *chain(*probabilities)] for probabilities in sets]
 
 
 def behavior(sets: Sequence[InformationSetStrategy]) -> Table:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
-from functools import partial
 from itertools import chain, cycle, islice
 from typing import Any, TypeAlias
 
@@ -61,10 +60,8 @@ def build(found: SolutionSet | Optimum, exact: bool, form: str, names: Sequence[
     else:
         message, settled = found.message, found.complete
         listing, remarks = (_pieces if found.equilibria is None else _equilibria)(found, cell, longest(form), names)
-        tables, figure = (
-            [listing],
-            partial(plotting.cones(found).content, "svg") if plotting.is_plane(problem) else None,
-        )
+        tables = [listing]
+        figure = partial(plotting.cones(found).content, "svg") if plotting.is_plane(problem) else None
     title = f"{wording.title(problem) or 'problem'}: {wording.size(problem)}"
     made_by = f"{wording.PROGRAM}, in exact arithmetic{wording.took(found.seconds, form)}"
     return Document(title, [Section(title, message, settled, facts, tables, remarks, made_by, figure)])
@@ -153,16 +150,14 @@ def _listing(header: list[str], groups: Iterable[Iterable[list[str]]], total: in
     return Table(header, list(filter(None, shown)), words=words, name="Solutions"), remarks
 
 
-def _equilibria(
-    found: SolutionSet, cell: Callable[[Fraction], str], most: float, shown_names: Sequence[str]
-) -> Listing:
+def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float, shown: Sequence[str]) -> Listing:
     """Return a row for each extreme equilibrium; the equilibria of a component are a group."""
     game, equilibria = found.game, found.equilibria
     assert game is not None
     assert equilibria is not None
     extreme, subsets = equilibria.extreme, equilibria.subsets
     names = list(chain(*wording.strategy_names(game, most)))
-    kept = wording.places(wording.labels_of(found.data.problem)[: found.data.n], shown_names)
+    kept = wording.places(wording.labels_of(found.data.problem)[: found.data.n], shown)
     indexed = any(each.index is not None for each in extreme)
     header = ["", *(names[i] for i in kept), *wording.payoff_headings(game), *["index"] * indexed, "pure"]
 

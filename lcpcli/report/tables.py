@@ -4,9 +4,9 @@ compared runs a summary: the options that distinguish each, its costs, and how i
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -31,6 +31,9 @@ TITLE_COMPONENTS = 6  # of a known solution in a title, about a line of text
 MOST_EXPLAINED = 5  # runs whose failures are explained, a line or two each; more, as in a sweep, would be too many
 PRINTED = ("latex", "html")  # the formats for readers who do not run the program
 NONE = "-"  # in place of the strategies of an iterate that has none, or of the costs to a level that is not reached
+
+
+CellsOfZ: TypeAlias = "Callable[[TraceRow, float], list[str]]"  # of a row, beside the largest component of z
 
 
 def shown_components(n: int, width: int | None) -> Indices | None:
@@ -170,11 +173,7 @@ def with_gap(n: int, components: Indices | None) -> list[int | None]:
 
 
 def _group(
-    result: Result,
-    rows: Sequence[TraceRow],
-    cells_of_z: Callable[[TraceRow, float], list[str]],
-    others: Mapping[str, Callable[[TraceRow], str]],
-    places: Sequence[int],
+    result: Result, rows: Sequence[TraceRow], cells_of_z: CellsOfZ, others: wording.Shown, places: Sequence[int]
 ) -> list[list[str]]:
     """Return the rows of a result in the columns at these places: the method where it begins, k, the components of z,
     which are written beside the largest, and the others."""

@@ -36,9 +36,9 @@ def _section(verification: Verification) -> Section:
     rows = [[measure, short(value), ""] for measure, value in measures.items() if value is not None]
     if bound := verification.bound:
         rows.append(["proved bound on the error", above(bound.value), bound.source])
-    names = [f"{v.index + 1} {problem.names[v.index]}".rstrip() for v in verification.violations]
     violations = [
-        [name, v.kind, number(v.z), number(v.w)] for name, v in zip(names, verification.violations, strict=True)
+        [f"{v.index + 1} {problem.names[v.index]}".rstrip(), v.kind, number(v.z), number(v.w)]
+        for v in verification.violations
     ]
     left_out = [f"the worst {len(violations)} of {verification.violated}"] * (verification.violated > len(violations))
     return Section(

@@ -272,6 +272,7 @@ def draw_paths(pictures: Sequence[Panel]) -> Figure:
 
 
 def _merit(axes: Axes, picture: Panel) -> None:
+    """Draw the contours of |F| in the quadrants, whose names are in the corners."""
     (left, right), (bottom, top) = ranges(picture)
     x, y = np.linspace(left, right, POINTS), np.linspace(bottom, top, POINTS)
     values = merit(matrices.dense(picture.problem.M), picture.problem.q, np.array(np.meshgrid(x, y)))
@@ -287,6 +288,10 @@ def _merit(axes: Axes, picture: Panel) -> None:
     for chosen, color in zip(SETS, COLORS, strict=True):
         corner = right if 1 in chosen else left, top if 2 in chosen else bottom
         axes.add_patch(Rectangle((0, 0), *corner, facecolor=color, alpha=FILLS[0], linewidth=0, zorder=1))
+        inwards = (INSET - 2 * INSET * (1 in chosen), INSET - 2 * INSET * (2 in chosen))
+        style: dict[str, Any] = {"ha": "right" if 1 in chosen else "left", "va": "top" if 2 in chosen else "bottom"}
+        style |= {"textcoords": "offset points", "path_effects": [OUTLINE], "zorder": 9}
+        axes.annotate(variables(chosen), (1 in chosen, 2 in chosen), inwards, xycoords="axes fraction", **style)
     axes.axhline(0, color="black", linewidth=0.8, zorder=2)
     axes.axvline(0, color="black", linewidth=0.8, zorder=2)
     axes.set(xlim=(left, right), ylim=(bottom, top), xlabel="$x_1$", ylabel="$x_2$")
@@ -301,14 +306,7 @@ def _merit(axes: Axes, picture: Panel) -> None:
 
 
 def _numbers(axes: Axes, picture: Panel, chosen: Looks) -> None:
-    """Label the quadrants in the corners, and a few iterates with their numbers, apart from each other and from the
-    corners."""
-    for members in SETS:
-        right, top = 1 in members, 2 in members
-        inwards = (-INSET if right else INSET, -INSET if top else INSET)
-        style: dict[str, Any] = {"ha": "right" if right else "left", "va": "top" if top else "bottom"}
-        style |= {"xycoords": "axes fraction", "textcoords": "offset points", "path_effects": [OUTLINE], "zorder": 9}
-        axes.annotate(variables(members), (right, top), inwards, **style)
+    """Label a few iterates with their numbers, apart from each other and from the corners."""
     low, high = np.transpose(ranges(picture))
     everywhere = np.array([x for path in picture.curves for x in path.x]).reshape(-1, 2)
     everywhere = (everywhere[np.isfinite(everywhere).all(axis=1)] - low) / (high - low)
