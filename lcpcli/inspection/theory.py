@@ -92,9 +92,8 @@ def _guarantee(method: Method, classes: Mapping[str, Verdict], problem: Problem)
     if method.max_unknowns is not None and n > method.max_unknowns:
         return Guarantee(NO, f"it is limited to {method.max_unknowns} unknowns")
     if ANY in method.guaranteed:
-        if n > SETTLED:
-            return Guarantee(NO, f"above {SETTLED} unknowns its tree may be too large")
-        return Guarantee(YES, method.guaranteed[ANY])
+        large = Guarantee(NO, f"above {SETTLED} unknowns its tree may be too large")
+        return large if n > SETTLED else Guarantee(YES, method.guaranteed[ANY])
     only_h_plus = classes["h_plus"].word == YES and classes["positive_definite"].word != YES
     if method is METHODS["fixed-point"] and only_h_plus:
         if largest <= OMEGA.value:

@@ -211,8 +211,7 @@ def skew_symmetric(context: Context) -> Verdict:
 
 def _nonzero_entry(context: Context, difference: Matrix) -> Verdict | None:
     """Return NO with the first pair of entries of M whose difference is not 0; None if there is none."""
-    place = _first(difference)
-    if place is None:
+    if (place := _first(difference)) is None:
         return None
     i, j = place
     own, other = (f"{entry(*pair)} = {context.M[pair]:.6g}" for pair in ((i, j), (j, i)))
@@ -221,8 +220,7 @@ def _nonzero_entry(context: Context, difference: Matrix) -> Verdict | None:
 
 def z_matrix(context: Context) -> Verdict:
     """Decide whether no entry off the diagonal is positive."""
-    place = _first(matrices.comparison(context.M) < context.M)
-    if place is None:
+    if (place := _first(matrices.comparison(context.M) < context.M)) is None:
         return Verdict(YES, "no entry off the diagonal is positive")
     return Verdict(NO, f"{entry(*place)} = {context.M[place]:.6g} is positive", place)
 
@@ -238,8 +236,7 @@ def _first(A: Matrix) -> tuple[int, int] | None:
 
 def strictly_diagonally_dominant(context: Context) -> Verdict:
     """Decide whether |M_ii| > sum of |M_ij|, j != i, for every row i."""
-    i = weak_row(context.M, context.check)
-    if i is None:
+    if (i := weak_row(context.M, context.check)) is None:
         return Verdict(YES, "in every row |M_ii| exceeds the sum of the other |M_ij|")
     return Verdict(NO, f"row {i + 1}: |M_ii| does not exceed the sum of the other |M_ij|", (i,))
 

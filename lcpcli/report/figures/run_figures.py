@@ -59,13 +59,12 @@ ALL_ZERO = Range(1e-17, 1e-15)  # at whose lower edge a point without any error 
 def errors(curves: Iterable[Curve]) -> Range:
     """Return a range around the errors that are neither practically 0 nor those of a divergent run."""
     series = [[v for v in curve.errors if v is not None] for curve in curves]
-    proper = [[v for v in values if 0 < v < math.inf] for values in series]
-    if any(series) and not any(v for values in series for v in values):
+    proper, values = [[v for v in own if 0 < v < math.inf] for own in series], list(chain(*series))
+    if values and not any(values):
         return ALL_ZERO
-    starts = [values[0] for values in proper if len(values) > 1] or [v for values in proper for v in values]
-    scale = max(starts, default=1.0)
+    scale = max([own[0] for own in proper if len(own) > 1] or chain(*proper), default=1.0)
     floor, ceiling = max(SMALLEST_ERROR * scale, SMALLEST_END), min(LARGEST_ERROR * scale, LARGEST_END)
-    return times([v for values in series for v in values], floor, ceiling)
+    return times(values, floor, ceiling)
 
 
 def times(values: Iterable[float], floor: float = SMALLEST_END, ceiling: float = LARGEST_END) -> Range:
@@ -193,18 +192,14 @@ def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
     axes.set_title(f"{title}, {max(len(profile.ratios) for profile in profiles)} problems")
     xlabel = "run time (s)" if in_seconds else "time / time of the fastest solver"
     axes.set(xlabel=xlabel, ylabel="share of problems solved")
-    across = times(seconds for profile in profiles for seconds in profile.ratios)
-    if in_seconds:
-        _log_axis(axes, "x", across, 0.0)
-    else:
-        largest = max((r for profile in profiles for r in profile.ratios if r < math.inf), default=1.0)
-        across = Range(1.0, max(largest, 2.0) ** 1.05)
-        _log_axis(axes, "x", across, 0.0)
-        if math.log2(across.high) <= DOUBLINGS:
-            axes.set_xscale("log", base=2, subs=[])
-            axes.xaxis.set_minor_formatter(NullFormatter())
-            axes.xaxis.set_major_locator(LogLocator(2, numticks=8))
-            axes.xaxis.set_major_formatter("{x:.0f}")
+    ratios = [ratio for profile in profiles for ratio in profile.ratios if ratio < math.inf]
+    across = times(ratios) if in_seconds else Range(1.0, max([*ratios, 2.0]) ** 1.05)
+    _log_axis(axes, "x", across, 0.0)
+    if not in_seconds and math.log2(across.high) <= DOUBLINGS:
+        axes.set_xscale("log", base=2, subs=[])
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.xaxis.set_major_locator(LogLocator(2, numticks=8))
+        axes.xaxis.set_major_formatter("{x:.0f}")
     axes.set_ylim(-0.03, 1.03)
     axes.yaxis.set_major_locator(FixedLocator([0, 0.2, 0.4, 0.6, 0.8, 1]))
     for profile in profiles:
