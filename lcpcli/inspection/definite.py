@@ -47,8 +47,7 @@ UNSEEN = "neither a v with v'Mv < 0 nor a proof that there is none was found"
 
 def positive_definite(context: Context) -> Verdict:
     """Decide whether v'Mv > 0 for every v != 0."""
-    found = _by_diagonal(context, strict=True)
-    if found is not None:
+    if (found := _by_diagonal(context, strict=True)) is not None:
         return found
     if context.n > EXACT_FIRST:
         found = _by_rounded_arithmetic(context)
@@ -77,13 +76,11 @@ def positive_semidefinite(context: Context) -> Verdict:
     return found or Verdict(UNDECIDED, witness.evidence if witness.word == UNDECIDED else UNSEEN)
 
 
-def _by_vector(
-    context: Context, v: Vector | None, strict: bool, indices: tuple[int, ...] | None = None
-) -> Verdict | None:
+def _by_vector(context: Context, v: Vector | None, strict: bool, P: tuple[int, ...] | None = None) -> Verdict | None:
     """Return NO if v'Mv is proved to be negative, or, if strict, not to be positive; else None."""
     if v is None or not context.form_is_low(v, strict):
         return None
-    return Verdict(NO, f"v'Mv {'<=' if strict else '<'} 0 for v = {text_of(v)}", indices, v)
+    return Verdict(NO, f"v'Mv {'<=' if strict else '<'} 0 for v = {text_of(v)}", P, v)
 
 
 def _by_diagonal(context: Context, strict: bool) -> Verdict | None:
@@ -129,12 +126,9 @@ def _by_support(context: Context) -> Verdict | None:
     """Decide by M + M' without its zero rows, by weak dominance, or by a zero on the diagonal of a nonzero row."""
     S = context.symmetric_part
     support = np.flatnonzero(abs(S).sum(axis=1))
-    loose = support[S.diagonal()[support] == 0]
-    if loose.size:
-        i, v = int(loose[0]), np.zeros(context.n)
-        row = matrices.dense(S[[i]])[0]
-        j = int(np.abs(row).argmax())
-        v[i], v[j] = -np.sign(row[j]) * (abs(context.diagonal[j]) / abs(row[j]) + 1.0), 1.0
+    if pair := _loose(context):
+        (i, j), v = pair, np.zeros(context.n)
+        v[i], v[j] = -np.sign(S[i, j]) * (abs(context.diagonal[j]) / abs(S[i, j]) + 1.0), 1.0
         found = f"v'Mv < 0 for v with entries {v[i]:.6g} at {i + 1} and 1 at {j + 1}"
         return Verdict(NO, found, (i, j), v) if context.form_is_low(v, strict=False) else None
     if support.size < context.n:
@@ -145,6 +139,14 @@ def _by_support(context: Context) -> Verdict | None:
     if _is_exact(context, S) and (verdict.signs(matrices.comparison(S), np.ones(context.n), context.check) >= 0).all():
         return Verdict(YES, "M + M' is weakly diagonally dominant with a nonnegative diagonal")
     return None
+
+
+def _loose(context: Context) -> tuple[int, int] | None:
+    """Return i and j with M_ii = 0 and M_ij + M_ji != 0; None if there are none."""
+    zero = np.flatnonzero(context.diagonal == 0)
+    rows = abs(context.symmetric_part[zero])
+    loose = np.flatnonzero(rows.sum(axis=1))
+    return (int(zero[loose[0]]), int(matrices.dense(rows[loose[:1]])[0].argmax())) if loose.size else None
 
 
 def _by_index_set(context: Context, indices: tuple[int, ...], strict: bool) -> Verdict:
@@ -175,10 +177,8 @@ def semidefinite_rank(S: Matrix) -> int | None:
     S = S[P][:, P]
     if not P.size or S.diagonal().min() <= 0 or not affordable(S):
         return None
-    if proof_of_definiteness(S)[0]:
-        return P.size
-    if P.size > MOST_SINGULAR:
-        return None
+    if (is_definite := proof_of_definiteness(S)[0]) or P.size > MOST_SINGULAR:
+        return P.size if is_definite else None
     with imports:
         from scipy.linalg import get_lapack_funcs, solve_triangular
     A = matrices.dense(S)
@@ -200,8 +200,7 @@ ALL_SETS = 9  # n up to which all 2^n - 1 index sets are examined, each by a lin
 
 def copositive(context: Context) -> Verdict:
     """Decide whether v'Mv >= 0 for every v >= 0."""
-    found = context.implied("positive_semidefinite")
-    if found is not None:
+    if (found := context.implied("positive_semidefinite")) is not None:
         return found
     if context.symmetric_part.min() >= 0:
         return Verdict(YES, "no entry of M + M' is negative")
@@ -234,16 +233,11 @@ def strictly_copositive(context: Context) -> Verdict:
 def copositive_plus(context: Context) -> Verdict:
     """Decide whether M is copositive, and (M + M')v = 0 for every v >= 0 with v'Mv = 0."""
     found = context.implied("positive_semidefinite", "strictly_copositive") or context.excluded("copositive")
-    if found is not None:
-        return found
-    zero = np.flatnonzero(context.diagonal == 0)
-    rows = abs(context.symmetric_part[zero])
-    loose = np.flatnonzero(rows.sum(axis=1))
-    if not loose.size:
-        return _by_zeros(context, plus=True)
-    i, j = int(zero[loose[0]]), int(matrices.dense(rows[loose[:1]])[0].argmax())
-    wrong = f"{entry(i, i)} = 0, but {entry(i, j)} + {entry(j, i)} is not"
-    return Verdict(NO, wrong, (i, j), context.vector((i,), (1,)))
+    if found is None and (pair := _loose(context)):
+        i, j = pair
+        wrong = f"{entry(i, i)} = 0, but {entry(i, j)} + {entry(j, i)} is not"
+        return Verdict(NO, wrong, pair, context.vector((i,), (1,)))
+    return found or _by_zeros(context, plus=True)
 
 
 def _beside_zeros_on_diagonal(context: Context) -> Verdict | None:
@@ -285,21 +279,16 @@ def _blocks(context: Context) -> Iterator[tuple[tuple[int, ...], Rows]]:
 def _by_zeros(context: Context, plus: bool) -> Verdict:
     """Decide whether a copositive M is strictly copositive, or copositive-plus, by the zeros v >= 0 of minimal support
     of its form, for which some v_P > 0 spans the null space of S_PP."""
-    if context.n > ALL_SETS:
-        return _undecided(context)
-    if not context.yes("copositive"):
-        return Verdict(UNDECIDED, "copositivity is not decided")
+    if context.n > ALL_SETS or not context.yes("copositive"):
+        return _undecided(context) if context.n > ALL_SETS else Verdict(UNDECIDED, "copositivity is not decided")
     whole = context.whole_symmetric_part()
     for P, S in _blocks(context):
         _, free = elimination.solve(S, [0] * len(P))
-        if len(free) != 1:
-            continue
-        u = free[0] if sum(free[0]) > 0 else [-value for value in free[0]]
-        if min(u) <= 0:
-            continue
-        if not plus:
+        u = free[0] if len(free) == 1 else [Fraction(0)]
+        u = [-value for value in u] if sum(u) < 0 else u
+        if min(u) > 0 and not plus:
             return _excluded(context, P, u, "v'Mv = 0")
-        if any(sum(row[i] * value for i, value in zip(P, u, strict=True)) for row in whole):
+        if min(u) > 0 and any(sum(row[i] * value for i, value in zip(P, u, strict=True)) for row in whole):
             return _excluded(context, P, u, "v'Mv = 0 but (M + M')v is not")
     zero = "(M + M')v = 0 whenever v'Mv = 0 and v >= 0" if plus else "v'Mv = 0 for v >= 0 only if v = 0"
     return Verdict(YES, f"it is copositive, and {zero}, in exact arithmetic")

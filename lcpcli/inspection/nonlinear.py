@@ -62,7 +62,7 @@ class NonlinearInspection:
     condition: float | None
     spread: Spread | None
     classes: Mapping[str, Verdict]
-    hints: Sequence[str]
+    hints: list[str]
 
     def __repr__(self) -> str:
         return str(views.inspection_text.report(self).render()).rstrip()
@@ -85,7 +85,6 @@ def inspect_nonlinear(
     samples = list(_samples(evaluations))
     pattern, varying = _pattern(problem.n, samples)
     free = np.isneginf(problem.lower) & np.isposinf(problem.upper)
-    ranks, hints = [_rank(part) for part in (pattern, pattern[free], pattern[:, free])], list[str]()
     J, undefined = evaluations.finite_jacobian(problem.x0), (~np.isfinite(F)).nonzero()[0].tolist()
     condition, classes = None, dict[str, Verdict]()
     with suppress(TimeIsUp), within(time_limit):
@@ -101,17 +100,17 @@ def inspect_nonlinear(
         equations=int(free.sum()),
         nonlinear_rows=int(varying.sum()),
         nonzeros=int(pattern.nnz),
-        structural_rank=ranks[0],
-        structural_rank_of_equations=ranks[1],
-        structural_rank_of_free=ranks[2],
+        structural_rank=_rank(pattern),
+        structural_rank_of_equations=_rank(pattern[free]),
+        structural_rank_of_free=_rank(pattern[:, free]),
         undefined_rows=undefined,
         residual=None if undefined else size(problem.box.gaps(problem.x0, F)),
         condition=condition,
         spread=None if J is None else theory.spread(J),
         classes=classes,
-        hints=hints,
+        hints=[],
     )
-    hints += _hints(found, J is None)
+    found.hints.extend(_hints(found, J is None))
     return found
 
 
@@ -142,7 +141,6 @@ def _pattern(n: int, samples: Sequence[Matrix]) -> tuple[Matrix, Vector]:
 
 
 def _rank(pattern: Matrix) -> int:
-    """Return the structural rank."""
     if not min(pattern.shape):
         return 0
     with imports:

@@ -78,13 +78,13 @@ class Smoothing(NamedTuple):
 def guarantees(classes: Mapping[str, Verdict], problem: Problem) -> dict[str, Guarantee]:
     """Return for each of `methods.registry.METHODS` whether its success is guaranteed by the known classes of M."""
     found = {name: _guarantee(method, classes, problem) for name, method in METHODS.items()}
-    if problem.n <= SETTLED:
-        return found
-    if found["interior"].word == YES:  # whose turn alone has no limit
-        return found | {AUTO: Guarantee(YES, f"as interior: {found['interior'].reason}")}
-    named = " and ".join(name for name in LIMITED if found[name].word == YES)
-    own = f"; without limits {named} would do" if named else ""
-    return found | {AUTO: Guarantee(NO, f"above {SETTLED} unknowns its attempts have limits{own}")}
+    if problem.n > SETTLED and found["interior"].word == YES:  # whose turn alone has no limit
+        found[AUTO] = Guarantee(YES, f"as interior: {found['interior'].reason}")
+    elif problem.n > SETTLED:
+        named = " and ".join(name for name in LIMITED if found[name].word == YES)
+        own = f"; without limits {named} would do" if named else ""
+        found[AUTO] = Guarantee(NO, f"above {SETTLED} unknowns its attempts have limits{own}")
+    return found
 
 
 def _guarantee(method: Method, classes: Mapping[str, Verdict], problem: Problem) -> Guarantee:
@@ -92,9 +92,8 @@ def _guarantee(method: Method, classes: Mapping[str, Verdict], problem: Problem)
     if method.max_unknowns is not None and n > method.max_unknowns:
         return Guarantee(NO, f"it is limited to {method.max_unknowns} unknowns")
     if ANY in method.guaranteed:
-        if n > SETTLED:
-            return Guarantee(NO, f"above {SETTLED} unknowns its tree may be too large")
-        return Guarantee(YES, method.guaranteed[ANY])
+        large = Guarantee(NO, f"above {SETTLED} unknowns its tree may be too large")
+        return large if n > SETTLED else Guarantee(YES, method.guaranteed[ANY])
     only_h_plus = classes["h_plus"].word == YES and classes["positive_definite"].word != YES
     if method is METHODS["fixed-point"] and only_h_plus:
         if largest <= OMEGA.value:
@@ -180,7 +179,6 @@ class Cost:
 
 
 def spread(M: Matrix) -> Spread:
-    """Return the spread of M."""
     used = [sizes[sizes > 0] for sizes in (matrices.row_maxima(M), matrices.column_maxima(M))]
     return Spread(*(float(np.log10(sizes.max()) - np.log10(sizes.min())) if sizes.size else 0.0 for sizes in used))
 

@@ -123,7 +123,6 @@ class Context:
 
     @cached_property
     def diagonal(self) -> Vector:
-        """Return the diagonal of M, shape (n,)."""
         return np.asarray(self.M.diagonal(), dtype=np.float64)
 
     @cached_property
@@ -183,11 +182,9 @@ def signs(A: Matrix, d: Vector, check: Check) -> Vector:
         return sign
     for i in np.flatnonzero(~(np.abs(value) > bound)):
         check()
-        if is_sparse(A):
-            part = slice(A.indptr[i], A.indptr[i + 1])
-            total = numbers.sign_of_product(A.data[part], d[A.indices[part]])
-        else:
-            total = numbers.sign_of_product(A[i], d)
+        part = slice(A.indptr[i], A.indptr[i + 1]) if is_sparse(A) else slice(None)
+        row, own = (A.data[part], d[A.indices[part]]) if is_sparse(A) else (A[i], d)
+        total = numbers.sign_of_product(row, own)
         sign[i] = (total > 0) - (total < 0)
     return sign
 
@@ -214,20 +211,16 @@ def skew_symmetric(context: Context) -> Verdict:
 
 def _nonzero_entry(context: Context, difference: Matrix) -> Verdict | None:
     """Return NO with the first pair of entries of M whose difference is not 0; None if there is none."""
-    place = _first(difference)
-    if place is None:
+    if (place := _first(difference)) is None:
         return None
     i, j = place
-    own = f"{entry(i, j)} = {context.M[i, j]:.6g}"
-    if i == j:
-        return Verdict(NO, f"{own} is not 0", (i,))
-    return Verdict(NO, f"{own}, {entry(j, i)} = {context.M[j, i]:.6g}", (i, j))
+    own, other = (f"{entry(*pair)} = {context.M[pair]:.6g}" for pair in ((i, j), (j, i)))
+    return Verdict(NO, f"{own} is not 0", (i,)) if i == j else Verdict(NO, f"{own}, {other}", place)
 
 
 def z_matrix(context: Context) -> Verdict:
     """Decide whether no entry off the diagonal is positive."""
-    place = _first(matrices.comparison(context.M) < context.M)
-    if place is None:
+    if (place := _first(matrices.comparison(context.M) < context.M)) is None:
         return Verdict(YES, "no entry off the diagonal is positive")
     return Verdict(NO, f"{entry(*place)} = {context.M[place]:.6g} is positive", place)
 
@@ -243,8 +236,7 @@ def _first(A: Matrix) -> tuple[int, int] | None:
 
 def strictly_diagonally_dominant(context: Context) -> Verdict:
     """Decide whether |M_ii| > sum of |M_ij|, j != i, for every row i."""
-    i = weak_row(context.M, context.check)
-    if i is None:
+    if (i := weak_row(context.M, context.check)) is None:
         return Verdict(YES, "in every row |M_ii| exceeds the sum of the other |M_ij|")
     return Verdict(NO, f"row {i + 1}: |M_ii| does not exceed the sum of the other |M_ij|", (i,))
 

@@ -45,25 +45,23 @@ summary { cursor: pointer; margin-top: 0.75rem }
 SCRIPT = """
 const value = cell => parseFloat(cell.textContent);
 for (const heading of document.querySelectorAll("thead th")) {
-  heading.classList.add("sortable");
-  heading.tabIndex = 0;
   const sort = () => {
     const table = heading.closest("table"), column = heading.cellIndex;
-    const rows = [...table.querySelectorAll("tbody tr")];
-    const turned = heading.getAttribute("aria-sort") === "ascending" ? -1 : 1;
+    const order = heading.getAttribute("aria-sort") === "ascending" ? -1 : 1;
     for (const other of table.querySelectorAll("th")) other.removeAttribute("aria-sort");
-    heading.setAttribute("aria-sort", turned === 1 ? "ascending" : "descending");
-    rows.sort((one, two) => {
+    heading.setAttribute("aria-sort", order === 1 ? "ascending" : "descending");
+    const rows = [...table.querySelectorAll("tbody tr")].sort((one, two) => {
       const [a, b] = [one.cells[column], two.cells[column]], [x, y] = [value(a), value(b)];
       const byText = a.textContent.localeCompare(b.textContent);
-      return turned * (isNaN(x) && isNaN(y) ? byText : isNaN(x) ? 1 : isNaN(y) ? -1 : x - y);
+      return order * (isNaN(x) && isNaN(y) ? byText : isNaN(x) ? 1 : isNaN(y) ? -1 : x - y);
     });
-    const body = table.createTBody();
-    body.append(...rows);
-    for (const other of [...table.tBodies]) if (other !== body) other.remove();
+    for (const body of [...table.tBodies]) body.remove();
+    table.createTBody().append(...rows);
   };
-  heading.addEventListener("click", sort);
-  heading.addEventListener("keydown", event => { if (event.key === "Enter") sort() });
+  heading.className += " sortable";
+  heading.tabIndex = 0;
+  heading.onclick = sort;
+  heading.onkeydown = event => { if (event.key === "Enter") sort() };
 }
 """
 
@@ -106,23 +104,9 @@ def _section(section: Section) -> list[str]:
 
 
 def _table(table: Table) -> list[str]:
-    grid = _grid(table)
-    if table.name:
-        opened = " open" * (not table.digits or len(table.rows) <= MOST_OPEN)
-        grid = f"<details{opened}><summary>{escape(table.name)}</summary>{grid}</details>"
-    return [grid, *(_line(text, "notes") for text in table.notes)]
-
-
-def _line(text: str, look: str) -> str:
-    return f'<p class="{look}">{escape(text)}</p>'
-
-
-def _grid(table: Table) -> str:
     """Return a table in HTML, with the label of each group repeated in its rows, so that sorted rows keep it."""
-    looks = [
-        ' class="text"' if j in table.texts else ' class="left"' if j in table.words else ""
-        for j in range(len(table.header))
-    ]
+    kinds = {**dict.fromkeys(table.words, "left"), **dict.fromkeys(table.texts, "text")}
+    looks = [f' class="{kinds[j]}"' if j in kinds else "" for j in range(len(table.header))]
     names = "".join(f"<th{look}>{escape(name)}</th>" for name, look in zip(table.header, looks, strict=True))
     bodies = [f"<thead><tr>{names}</tr></thead>"] * any(table.header)
     for group, texts in zip_longest(table.groups, table.digits, fillvalue=()):
@@ -134,4 +118,12 @@ def _grid(table: Table) -> str:
             cells = "".join(f"<td{look}>{escape(cell)}</td>" for cell, look in shown)
             rows.append(f'<tr title="{escape(text)}">{cells}</tr>' if text else f"<tr>{cells}</tr>")
         bodies.append(f"<tbody>{''.join(rows)}</tbody>")
-    return f'<div class="wide"><table>{"".join(bodies)}</table></div>'
+    grid = f'<div class="wide"><table>{"".join(bodies)}</table></div>'
+    if table.name:
+        opened = " open" * (not table.digits or len(table.rows) <= MOST_OPEN)
+        grid = f"<details{opened}><summary>{escape(table.name)}</summary>{grid}</details>"
+    return [grid, *(_line(text, "notes") for text in table.notes)]
+
+
+def _line(text: str, look: str) -> str:
+    return f'<p class="{look}">{escape(text)}</p>'

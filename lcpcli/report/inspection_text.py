@@ -101,12 +101,17 @@ def _facts(found: Inspection) -> list[Row]:
     size = f"{cost.factor_entries:.2g} entries, {cost.factor_operations:.2g} operations"
     if cost.bandwidth is not None:
         size = f"at most {size} (bandwidth {cost.bandwidth} after reordering)"
+    eigenvalues, ends = UNKNOWN, found.spectrum
+    if ends is not None:
+        eigenvalues = f"{'about ' * ends.estimated}{ends.smallest:.4g} to {ends.largest:.4g}"
+    elif found.classes["symmetric"].word == "no":
+        eigenvalues = "not computed: M is not symmetric"
     error = f"p = {found.smoothing.p:.2g} leaves a smoothing error of at most {found.smoothing.error:.1e} in F"
     return [
         ("entries", f"{stored}, {nonzeros}, {cost.bytes / unit:.3g} {name}"),
         ("scaling", f"{_spread(before)} ({after.rows:.1f} and {after.columns:.1f} after equilibration)"),
         ("condition", _condition(found)),
-        ("eigenvalues", _eigenvalues(found)),
+        ("eigenvalues", eigenvalues),
         ("factorization", size),
         ("fixed-point", _contraction(found.published, found)),
         ("  --omega auto", _contraction(found.best, found)),
@@ -142,13 +147,6 @@ def _condition(found: Inspection) -> str:
         return "singular to working precision"
     one, other = ("infinite" if value == math.inf else f"{value:.2g}" for value in (own, scaled))
     return f"{one} in the 1-norm, {other} after equilibration"
-
-
-def _eigenvalues(found: Inspection) -> str:
-    if found.spectrum is None:
-        return "not computed: M is not symmetric" if found.classes["symmetric"].word == "no" else UNKNOWN
-    about = "about " if found.spectrum.estimated else ""
-    return f"{about}{found.spectrum.smallest:.4g} to {found.spectrum.largest:.4g}"
 
 
 def _contraction(rate: Rate | None, found: Inspection) -> str:

@@ -70,18 +70,15 @@ def labels(titles: Sequence[str]) -> list[str]:
 
 
 def _tabular(table: Table) -> list[str]:
-    kinds = "".join(
-        r"p{0.5\textwidth}" if j in table.texts else "l" if j in table.words else "r" for j in range(len(table.header))
-    )
+    wide = r"p{0.5\textwidth}"
+    kinds = "".join(wide if j in table.texts else "rl"[j in table.words] for j in range(len(table.header)))
     lines = [rf"\begin{{tabular}}{{{kinds}}}", r"\toprule"]
     lines += [_row([_heading(name) for name in table.header])] * any(table.header)
     for group in table.groups:
         marked = table.best if group is table.groups[-1] else ()
-        rows = [
-            [_cell(text, (i, j) in marked, j in table.words) for j, text in enumerate(cells)]
-            for i, cells in enumerate(group)
-        ]
-        lines += [*[r"\midrule"] * (len(lines) > 2), *map(_row, rows)]
+        lines += [r"\midrule"] * (len(lines) > 2)
+        for i, cells in enumerate(group):
+            lines.append(_row([_cell(text, (i, j) in marked, j in table.words) for j, text in enumerate(cells)]))
     return [*lines, r"\bottomrule", r"\end{tabular}"]
 
 

@@ -64,11 +64,10 @@ def exact_lines(result: Result) -> list[str]:
     exact = result.exact
     if exact is None:
         return []
-    vectors = [(name, values) for name in "zwy" if (values := getattr(exact, name)) is not None]
-    shown = {"y": wording.proof_vector}
-    lines = [f"exact {name} = {shown.get(name, wording.vector)(values, brief)}" for name, values in vectors]
-    if exact.y:
-        lines[-1] += _as_proof(result.problem, exact.y)
+    vectors = ((name, values) for name in "zw" if (values := getattr(exact, name)) is not None)
+    lines = [f"exact {name} = {wording.vector(values, brief)}" for name, values in vectors]
+    if exact.y is not None:
+        lines.append(f"exact y = {wording.proof_vector(exact.y, brief)}{_as_proof(result.problem, exact.y)}")
     if not result.solved:
         return lines
     return [*lines, f"proof: {exact.proof}"] if exact.z is not None else [exact.proof]
@@ -133,10 +132,8 @@ def short_vector(result: Result, width: int) -> str:
     """Return z in a line of this width: all components, or the first ones and the last."""
     n = result.problem.n
     for room in range(max(min(n, width // 3), 1), 0, -1):
-        if room < n:
-            cells = [*_cells(result, slice(room - 1)), ELLIPSIS, *_cells(result, slice(n - 1, n))]
-        else:
-            cells = _cells(result, slice(n))
+        cells = _cells(result, slice(room - (room < n)))
+        cells += [ELLIPSIS, *_cells(result, slice(n - 1, n))] if room < n else []
         line = f"({', '.join(cells)})"
         if len(line) <= width or room <= 2:
             break
@@ -199,21 +196,18 @@ def doubt(result: Result) -> str:
 
 def spread(results: Sequence[Result]) -> str:
     """Return a warning if times of runs, even the least of their repetitions, may be unreliable; else ""."""
-    wide = [(result.spread, name(result)) for result in results if (result.spread or 0) > WIDE_SPREAD]
+    wide = [(result.spread, name(result)) for result in results if result.spread and result.spread > WIDE_SPREAD]
     if not wide:
         return ""
     runs = " and ".join(run for _, run in wide) if len(wide) <= 2 else f"{len(wide)} runs"
-    least = min(ratio or 0 for ratio, _ in wide)
-    return f"times of {runs} vary by more than {least:.1f}x between repeats"
+    return f"times of {runs} vary by more than {min(wide)[0]:.1f}x between repeats"
 
 
 def bound(result: Result) -> str:
     """Return a line with the proved bound on the error, or on why there is none; "" if no bound was requested."""
-    if result.bound is None:
+    if (own := result.bound) is None:
         return ""
-    if not result.bound.proved:
-        return f"no bound: {result.bound.source}"
-    return f"|z - z*| <= {wording.above(result.bound.value)} ({result.bound.source})"
+    return f"|z - z*| <= {wording.above(own.value)} ({own.source})" if own.proved else f"no bound: {own.source}"
 
 
 VECTOR_WIDTH = 60  # characters of z, which leaves room for its heading in a notebook's column

@@ -5,9 +5,9 @@ breakpoint."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import chain, islice, pairwise, zip_longest
 from typing import Any, NamedTuple, TypeAlias
 
@@ -22,19 +22,9 @@ from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.parametric.path import INFEASIBLE, REACHED, TURN, Path, StateChange
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import shortest_decimal
-from lcpcli.report import plotting, programs_and_games, result_formats, wording
+from lcpcli.report import plotting, programs_and_games, result_formats, tables, wording
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.result_formats import Report
-from lcpcli.report.tables import (
-    CELL,
-    OTHER_COLUMNS,
-    PIPE_COMPONENTS,
-    PRINTED,
-    longest,
-    room,
-    shown_components,
-    with_gap,
-)
+from lcpcli.report.result_formats import Report, plain
 from lcpcli.report.wording import ELLIPSIS
 from lcpcli.typing import Vector
 
@@ -325,18 +315,14 @@ def rows(path: Path, at: At, names: Sequence[str]) -> tuple[Iterable[Sequence[An
     def row(number: Any, note: str, t: Any, z: Any, w: Any) -> list[Any]:
         moved = [terms.moved(t)] if terms.moving else []
         value = [terms.objective(t, z)] if terms.program else []
-        vectors = (result_formats.plain(chosen(vector)) for vector in (terms.values(z), w))
-        return [
-            *map(result_formats.plain, (number, t, *moved, note)),
-            *chain(*vectors),
-            *map(result_formats.plain, value),
-        ]
+        vectors = (plain(chosen(vector)) for vector in (terms.values(z), w))
+        return [*plain([number, t, *moved, note]), *chain(*vectors), *plain(value)]
 
     moving = [terms.moving.label] if terms.moving else []
     w_names = [f"w {name}" if name else f"w{i}" for i, name in enumerate(path.problem.names, 1)]
     header = ["breakpoint", "t", *moving, "change", *chosen(terms.names()), *chosen(w_names)]
     notes = notes_on(path, terms.names(), math.inf)
-    breakpoints = (row(k + 1, notes[k], *(part[k] for part in terms.points)) for k in range(path.t.size))
+    breakpoints = (row(k, *each) for k, each in enumerate(zip(notes, *terms.points, strict=True), 1))
     others = (row("", "", *point) for point in zip(*terms.at_all(at), strict=True))
     comments = [title(path), verdict(path, path.t.size)]
     return chain([[*header, *["objective"] * bool(terms.program)]], in_time(breakpoints), others), comments
@@ -355,7 +341,7 @@ def report(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] =
 def build(path: Path, form: str, at: At, width: int | None, names: Sequence[str] = ()) -> Document:
     """Return the report on a path for a format: a row for each breakpoint, and the further points below them. names :
     of the unknowns that are shown, as for `wording.places`; empty for as many as fit."""
-    terms, most = Terms(path), longest(form)
+    terms, most = Terms(path), tables.longest(form)
     notes = notes_on(path, wording.all_visible(terms.names(most)), MOST_CHANGES)[:MOST_ROWS]
     found = terms.at_all(at)
     missed = [f"{float(t):.7g}" for t in at if t not in found.t]
@@ -385,7 +371,7 @@ def _columns(
     """Return the columns of a table with their headings, and whether unknowns are left out: t, the number that moves,
     what changes, as many components of z (x and y of a program) as the width has room for, w if there is room for all,
     and the objective of a program. chosen : as names for `build`."""
-    path, program, moving, most = terms.path, terms.program, terms.moving, longest(form)
+    path, program, moving, most = terms.path, terms.program, terms.moving, tables.longest(form)
     n, names, ends = path.problem.n, wording.all_visible(terms.names(most)), (path.family.start, path.family.stop)
     of_z, *of_w = (float(np.abs(array).max(initial=0.0)) for array in (path.z, path.w, path.problem.q, path.to.q))
     vectors = list(map(terms.values, points.z))
@@ -407,21 +393,21 @@ def _columns(
         after.append(column("objective", map(terms.objective, points.t, points.z)))
     if chosen:
         return [*before, *of_places(wording.places(terms.names(), chosen)), *after], False
-    left = room(form, width)
+    left = tables.room(form, width)
     if left is not None:
-        left -= CELL * (len(before) - 1 + len(after)) + max(map(len, notes), default=0)
+        left -= tables.CELL * (len(before) - 1 + len(after)) + max(map(len, notes), default=0)
 
     def fits(columns: Sequence[Sequence[str]]) -> bool:
-        return len(columns) <= PIPE_COMPONENTS if left is None else sum(max(map(len, c)) + 1 for c in columns) <= left
+        wide = sum(max(map(len, cells)) + 1 for cells in columns)
+        return len(columns) <= tables.PIPE_COMPONENTS if left is None else wide <= left
 
     counts = [n] if program is None else [n - program.ranges, program.variables]
     shown: list[list[str]] | None = None
-    if n <= (PIPE_COMPONENTS if left is None else left):
+    if n <= (tables.PIPE_COMPONENTS if left is None else left):
         shown = next(filter(fits, map(of_places, map(range, counts))), None)
     if shown is None:
-        shown = of_places(
-            with_gap(counts[-1], shown_components(counts[-1], None if left is None else left + OTHER_COLUMNS))
-        )
+        usual = None if left is None else left + tables.OTHER_COLUMNS
+        shown = of_places(tables.with_gap(counts[-1], tables.shown_components(counts[-1], usual)))
     elif program is None:
         w = [column(f"w{i + 1}", (own[i] for own in points.w), max(of_w)) for i in range(n)]  # rounded as its terms are
         shown += w if fits([*shown, *w]) else []
@@ -434,25 +420,22 @@ def _cell(value: Any, largest: float = 0.0) -> str:
 
 def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:
     path, remarks = terms.path, []
+    has_names = any(path.problem.names)
+    named = partial(programs_and_games.named, names=terms.names() if has_names else (), sparing=has_names)
     if path.certificate is not None:
         which = "first" if path.end == INFEASIBLE else "second"
-        y = _named(terms, path.certificate, wording.multiplier)
+        y = named(path.certificate.tolist(), cell=wording.multiplier)
         remarks.append(f"proof that the {which} problem has no solution: y = {y}")
     if path.direction is not None:
         largest = float(np.abs(path.direction).max())
-        along = _named(terms, np.round(path.direction / largest, 12) * largest, "{:.7g}".format)
-        remarks.append(f"direction of z on the ray: {along}")
+        along = (np.round(path.direction / largest, 12) * largest).tolist()
+        remarks.append(f"direction of z on the ray: {named(along, cell='{:.7g}'.format)}")
     if path.jumps:
         remarks.append("at a jump all points between the two rows solve the problem")
     if path.t.size > MOST_ROWS:
         remarks.append(f"the first {MOST_ROWS} of {path.t.size} rows; --format json and csv have all of them")
-    if path.end == TURN and form not in PRINTED:
+    if path.end == TURN and form not in tables.PRINTED:
         remarks.append("with --turns the path goes on, with t decreasing")
-    if elided and form not in PRINTED:
+    if elided and form not in tables.PRINTED:
         remarks.append(f"see all {path.problem.n} components with --format csv")
     return remarks
-
-
-def _named(terms: Terms, values: Vector, cell: Callable[[Any], str]) -> str:
-    has_names = any(terms.path.problem.names)
-    return programs_and_games.named(values.tolist(), terms.names() if has_names else (), cell, sparing=has_names)

@@ -126,14 +126,10 @@ class Picture:
     provenance: Sequence[str]
     text: str = ""
 
-    def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the picture as .png, .svg or .pdf, completely or not at all."""
-        file = os.fspath(file)
-        write_whole(file, self.content(form_of(file)))
-
-    def saved(self, file: str | os.PathLike[str] | None) -> Picture:
+    def save(self, file: str | os.PathLike[str] | None) -> Picture:
+        """Write the picture as .png, .svg or .pdf, completely or not at all, if there is a file."""
         if file is not None:
-            self.save(file)
+            write_whole(os.fspath(file), self.content(form_of(os.fspath(file))))
         return self
 
     def content(self, form: str) -> bytes:
@@ -174,8 +170,7 @@ def form_of(path: str, option: str = PLOT) -> str:
     """Return the form of the picture that an option asks for, by the suffix of the path."""
     ending = PurePath(path).suffix.lower().lstrip(".")
     if ending not in FORMS:
-        endings = ", ".join(f".{form}" for form in FORMS)
-        raise ParameterError(option, f"{path!r} has no known suffix of a picture", f"use one of {endings}")
+        raise ParameterError(option, f"{path!r} has no known suffix of a picture", "use one of .png, .svg, .pdf")
     return ending
 
 
@@ -209,7 +204,7 @@ def plot_path(path: Path, file: str | os.PathLike[str] | None = None, show: Sequ
     program."""
     require()
     data, text = [path, [show] if isinstance(show, str) else show], f"path of {count(path.t.size, 'breakpoint')}"
-    return Picture("response", data, [f"{wording.PROGRAM}: {path}"], text).saved(file)
+    return Picture("response", data, [f"{wording.PROGRAM}: {path}"], text).save(file)
 
 
 def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None = None) -> Picture:
@@ -250,7 +245,7 @@ def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None
         group.append(result)
     if not groups:
         raise ParameterError("results", "there are none", "give at least one")
-    return convergence(panels([_with_labels(group) for group in groups])).saved(file)
+    return convergence(panels([_with_labels(group) for group in groups])).save(file)
 
 
 def _with_labels(group: Sequence[Result]) -> list[Result]:
@@ -263,7 +258,7 @@ def _with_labels(group: Sequence[Result]) -> list[Result]:
             for name, value in result.options.items()
             if isinstance(value, (bool, int, float, str)) and any(options.get(name) != value for options in alike)
         ]
-        label = f"{result.label or result.method}:{','.join(apart)}" if apart else result.label
+        label = f"{wording.name(result)}:{','.join(apart)}" if apart else result.label
         labelled.append(replace(result, label=label))
     return labelled
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from itertools import islice
+from itertools import chain, islice
 from typing import Any
 
 import numpy as np
@@ -37,7 +37,7 @@ def lines(result: Result, compared: bool) -> list[str]:
             parts = [payoffs_of(answer.exact or answer)]
     elif not isinstance(answer, Minimum):
         if answer.row is not None:
-            parts = strategies(origin, answer.row.tolist(), answer.column.tolist(), answer.payoffs)
+            parts = strategies(origin, answer)
     elif answer.x is not None and answer.y is not None and answer.objective is not None:
         multipliers = [f"y = {named(answer.y.tolist(), origin.rows)}"] if answer.y.size else []
         point = f"{'' if result.solved else 'best '}x = {named(answer.x.tolist(), origin.columns)}"
@@ -51,20 +51,14 @@ def lines(result: Result, compared: bool) -> list[str]:
     return [f"{wording.name(result)}: " * compared + text for text in texts if text]
 
 
-def strategies(
-    game: Any,
-    row: list[Any],
-    column: list[Any],
-    payoffs: Sequence[Any],
-    cell: Callable[[Any], str] = wording.plain_number,
-) -> list[str]:
-    """Return lines with a mixed strategy of each player, as a vector or by the names of the strategies played, and with
-    the payoffs."""
+def strategies(game: Any, own: Any, cell: Callable[[Any], str] = wording.plain_number) -> list[str]:
+    """Return lines with the mixed strategies row and column, as vectors or by the names of the strategies played, and
+    with the payoffs."""
     one, other = game.players or ("row", "column")
     return [
-        f"{one} = {named(row, game.rows, cell, sparing=True)}",
-        f"{other} = {named(column, game.columns, cell, sparing=True)}",
-        f"payoffs {cell(payoffs[0])} and {cell(payoffs[1])}",
+        f"{one} = {named(list(own.row), game.rows, cell, sparing=True)}",
+        f"{other} = {named(list(own.column), game.columns, cell, sparing=True)}",
+        f"payoffs {cell(own.payoffs[0])} and {cell(own.payoffs[1])}",
     ]
 
 
@@ -84,10 +78,8 @@ def behavior_of(game: Any, z: Sequence[Any]) -> Behavior | None:
 def moves(own: Any) -> list[list[Any]]:
     """Return for each player of a game tree the probabilities of the last moves of the sequences, the first of which
     has none. own : a `Behavior` or an answer."""
-    return [
-        [1, *(p for each in own.information_sets if each.player == name for p in each.probabilities)]
-        for name in own.players
-    ]
+    sets = ([each.probabilities for each in own.information_sets if each.player == name] for name in own.players)
+    return [[1, *chain(*probabilities)] for probabilities in sets]
 
 
 def behavior(sets: Sequence[InformationSetStrategy]) -> Table:
@@ -95,8 +87,7 @@ def behavior(sets: Sequence[InformationSetStrategy]) -> Table:
     chosen = (named(list(own.probabilities), own.actions, wording.number, True)[1:-1] for own in sets)
     shown = zip(sets[:MOST_SETS], chosen, strict=False)
     rows = [[own.player, own.label, wording.number(own.reached), actions] for own, actions in shown]
-    left_out = f"the first {MOST_SETS} of {len(sets)} information sets; JSON has all"
-    notes = [left_out] * (len(sets) > MOST_SETS)
+    notes = [f"the first {MOST_SETS} of {len(sets)} information sets; JSON has all"] * (len(sets) > MOST_SETS)
     return Table(["player", "information set", "reached", "probabilities"], [rows], (0, 1, 3), (3,), notes=notes)
 
 
@@ -150,10 +141,8 @@ def named(
 def iterate_of_game(game: Game, z: Vector) -> list[Any]:
     """Return the probabilities that z stands for, and then the payoffs, as doubles or fractions like z. If a player's
     part of z is not a strategy, its probabilities and both payoffs are None."""
-    parts = game.parts(z)
-    sums = [part.sum() for part in parts]
-    given = [min(part) >= 0 and 0 < total < np.inf for part, total in zip(parts, sums, strict=True)]
-    x, y = (part / total for part, total in zip(parts, sums, strict=True))
-    payoffs = Strategies.of(game, x, y).payoffs if all(given) else (None, None)
-    shown = (own.tolist() if there else [None] * own.size for own, there in zip((x, y), given, strict=True))
-    return [*(value for own in shown for value in own), *payoffs]
+    parts = [(part, part.sum()) for part in game.parts(z)]
+    x, y = (part / total if min(part) >= 0 and 0 < total < np.inf else None for part, total in parts)
+    payoffs = (None, None) if x is None or y is None else Strategies.of(game, x, y).payoffs
+    shown = ([None] * part.size if own is None else own.tolist() for own, (part, _) in zip((x, y), parts, strict=True))
+    return [*chain(*shown), *payoffs]

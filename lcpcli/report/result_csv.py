@@ -67,9 +67,8 @@ def iterates(results: Sequence[Result], chosen: Sequence[str] = (), names: Seque
     shown, of_z = chosen or wording.CHOICES, of_games or [f"z{i}" for i in range(1, n + 1)]
     kept = wording.places(wording.labels_of(results[0].problem), names) if names else range(len(of_z))
     heads = {"k": ["k"], "z": [of_z[i] for i in kept], "time": ["seconds"]}
-    lines: list[Cells] = [
-        ["problem", "method", *(cell for name in shown for cell in heads.get(name, [name])), "status"]
-    ]
+    columns = chain(*(heads.get(name, [name]) for name in shown))
+    lines: list[Cells] = [["problem", "method", *columns, "status"]]
     game: Any
     for result, game in zip(results, games, strict=True):
         start, blanks = [result.problem.name, wording.name(result)], [""] * (n - result.problem.n)
@@ -104,9 +103,8 @@ def runs(results: Sequence[Result]) -> Rows:
 def _rows(result: Result, start: Cells, parts: Sequence[Part]) -> list[Cells]:
     """Return a row for each component, with blanks where a part says nothing about it."""
     blanks = ([*cells(result), *[[""] * len(names)] * result.problem.n] for names, cells in parts)
-    return [
-        [*start, i, z, w, *chain(*more)] for i, z, w, *more in zip(count(1), *_vectors(result), *blanks, strict=False)
-    ]
+    rows = zip(count(1), *_vectors(result), *blanks, strict=False)
+    return [[*start, i, z, w, *chain(*more)] for i, z, w, *more in rows]
 
 
 def _vectors(result: Result) -> tuple[Cells, Cells]:

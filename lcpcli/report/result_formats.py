@@ -25,7 +25,6 @@ from lcpcli.version import VERSION
 if TYPE_CHECKING:
     from lcpcli.model.nonlinear import NonlinearProblem
     from lcpcli.solving.result import Result
-    from lcpcli.verify.certificate import Certificate
 
 FORMS = ("table", "json", "csv")  # the formats in which each of many problems has a part of its own
 BAD_INPUT = "bad_input"  # the status of a problem that could not be read
@@ -60,8 +59,9 @@ class Layout(NamedTuple):
             name = name if len(name) <= self.name else ELLIPSIS + name[len(ELLIPSIS) - self.name :]
             while by and len(", ".join(by)) > self.room:
                 by = by[1:]
-        sizes = [[f"{n:>6}"], [f"{k:>5}"]] if self.has_sizes else [[], []]
-        cells = [f"{name:{self.name}}", *sizes[0], f"{status:15}", *sizes[1], f"{residual:>8}", f"{time:>7}"]
+        cells = [f"{name:{self.name}}", f"{n:>6}", f"{status:15}", f"{k:>5}", f"{residual:>8}", f"{time:>7}"]
+        if not self.has_sizes:
+            del cells[3], cells[1]
         return "  ".join([*cells, visible(", ".join(by))]).rstrip() + "\n"
 
 
@@ -136,11 +136,7 @@ def report(
 def heading(form: str, layout: Layout) -> str:
     if form == "table":
         return layout.row("problem", "n", "status", "k", "residual", "time", ["by"])
-    if form == "json":
-        return ""
-    from lcpcli.report import result_csv
-
-    return written([["problem", *result_csv.COLUMNS, result_csv.STATE, "name"]])
+    return "" if form == "json" else "problem,component,z,w,state,name\n"
 
 
 def of_result(result: Result, source: Source, form: str, layout: Layout) -> str:
@@ -217,6 +213,9 @@ def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
     problem, bound, exact, curve, trace = result.problem, result.bound, result.exact, result.curve, result.trace
     vectors = {name: getattr(exact, name, None) for name in ("z", "w", "y")}
     how_read = problem.note if (source.file or "").casefold().endswith(".nl") else ""  # others' notes are of authors
+    certificate = plain(result.certificate)
+    if certificate:  # its vector in fractions, if doubles are only near the proof
+        certificate["vector"] = certificate.pop("exact") or certificate["vector"]
     own = {
         **place(source, problem),
         "package": declared(result.method).package,
@@ -229,7 +228,7 @@ def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
         "error_bound_source": bound.source if bound and bound.proved else None,
         "reference": problem.reference if problem.solutions else None,
         "milestones": curve.milestones if curve and curve.levels else None,
-        "certificate": _certificate(result.certificate),
+        "certificate": certificate,
         "exact": exact and {"status": exact.status and exact.status.word, **vectors, "proof": exact.proof},
         "answer": _answer(result),
         "conclusion_seconds": getattr(result.answer, "seconds", None),
@@ -282,19 +281,11 @@ def numbers(values: Any, exact: bool) -> Any:
     return None if values is None else plain(values if exact else rounded(values))
 
 
-def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:
-    """Return a certificate, with its vector in fractions if doubles are only near the proof."""
-    if certificate is None:
-        return None
-    found: dict[str, Any] = plain(certificate)
-    exact = found.pop("exact")
-    return found | {"vector": exact or found["vector"]}
-
-
 def _answer(result: Result) -> dict[str, Any] | None:
-    if result.answer is None or result.problem.origin is None:
+    answer = result.answer
+    if answer is None or result.problem.origin is None:
         return None
-    origin, answer = result.problem.origin.data(), result.answer
+    origin = result.problem.origin.data()
     return {
         "kind": origin["kind"],
         **(record(MINIMUM, answer, {}) if hasattr(answer, "x") else plain(answer)),

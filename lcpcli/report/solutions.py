@@ -26,7 +26,7 @@ from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.result_formats import Report, numbers
 from lcpcli.report.tables import longest
 
-HEADER = ("piece", "kind", "number", "component", "z", "w")
+HEADER: tuple[str, ...] = ("piece", "kind", "number", "component", "z", "w")
 BEST_KEYS = "status message sense value bound gap z w x y equilibrium nodes seconds"
 PROGRAM_COLUMNS = ("part", "value")
 EQUILIBRIUM_COLUMNS = ("equilibrium", "player", "strategy", "probability", "payoff")
@@ -61,10 +61,8 @@ def build(found: SolutionSet | Optimum, exact: bool, form: str, names: Sequence[
     else:
         message, settled = found.message, found.complete
         listing, remarks = (_pieces if found.equilibria is None else _equilibria)(found, cell, longest(form), names)
-        tables, figure = (
-            [listing],
-            partial(plotting.cones(found).content, "svg") if plotting.is_plane(problem) else None,
-        )
+        tables = [listing]
+        figure = partial(plotting.cones(found).content, "svg") if plotting.is_plane(problem) else None
     title = f"{wording.title(problem) or 'problem'}: {wording.size(problem)}"
     made_by = f"{wording.PROGRAM}, in exact arithmetic{wording.took(found.seconds, form)}"
     return Document(title, [Section(title, message, settled, facts, tables, remarks, made_by, figure)])
@@ -74,22 +72,18 @@ def _best(found: Optimum, cell: Callable[..., str], most: float, names: Sequence
     """Return lines with the objective, its bound and what the best solution means, and the tables of its numbers."""
     problem = found.data.problem
     shown = (("objective", "value"), ("bound", "bound"), ("gap", "gap"))
-    facts = [
-        f"{word} {cell(value, found.outward[name])}"
-        for word, name in shown
-        if (value := getattr(found, name)) is not None
-    ]
+    values = ((word, getattr(found, name), found.outward[name]) for word, name in shown)
+    facts = [f"{word} {cell(value, toward)}" for word, value, toward in values if value is not None]
     if each := found.equilibrium:
-        facts += programs_and_games.strategies(problem.origin, [*each.row], [*each.column], each.payoffs, cell)
+        facts += programs_and_games.strategies(problem.origin, each, cell)
     tree = programs_and_games.behavior_of(problem.origin, found.z) if found.z else None
     facts += [programs_and_games.payoffs_of(tree)] if tree else []
     own = wording.headings(problem, most)
     chosen = wording.places(wording.labels_of(problem)[: problem.n], names)
     kept = chosen[:MOST_UNKNOWNS]
     if len(kept) < len(chosen):
-        facts.append(
-            f"the first {MOST_UNKNOWNS} of {count(len(chosen), 'unknown')}; --format json and csv have all of them"
-        )
+        unknowns = count(len(chosen), "unknown")
+        facts.append(f"the first {MOST_UNKNOWNS} of {unknowns}; --format json and csv have all of them")
     z, w = (in_own_sense(problem, values or []) for values in (found.z, found.w))
     rows = [[own[i], cell(z[i]), cell(w[i])] for i in kept] if z else []
     facts.append(f"{count(found.nodes, 'node')} of the tree over the states")
@@ -157,16 +151,14 @@ def _listing(header: list[str], groups: Iterable[Iterable[list[str]]], total: in
     return Table(header, list(filter(None, shown)), words=words, name="Solutions"), remarks
 
 
-def _equilibria(
-    found: SolutionSet, cell: Callable[[Fraction], str], most: float, shown_names: Sequence[str]
-) -> Listing:
+def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float, shown: Sequence[str]) -> Listing:
     """Return a row for each extreme equilibrium; the equilibria of a component are a group."""
     game, equilibria = found.game, found.equilibria
     assert game is not None
     assert equilibria is not None
     extreme, subsets = equilibria.extreme, equilibria.subsets
     names = list(chain(*wording.strategy_names(game, most)))
-    kept = wording.places(wording.labels_of(found.data.problem)[: found.data.n], shown_names)
+    kept = wording.places(wording.labels_of(found.data.problem)[: found.data.n], shown)
     indexed = any(each.index is not None for each in extreme)
     header = ["", *(names[i] for i in kept), *wording.payoff_headings(game), *["index"] * indexed, "pure"]
 
@@ -238,8 +230,7 @@ def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tu
     each component of each vertex, ray and line: z and w, or their changes for a direction; for a program, also whether
     it is x, y or s, and its value in the program's own sense. For a game there is a line for each strategy in each
     extreme equilibrium: its probability, and the expected payoff of its player. shown : as names for `build`."""
-    problem, n = found.data.problem, found.data.n
-    header: Cells = HEADER[3:]
+    problem, n, header = found.data.problem, found.data.n, HEADER[3:]
     if isinstance(found, Optimum):
         message, has_names = found.message(brief), True
         rows = _components(problem.origin, found.z, found.w or [], exact) if found.z else iter(())

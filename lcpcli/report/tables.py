@@ -4,9 +4,9 @@ compared runs a summary: the options that distinguish each, its costs, and how i
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -31,6 +31,9 @@ TITLE_COMPONENTS = 6  # of a known solution in a title, about a line of text
 MOST_EXPLAINED = 5  # runs whose failures are explained, a line or two each; more, as in a sweep, would be too many
 PRINTED = ("latex", "html")  # the formats for readers who do not run the program
 NONE = "-"  # in place of the strategies of an iterate that has none, or of the costs to a level that is not reached
+
+
+CellsOfZ: TypeAlias = "Callable[[TraceRow, float], list[str]]"  # of a row, beside the largest component of z
 
 
 def shown_components(n: int, width: int | None) -> Indices | None:
@@ -170,11 +173,7 @@ def with_gap(n: int, components: Indices | None) -> list[int | None]:
 
 
 def _group(
-    result: Result,
-    rows: Sequence[TraceRow],
-    cells_of_z: Callable[[TraceRow, float], list[str]],
-    others: Mapping[str, Callable[[TraceRow], str]],
-    places: Sequence[int],
+    result: Result, rows: Sequence[TraceRow], cells_of_z: CellsOfZ, others: wording.Shown, places: Sequence[int]
 ) -> list[list[str]]:
     """Return the rows of a result in the columns at these places: the method where it begins, k, the components of z,
     which are written beside the largest, and the others."""
@@ -244,7 +243,6 @@ def _title(problem: Problem, verdict: str) -> str:
 
 
 SHORT = {"iteration_limit": "k limit", "time_limit": "t limit"}  # for crowded rows
-NOTE = "to: errors relative to the solution's largest component"
 FALSE = "FALSE"  # in place of the status of a run whose claim does not hold
 
 
@@ -253,9 +251,11 @@ def summary_of_costs(results: Sequence[Result], width: int | None) -> Table:
     verified end, in one unit. Options by which runs differ have columns of their own. A summary wider than the
     terminal, if there is one, leaves out levels, the coarsest first."""
     are_noted = any(result.curve is not None and result.curve.levels for result in results)
-    made = [_summary(results, LEVELS[i:] if are_noted else (), are_noted) for i in range(len(LEVELS) + 1)]
-    wide = (sum(each.widths()) + len(each.header) + len(each.best) for each in made)  # a mark beside each best cell
-    return next((each for each, own in zip(made, wide, strict=True) if width is None or own <= width), made[-1])
+    for i in range(len(LEVELS) + 1):
+        made = _summary(results, LEVELS[i:] if are_noted else (), are_noted)
+        if width is None or sum(made.widths()) + len(made.header) + len(made.best) <= width:  # a mark beside each best
+            break
+    return made
 
 
 def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool) -> Table:
@@ -283,7 +283,7 @@ def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool
     times = [[at[level][1] if level in at else None for at in attained] for level in levels]
     times.append([result.seconds if result.solved else None for result in results])
     best = {(row, first + 2 * j + 1) for j, column in enumerate(times) for row in _shortest(column)}
-    notes = [NOTE] * any(name.startswith("to ") for name in header)
+    notes = ["to: errors relative to the solution's largest component"] * any(name.startswith("to ") for name in header)
     return Table(header, [rows], words=(0, len(header) - 1), best=best, why="the shortest time", notes=notes)
 
 

@@ -120,13 +120,11 @@ def _label_down(group: Sequence[Sequence[str]]) -> Sequence[Sequence[str]]:
 def _print(console: Console, table: Table, width: int | None) -> None:
     """Print a table with a rule between groups: its sentences wrapped if it has any, else in parts that repeat its
     leading columns of words if it is too wide."""
-    if table.texts:
-        widths = table.widths()
-        least = sum(FEWEST_OF_TEXT if j in table.texts else widest + 1 for j, widest in enumerate(widths))
-        grid = _grid(table, range(len(widths)), 1)
-        console.print(grid, width=max(width or PIPE_WIDTH, least))
-        return
     widths, room = table.widths(), width or UNLIMITED
+    if table.texts:
+        least = sum(FEWEST_OF_TEXT if j in table.texts else widest + 1 for j, widest in enumerate(widths))
+        console.print(_grid(table, range(len(widths)), 1), width=max(width or PIPE_WIDTH, least))
+        return
     if table.name and sum(widths) + len(widths) > (width or PAGE_WIDTH):
         table = table._replace(groups=list(map(_label_down, table.groups)))
         widths = table.widths()

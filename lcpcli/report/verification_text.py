@@ -36,9 +36,9 @@ def _section(verification: Verification) -> Section:
     rows = [[measure, short(value), ""] for measure, value in measures.items() if value is not None]
     if bound := verification.bound:
         rows.append(["proved bound on the error", above(bound.value), bound.source])
-    names = [f"{v.index + 1} {problem.names[v.index]}".rstrip() for v in verification.violations]
     violations = [
-        [name, v.kind, number(v.z), number(v.w)] for name, v in zip(names, verification.violations, strict=True)
+        [f"{v.index + 1} {problem.names[v.index]}".rstrip(), v.kind, number(v.z), number(v.w)]
+        for v in verification.violations
     ]
     left_out = [f"the worst {len(violations)} of {verification.violated}"] * (verification.violated > len(violations))
     return Section(
@@ -66,8 +66,7 @@ def _of_origin(verification: Verification) -> list[str]:
     if hasattr(own, "information_sets"):
         return [programs_and_games.payoffs_of(own), *lines]
     if own is not None:
-        parts = programs_and_games.strategies(origin, own.row.tolist(), own.column.tolist(), own.payoffs, number)
-        return [", ".join(parts), *lines]
+        return [", ".join(programs_and_games.strategies(origin, own, number)), *lines]
     if multipliers is None:
         return [*lines, *programs_and_games.no_optimum(verification.answer, origin)]
     return [*lines, f"found y = {programs_and_games.named(multipliers.tolist(), getattr(origin, 'rows', ()))}"]

@@ -30,7 +30,6 @@ LINE_ENTRIES = 12  # entries of a vector at most, about a line of 7 digits each
 LEVELS = (1e-3, 1e-6, 1e-9)  # errors, relative to the solution, for which a comparison reports the time
 PROGRAM = f"lcp {VERSION}"
 VECTORS = ("x1",)  # the options of methods that are vectors, too long to be repeated
-SHORT = {"n": "-n"}  # the options that have no long name on the command line
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
 
 
@@ -111,9 +110,7 @@ def size(problem: Problem | NonlinearProblem) -> str:
 
 def short(value: float | None, rounding: float = 0.0) -> str:
     """Return two significant digits of a residual or an error; 0 if it is only rounding, "" if there is none."""
-    if value is None:
-        return ""
-    return "0" if value <= rounding else f"{value:.1e}"
+    return "" if value is None else "0" if value <= rounding else f"{value:.1e}"
 
 
 def residual(result: Result) -> str:
@@ -195,7 +192,7 @@ def name(result: Result) -> str:
 
 def flag(name: str) -> str:
     """Return an option's name, as in Python, as the command line has it."""
-    return SHORT.get(name) or "--" + name.replace("_", "-")
+    return "-n" if name == "n" else "--" + name.replace("_", "-")
 
 
 def advice(result: Result) -> str:
@@ -219,13 +216,12 @@ def made_by(results: Sequence[Result]) -> str:
     runs of one method differ, for results with the same limits."""
     parts = [f"{PROGRAM}, {_limits(results[0])}"]
     for method in dict.fromkeys(result.method for result in results):
-        own = [result for result in results if result.method == method]
-        runs = [options_of(result, whole=False) for result in own]
-        shared = {name: value for name, value in runs[0].items() if all(run.get(name) == value for run in runs)}
+        runs = [(own.label, options_of(own, whole=False)) for own in results if own.method == method]
+        shared = {key: value for key, value in runs[0][1].items() if all(run.get(key) == value for _, run in runs)}
         parts += _written(method, shared)
-        for result, run in zip(own, runs, strict=True):
-            if ":" not in result.label:
-                parts += _written(f"default {method}", {name: run[name] for name in run if name not in shared})
+        for label, run in runs:
+            if ":" not in label:
+                parts += _written(f"default {method}", {key: run[key] for key in run if key not in shared})
     return "; ".join(dict.fromkeys(parts))
 
 
@@ -280,8 +276,7 @@ def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
         own = [i for i, each in enumerate(names) if each and (fnmatchcase(each, form) or fnmatchcase(short[i], form))]
         own = own or [i for i in range(len(names)) if fnmatchcase(f"z{i + 1}", form)]
         if not own:
-            last = f"z{len(names)}"
-            numbers = f"write z1 to {last}" if len(names) > 1 else f"write {last}"
+            numbers = f"write {'z1 to ' * (len(names) > 1)}z{len(names)}"
             named = "; a file has names in its header, or under the key names" if not any(names) else ""
             hint = likely(pattern, list(filter(None, names)), f"{numbers}, or a name{named}")
             raise ParameterError("show", f"{quoted(pattern)} is not the name of an unknown", hint)

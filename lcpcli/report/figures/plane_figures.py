@@ -100,7 +100,6 @@ def turn_to(first: float, last: float) -> float:
 KINDS = {SECTOR: "", RAY: ": a ray", LINE: ": a line", POINT: ": the origin"}
 COLORS = tuple(METHODS[name].color for name in ("fixed-point", "milp", "newton", "lemke"))
 COLUMN = WIDTH / 2  # inches
-TITLES = 0.2  # inches by which the figure without its legend is higher than wide
 # Lengths in the axes, in points.
 REACH = 124.0  # from the origin to the frame: a little less than half the width of a column, 126
 AXIS, VECTOR, Q, LABEL = 91.0, 84.0, 91.0, 97.0  # from the origin to the end of an axis or arrow, to q, to a label
@@ -123,7 +122,7 @@ def draw(found: SolutionSet) -> Figure:
     """Draw the figure, as wide as one column of a journal."""
     problem, holds_q = found.data.problem, holding(found)
     M, q = matrices.dense(problem.M).tolist(), problem.q.tolist()
-    figure = Figure(figsize=(COLUMN, COLUMN + TITLES))
+    figure = Figure(figsize=(COLUMN, COLUMN + 0.2))  # with room for the titles
     span = (-REACH, REACH)
     axes = figure.add_subplot(xlim=span, ylim=span, aspect="equal", xticks=[], yticks=[], frame_on=False)
     axes.plot([-AXIS, AXIS], [0, 0], [0, 0], [-AXIS, AXIS], color="0.6", linewidth=0.6, zorder=1)
@@ -211,11 +210,9 @@ def _legend(figure: Figure, shapes: Sequence[Cone], holds_q: Sequence[bool]) -> 
     figure.set_figheight(figure.get_figheight() + legend.get_window_extent().height / figure.dpi)
 
 
-AXES_HEIGHT = 3.0  # inches: the height of axes with their surroundings
 POINTS = 240  # of the grid on which |F| is computed, in each direction
 BANDS, DEPTH = 10, 0.02  # of the contours, and the smallest |F| that they tell, relative to the largest
 GREYS = LinearSegmentedColormap.from_list("", ["white", "0.74"])  # so that colours and labels are legible on it
-TINT = 0.15  # the opacity of the colour of a quadrant
 MARGIN, LEAST = 0.14, 0.22  # of the length of an axis, beyond the data and of each quadrant: room for labels
 FARTHEST = 3.0  # times the size of the start and the solutions: farther iterates lie outside
 NUMBERS = [step * 10**decade for decade in range(7) for step in (1, 2, 5)]  # of iterates with a label
@@ -241,19 +238,16 @@ def ranges(picture: Panel) -> list[tuple[float, float]]:
     far = FARTHEST * (np.abs(near[np.isfinite(near).all(axis=1)]).max() or 1.0)
     places = np.array([*near, *(x for path in picture.curves for x in path.x)])
     places = np.clip(places[np.isfinite(places).all(axis=1)], -far, far)
-    found = []
-    for low, high in zip(places.min(axis=0).tolist(), places.max(axis=0).tolist(), strict=True):
-        length = (high - low) or far
-        low, high = low - MARGIN * length, high + MARGIN * length
-        room = LEAST * (high - low) / (1 - LEAST)
-        found.append((min(low, -room), max(high, room)))
-    return found
+    low, high = places.min(axis=0), places.max(axis=0)
+    margin = MARGIN * np.where(high > low, high - low, far)
+    room = LEAST * (high - low + 2 * margin) / (1 - LEAST)
+    return list(zip(np.minimum(low - margin, -room).tolist(), np.maximum(high + margin, room).tolist(), strict=True))
 
 
 def draw_paths(pictures: Sequence[Panel]) -> Figure:
     columns = min(2, len(pictures))
     rows = math.ceil(len(pictures) / columns)
-    figure = Figure(figsize=(COLUMN * columns, AXES_HEIGHT * rows))
+    figure = Figure(figsize=(COLUMN * columns, 3.0 * rows))
     chosen = looks((path.name, path.label) for picture in pictures for path in picture.curves)
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes in grid[len(pictures) :]:
@@ -278,6 +272,7 @@ def draw_paths(pictures: Sequence[Panel]) -> Figure:
 
 
 def _merit(axes: Axes, picture: Panel) -> None:
+    """Draw the contours of |F| in the quadrants, whose names are in the corners."""
     (left, right), (bottom, top) = ranges(picture)
     x, y = np.linspace(left, right, POINTS), np.linspace(bottom, top, POINTS)
     values = merit(matrices.dense(picture.problem.M), picture.problem.q, np.array(np.meshgrid(x, y)))
@@ -292,7 +287,11 @@ def _merit(axes: Axes, picture: Panel) -> None:
     axes.contour(x, y, values, levels[1:-1], colors="white", linewidths=0.4, zorder=0.5)
     for chosen, color in zip(SETS, COLORS, strict=True):
         corner = right if 1 in chosen else left, top if 2 in chosen else bottom
-        axes.add_patch(Rectangle((0, 0), *corner, facecolor=color, alpha=TINT, linewidth=0, zorder=1))
+        axes.add_patch(Rectangle((0, 0), *corner, facecolor=color, alpha=FILLS[0], linewidth=0, zorder=1))
+        inwards = (INSET - 2 * INSET * (1 in chosen), INSET - 2 * INSET * (2 in chosen))
+        style: dict[str, Any] = {"ha": "right" if 1 in chosen else "left", "va": "top" if 2 in chosen else "bottom"}
+        style |= {"textcoords": "offset points", "path_effects": [OUTLINE], "zorder": 9}
+        axes.annotate(variables(chosen), (1 in chosen, 2 in chosen), inwards, xycoords="axes fraction", **style)
     axes.axhline(0, color="black", linewidth=0.8, zorder=2)
     axes.axvline(0, color="black", linewidth=0.8, zorder=2)
     axes.set(xlim=(left, right), ylim=(bottom, top), xlabel="$x_1$", ylabel="$x_2$")
@@ -307,14 +306,7 @@ def _merit(axes: Axes, picture: Panel) -> None:
 
 
 def _numbers(axes: Axes, picture: Panel, chosen: Looks) -> None:
-    """Label the quadrants in the corners, and a few iterates with their numbers, apart from each other and from the
-    corners."""
-    for members in SETS:
-        right, top = 1 in members, 2 in members
-        inwards = (-INSET if right else INSET, -INSET if top else INSET)
-        style: dict[str, Any] = {"ha": "right" if right else "left", "va": "top" if top else "bottom"}
-        style |= {"xycoords": "axes fraction", "textcoords": "offset points", "path_effects": [OUTLINE], "zorder": 9}
-        axes.annotate(variables(members), (right, top), inwards, **style)
+    """Label a few iterates with their numbers, apart from each other and from the corners."""
     low, high = np.transpose(ranges(picture))
     everywhere = np.array([x for path in picture.curves for x in path.x]).reshape(-1, 2)
     everywhere = (everywhere[np.isfinite(everywhere).all(axis=1)] - low) / (high - low)

@@ -30,7 +30,7 @@ from lcpcli.report.wording import title_and_size
 
 MEASURES = {"error": r"error $\|z - z^*\|_\infty$", "residual": r"residual $\|\min(z, Mz + q)\|_\infty$"}
 MOST_MARKERS = 12  # on a curve: enough to follow it where curves cross, few enough to see the line
-MOST_TICKS = 6  # labelled ticks on an axis, whose labels would touch if there were more
+TICKS = 6  # labelled on an axis at most, whose labels would touch if there were more
 ROOM = 0.04  # of the length of an axis
 UNEVEN = 20  # the ratio of the longest to the shortest run from which on the axis of iterations is logarithmic
 
@@ -59,13 +59,12 @@ ALL_ZERO = Range(1e-17, 1e-15)  # at whose lower edge a point without any error 
 def errors(curves: Iterable[Curve]) -> Range:
     """Return a range around the errors that are neither practically 0 nor those of a divergent run."""
     series = [[v for v in curve.errors if v is not None] for curve in curves]
-    proper = [[v for v in values if 0 < v < math.inf] for values in series]
-    if any(series) and not any(v for values in series for v in values):
+    proper, values = [[v for v in own if 0 < v < math.inf] for own in series], list(chain(*series))
+    if values and not any(values):
         return ALL_ZERO
-    starts = [values[0] for values in proper if len(values) > 1] or [v for values in proper for v in values]
-    scale = max(starts, default=1.0)
+    scale = max([own[0] for own in proper if len(own) > 1] or chain(*proper), default=1.0)
     floor, ceiling = max(SMALLEST_ERROR * scale, SMALLEST_END), min(LARGEST_ERROR * scale, LARGEST_END)
-    return times([v for values in series for v in values], floor, ceiling)
+    return times(values, floor, ceiling)
 
 
 def times(values: Iterable[float], floor: float = SMALLEST_END, ceiling: float = LARGEST_END) -> Range:
@@ -100,7 +99,7 @@ def draw_convergence(panels: Sequence[Panel]) -> Figure:
             right.set_xscale("symlog", linthresh=1, linscale=0.4, subs=range(2, 10))
             right.xaxis.set_major_formatter("{x:.0f}")
         else:
-            right.xaxis.set_major_locator(MaxNLocator(nbins=MOST_TICKS, integer=True))
+            right.xaxis.set_major_locator(MaxNLocator(nbins=TICKS, integer=True))
         right.set_xlim(across)
         _draw(right, panel, across, [curve.k for curve in panel.curves], chosen)
     return add_legend(figure, _drawn(chosen, panels))
@@ -193,18 +192,14 @@ def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
     axes.set_title(f"{title}, {max(len(profile.ratios) for profile in profiles)} problems")
     xlabel = "run time (s)" if in_seconds else "time / time of the fastest solver"
     axes.set(xlabel=xlabel, ylabel="share of problems solved")
-    across = times(seconds for profile in profiles for seconds in profile.ratios)
-    if in_seconds:
-        _log_axis(axes, "x", across, 0.0)
-    else:
-        largest = max((r for profile in profiles for r in profile.ratios if r < math.inf), default=1.0)
-        across = Range(1.0, max(largest, 2.0) ** 1.05)
-        _log_axis(axes, "x", across, 0.0)
-        if math.log2(across.high) <= DOUBLINGS:
-            axes.set_xscale("log", base=2, subs=[])
-            axes.xaxis.set_minor_formatter(NullFormatter())
-            axes.xaxis.set_major_locator(LogLocator(2, numticks=8))
-            axes.xaxis.set_major_formatter("{x:.0f}")
+    ratios = [ratio for profile in profiles for ratio in profile.ratios if ratio < math.inf]
+    across = times(ratios) if in_seconds else Range(1.0, max([*ratios, 2.0]) ** 1.05)
+    _log_axis(axes, "x", across, 0.0)
+    if not in_seconds and math.log2(across.high) <= DOUBLINGS:
+        axes.set_xscale("log", base=2, subs=[])
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.xaxis.set_major_locator(LogLocator(2, numticks=8))
+        axes.xaxis.set_major_formatter("{x:.0f}")
     axes.set_ylim(-0.03, 1.03)
     axes.yaxis.set_major_locator(FixedLocator([0, 0.2, 0.4, 0.6, 0.8, 1]))
     for profile in profiles:
@@ -244,13 +239,10 @@ def _growth(axes: Axes, family: str, growths: Sequence[Growth], chosen: Looks) -
 COLORS = [look.color for name, look in (*style.METHODS.items(), *style.PEERS.items()) if name != "auto"][:12]
 MOST_NAMED = len(COLORS)  # lines in the legend
 MOST_RULES = 60  # breakpoints with a vertical rule and markers; more would be a grey area
-TICKS = 6  # intervals on an axis at most
 SAMPLES = 24  # of the objective on a piece, on which it is a parabola
 MOST_SAMPLES = 4000  # on a path, more than a figure shows
-RULE: dict[str, Any] = {"color": "0.85", "linewidth": 0.5, "zorder": 0}
 JUMP: dict[str, Any] = {"linestyle": (0, (3, 2))}
 TURN: dict[str, Any] = {"marker": "o", "markersize": 7, "markerfacecolor": "none", "markeredgewidth": 0.8}
-THIN: dict[str, Any] = {"linewidth": 0.5, "alpha": 0.8}
 
 
 def draw(path: Path, chosen: Sequence[str] = ()) -> Figure:
@@ -289,7 +281,7 @@ def _solutions(axes: Axes, terms: Terms, across: Any, chosen: Sequence[str]) -> 
     entries, turns = list[Entry](), path_formats.turns(path)
     for i, place in enumerate(shown):
         look, values = Look(COLORS[i % len(COLORS)], style.RAMP[i % len(style.RAMP)]), z[:, place]
-        line = look.line if is_named else look.line | THIN
+        line = look.line if is_named else look.line | {"linewidth": 0.5, "alpha": 0.8}
         jumps = np.array(path.jumps, dtype=int)
         axes.plot(*np.insert(np.stack((across, values)), jumps + 1, math.nan, axis=1), zorder=2, **line)
         for k in jumps:  # pieces on which t stands still
@@ -303,7 +295,7 @@ def _solutions(axes: Axes, terms: Terms, across: Any, chosen: Sequence[str]) -> 
             axes.plot(across[turns], values[turns], linestyle="", color=GREY, **TURN)
     if len(across) <= MOST_RULES:
         for place in np.unique(across):
-            axes.axvline(place, **RULE)
+            axes.axvline(place, color="0.85", linewidth=0.5, zorder=0)
     symbol = "z" if program is None else "x"
     axes.set_ylabel(symbol if is_named else f"{symbol}, {len(shown)} components")
     jump, turn = Line2D([], [], color=GREY, **JUMP), Line2D([], [], linestyle="", color=GREY, **TURN)

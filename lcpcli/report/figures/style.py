@@ -37,6 +37,7 @@ ROW = 2.45  # the height of a row of axes, if there is room for all of them
 # For each form: the metadata field of the provenance, and the field that would differ each time.
 METADATA = {"png": ("Description", "Software"), "svg": ("Description", "Date"), "pdf": ("Subject", "CreationDate")}
 
+TICKS = {"labelsize": SMALL_FONT, "direction": "in", "major.width": 0.6, "minor.width": 0.4}
 SETTINGS: dict[str, Any] = {
     "font.family": FAMILY,
     "font.size": FONT,
@@ -47,22 +48,15 @@ SETTINGS: dict[str, Any] = {
     "axes.titlesize": FONT,
     "axes.titlelocation": "left",
     "axes.labelsize": FONT,
-    "xtick.labelsize": SMALL_FONT,
-    "ytick.labelsize": SMALL_FONT,
     "legend.fontsize": SMALL_FONT,
     "legend.frameon": False,
     "legend.handlelength": 3.4,
     "legend.columnspacing": 1.6,
     "axes.linewidth": 0.6,
     "xtick.major.pad": 5,  # else the labels of two axes may touch in a corner
-    "xtick.direction": "in",
-    "ytick.direction": "in",
     "xtick.top": True,
     "ytick.right": True,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "xtick.minor.width": 0.4,
-    "ytick.minor.width": 0.4,
+    **{f"{axis}tick.{key}": value for axis in "xy" for key, value in TICKS.items()},
     "path.simplify_threshold": 0.3,
     "svg.fonttype": "path",
     "svg.hashsalt": "lcpcli",
@@ -85,10 +79,9 @@ class Look:
 
     @property
     def points(self) -> dict[str, Any]:
-        size = 4.2 if self.fill == "full" and self.marker != "*" else 5.2
         return {
             "marker": self.marker,
-            "markersize": size,
+            "markersize": 4.2 if self.fill == "full" and self.marker != "*" else 5.2,
             "fillstyle": self.fill,
             "color": self.color,
             "markerfacecoloralt": "white",
