@@ -16,8 +16,6 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, size
-from lcpcli.linalg.units import half_power
-from lcpcli.verify.matrix_classes import least_eigenvalue, lower_image, scaling
 
 if TYPE_CHECKING:
     from lcpcli.enumeration.search import Solutions
@@ -85,34 +83,21 @@ def search_others(
 def is_only(problem: Problem, z: Vector) -> bool:
     """Return whether z is shown to agree with the only solution, also if each number is rounded to double precision.
 
-    There is exactly one if M is H+ or positive definite, and how far it is from z then follows from the natural
-    residual: the theorems of `verify.error_theorems` in a plain form, in units 1 / L and L^-1/2, L the diagonal of M.
+    There is exactly one if M is H+ or positive definite, and how far it is from z then follows from the residual.
     """
     M, rounding = matrices.dense(problem.M), (problem.n + 16) * EPS
     diagonal = M.diagonal()
     if not (problem.n and problem.is_moderate and diagonal.min() > 0):
         return False
     w, error = M @ z + problem.q, 2 * rounding * (np.abs(M) @ np.abs(z) + np.abs(problem.q))
-    ends = [np.abs(problem.box.gaps(z, end, diagonal)) for end in (w - error, w + error)]
-    residual, distance = np.maximum(*ends), AGREEMENT * size(z)
-    return any(bound(M, diagonal, residual) <= distance for bound in (_if_h_plus, _if_definite))
-
-
-def _if_h_plus(M: Vector, diagonal: Vector, residual: Vector) -> float:
-    """Return a bound on |z - z*|_inf, infinite if M is not shown to be H+: with u > 0 and <M> u >= gain > 0 it is
-    <M>^-1 r <= u max(r / gain) (Chen and Xiang 2006)."""
-    found = scaling(M, lambda u: bool(lower_image(M, diagonal, u).min() > 0))
-    if found is None:
-        return np.inf
-    return float(found.d.max() * (residual / lower_image(M, diagonal, found.d)).max())
-
-
-def _if_definite(M: Vector, diagonal: Vector, residual: Vector) -> float:
-    """Return a bound on |z - z*|_inf, infinite if M is not shown to be positive definite (Pang 1987)."""
-    D = np.exp2(-half_power(diagonal))
-    A = D[:, None] * M * D
-    least = least_eigenvalue(0.5 * (A + A.T))
-    return np.inf if least is None else float(D.max() * (1 + np.linalg.norm(A)) * np.linalg.norm(D * residual) / least)
+    low, high = (np.abs(problem.box.gaps(z, end, diagonal)) for end in (w - error, w + error))
+    with imports:
+        from lcpcli.verify.error_theorems import definite_theorems, h_plus_theorem
+    worst, most = np.where(low > high, w - error, w + error), AGREEMENT * size(z)
+    theorem = h_plus_theorem(problem)
+    if theorem is not None and theorem(z, worst) <= most:
+        return True
+    return any(theorem(z, worst) <= most for theorem in definite_theorems(problem, has_bound=True).values())
 
 
 def with_all_references(problem: Problem) -> Problem:

@@ -79,12 +79,10 @@ def solutions(
     The search is a tree over the states, which cuts a branch only where a row of an integer dictionary shows that it is
     empty, or that it lies in a piece found before.
     """
-    options.check(
-        (options.TIME_LIMIT, options.MAX_SOLUTIONS), {"time_limit": time_limit, "max_solutions": max_solutions}
-    )
-    return Solutions(
-        in_exact_numbers(problem), options.TIME_LIMIT.value if time_limit is None else time_limit, max_solutions
-    )
+    given = {"time_limit": time_limit, "max_solutions": max_solutions}
+    options.check((options.TIME_LIMIT, options.MAX_SOLUTIONS), given)
+    limit = options.TIME_LIMIT.value if time_limit is None else time_limit
+    return Solutions(in_exact_numbers(problem), limit, max_solutions)
 
 
 def in_exact_numbers(problem: Problem | ExactProblem) -> ExactProblem:

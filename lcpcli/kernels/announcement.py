@@ -15,7 +15,7 @@ from numba.core.dispatcher import Dispatcher
 
 ANNOUNCEMENT = "lcpcli: compiling the kernels of the extra fast, once on a machine, which takes about a minute"
 PACKAGE = Path(__file__).parents[1]
-KERNELS = 16  # that the modules `compiled` and `compiled_mixed` use
+KERNELS = 16  # that the module `compiled` uses
 ROOMS = ("kernels", "basis", "verify")  # with files of functions that are compiled
 # Files with functions that kernels of other files use: numba's cache knows of changes in the file of a kernel alone.
 USED = ("basis/exchanges", "methods/direct", "linalg/units", "verify/enclosure", "kernels/overloads")
@@ -62,8 +62,7 @@ def compile_all(tell: Callable[[str], None]) -> tuple[int, int, str]:
     """Load all kernels, which compiles those that the cache lacks; `tell` is called with the name of each as that
     begins. Return how many were compiled, how many were there, and the folder with the cache, "" without any."""
     ONCE.tell = tell
-    modules = [import_module(f"lcpcli.kernels.{name}") for name in ("compiled", "compiled_mixed")]
-    used = {id(each): each for module in modules for each in vars(module).values()}.values()
+    used = {id(each): each for each in vars(import_module("lcpcli.kernels.compiled")).values()}.values()
     made = [each for each in used if isinstance(each, Dispatcher)]
     now = sum(bool(kernel.stats.cache_misses) for kernel in made)
     folder = os.path.commonpath([str(kernel.stats.cache_path) for kernel in made]) if made else ""

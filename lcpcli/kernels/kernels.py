@@ -246,8 +246,7 @@ def solve_one(M: Any, q: Any, basic: Any, is_start: bool, largest: float, tol: f
 
 @njit(types.void(MATRICES, MATRIX, VECTOR, NUMBER, types.Array(NUMBER, 2, "C"), types.Array(COUNT, 2, "C")), **OPTIONS)
 def solve_rows(M: Any, Q: Any, largest: Any, tol: float, Z: Any, found: Any) -> None:
-    """Solve the problems with the rows of Q, each with its M or all with the only one, and write their z into Z, and
-    the rest into the rows of `found`."""
+    """Solve the problems with the rows of Q, each with its M or all with one; write their z and the rest into rows."""
     for i in range(Q.shape[0]):
         own = min(i, M.shape[0] - 1)
         found[i, 0], found[i, 1], z = solve_one(M[own], Q[i], Q[i] < 0.0, False, largest[own], tol)

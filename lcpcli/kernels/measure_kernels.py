@@ -83,8 +83,7 @@ def _reference(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper:
 
 @compiled
 def _sizes(units: Any, lower: Any, upper: Any, z: Any, reference: Any, q_ref: Any, least: Any, is_rough: Any) -> Any:
-    """Return log2 of k for each component of M, as `Measure.component_sizes` has them, but NaN where q_ref is too
-    rough. least : bounds on |q_ref|, from below."""
+    """Return `Measure.component_sizes`, but NaN where q_ref is too rough. least : bounds on |q_ref|, from below."""
     n, (rho, gamma, parts, count) = z.size, units
     sizes, of_reference, rough = np.full(count, -np.inf), np.full(count, -np.inf), np.zeros(count, np.bool_)
     for i in range(n):

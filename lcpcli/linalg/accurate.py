@@ -24,8 +24,7 @@ CANCELLED = 2.0**-80  # of the terms: sums that are smaller need more than three
 
 
 def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
-    """Return b - A x for A of shape (m, n), dense or in compressed sparse rows, rounded once (except for over- and
-    underflow)."""
+    """Return b - A x for A dense or in compressed sparse rows, rounded once (except for over- and underflow)."""
     if not is_sparse(A):
         return np.array([_sum(value, *_products(row, x)) for value, row in zip(b.tolist(), A, strict=True)])
     w = np.empty(b.size)

@@ -83,8 +83,7 @@ def row_sizes(values: Vector) -> tuple[Vector, Vector]:
 
 
 def generator(seed: int) -> Generator:
-    """Return numpy's generator of random numbers from a seed. Some versions of numpy load it when it is first used,
-    which is no part of a run."""
+    """Return numpy's generator of random numbers from a seed, which some versions of numpy have to load first."""
     with imports:
         from numpy.random import default_rng
     return default_rng(seed)

@@ -233,8 +233,7 @@ class PrincipalSolver:
         return refined
 
     def at(self, indices: Indices) -> Solve:
-        """Return a solver of systems with M_PP, without refinement; this method or the solver raises SingularMatrix if
-        M_PP is singular."""
+        """Return a solver of systems with M_PP, without refinement; this or the solver may raise SingularMatrix."""
         if self._small:
             return self._factorized(indices)
         if self._tridiagonal is not None:
@@ -391,8 +390,7 @@ def _batches(sets: Mask) -> Iterator[tuple[Indices, Indices]]:
 
 
 def _solved(A: Vector, B: Vector | None = None) -> Vector:
-    """Return X with A X = B for A and B of shapes (g, s, s) and (g, s, r), or the inverse of A; NaN where A is
-    singular."""
+    """Return X with A X = B for A and B of shapes (g, s, s) and (g, s, r), or the inverse of A; NaN if singular."""
     try:
         return (np.linalg.inv(A) if B is None else np.linalg.solve(A, B)).astype(np.float64, copy=False)
     except np.linalg.LinAlgError:

@@ -156,8 +156,7 @@ def ends(M: Matrix) -> tuple[float, float] | None:
 
 
 def _rayleigh(product: Operator, n: int) -> float:
-    """Return the Rayleigh quotient of a symmetric positive definite operator after EIGENVALUE_STEPS of power
-    iteration."""
+    """Return the Rayleigh quotient of a symmetric positive definite operator after some power iteration."""
     v: Vector = generator(0).standard_normal(n)
     size = 0.0
     for _ in range(EIGENVALUE_STEPS):

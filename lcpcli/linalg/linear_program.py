@@ -68,8 +68,7 @@ def _limits(A: Matrix, effort: float, name: str) -> dict[str, float]:
 
 
 class Optimum(NamedTuple):
-    """A minimizer x, the multipliers y of the rows, which are the derivatives of the minimum with respect to their
-    bounds, and the minimum."""
+    """A minimizer x, the multipliers y of the rows, which are derivatives by their bounds, and the minimum."""
 
     x: Vector
     y: Vector

@@ -63,8 +63,7 @@ def mean_logarithms(rows: Vector) -> Vector:
 
 
 def _sums(M: Vector) -> Vector:
-    """Return the sums of log2 |M_ij| in rows and in columns of a matrix without zeros, shape (2, n), by blocks of rows
-    that stay in the cache."""
+    """Return the sums of log2 |M_ij| in rows and in columns of a matrix without zeros, shape (2, n)."""
     sums = np.zeros((2, M.shape[0]))
     for part in row_parts(*M.shape):
         logarithms = np.log2(np.abs(M[part]))

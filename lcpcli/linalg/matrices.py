@@ -75,8 +75,7 @@ def has_no_positive_links(M: Matrix) -> bool:
 
 
 def row_maxima(M: Matrix) -> Vector:
-    """Return the largest |entry| of every row of M, of shape (m, n); NaN where an entry is. For dense M, |M| is not
-    formed."""
+    """Return the largest |entry| of every row of M, NaN where an entry is; |M| is not formed if M is dense."""
     return _by_rows(np.maximum, M, np.abs(M.data)) if is_sparse(M) else _maxima(M, 1)
 
 

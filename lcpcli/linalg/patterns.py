@@ -32,8 +32,7 @@ MUCH_FILL = 10  # entries of L for each of M, beyond which the search for a mini
 
 
 def affordable(M: Matrix) -> bool:
-    """Return whether a factorization of M costs little enough to be a side computation; orderings better than the
-    band's usually save most of its cost."""
+    """Return whether a factorization of M, which takes less than one of its band, may be a side computation."""
     if not is_sparse(M):
         return bool(M.shape[0] <= MOST_DENSE_ROWS)
     band = Band(M)

@@ -15,7 +15,6 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from lcpcli import clock
 from lcpcli.clock import imports
 from lcpcli.interrupts import interruptibly
 from lcpcli.linalg import factors, matrices
@@ -27,7 +26,6 @@ from lcpcli.typing import Indices, Matrix, Vector
 DENSE_FACTOR = 10.0  # times the root of n: the entries from which a row is dense
 MOST_SPLIT_OFF = 30  # dense rows and columns: the border of more would cost more than it saves
 MOST_PER_ENTRY = 300.0  # operations of LDL: columns of such a length are handled faster in dense blocks
-BRIEF_SECONDS = 0.02  # of a factorization, which the next one may take without a thread that can be interrupted
 Systems: TypeAlias = "SuperLU | LDL | Bordered | _Dense"
 """Systems of one M: factorize(d) factorizes M + diag(d), or raises SingularMatrix; solve(b) solves for the last d."""
 
@@ -43,8 +41,7 @@ def systems(M: Matrix, S: Vector | None) -> Systems:
 
 
 def operations(systems: Systems) -> float:
-    """Return the number of operations of a factorization, if it is by QDLDL; else infinity. Raise SingularMatrix if
-    M + I is singular."""
+    """Return the number of operations of a factorization by QDLDL, else infinity; raise SingularMatrix for M + I."""
     if not isinstance(systems, LDL):
         return math.inf
     systems.factorize(np.ones(systems.S.size))
@@ -75,7 +72,6 @@ class SuperLU:
     def __init__(self, M: Matrix, pivoting: bool = False, order: Indices | None = None) -> None:
         with imports:
             from scipy.sparse.linalg import splu
-        self._factorized = _Interruptible()
         self._splu, self._columns, self._places = splu, *_columns(*_entries(M), M.shape[0])
         self._diagonal = M.diagonal()
         self._order = self._inverse = np.arange(M.shape[0])
@@ -90,7 +86,7 @@ class SuperLU:
 
     def factorize(self, d: Vector) -> None:
         self._columns.data[self._places] = (self._diagonal + d)[self._inverse]
-        self._lu = self._factorized(partial(self._splu, self._columns, **self._how), self._columns.nnz)
+        self._lu = _factorized(partial(self._splu, self._columns, **self._how), self._columns.nnz)
         self._solving = self._order
         if self._seeks_order:
             self._keep_order(self._lu.perm_c)
@@ -130,7 +126,6 @@ class LDL:
         self._solver: Any = None
         self._in_blocks: SuperLU | None = None
         self._are_first = True
-        self._factorized = _Interruptible()
 
     def factorize(self, d: Vector) -> None:
         with imports:
@@ -144,7 +139,7 @@ class LDL:
             return
         self._upper.data[self._places] = self.S * (self._diagonal + d)
         again = qdldl.Solver if self._solver is None else self._solver.update
-        made = self._factorized(partial(again, self._upper, upper=True), self._upper.nnz)
+        made = _factorized(partial(again, self._upper, upper=True), self._upper.nnz)
         self._solver = self._solver or made
 
     def solve(self, b: Vector) -> Vector:
@@ -159,22 +154,12 @@ class LDL:
         return total, total / max(float(lengths.sum()), 1.0)
 
 
-class _Interruptible:
-    """Runs factorizations in a thread of their own, so that they can be interrupted, unless the last one was brief."""
-
-    def __init__(self) -> None:
-        self._seconds = math.inf  # of the last one
-
-    def __call__(self, factorize: Callable[[], Any], entries: int) -> Any:
-        """Return the factors of a matrix with this number of entries; raise SingularMatrix for any error of a
-        library."""
-        brief, began = entries <= factors.MOST_QUICK_ENTRIES or self._seconds < BRIEF_SECONDS, clock.seconds()
-        try:
-            return factorize() if brief else interruptibly(factorize)
-        except RuntimeError as error:
-            raise SingularMatrix from error
-        finally:
-            self._seconds = clock.seconds() - began
+def _factorized(factorize: Callable[[], Any], entries: int) -> Any:
+    """Return the factors of a matrix with this number of entries; raise SingularMatrix for any error of a library."""
+    try:
+        return interruptibly(factorize) if entries > factors.MOST_QUICK_ENTRIES else factorize()
+    except RuntimeError as error:
+        raise SingularMatrix from error
 
 
 def _entries(M: Matrix) -> tuple[Vector, Indices, Indices]:
@@ -204,8 +189,7 @@ def dense_places(M: Matrix) -> Indices:
 
 
 class Bordered:
-    """Systems whose rows and columns at some places are split off as a border; `inner` makes the systems of the
-    rest."""
+    """Systems with some rows and columns split off as a border; `inner` makes the systems of the rest."""
 
     def __init__(self, M: Matrix, places: Indices, inner: Callable[[Matrix], SuperLU]) -> None:
         self._places, self._rest = places, np.delete(np.arange(M.shape[0]), places)

@@ -59,8 +59,7 @@ def with_limited_threads(function: Function) -> Function:
 
 
 def _number(problem: Any, asked: int | None) -> int | None:
-    """Return the number of threads for a problem, None to leave it as it is; raise OptionError if the number asked for
-    cannot be set."""
+    """Return the number of threads for a problem, None to leave it as it is; raise OptionError if it cannot be set."""
     if asked is not None:
         options.check((options.THREADS,), {options.THREADS.name: asked})
         if _libraries() is None:
@@ -128,8 +127,7 @@ def _share(libraries: Sequence[Any], call: object, number: int | None = None) ->
 
 @cache
 def _libraries() -> list[Any] | None:
-    """Return threadpoolctl's controllers of the BLAS that are loaded, which it finds in milliseconds; None without
-    threadpoolctl."""
+    """Return threadpoolctl's controllers of the BLAS that are loaded; None without threadpoolctl."""
     with imports:
         try:
             from threadpoolctl import ThreadpoolController

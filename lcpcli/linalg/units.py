@@ -61,8 +61,7 @@ class Units:
 
 
 def units(M: Matrix, S: Vector | None = None) -> Units:
-    """Return the units of M, of shape (n, n), dense or in compressed sparse rows, with finite entries; S as in
-    `logarithms.least_squares`."""
+    """Return the units of M, dense or in compressed sparse rows, with finite entries; S as in `least_squares`."""
     with imports:
         from lcpcli.linalg.logarithms import least_squares
     return Units(*least_squares(M, S))

@@ -15,8 +15,8 @@ import numpy as np
 from lcpcli.clock import seconds
 from lcpcli.interrupts import TimeIsUp, check, deferring_signals, within
 from lcpcli.linalg.doubles import generator
-from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, checked_solver, finite, well_conditioned_inverse
-from lcpcli.linalg.matrices import dense, is_sparse, product
+from lcpcli.linalg.factors import SingularMatrix, checked_solver, finite
+from lcpcli.linalg.matrices import dense, product
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem, as_problem
@@ -86,16 +86,11 @@ def _null_vector(M: Matrix, states: States) -> Vector | None:
     basic = np.flatnonzero(states == BASIC)
     if not basic.size:
         return None
-    block = M[basic][:, basic]
-    if is_sparse(block) or basic.size > MOST_NUMPY_ROWS:
-        known = generator(0).uniform(1, 2, block.shape[0])
-        with suppress(SingularMatrix):
-            if np.abs(checked_solver(block)(product(block, known)) - known).max() <= RECOVERED:
-                return None
-        block = dense(block)
-    elif well_conditioned_inverse(block, 1 / SINGULAR) is not None:
-        return None
-    _, values, rows = np.linalg.svd(finite(block))
+    block, known = M[basic][:, basic], generator(0).uniform(1, 2, basic.size)
+    with suppress(SingularMatrix):
+        if np.abs(checked_solver(block)(product(block, known)) - known).max() <= RECOVERED:
+            return None
+    _, values, rows = np.linalg.svd(finite(dense(block)))
     if values[-1] > SINGULAR * values[0]:
         return None
     v = np.zeros(states.size)

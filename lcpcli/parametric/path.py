@@ -194,6 +194,8 @@ class Family:
         _refuse_different(problem, to)
         self.problem, self.to, self.start, self.stop = problem, to, start, stop
         self.is_mixed, self._last = problem.is_mixed or to.is_mixed, (start, problem)
+        first, last = conditions_of(problem), conditions_of(to)
+        self._bounds = (first.lower, last.lower), (first.upper, last.upper)
 
     def share(self, t: Any) -> Any:
         """Return s of t, a number or an array."""
@@ -207,11 +209,6 @@ class Family:
         """Return l and u at s, of shapes as q."""
         low, high = (_between(*ends, share) for ends in self._bounds)
         return low, high
-
-    @cached_property
-    def _bounds(self) -> tuple[tuple[Vector, Vector], tuple[Vector, Vector]]:
-        first, last = conditions_of(self.problem), conditions_of(self.to)
-        return (first.lower, last.lower), (first.upper, last.upper)
 
     @cached_property
     def is_fixed(self) -> Mask:

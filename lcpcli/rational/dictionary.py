@@ -199,8 +199,7 @@ class Dictionary:
         self.rows, self.divisor, self.cobasic[k - 1] = rows, new, leaving
 
     def _least(self, forms: list[int], j: int, k: int, sign: int) -> list[int]:
-        """Return those forms whose entry in column j, times a sign, is least relative to the size of that in column
-        k."""
+        """Return the forms whose entry in column j, times a sign, is least relative to the size of that in column k."""
         best: list[int] = []
         value, size = 0, 1
         for form in forms if len(forms) > 1 else ():
