@@ -18,8 +18,7 @@ from lcpcli import Problem, run
 from lcpcli.gallery import families
 from lcpcli.linalg.krylov import conjugate_gradients
 from lcpcli.methods import z_matrix
-from lcpcli.methods.active_set import multilevel, sparse_route
-from lcpcli.methods.inexact import krylov
+from lcpcli.methods.active_set import krylov, multilevel, sparse_route
 from lcpcli.methods.multilevel import FullApproximation, Hierarchy, VCycles
 from lcpcli.methods.stages import Breakdown, Finished, Stalled, limited
 from lcpcli.methods.z_matrix import eliminated
