@@ -20,7 +20,6 @@ from lcpcli.methods.direct import (
     basic_zeros,
     is_full_band,
 )
-from lcpcli.methods.lemke_path import Follow
 from lcpcli.methods.stages import Tried
 from lcpcli.model.changes import is_far_from_one
 from lcpcli.model.problem import Problem
@@ -28,6 +27,7 @@ from lcpcli.typing import Mask, Vector
 
 if TYPE_CHECKING:
     from lcpcli.methods.bimatrix import Costs
+    from lcpcli.methods.lemke import Follow
 
 FEWEST_FRICTIONAL = 35  # unknowns from which interior is tried on M with some zeros on the diagonal, as of contact
 MOST_PIVOTED_BY_NUMPY = 150  # unknowns from which on interior takes less time, if M + M' is semidefinite

@@ -209,17 +209,26 @@ SINGULAR = 1e-13  # relative: M_BB whose inverse is larger than 1 over this coun
 DEPENDENT = 1e-11  # relative: singular values of such an M_BB that count as 0
 
 
-@np.errstate(all="ignore")
-def basic_solution(problem: Problem, near: Vector | None, basis: States, M: Vector) -> Vector:
-    """Return z with w_B = 0; where M_BB is singular, as for redundant contacts, values near z_B are corrected as little
-    as possible; raise SingularMatrix if there are no such values."""
-    z, B = problem.box.nonbasic(basis), (basis == BASIC).nonzero()[0]
-    if B.size:
-        reference = np.zeros(z.size) if problem.reference_z is None else problem.reference_z
-        is_regular = solve_basic(M, problem.q_ref, reference, z, B, z if near is None else near)
-        if near is None and not is_regular:
+class CorrectedSolutions(BasicSolutions):
+    """The basic solutions of a problem, with CORRECTIONS.
+
+    M : dense. near : where M_BB is singular, as for redundant contacts, values near these z_B are corrected as little
+    as possible; if it is None, SingularMatrix is raised.
+    """
+
+    def __init__(self, problem: Problem, M: Vector, near: Vector | None = None) -> None:
+        super().__init__(problem, PrincipalSolver(M))
+        self._M, self.near = M, near
+
+    @np.errstate(all="ignore")
+    def at(self, basis: States) -> BasicSolution:
+        z, B, near = self.box.nonbasic(basis), (basis == BASIC).nonzero()[0], self.near
+        reference = np.zeros(z.size) if self._problem.reference_z is None else self._problem.reference_z
+        q, start = self._problem.q_ref, z if near is None else near
+        if B.size and not solve_basic(self._M, q, reference, z, B, start) and near is None:
             raise SingularMatrix
-    return z if near is None else np.where(np.isfinite(z), z, near)
+        z = z if near is None else np.where(np.isfinite(z), z, near)
+        return self._judged(basis, z, np.where(basis == BASIC, 0.0, self._problem.w(z)))
 
 
 def solve_basic(M: Vector, q: Vector, reference: Vector, z: Vector, B: Indices, near: Vector) -> bool:

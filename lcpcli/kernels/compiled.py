@@ -11,7 +11,7 @@ from lcpcli.linalg.matrices import dense, is_sparse
 from lcpcli.linalg.units import Units
 from lcpcli.methods.direct import CERTAIN, MOST_COMPILED, DirectAnswer
 from lcpcli.methods.final_states import Confirmed, confirmed
-from lcpcli.methods.lemke_path import LEAST_REFRESHED, cover_of
+from lcpcli.methods.lemke import LEAST_REFRESHED, seeded_cover
 from lcpcli.model.box import of_masks
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, States, Vector
@@ -19,7 +19,7 @@ from lcpcli.verify.measure import Rows
 
 Vectors = tuple[Vector, ...]
 NUMBERS_AT_ONCE = 1 << 18  # in the systems that are solved before Ctrl-C can take effect
-COVER = cover_of(0, np.ones(2 * MOST_COMPILED))  # the covering vector of any number of unknowns is its beginning
+COVER = seeded_cover(0, 2 * MOST_COMPILED)  # the covering vector of any number of unknowns is its beginning
 LOWEST, HIGHEST = np.zeros(MOST_COMPILED), np.full(MOST_COMPILED, np.inf)  # bounds of LCPs
 MOST_WITH_UNITS = 100  # unknowns up to which the units of M take microseconds, so that it matters little who needs them
 MOST_JUDGED_ENTRIES = 1_000_000  # of a sparse M: for more, Ctrl-C would have to wait for the end of the judgement

@@ -311,12 +311,12 @@ def _from(start: Start, problem: Problem, structure: Structure) -> Stage:
     """Return the stage that tries the states of a start: exchanges, or where M may have singular blocks one system, as
     for contact, or if z is given for many unknowns, systems as at the end of interior, as for programs."""
     with imports:
-        from lcpcli.methods.lemke_path import confirmed
+        from lcpcli.methods.lemke import confirmed
         from lcpcli.methods.newton import from_start
     if problem.M.diagonal().all():
         return from_start(problem, start.basis)
     if start.z is None:
-        return confirmed(problem, start.basis, start.z)
+        return confirmed(problem, start.basis)
     with imports:
         from lcpcli.methods.interior import at_point
     return at_point(structure.thin, start.x)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.basis import tableau
-from lcpcli.basis.exchanges import basic_solution
+from lcpcli.basis.exchanges import CorrectedSolutions
 from lcpcli.basis.free_variables import WithoutFree
 from lcpcli.basis.tableau import SOLVED
 from lcpcli.clock import MOST_LAPS, Stopwatch, imports, seconds
@@ -27,8 +27,7 @@ from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import MOST_PIVOTED, MOST_UNKNOWNS, as_dense
 from lcpcli.methods.josephy_newton import josephy_newton
-from lcpcli.methods.lemke import path_to_end, reduced
-from lcpcli.methods.lemke_path import solution_at
+from lcpcli.methods.lemke import path_to_end, reduced, solution_at
 from lcpcli.methods.newton import from_states
 from lcpcli.methods.stages import FAULTS, Breakdown, Ending, Finished, Iterate, Stalled, advance, ended
 from lcpcli.model.arrays import FROM_0
@@ -309,7 +308,7 @@ def _pivoted(
         return answer.z, problem.box.basis_at(answer.z) if answer.end is None else answer.end
     if basis is not None and isinstance(step, Breakdown) and problem.n > SHORT_PATH:
         with suppress(SingularMatrix):
-            z = problem.box.project(basic_solution(problem, np.zeros(problem.n), basis, problem.M))
+            z = problem.box.project(CorrectedSolutions(problem, problem.M, np.zeros(problem.n)).at(basis).z)
             if _is_close(problem, z, CLOSE):  # one of several, as where an equation follows from others
                 return z, problem.box.basis_at(z)
     with suppress(*FAULTS), np.errstate(over="raise", invalid="raise", divide="raise"):

@@ -23,8 +23,7 @@ from lcpcli.kernels import announcement, compiled
 from lcpcli.kernels.compiled import NUMBERS_AT_ONCE, direct_many, lemke, mixed, rows_of, solves, surely_solves
 from lcpcli.kernels.kernels import solve_one
 from lcpcli.methods.direct import CERTAIN, NOTHING
-from lcpcli.methods.lemke import reduced
-from lcpcli.methods.lemke_path import LemkePath
+from lcpcli.methods.lemke import LemkePath, reduced
 from lcpcli.verify.point import Criterion, Point
 
 from .. import kernels_together  # noqa: F401
