@@ -24,8 +24,15 @@ from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.matrices import compressed_multiplier, is_sparse, multiplier, plus_diagonal, principal
 from lcpcli.linalg.shifted_systems import SuperLU, Systems, systems
 from lcpcli.methods.direct import MOST_AS_DENSE
-from lcpcli.methods.interior_scaling import SlackForm, proof_of, slack_form
-from lcpcli.methods.interior_systems import AccurateSystems, PrimalDualPoint, Regularization, Steps
+from lcpcli.methods.interior_steps import (
+    AccurateSystems,
+    PrimalDualPoint,
+    Regularization,
+    SlackForm,
+    Steps,
+    proof_of,
+    slack_form,
+)
 from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, NoSolution, Stage, Stalled, Tried
 from lcpcli.model.box import BASIC, of_masks
 from lcpcli.model.problem import Problem

@@ -10,7 +10,7 @@ from scipy.sparse import csr_array, linalg
 
 from lcpcli import Problem, Status, Trace, check, from_qp, run
 from lcpcli.gallery import families as gallery
-from lcpcli.methods.interior_systems import AccurateSystems
+from lcpcli.methods.interior_steps import AccurateSystems
 from lcpcli.typing import Vector
 
 from ..mixed_problems import definite
