@@ -21,7 +21,7 @@ from lcpcli.basis.exchanges import BasicSolution, exchanging
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.doubles import largest
 from lcpcli.linalg.factors import SingularMatrix, Solve
-from lcpcli.linalg.matrices import compressed_multiplier, is_sparse, multiplier, plus_diagonal, principal
+from lcpcli.linalg.matrices import is_sparse, multiplier, plus_diagonal, principal
 from lcpcli.linalg.shifted_systems import SuperLU, Systems, systems
 from lcpcli.methods.direct import MOST_AS_DENSE
 from lcpcli.methods.interior_steps import (
@@ -50,13 +50,10 @@ SMALL_MU, VANISHED_MU = 1e-24, 1e-30  # where z_i and w_i are both 0, they are a
 PROOF_EVERY = 5  # steps between searches for a proof that there is no solution: one costs less than a step
 PROXIMAL_SHIFT = 3e-8  # eps of the proximal iteration: of 1e-8, rounding leaves no pivot in one of four programs
 LARGER_SHIFT = 1e-6  # where factors fail
-NONBASIC = 1e20  # pivots of nonbasic variables, beside which no entry of M counts
 PROXIMAL_STEPS, SLOW_PROXIMAL = 15, 0.7  # at most; it ends if w_B falls by less than that factor
-POLISHING_STEPS = 2  # further refinements once the residual is rounding, for small components of z
 EXCHANGE_ROUNDS = 5  # of wrong signs: a nearly right active set needs one or two
 START_ROUNDS = 2  # of exchanges from a given point: more of them cost a large part of a run without it
 WORSE_FACTOR, FAR_RESIDUAL = 1e2, 1e-1  # times the least natural residual so far, and absolute: exchanges end above
-POOR_REDUCTION = 1e-3  # of w_B by the proximal iteration: above it, factors with partial pivoting are tried
 EXACT_RESIDUAL, WRONG_SIGN = 1e-13, 1e-12  # in scaled units: a residual that is rounding, a sign that is not
 
 
@@ -175,7 +172,7 @@ class Run:
             within = replace(within, problem=inner)
         M = within.problem.M
         factors = SuperLU(M, pivoting=True) if attempt.pivots else systems(M, within.S)
-        solutions = _BasicSolutions(self._within.problem, within.S, factors, attempt.shift)
+        solutions = _ProximalSolutions(self._within.problem, within.S)
         try:
             steps = Steps(within, AccurateSystems(M, factors, regularization))
             best = along = at = steps.start(slack)
@@ -220,7 +217,7 @@ class Run:
         """
         within, inner, box = self._within, self._within.problem, self._given.box
         z = box.z_of(x)[within.kept] / within.units
-        own = _BasicSolutions(inner, within.S)
+        own = _ProximalSolutions(inner, within.S)
         states = inner.box.basis_of((z - inner.M @ z - inner.q) / 2)
         for point in islice(self._exchanged(own, z, states, far=far), rounds):
             yield point
@@ -230,13 +227,13 @@ class Run:
         return Stalled("the given point has not the states of a solution")
 
     def _exchanged(
-        self, own: _BasicSolutions, z: Vector, states: States, last: bool = False, far: float = FAR_RESIDUAL
+        self, own: _ProximalSolutions, z: Vector, states: States, last: bool = False, far: float = FAR_RESIDUAL
     ) -> Iterator[Iterate]:
         """Yield the basic solutions of these states, before and after exchanges, near z, while their residual is at
         most `far` or not much larger than the least one. Their signs are final for the last point, or if they solve the
         problem up to rounding."""
         inner = self._within.problem
-        own.z, own.is_last = inner.box.project(z), last
+        own.z = inner.box.project(z)
         least = largest(inner.box.gaps(own.z, inner.w(own.z)))
         with suppress(SingularMatrix):
             for found in islice(exchanging(own, states), EXCHANGE_ROUNDS):
@@ -253,55 +250,31 @@ class Run:
         return Iterate(self._within.back(z / 2), None, step, self._count)
 
 
-class _BasicSolutions:
-    """Basic solutions of a scaled problem with signs S, each computed from the z of the last one, moved within the
-    bounds, by systems with M_BB or, if they are given, by those of M + shift I that the steps use: a nonbasic z_i keeps
-    its value, as M_ii + NONBASIC is its pivot."""
+class _ProximalSolutions:
+    """Basic solutions of a scaled problem with signs S, each by a proximal iteration from the z of the last one, moved
+    within the bounds."""
 
-    def __init__(self, problem: Problem, S: Vector | None, factors: Systems | None = None, shift: float = 0.0) -> None:
-        self._problem, self._S, self._factors, self._shift, self.box = problem, S, factors, shift, problem.box
-        self.z, self.is_last = problem.q, False
+    def __init__(self, problem: Problem, S: Vector | None) -> None:
+        self._problem, self._S, self.box, self.z = problem, S, problem.box, problem.q
 
     def at(self, basis: States) -> BasicSolution:
+        basic = (basis == BASIC).nonzero()[0]
         z = np.where(basis == BASIC, self.z, self.box.nonbasic(basis))
-        z, w = self._solved(z, np.flatnonzero(basis == BASIC))
+        w = self._problem.M @ z + self._problem.q
+        if basic.size:
+            z, w = _proximal(self._problem, z, basic, self._solver(basic))
         wrong = self.box.violations(z, w, basis) > WRONG_SIGN
         self.z = self.box.project(z)
         return BasicSolution(basis, z, w, wrong, not wrong.any())
 
-    def _solved(self, z: Vector, basic: Indices) -> tuple[Vector, Vector]:
-        """Return z with its basic variables solved for, and w; with partial pivoting if diagonal pivots lose the
-        shift, and it is the last try."""
-        problem, M = self._problem, self._problem.M
-        if not basic.size:
-            return z, M @ z + problem.q
-        *found, reduction = _proximal(problem, z, basic, self._by_diagonal_pivots(basic, self._factors))
-        if reduction > POOR_REDUCTION and self.is_last and is_sparse(M):
-            with suppress(SingularMatrix):
-                solver = SuperLU(principal(M, basic), pivoting=True)
-                solver.factorize(np.full(basic.size, PROXIMAL_SHIFT))
-                *other, other_reduction = _proximal(problem, z, basic, solver.solve)
-                found = other if other_reduction < reduction else found
-        return found[0], found[1]
-
-    def _by_diagonal_pivots(self, basic: Indices, factors: Systems | None) -> Solve:
-        if factors is None:
-            own = systems(principal(self._problem.M, basic), None if self._S is None else self._S[basic])
-            try:
-                own.factorize(np.full(basic.size, PROXIMAL_SHIFT))
-            except SingularMatrix:  # rounding has made a pivot 0
-                own.factorize(np.full(basic.size, LARGER_SHIFT))
-            return own.solve
-        n = self._problem.q.size
-        d, b = np.full(n, NONBASIC), np.zeros(n)
-        d[basic] = PROXIMAL_SHIFT - self._shift
-        factors.factorize(d)
-
-        def solve(w: Vector) -> Vector:
-            b[basic] = w
-            return factors.solve(b)[basic]
-
-        return solve
+    def _solver(self, basic: Indices) -> Solve:
+        """Return a solver of systems with M_BB + eps."""
+        own = systems(principal(self._problem.M, basic), None if self._S is None else self._S[basic])
+        try:
+            own.factorize(np.full(basic.size, PROXIMAL_SHIFT))
+        except SingularMatrix:  # rounding has made a pivot 0
+            own.factorize(np.full(basic.size, LARGER_SHIFT))
+        return own.solve
 
 
 def _active(within: SlackForm, at: PrimalDualPoint) -> States:
@@ -315,13 +288,12 @@ def _active(within: SlackForm, at: PrimalDualPoint) -> States:
 
 
 @np.errstate(all="ignore")
-def _proximal(problem: Problem, z: Vector, basic: Indices, solve: Solve) -> tuple[Vector, Vector, float]:
-    """Return z and w after the proximal iteration, and by what factor the largest w of a basic variable has changed."""
-    M, q = problem.M, problem.q
-    times = multiplier(M)
+def _proximal(problem: Problem, z: Vector, basic: Indices, solve: Solve) -> tuple[Vector, Vector]:
+    """Return z and w after the proximal iteration."""
+    times, q = multiplier(problem.M), problem.q
     w = times(z) + q
-    best, last = (z, w), float(np.abs(w[basic]).max())
-    first = least = last
+    best, least = (z, w), float(np.abs(w[basic]).max())
+    last = least
     for _ in range(PROXIMAL_STEPS):
         z = z.copy()
         z[basic] -= solve(w[basic])
@@ -334,16 +306,4 @@ def _proximal(problem: Problem, z: Vector, basic: Indices, solve: Solve) -> tupl
         if size > SLOW_PROXIMAL * last:
             break
         last = size
-    if least <= EXACT_RESIDUAL and is_sparse(M):
-        polished = _polished(problem, best[0], basic, solve)
-        best = polished if float(np.abs(polished[1][basic]).max()) <= EXACT_RESIDUAL else best
-    return *best, least / first if first > EXACT_RESIDUAL else 0.0
-
-
-def _polished(problem: Problem, z: Vector, basic: Indices, solve: Solve) -> tuple[Vector, Vector]:
-    """Return z, with small components made accurate by residuals in extended precision where available, and w."""
-    M, z = problem.M, z.copy()
-    times = compressed_multiplier(M.shape, M.indptr, M.indices, M.data.astype(np.longdouble))
-    for _ in range(POLISHING_STEPS):
-        z[basic] -= solve((times(z.astype(np.longdouble)) + problem.q)[basic].astype(float))
-    return z, problem.M @ z + problem.q
+    return best
