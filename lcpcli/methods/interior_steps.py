@@ -26,7 +26,6 @@ from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.krylov import gmres
 from lcpcli.linalg.matrices import is_sparse, multiplier
 from lcpcli.linalg.shifted_systems import Systems
-from lcpcli.linalg.units import units
 from lcpcli.model.changes import Change
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Matrix, Vector
@@ -35,8 +34,6 @@ from lcpcli.verify.certificate import Certificate, first_proof
 from lcpcli.verify.farkas import Multiplied
 
 RUIZ_ROUNDS, RUIZ_CLOSE = 12, 0.1  # at most; it ends when the largest entries are so close to 1
-RUIZ_FARTHEST = 1e8  # the factor by which Ruiz's scaling may change the start: half of the digits
-ENTRIES_FAR_APART = 60.0  # binary digits between entries of M: more than a double has
 DIVERGED_SIZE = 1e2  # in scaled units, in which solutions are about 1: what diverges is at least that large
 COARSE_ENTRY = 1e-3  # relative to the largest entry of y: smaller ones are left out first
 CLEAR_MARGIN = 1e-10  # relative to the sum of |y|: by how much a proof has to be negative, far above rounding
@@ -76,12 +73,9 @@ class SlackForm(Change):
 
 
 @np.errstate(over="ignore", under="ignore", invalid="ignore")
-def slack_form(problem: Problem, by_units: bool = False) -> SlackForm:
+def slack_form(problem: Problem) -> SlackForm:
     """Scale symmetrically: D M D has largest entries of about 1 in rows and columns (D. Ruiz, A scaling algorithm to
     equilibrate both rows and columns norms in matrices, RAL-TR-2001-034); q and the bounds are divided by the largest.
-
-    by_units : whether D are the units by which solutions are verified, where S M is symmetric: there D is the same for
-        rows and columns, and the logarithms of the entries of D M D have the least sum of squares.
     """
     given = conditions_of(problem)
     kept = np.flatnonzero(given.lower < given.upper)
@@ -90,10 +84,7 @@ def slack_form(problem: Problem, by_units: bool = False) -> SlackForm:
         fixed = np.where(lower == upper, lower, 0.0)
         q, M = (problem.q + M @ fixed)[kept], matrices.principal(M, kept)
         lower, upper = lower[kept], upper[kept]
-    if by_units and problem.signs is not None:
-        d = problem.units.diagonals()[0][kept]
-    else:
-        d = _ruiz(M, _balanced(M), problem.signs is not None)
+    d = _ruiz(M, problem.signs is not None)
     M = matrices.scaled(M, d, d)
     q, lower, upper = q * d, lower / d, upper / d
     finite = [v[np.isfinite(v)] for v in (lower, upper)]
@@ -106,25 +97,13 @@ def slack_form(problem: Problem, by_units: bool = False) -> SlackForm:
     return SlackForm(inner, problem, kept, d * largest, S, *ends)
 
 
-def _balanced(M: Matrix) -> Vector:
-    """Return a diagonal D for which the entries of D M D are about 1, if they are far apart, as Ruiz's scaling is not
-    unique for bipartite parts of M; else a common factor, if they are all far from 1."""
-    numbers = M.data if is_sparse(M) else M
-    sizes = np.log2(np.abs(numbers[numbers != 0]))
-    if sizes.size and np.ptp(sizes) > ENTRIES_FAR_APART:
-        found = units(M)
-        return np.asarray(np.exp2(np.rint((found.rows + found.columns) / 2)))
-    middle = -0.5 * float(sizes.max(initial=0.0))
-    return np.full(M.shape[0], np.exp2(np.rint(middle)) if abs(middle) > ENTRIES_FAR_APART / 2 else 1.0)
-
-
-def _ruiz(M: Matrix, start: Vector, symmetric: bool) -> Vector:
-    """Return Ruiz's scaling from a start, within a factor of RUIZ_FARTHEST of the start; symmetric : whether |M| is."""
-    d = start
+def _ruiz(M: Matrix, symmetric: bool) -> Vector:
+    """Return Ruiz's scaling; symmetric : whether |M| is."""
+    d = np.ones(M.shape[0])
     for _ in range(RUIZ_ROUNDS):
         sizes = np.maximum(*matrices.row_and_column_maxima(M, d, d, symmetric))
         sizes[sizes == 0] = 1.0
-        d = np.clip(d / np.sqrt(sizes), start / RUIZ_FARTHEST, start * RUIZ_FARTHEST)
+        d /= np.sqrt(sizes)
         if (np.abs(sizes - 1) < RUIZ_CLOSE).all():
             break
     return np.exp2(np.rint(np.log2(d)))  # so that nothing is rounded, and symmetry is kept
