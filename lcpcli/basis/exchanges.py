@@ -114,6 +114,8 @@ class System(ABC):
                 raise SingularMatrix
             w = self.product(z)
             w += self.q
+            if not is_finite(w):
+                raise SingularMatrix
             residual = w[indices]
             w[indices] = 0.0
             found = self._judged(basis, z, w)

@@ -11,20 +11,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolutions, System
 from lcpcli.clock import imports
-from lcpcli.linalg.doubles import is_finite, largest
+from lcpcli.linalg.doubles import largest
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix
 from lcpcli.linalg.krylov import gmres
 from lcpcli.linalg.matrices import is_narrow, is_sparse, product
 from lcpcli.methods.direct import Safeguard
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
-from lcpcli.model.box import BASIC, Box
+from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector
 
@@ -45,7 +44,6 @@ NEAR_BOUND = 1e-9  # relative to the largest |z_i|: how far rounding may have mo
 STABLE_ITERATES = 2  # consecutive iterates with nearly unchanged P before an attempt to finish
 SPARSE_PRODUCTS = 30.0  # with M that take as long as a sparse factorization, unless that fills in much
 DENSE_PRODUCTS = 0.03  # the same for a dense one, by its order: n / 3, of which blocks in the cache save most
-NO_STEP = np.empty(0)  # stands for no further step
 MAX_CHANGE = 0.004  # of n: the change of P per iterate up to which it counts as nearly unchanged
 
 
@@ -127,13 +125,14 @@ def dense_route(problem: Problem, x0: Vector, patience: float = LEAST_INDEX_STEP
     return (yield from turns.take("newton", newton(problem, start, patience, hasty)))
 
 
-def from_states(problem: Problem, basis: States) -> Stage:
+def from_states(problem: Problem, basis: States, solutions: BasicSolutions | None = None) -> Stage:
     """Pivot by blocks from nearly right states, while most steps leave at most FAST_STEP of the violations.
 
     The states of a solution take one factorization, even where many components are 0 up to rounding. Finished : no sign
-    is violated beyond rounding. Stalled or Breakdown : the states are far from right.
+    is violated beyond rounding. Stalled or Breakdown : the states are far from right. solutions : those of the problem,
+    if they have been made before.
     """
-    solutions, before = BasicSolutions(problem), problem.n
+    solutions, before = solutions or BasicSolutions(problem), problem.n
     slow = SLOW_STEPS_NARROW if is_sparse(problem.M) and is_narrow(problem.M) else SLOW_STEPS
     try:
         for evaluations, found in enumerate(solutions.exchanging(basis), 1):
@@ -180,38 +179,31 @@ def finish(problem: Problem, x0: Vector | None, stage: Stage) -> Stage:
     """Pass on the iterates of a stage, and end with the solution as soon as their active set yields it, with no sign
     violated beyond rounding; it has step "finish", and the ending is Finished. Otherwise end as the stage does.
 
-    An attempt is made when P is nearly unchanged for STABLE_ITERATES iterates, and when the stage ends; it continues
-    pivoting while the number of violations decreases. All attempts together are to cost no more than the evaluations
-    of the stage so far, as products with M; only the attempt at the end of the stage has no limit.
+    An attempt, as by `from_states`, begins when P is nearly unchanged for STABLE_ITERATES iterates and attempts have
+    cost no more than the evaluations of the stage so far, as products with M; and in any case when the stage ends.
 
     x0 : the start of the stage, whose active set counts too; None if it has none.
     """
-    box, solutions, tried = problem.box, BasicSolutions(problem), None
-    basis = None if x0 is None else box.basis_of(x0)
-    pivoting: Iterator[Vector | None] | None = None
+    box, solutions, basis = problem.box, BasicSolutions(problem), None if x0 is None else problem.box.basis_of(x0)
+    tried: States | None = None
     spent, stable, evaluations = 0.0, 0, 0
     while True:
         step = advance(stage)
-        budget, is_due = math.inf, basis is not None
+        is_due = basis is not None
         if isinstance(step, Iterate):
             yield step
             before, basis, evaluations = basis, box.basis_of(step.x), step.evaluations
             near = before is not None and np.count_nonzero(basis != before) <= MAX_CHANGE * problem.n
             stable = stable + 1 if near else 0
-            budget, is_due = evaluations, stable >= STABLE_ITERATES
-        if basis is not None and is_due and spent + _products(problem, basis) <= budget:
-            if tried is None or not np.array_equal(basis, tried):
-                tried, pivoting = basis, _falling(solutions, box, basis)
-            count = evaluations
-            while pivoting is not None and spent + _products(problem, basis) <= budget:
-                with np.errstate(over="ignore", invalid="ignore"):
-                    x = next(pivoting, NO_STEP)
-                spent, count = spent + _products(problem, basis), count + 1
-                if x is NO_STEP:
-                    pivoting = None
-                elif x is not None:
-                    yield Iterate(x, None, FINISH, count)
-                    return Finished()
+            is_due = stable >= STABLE_ITERATES and spent + _products(problem, basis) <= evaluations
+        if basis is not None and is_due and (tried is None or not np.array_equal(basis, tried)):
+            tried, attempt = basis, from_states(problem, basis, solutions)
+            with np.errstate(over="ignore", invalid="ignore"):
+                while isinstance(found := advance(attempt), Iterate):
+                    last, spent = found, spent + _products(problem, basis)
+            if isinstance(found, Finished):
+                yield last._replace(step=FINISH, evaluations=evaluations + last.evaluations)
+                return Finished()
         if not isinstance(step, Iterate):
             return step
 
@@ -222,15 +214,3 @@ def _products(problem: Problem, basis: States) -> float:
         return SPARSE_PRODUCTS
     share = float(np.count_nonzero(basis == BASIC)) / problem.n
     return 1.0 + DENSE_PRODUCTS * share**3 * problem.n
-
-
-def _falling(solutions: BasicSolutions, box: Box, basis: States) -> Iterator[Vector | None]:
-    """Pivot while violations decrease: yield None after each step, or x at a solution."""
-    fewest = basis.size + 1
-    with suppress(SingularMatrix):
-        for found in solutions.exchanging(basis):
-            violations = solutions.count_violations(found) if is_finite(found.w) else fewest
-            if violations >= fewest:
-                return
-            fewest = violations
-            yield None if violations else box.x_within(found.z, found.w, found.basis)
