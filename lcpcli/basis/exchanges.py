@@ -132,11 +132,10 @@ class System(ABC):
         found = BasicSolution(basis, z, w, wrong, not count)
         if not count:
             return found
-        worst = int(violations.argmax())  # mostly, this row of M decides
+        worst = int(violations.argmax())
         if self._is_clear(found, worst, float(violations[worst])):
             return found
-        violated = self._is_beyond_rounding(found, np.array([worst])).any() or self.violated(found).any()
-        return found._replace(is_solution=not violated)
+        return found._replace(is_solution=not self.violated(found).any())
 
     def _is_clear(self, found: BasicSolution, row: int, violation: float) -> bool:
         """Return whether a violation exceeds a bound on the rounding error of its row that needs no more of M than the
@@ -161,14 +160,10 @@ class System(ABC):
         """Return where signs are violated beyond rounding."""
         violated: Mask = found.wrong.copy()
         rows = violated.nonzero()[0]
-        violated[rows] = self._is_beyond_rounding(found, rows)
-        return violated
-
-    def _is_beyond_rounding(self, found: BasicSolution, rows: Indices) -> Mask:
-        """Return for these rows whether their violation exceeds the rounding error of their terms."""
         violations = self.box.violations(found.z, found.w, found.basis)[rows]
         terms, basic = ROW_ROUNDING * self.terms(found.z, rows), found.basis[rows] == BASIC
-        return np.asarray(violations > in_units_of_state(terms, self.row_maxima[rows], basic))
+        violated[rows] = violations > in_units_of_state(terms, self.row_maxima[rows], basic)
+        return violated
 
 
 class BasicSolutions(System):

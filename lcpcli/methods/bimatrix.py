@@ -7,13 +7,16 @@ Study 1 (1974) 175-189.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
 
+from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.clock import imports
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import generator
+from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods.stages import Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import of_masks
@@ -88,7 +91,7 @@ def lemke_howson(problem: Problem, game: Costs) -> Stage:
             before = path.pivots
             path.follow(PIVOTS * 2**number)
             evaluations += path.pivots - before
-            z = _solution(problem, path.point(), game.R.shape[0]) if path.is_complete else path.point()
+            z = _solution(problem, path.point()) if path.is_complete else path.point()
             x = problem.box.x_of(z, problem.w(z))
             yield Iterate(x, None, "label", evaluations, signs_final=path.is_complete)
             if path.is_complete:
@@ -96,19 +99,12 @@ def lemke_howson(problem: Problem, game: Costs) -> Stage:
     return Stalled("no path of Lemke and Howson ends at an equilibrium")
 
 
-def _solution(problem: Problem, z: Vector, m: int) -> Vector:
-    """Return the z with the supports of this one, x and y, at which all strategies in them cost the same; z itself if
-    the costs in these are singular. x has m entries."""
-    x, y = np.flatnonzero(z[:m] > 0.0), m + np.flatnonzero(z[m:] > 0.0)
-    solution = np.zeros_like(z)
-    try:
-        solution[y] = np.linalg.solve(problem.M[np.ix_(x, y)], -problem.q[x])
-        solution[x] = np.linalg.solve(problem.M[np.ix_(y, x)], -problem.q[y])
-    except np.linalg.LinAlgError:
-        return z
-    with imports:
-        from lcpcli.verify.exact_solution import refined
-    return np.maximum(refined(problem, solution, of_masks(z > 0.0)), 0.0)
+def _solution(problem: Problem, z: Vector) -> Vector:
+    """Return the z with the supports of this one at which all strategies in them cost the same; z itself if the costs
+    in these are singular."""
+    with suppress(SingularMatrix):
+        return np.maximum(BasicSolutions(problem).at(of_masks(z > 0.0)).z, 0.0)
+    return z
 
 
 class _Path:

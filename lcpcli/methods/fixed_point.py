@@ -9,6 +9,7 @@ Algebra with Applications 17 (2010) 917-933. `anderson` accelerates it (H. F. Wa
 from __future__ import annotations
 
 import math
+from collections import deque
 
 import numpy as np
 
@@ -107,20 +108,18 @@ class Anderson:
     It takes g - sum gamma_i (g_(i+1) - g_i) over the last `memory` pairs, where gamma minimizes |f - sum gamma_i
     (f_(i+1) - f_i)|_2 for f = g - x. When |f|_2 exceeds RESTART_GROWTH times its minimum since the last restart, the
     iteration restarts from the minimum, with a plain step and an empty memory; so a contraction is never made to
-    diverge. It keeps 2 memory + 4 vectors, and costs two products with memory x n arrays per step.
+    diverge. It keeps 2 memory + 4 vectors, and costs a few products with memory x n arrays per step.
 
     memory : number of pairs kept, >= 1.
     n : length of x.
     """
 
     def __init__(self, memory: int, n: int) -> None:
-        memory = min(memory, n)
-        self._df, self._dg = np.empty((memory, n)), np.empty((memory, n))
-        self._gram = np.zeros((memory, memory))
+        self._memory = min(memory, n)
         self._restart()
 
     def _restart(self) -> None:
-        self._kept = self._slot = 0
+        self._changes = deque[tuple[Vector, Vector]](maxlen=self._memory)  # of f and of g
         self._last: tuple[Vector, Vector] | None = None
         self._smallest, self._best = math.inf, np.empty(0)
 
@@ -136,18 +135,13 @@ class Anderson:
             return g
         if size < self._smallest:
             self._smallest, self._best = size, g
-        if self._last is not None:  # the newest differences replace the oldest
-            slot, (last_f, last_g) = self._slot, self._last
-            np.subtract(f, last_f, out=self._df[slot])
-            np.subtract(g, last_g, out=self._dg[slot])
-            self._kept, self._slot = max(self._kept, slot + 1), (slot + 1) % len(self._df)
-            products = np.einsum("ij,j->i", self._df[: self._kept], self._df[slot])
-            self._gram[slot, : self._kept] = self._gram[: self._kept, slot] = products
+        if self._last is not None:
+            self._changes.append((f - self._last[0], g - self._last[1]))
         self._last = f, g
-        if self._kept == 0 or size == 0:
+        if not self._changes or size == 0:
             return g
-        kept = slice(self._kept)
-        gram = self._gram[kept, kept]
-        ridge = GRAM_RIDGE * float(np.trace(gram)) * np.eye(self._kept)
-        gamma = np.linalg.lstsq(factors.finite(gram + ridge), np.einsum("ij,j->i", self._df[kept], f), rcond=None)[0]
-        return np.asarray(g - np.einsum("i,ij->j", gamma, self._dg[kept]))
+        df, dg = (np.array(changes) for changes in zip(*self._changes, strict=True))
+        gram = np.einsum("ij,kj->ik", df, df)
+        ridge = GRAM_RIDGE * float(np.trace(gram)) * np.eye(len(gram))
+        gamma = np.linalg.lstsq(factors.finite(gram + ridge), np.einsum("ij,j->i", df, f), rcond=None)[0]
+        return np.asarray(g - np.einsum("i,ij->j", gamma, dg))

@@ -93,34 +93,27 @@ def gradient_steps(box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vec
 
     w_of : M z + q, as a new array. z, w : the start, shape (n,), or (m, n) for m problems.
     """
-    step_size = _step_size if z.ndim == 1 else _step_sizes
     basis, start, t = box.basis_of(0.5 * (z - w)), _dots(w, w), z.dtype.type(0.5)
     for step in range(1, max(MOST_GRADIENT_STEPS, round(MOST_PER_UNKNOWN * z.shape[-1])) + 1):
         change = t * w
         former, z = z, box.project(np.subtract(z, change, out=change))
         before, w = w, w_of(z)
-        t = step_size(z - former, w - before, t, step % 2 == 1)
+        t = _step_sizes(z - former, w - before, t, step % 2 == 1)
         if step % GRADIENT_BLOCK == 0:
             last, basis = basis, box.basis_of(0.5 * (z - w))
-            yield Glance(z, w, basis, int(np.count_nonzero(basis != last)), _dots(w, w) <= GRADIENT_GROWTH * start)
-
-
-def _step_size(change: Vector, difference: Vector, t: Any, is_long: bool) -> Any:
-    """Return one of the two step sizes of Barzilai and Borwein, or t if M shows no positive curvature."""
-    along = change.dot(difference)
-    if not along > 0:
-        return t
-    return change.dot(change) / along if is_long else along / difference.dot(difference)
+            bounded = (_dots(w, w) <= GRADIENT_GROWTH * start)[..., 0]
+            yield Glance(z, w, basis, int(np.count_nonzero(basis != last)), bounded)
 
 
 def _step_sizes(change: Vector, difference: Vector, t: Any, is_long: bool) -> Vector:
-    """Return the step sizes of m problems, shape (m, 1)."""
+    """Return one of the two step sizes of Barzilai and Borwein for each problem, or t if M shows no positive
+    curvature."""
     along = _dots(change, difference)
     with np.errstate(divide="ignore", invalid="ignore"):
         lengths = _dots(change, change) / along if is_long else along / _dots(difference, difference)
-    return np.where(along > 0, lengths, np.ravel(t))[:, np.newaxis]
+    return np.where(along > 0, lengths, t)
 
 
 def _dots(A: Vector, B: Vector) -> Vector:
-    """Return the inner products of vectors, or of the rows of matrices, shape () or (m,)."""
-    return np.asarray(np.einsum("...i,...i->...", A, B))
+    """Return the inner products of vectors, or of the rows of matrices, shape (1,) or (m, 1)."""
+    return np.asarray(np.einsum("...i,...i->...", A, B))[..., np.newaxis]

@@ -102,22 +102,17 @@ class _InDoubles:
 class _InFractions:
     """M and q in fractions, with the systems of some basic indices, as `_InDoubles` has them."""
 
+    found: ExactBasis | None
+
     def __init__(self, data: ExactProblem, effort: Effort) -> None:
         self._data, self._effort = data, effort
 
     def negative(self, basic: Sequence[int]) -> list[int] | None:
-        found = self._at(basic)
-        return None if found is None or not found.gaps.keys().isdisjoint(basic) else sorted(found.gaps)
-
-    def solution(self, basic: Sequence[int]) -> list[Fraction] | None:
-        """Return z of the basic solution; None if it is not unique."""
-        found = self._at(basic)
-        return None if found is None else found.z
-
-    def _at(self, basic: Sequence[int]) -> ExactBasis | None:
         self._spend(self._block(basic))
-        found = exact_basis(self._data, of_masks(np.isin(np.arange(self._data.n), basic)))
-        return found if found is not None and found.unique else None
+        self.found = exact_basis(self._data, of_masks(np.isin(np.arange(self._data.n), basic)))
+        if self.found is None or not (self.found.unique and self.found.gaps.keys().isdisjoint(basic)):
+            return None
+        return sorted(self.found.gaps)
 
     def is_m_matrix(self, basic: Sequence[int]) -> bool:
         own = sorted(basic)
@@ -156,8 +151,8 @@ def decided(
     system = _InFractions(data, effort)
     for guess in (list(basic), []):
         try:
-            end, y = _exchanged(system, guess)
-            z = system.solution(end) if y is None else None
+            _, y = _exchanged(system, guess)
+            z = system.found.z if y is None and system.found is not None else None
         except TimeIsUp:
             check()  # whether all of the time is up
             break
