@@ -6,8 +6,6 @@ C. E. Lemke, The dual method of solving the linear programming problem, Naval Re
 
 from __future__ import annotations
 
-from copy import copy
-
 import numpy as np
 
 from lcpcli.basis.tableau import exchange
@@ -39,13 +37,6 @@ class DualSimplex:
         self._dictionary = np.vstack((np.column_stack((b / self._size, A + self._margin)), cost))
         self._basic, self._cobasic = np.arange(n, n + m), np.arange(n)
         self._varies = np.ones(n, dtype=bool)  # the cobasic forms that are not restricted to 0
-
-    def copy(self) -> DualSimplex:
-        """Return a copy that can be restricted independently."""
-        other = copy(self)
-        for name in ("_dictionary", "_basic", "_cobasic", "_varies"):
-            setattr(other, name, getattr(self, name).copy())
-        return other
 
     @property
     def _rows(self) -> Vector:

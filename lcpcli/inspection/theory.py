@@ -39,7 +39,7 @@ from lcpcli.linalg.patterns import Band, affordable
 from lcpcli.methods.fixed_point import best_omega
 from lcpcli.methods.registry import ANY, METHODS, OMEGA, Method
 from lcpcli.methods.shi import default_p
-from lcpcli.methods.smoothing import error as smoothing_error
+from lcpcli.methods.shi import error as smoothing_error
 from lcpcli.model.changes import shifted
 from lcpcli.model.problem import Problem
 from lcpcli.options import AUTO, TOL

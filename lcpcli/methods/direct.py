@@ -209,7 +209,10 @@ def direct(
     made : receives the basic solutions.
     """
     answer = _exchanged(problem, tol, basic, made)
-    return None if answer is None else _without_doubt(problem, answer)
+    found = None if answer is None else confirmed(problem, answer.z)
+    if answer is None or found is None or found.z is answer.z:
+        return None if found is None else answer
+    return answer._replace(z=found.z, is_certain=False, end=found.basis)
 
 
 def _exchanged(problem: Problem, tol: float, basic: Mask | None, made: list[Made] | None) -> DirectAnswer | None:
@@ -287,14 +290,6 @@ def is_rounding(problem: Problem, z: Vector, w: Vector) -> bool:
     if (np.maximum(-w, 0.0) > ROW_ROUNDING * terms).any() or -z.min() > ROUNDED_ZERO * z.max():
         return False
     return problem.n > FEW_UNKNOWNS or not hides_term_of_row(problem, without_rounding(z))
-
-
-def _without_doubt(problem: Problem, answer: DirectAnswer) -> DirectAnswer | None:
-    """Return the answer as it is `confirmed`; else None."""
-    found = confirmed(problem, answer.z)
-    if found is None or found.z is answer.z:
-        return None if found is None else answer
-    return answer._replace(z=found.z, is_certain=False, end=found.basis)
 
 
 @np.errstate(all="ignore")

@@ -24,6 +24,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Iterator
 from contextlib import suppress
+from copy import deepcopy
 from functools import partial
 from typing import Any, TypeAlias
 
@@ -143,7 +144,7 @@ class _Nodes:
     def violations(self, node: _Node) -> dict[int, float] | None:
         """Return min(z, w) at a point of a node, where there is no decision yet; None if there is proved to be no
         point."""
-        node.simplex = None if node.simplex is None else node.simplex.copy()
+        node.simplex = deepcopy(node.simplex)
         found, cost = _point(self.system, node.decided, node.simplex, node.form)
         self.examined, self.cost = self.examined + 1, self.cost + cost
         if found is None:

@@ -41,7 +41,7 @@ from lcpcli.linalg.stencils import Operator
 from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.model.right_hand_sides import like_with
-from lcpcli.typing import Indices, Mask, Matrix, States, Vector
+from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 COARSEST = 150  # n up to which a matrix is inverted
 STRENGTH = 0.08  # |a_ij| / sqrt(a_ii a_jj) above which j is a strong neighbour of i; halved from level to level
@@ -278,8 +278,6 @@ def _v_cycle(level: _Single, weights: Any, mask: Any, coarse: Solve, b: Any) -> 
 
 
 CYCLES = 2  # on each level, with as many on all coarser levels inside each
-LARGE = 30_000  # unknowns from which steps of pivoting cost much more than
-MORE_CYCLES, FEWER = 8, 0.7  # cycles on the finest level, while each changes fewer states than that share of the last
 SWEEPS_OF_LEVEL = 2  # of projected Jacobi relaxation before, and after, each coarse correction
 LONGEST_STEP = 3.0  # times the coarse correction
 COARSEST_PIVOTS = 30  # at most; the coarsest problem rarely takes more than a handful
@@ -307,24 +305,7 @@ class FullApproximation:
             other = box.project(np.zeros(q.size))
             if not self._energy(level, z) <= self._energy(level, other):
                 z = other
-        return self._settled(z) if z.size >= LARGE else z
-
-    def _settled(self, z: Vector) -> Vector:
-        """Return z on the finest level after more cycles, while each changes far fewer states than the one before."""
-        states, changed = self._states(z), z.size
-        for _ in range(MORE_CYCLES):
-            z = self._cycle(0, z, self._q[0])
-            before, states, most = states, self._states(z), FEWER * changed
-            changed = int(np.count_nonzero(states != before))
-            if changed > most:
-                break
         return z
-
-    def _states(self, z: Vector) -> States:
-        w = self._levels[0].operator(z)
-        w += self._q[0]
-        w *= self._levels[0].weights
-        return self._boxes[0].basis_at(z, w)
 
     def _energy(self, level: int, z: Vector) -> float:
         w = self._levels[level].operator(z)

@@ -26,8 +26,19 @@ from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.linalg import factors
 from lcpcli.methods.fixed_point import best_omega, fixed_point
-from lcpcli.methods.shi import AVERAGE, PLANE, SELECTED, STEEPEST, STEEPEST_AT_MULTIPLE, direction, shi
-from lcpcli.methods.smoothing import Smoothed, excess, phi, slope, slopes
+from lcpcli.methods.newton_steps import phi, slopes
+from lcpcli.methods.shi import (
+    AVERAGE,
+    PLANE,
+    SELECTED,
+    STEEPEST,
+    STEEPEST_AT_MULTIPLE,
+    Smoothed,
+    direction,
+    excess,
+    shi,
+    slope,
+)
 from lcpcli.methods.stages import Iterate
 from lcpcli.model.box import Box
 from lcpcli.typing import Vector
