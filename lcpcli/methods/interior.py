@@ -22,7 +22,7 @@ from lcpcli.errors import ProblemError
 from lcpcli.linalg.doubles import largest
 from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.matrices import is_sparse, multiplier, plus_diagonal, principal
-from lcpcli.linalg.shifted_systems import SuperLU, Systems, systems
+from lcpcli.linalg.shifted_systems import Systems, systems
 from lcpcli.methods.direct import MOST_AS_DENSE
 from lcpcli.methods.interior_steps import (
     AccurateSystems,
@@ -65,14 +65,13 @@ class InteriorAttempt:
     shift : eps, in scaled units; with M + eps I there is one solution, near the smallest one for M if eps is small:
         Tikhonov's regularization, as in F. Facchinei, J.-S. Pang, Finite-Dimensional Variational Inequalities and
         Complementarity Problems (2003), section 12.2.
-    gives_up : whether the attempt ends if its steps remain short. pivots : whether sparse factors use partial pivoting.
+    gives_up : whether the attempt ends if its steps remain short.
     """
 
     slack: float
     rho: tuple[float, float, float] = (1.0, 1e-5, 1e1)
     shift: float = 0.0
     gives_up: bool = False
-    pivots: bool = False
 
 
 FIRST_ATTEMPTS = (InteriorAttempt(1.0, gives_up=True), InteriorAttempt(1.0, shift=1e-6, gives_up=True))
@@ -80,7 +79,6 @@ FURTHER_ATTEMPTS = (
     InteriorAttempt(1e4, rho=(1e-3, 1e-6, 1e1)),
     InteriorAttempt(1e2),
     InteriorAttempt(1.0, rho=(1.0, 1.0, 1.0)),
-    InteriorAttempt(1.0, rho=(1e-4, 1e-4, 1e-4), pivots=True),
 )
 ATTEMPTS = FIRST_ATTEMPTS + FURTHER_ATTEMPTS
 
@@ -157,8 +155,6 @@ class Run:
     ) -> Stage:
         ending: Ending = Breakdown("no factorization succeeded")
         for attempt in settings:
-            if attempt.pivots and not is_sparse(self._given.M):
-                break  # as dense factors always are
             rho = tuple(factor * regularization for factor in attempt.rho)
             ending = yield from self._attempt(attempt, attempt.slack * start_slack, Regularization(*rho))
             if isinstance(ending, NoSolution):
@@ -171,10 +167,8 @@ class Run:
             inner = replace(within.problem, M=plus_diagonal(within.problem.M, attempt.shift))
             within = replace(within, problem=inner)
         M = within.problem.M
-        factors = SuperLU(M, pivoting=True) if attempt.pivots else systems(M, within.S)
-        solutions = _ProximalSolutions(self._within.problem, within.S)
         try:
-            steps = Steps(within, AccurateSystems(M, factors, regularization))
+            steps = Steps(within, AccurateSystems(M, systems(M, within.S), regularization))
             best = along = at = steps.start(slack)
         except SingularMatrix:
             return Breakdown("a factorization failed")
@@ -188,7 +182,7 @@ class Run:
             if merit < CLOSE_MERIT and merit < MERIT_DROP * tried:
                 tried = merit
                 # Before the point itself, which is less accurate.
-                yield from self._exchanged(solutions, at.z, _active(self._within, at))
+                yield from self._exchanged(at.z, _active(self._within, at))
             if lengths:
                 step = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {regularization.rho:.0e}"
                 yield self._shown(at.z, step)._replace(signs_final=mu < SMALL_MU)  # else the next ones are better
@@ -206,7 +200,7 @@ class Run:
             self._count += 1
         if proof := proof_of(self._given, self._within, (at.z,)):
             return NoSolution(proof)
-        yield from self._exchanged(solutions, best.z, _active(self._within, best), last=True)
+        yield from self._exchanged(best.z, _active(self._within, best), last=True)
         yield self._shown(best.z, BEST)
         return Stalled("its steps no longer reduce the residual")
 
@@ -217,23 +211,20 @@ class Run:
         """
         within, inner, box = self._within, self._within.problem, self._given.box
         z = box.z_of(x)[within.kept] / within.units
-        own = _ProximalSolutions(inner, within.S)
         states = inner.box.basis_of((z - inner.M @ z - inner.q) / 2)
-        for point in islice(self._exchanged(own, z, states, far=far), rounds):
+        for point in islice(self._exchanged(z, states, far=far), rounds):
             yield point
             if self._is_solved:
                 return Finished()
         self._count = 0
         return Stalled("the given point has not the states of a solution")
 
-    def _exchanged(
-        self, own: _ProximalSolutions, z: Vector, states: States, last: bool = False, far: float = FAR_RESIDUAL
-    ) -> Iterator[Iterate]:
+    def _exchanged(self, z: Vector, states: States, last: bool = False, far: float = FAR_RESIDUAL) -> Iterator[Iterate]:
         """Yield the basic solutions of these states, before and after exchanges, near z, while their residual is at
         most `far` or not much larger than the least one. Their signs are final for the last point, or if they solve the
         problem up to rounding."""
         inner = self._within.problem
-        own.z = inner.box.project(z)
+        own = _ProximalSolutions(inner, self._within.S, z)
         least = largest(inner.box.gaps(own.z, inner.w(own.z)))
         with suppress(SingularMatrix):
             for found in islice(exchanging(own, states), EXCHANGE_ROUNDS):
@@ -252,10 +243,10 @@ class Run:
 
 class _ProximalSolutions:
     """Basic solutions of a scaled problem with signs S, each by a proximal iteration from the z of the last one, moved
-    within the bounds."""
+    within the bounds, at first from a given one."""
 
-    def __init__(self, problem: Problem, S: Vector | None) -> None:
-        self._problem, self._S, self.box, self.z = problem, S, problem.box, problem.q
+    def __init__(self, problem: Problem, S: Vector | None, z: Vector) -> None:
+        self._problem, self._S, self.box, self.z = problem, S, problem.box, problem.box.project(z)
 
     def at(self, basis: States) -> BasicSolution:
         basic = (basis == BASIC).nonzero()[0]

@@ -65,7 +65,7 @@ def josephy_newton(
     linearizations, of their pivots, and of evaluations of F.
 
     The steps, as the trace names them: "crash" solves the linearization for the variables that are not held at their
-    bounds, from the start and for as long as that decreases the merit function (`newton_steps`) fast; "full" leads to the
+    bounds, from the start and for as long as the merit function (`newton_steps`) falls fast; "full" leads to the
     solution of the linearization, "damped" a part of the way there, to where the merit function is below the largest of
     the last MEMORY merits, at first below SLACK times that of the start. Where there is none, or it leads nowhere,
     "proximal" is such a step by J + mu I, in the units of its rows, with mu that falls from step to step. Where this
