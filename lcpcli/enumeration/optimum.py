@@ -24,7 +24,7 @@ import numpy as np
 
 from lcpcli import clock, options
 from lcpcli.enumeration.equilibria import ExactEquilibrium, Players
-from lcpcli.enumeration.search import in_exact_numbers, refuse_large
+from lcpcli.enumeration.search import in_exact_numbers
 from lcpcli.errors import ProblemError
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.linalg.matrices import dense
@@ -222,7 +222,6 @@ def optimum(
 
 def best(data: ExactProblem, costs: list[Fraction], sense: str, constant: Fraction, time_limit: float) -> Optimum:
     """Return the solution with the best costs'z + constant, as `optimum` does."""
-    refuse_large(data.problem)
     found = optimum(data, costs, sense=sense, time_limit=time_limit)
     value, bound = (None if each is None else each + constant for each in (found.value, found.bound))
     return replace(found, value=value, bound=bound)

@@ -88,6 +88,7 @@ def solutions(
 def in_exact_numbers(problem: Problem | ExactProblem) -> ExactProblem:
     """Return a problem with its doubles taken as exact; raise ProblemError if `refuse_large` does."""
     if isinstance(problem, ExactProblem):
+        refuse_large(problem.problem)
         return problem
     refuse_large(as_problem(problem))
     return ExactProblem.of_floats(problem)
@@ -100,11 +101,7 @@ def refuse_large(problem: Problem) -> None:
     with imports:
         from scipy.sparse.csgraph import connected_components
     _, part = connected_components(matrices.compressed(problem.M != 0), directed=False)
-    _refuse_block(int(np.bincount(part).max()))
-
-
-def _refuse_block(unknowns: int) -> None:
-    if unknowns > MOST_BLOCK_UNKNOWNS:
+    if (unknowns := int(np.bincount(part).max())) > MOST_BLOCK_UNKNOWNS:
         fault = f"has {unknowns} unknowns that depend on each other"
         raise ProblemError("M", fault, f"all solutions are listed up to {MOST_BLOCK_UNKNOWNS}; lcp solve finds one")
 
@@ -130,8 +127,6 @@ class Solutions(Iterator[Piece]):
             self._players = Players(self.problem, origin)
         edges = ((i, j) for i, row in enumerate(self.problem.rows) for j in row)
         self._blocks = sorted(connected(self.problem.n, edges), key=len)  # of M, the small ones first
-        if self._players is None:
-            _refuse_block(max(map(len, self._blocks), default=0))
         self.pieces: list[Piece] = []
         self.others: bool | None = None
         self._time_limit, self._most, self._deadline = time_limit, most, math.inf

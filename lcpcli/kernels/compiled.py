@@ -109,9 +109,7 @@ def judged(
         if not surely_solves(*rows, problem.q, *box, tol, z):
             return None
     found = confirmed(problem, z, states)
-    if found is None or found.z is z or surely_solves(*rows, problem.q, *box, tol, found.z):
-        return found
-    return None
+    return found if found is None or found.z is z or surely_solves(*rows, problem.q, *box, tol, found.z) else None
 
 
 def solves(problem: Problem, z: Vector, tol: float) -> bool:

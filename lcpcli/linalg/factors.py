@@ -252,9 +252,7 @@ class PrincipalSolver:
 
     def block(self, indices: Indices) -> Matrix:
         """Return M_PP for the indices of P, stored by columns if it is small, so that its rows can be exchanged."""
-        if self._small:
-            return self._M.T.take(indices, 0).take(indices, 1).T
-        return matrices.principal(self._M, indices)
+        return self._M.T.take(indices, 0).take(indices, 1).T if self._small else matrices.principal(self._M, indices)
 
     def factorized(self, block: Matrix, overwrite: bool = False) -> Solve:
         """Return a solver of systems with M_PP, without refinement; raise SingularMatrix if M_PP is singular."""

@@ -143,9 +143,7 @@ class LDL:
         self._solver = self._solver or made
 
     def solve(self, b: Vector) -> Vector:
-        if self._in_blocks is not None:
-            return self._in_blocks.solve(b)
-        return np.asarray(self._solver.solve(self.S * b))
+        return self._in_blocks.solve(b) if self._in_blocks is not None else np.asarray(self._solver.solve(self.S * b))
 
     def operations(self) -> tuple[float, float]:
         """Return the number of operations for the factors, and its mean for an entry of these."""
