@@ -124,7 +124,7 @@ def angle(y: Vector, x: Vector) -> Vector:
 
 def _equal(a: Vector, b: Vector) -> Vector:
     sure = (a[0] == a[1]) & (b[0] == b[1]) & (a[0] == b[0])
-    return np.stack([sure, (a[0] <= b[1]) & (b[0] <= a[1])]).astype(float)
+    return _defined(np.stack([sure, (a[0] <= b[1]) & (b[0] <= a[1])]).astype(float), a, b)
 
 
 def _chosen(condition: Vector) -> Vector:
@@ -173,8 +173,7 @@ def _relation(relation: Callable[..., Any], step: int) -> Operator:
     all lesser first arguments, too, -1 if it does for all greater ones."""
 
     def of_intervals(a: Vector, b: Vector) -> Vector:
-        found: Vector = np.stack([relation(a[1], b[0]), relation(a[0], b[1])])[::step].astype(float)
-        return found
+        return _defined(np.stack([relation(a[1], b[0]), relation(a[0], b[1])])[::step].astype(float), a, b)
 
     return Operator(lambda a, b: relation(a, b).astype(float), of_intervals)
 
@@ -324,10 +323,12 @@ class Graph:
     def __init__(self, n: int, is_exact: bool = False) -> None:
         self.n, self.is_exact = n, is_exact
         self._nodes: list[Sum | Operation] = []
+        self._arguments: list[Sequence[int]] = []
         self._known: dict[Sum | Operation, int] = {}
         self._restricted: set[int] = set()  # nodes that are not defined everywhere
         self._shared: set[int] = set()  # sums that stay nodes of their own
         self._gradients: dict[int, dict[int, int]] = {}
+        self._has_branches = False
 
     def node(self, number: int) -> Sum | Operation:
         """Return a node that is no unknown."""
@@ -335,8 +336,7 @@ class Graph:
 
     def arguments(self, number: int) -> Sequence[int]:
         """Return the nodes that a node, no unknown, is made of."""
-        node = self.node(number)
-        return [part for part, _ in node.terms] if isinstance(node, Sum) else node.arguments
+        return self._arguments[number - self.n]
 
     def below(self, roots: Iterable[int]) -> set[int]:
         """Return the nodes that the roots depend on, with these."""
@@ -353,6 +353,8 @@ class Graph:
         if number is None:
             number = self._known[node] = self.n + len(self._nodes)
             self._nodes.append(node)
+            self._arguments.append([part for part, _ in node.terms] if isinstance(node, Sum) else node.arguments)
+            self._has_branches |= isinstance(node, Operation) and node.operator in BRANCHES
             is_restricted = isinstance(node, Operation) and (node.operator in RESTRICTED or node.exponent < 0)
             if is_restricted or not self._restricted.isdisjoint(self.arguments(number)):
                 self._restricted.add(number)
@@ -445,20 +447,18 @@ class Graph:
     def _gradient(self, row: int) -> dict[int, int]:
         if all(part < self.n for part, _ in self.parts(row).terms):
             return {x: self.constant(factor) for x, factor in self.parts(row).terms}
-        below = sorted((number for number in self.below([row]) if number >= self.n), reverse=True)
-        is_guarded = not BRANCHES.isdisjoint(getattr(self.node(number), "operator", "") for number in below)
         terms = defaultdict[int, list[tuple[int, Constant]]](list, {row: [(self.constant(1), 1)]})
-        for number in below:  # each one behind all of which it is an argument
-            if number not in terms:
+        for number in sorted(self.below([row]), reverse=True):  # each one behind all of which it is an argument
+            if number < self.n or number not in terms:
                 continue
             adjoint = self.share(self.sum(terms.pop(number)))
-            if is_guarded and self.value(adjoint) == 0:
+            if self._has_branches and self.value(adjoint) == 0:
                 continue
             for part, partial in self._partials(number):
                 if isinstance(self.node(number), Sum):
                     terms[part].append((adjoint, partial))
                 elif partial is not None and self.value(part) is None:
-                    terms[part].append((self.apply("times" if is_guarded else "product", adjoint, partial), 1))
+                    terms[part].append((self.apply("times" if self._has_branches else "product", adjoint, partial), 1))
         return {x: self.sum(own) for x, own in terms.items()}
 
     def _partials(self, number: int) -> Sequence[tuple[int, Any]]:
@@ -467,6 +467,8 @@ class Graph:
         node = self.node(number)
         if isinstance(node, Sum):
             return node.terms
+        if all(self.value(argument) is not None for argument in node.arguments):
+            return []  # where a graph keeps all digits, it keeps functions of constants
         if node.operator == "power":
             (a,) = node.arguments
             return [(a, self.sum([(self._power(a, node.exponent - 1), node.exponent)]))]
