@@ -124,7 +124,7 @@ def angle(y: Vector, x: Vector) -> Vector:
 
 def _equal(a: Vector, b: Vector) -> Vector:
     sure = (a[0] == a[1]) & (b[0] == b[1]) & (a[0] == b[0])
-    return np.stack([sure, (a[0] <= b[1]) & (b[0] <= a[1])]).astype(float)
+    return _defined(np.stack([sure, (a[0] <= b[1]) & (b[0] <= a[1])]).astype(float), a, b)
 
 
 def _chosen(condition: Vector) -> Vector:
@@ -173,8 +173,7 @@ def _relation(relation: Callable[..., Any], step: int) -> Operator:
     all lesser first arguments, too, -1 if it does for all greater ones."""
 
     def of_intervals(a: Vector, b: Vector) -> Vector:
-        found: Vector = np.stack([relation(a[1], b[0]), relation(a[0], b[1])])[::step].astype(float)
-        return found
+        return _defined(np.stack([relation(a[1], b[0]), relation(a[0], b[1])])[::step].astype(float), a, b)
 
     return Operator(lambda a, b: relation(a, b).astype(float), of_intervals)
 
@@ -185,11 +184,11 @@ def _minus(g: Graph, a: int) -> int:
 
 def _quadratic(g: Graph, constant: int, sign: int, a: int) -> int:
     """Return a constant plus or minus the square of a."""
-    return g.sum([(g.apply("^", a, 2.0), sign)], constant)
+    return g.sum([(g.apply("^", a, g.number(2.0)), sign)], constant)
 
 
 def _over(g: Graph, a: int, factor: float = 1.0) -> list[int]:
-    return [g.apply("quotient", factor, a)]
+    return [g.apply("quotient", g.number(factor), a)]
 
 
 def _over_root(constant: int, sign: int, factor: float = 1.0) -> Callable[..., list[int]]:
@@ -202,7 +201,7 @@ def _of_power(g: Graph, a: int, b: int, value: int) -> list[int]:
 
 
 def _of_angle(g: Graph, a: int, b: int, _: int) -> list[int]:
-    square = g.sum([(g.apply("^", a, 2.0), 1), (g.apply("^", b, 2.0), 1)])
+    square = g.sum([(g.apply("^", a, g.number(2.0)), 1), (g.apply("^", b, g.number(2.0)), 1)])
     return [g.apply("quotient", b, square), _minus(g, g.apply("quotient", a, square))]
 
 
@@ -216,7 +215,7 @@ OPERATORS = {
     "^": Operator(np.power, general_power, _of_power),
     "exp": _monotone(np.exp, lambda _, __, v: [v], least=0.0),
     "log": _monotone(np.log, lambda g, a, _: _over(g, a), 0.0),
-    "log10": _monotone(np.log10, lambda g, a, _: _over(g, g.apply("product", a, g.apply("log", 10.0))), 0.0),
+    "log10": _monotone(np.log10, lambda g, a, _: _over(g, g.apply("product", a, g.apply("log", g.number(10.0)))), 0.0),
     "sqrt": _monotone(np.sqrt, lambda g, _, v: _over(g, v, 0.5), 0.0),
     "sin": Operator(np.sin, lambda a: _wave(a, np.pi / 2, np.sin), lambda g, a, _: [g.apply("cos", a)]),
     "cos": Operator(np.cos, lambda a: _wave(a, 0.0, np.cos), lambda g, a, _: [_minus(g, g.apply("sin", a))]),
@@ -324,10 +323,13 @@ class Graph:
     def __init__(self, n: int, is_exact: bool = False) -> None:
         self.n, self.is_exact = n, is_exact
         self._nodes: list[Sum | Operation] = []
+        self._arguments: list[Sequence[int]] = []
+        self._values: list[Constant | None] = []
         self._known: dict[Sum | Operation, int] = {}
         self._restricted: set[int] = set()  # nodes that are not defined everywhere
         self._shared: set[int] = set()  # sums that stay nodes of their own
         self._gradients: dict[int, dict[int, int]] = {}
+        self._has_branches = False
 
     def node(self, number: int) -> Sum | Operation:
         """Return a node that is no unknown."""
@@ -335,8 +337,7 @@ class Graph:
 
     def arguments(self, number: int) -> Sequence[int]:
         """Return the nodes that a node, no unknown, is made of."""
-        node = self.node(number)
-        return [part for part, _ in node.terms] if isinstance(node, Sum) else node.arguments
+        return self._arguments[number - self.n]
 
     def below(self, roots: Iterable[int]) -> set[int]:
         """Return the nodes that the roots depend on, with these."""
@@ -353,6 +354,9 @@ class Graph:
         if number is None:
             number = self._known[node] = self.n + len(self._nodes)
             self._nodes.append(node)
+            self._arguments.append([part for part, _ in node.terms] if isinstance(node, Sum) else node.arguments)
+            self._has_branches |= isinstance(node, Operation) and node.operator in BRANCHES
+            self._values.append(node.constant if isinstance(node, Sum) and not node.terms else None)
             is_restricted = isinstance(node, Operation) and (node.operator in RESTRICTED or node.exponent < 0)
             if is_restricted or not self._restricted.isdisjoint(self.arguments(number)):
                 self._restricted.add(number)
@@ -374,8 +378,7 @@ class Graph:
 
     def value(self, number: int) -> Constant | None:
         """Return the value of a constant; None for other nodes."""
-        node = None if number < self.n else self.node(number)
-        return node.constant if isinstance(node, Sum) and not node.terms else None
+        return None if number < self.n else self._values[number - self.n]
 
     def sum(self, parts: Sequence[tuple[int, Constant]], constant: Constant = 0) -> int:
         """Return the sum of a constant and of multiples of nodes, which are pairs of a node and its coefficient."""
@@ -392,10 +395,8 @@ class Graph:
             return kept[0][0]
         return self._add(Sum(kept, constant))
 
-    def apply(self, operator: str, *given: int | float) -> int:
-        """Return the value of an operator for these arguments: nodes, which are integers, or constants, which are
-        floats."""
-        arguments = tuple(self._float(each) if isinstance(each, float) else each for each in given)
+    def apply(self, operator: str, *arguments: int) -> int:
+        """Return the value of an operator for these arguments."""
         values = [self.value(argument) for argument in arguments]
         if operator in ("product", "times"):
             return self._product(operator, arguments, values)
@@ -408,7 +409,7 @@ class Graph:
         with np.errstate(all="ignore"):
             return self.constant(float(DOUBLES[operator](*map(np.float64, values))))
 
-    def _float(self, value: float) -> int:
+    def number(self, value: float) -> int:
         return self.constant(Fraction(value) if self.is_exact else value)
 
     def _product(self, operator: str, arguments: tuple[int, ...], values: list[Constant | None]) -> int:
@@ -445,30 +446,27 @@ class Graph:
     def _gradient(self, row: int) -> dict[int, int]:
         if all(part < self.n for part, _ in self.parts(row).terms):
             return {x: self.constant(factor) for x, factor in self.parts(row).terms}
-        below = sorted((number for number in self.below([row]) if number >= self.n), reverse=True)
-        is_guarded = not BRANCHES.isdisjoint(getattr(self.node(number), "operator", "") for number in below)
         terms = defaultdict[int, list[tuple[int, Constant]]](list, {row: [(self.constant(1), 1)]})
-        for number in below:  # each one behind all of which it is an argument
-            if number not in terms:
+        for number in sorted(self.below([row]), reverse=True):  # each one behind all of which it is an argument
+            if number < self.n or number not in terms:
                 continue
             adjoint = self.share(self.sum(terms.pop(number)))
-            if is_guarded and self.value(adjoint) == 0:
+            if self._has_branches and self.value(adjoint) == 0:
                 continue
-            for part, partial in self._partials(number):
-                if isinstance(self.node(number), Sum):
+            node, product = self.node(number), "times" if self._has_branches else "product"
+            for part, partial in node.terms if isinstance(node, Sum) else self._partials(node, number):
+                if isinstance(node, Sum):
                     terms[part].append((adjoint, partial))
                 elif partial is not None and self.value(part) is None:
-                    terms[part].append((self.apply("times" if is_guarded else "product", adjoint, partial), 1))
+                    terms[part].append((self.apply(product, adjoint, partial), 1))
         return {x: self.sum(own) for x, own in terms.items()}
 
-    def _partials(self, number: int) -> Sequence[tuple[int, Any]]:
-        """Return the arguments of a node with the derivatives by them: the coefficients of a sum, else nodes, or None
-        for jumps."""
-        node = self.node(number)
-        if isinstance(node, Sum):
-            return node.terms
+    def _partials(self, node: Operation, value: int) -> Sequence[tuple[int, int | None]]:
+        """Return the arguments of an operator with the derivatives of its value by them, None for jumps."""
+        if all(self.value(argument) is not None for argument in node.arguments):
+            return []  # where a graph keeps all digits, it keeps functions of constants
         if node.operator == "power":
             (a,) = node.arguments
             return [(a, self.sum([(self._power(a, node.exponent - 1), node.exponent)]))]
         partials = OPERATORS[node.operator].partials
-        return [*zip(node.arguments, partials(self, *node.arguments, number), strict=True)] if partials else []
+        return [*zip(node.arguments, partials(self, *node.arguments, value), strict=True)] if partials else []

@@ -145,9 +145,10 @@ def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[st
     """
     if names and others and len(names) != len(others):
         return []
-    fault = f"has the {key} {', '.join(others)}, the other table {', '.join(names)}"
-    hint = "give both tables the same names in the same order, or one of them none"
-    refuse(names and others and names != others, place(path), fault, hint)
+    if names and others and names != others:
+        own, other = next((own, name) for own, name in zip(others, names, strict=True) if own != name)
+        fault = f"has {quoted(own)} among the {key} where the other table has {quoted(other)}"
+        raise ProblemError(place(path), fault, "give both the same names in the same order, or one of them none")
     return names or others
 
 

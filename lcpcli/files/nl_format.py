@@ -47,8 +47,9 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
 
     model = _model(content, isinstance(number, Doubles))
     refuse(not model.is_linear, "", *NONLINEAR)
+    order = order_of(model, Jacobian(model.graph, model.rows, Arithmetic()))
     remarks = filter(None, [model.remark, LEFT_OUT if model.objective else ""])
-    n, rows = model.graph.n, [model.graph.parts(model.rows[place]) for place in order_of(model)]
+    n, rows = model.graph.n, [model.graph.parts(model.rows[place]) for place in order]
     entries = [(i, *term) for i, row in enumerate(rows) for term in row.terms]
     of = number.of if isinstance(number, Doubles) else float
     i, j, values = zip(*entries, strict=True) if entries else ((), (), ())
@@ -160,63 +161,64 @@ class Model:
         )
 
     @cached_property
-    def _order(self) -> Indices:
-        return order_of(self.model)
-
-    @cached_property
     def _functions(self) -> Functions:
-        return Functions(self.model, Arithmetic(), self._order)
+        return Functions(self.model, Arithmetic())
 
     @cached_property
     def _intervals(self) -> Functions:
-        return Functions(_model(self._content, is_exact=True), Intervals(), self._order)
+        return Functions(_model(self._content, is_exact=True), Intervals(), self._functions.order)
 
     def _enclosure(self, lower: Vector, upper: Vector) -> Enclosure:
         return self._intervals.enclosure(lower, upper)
 
 
-@np.errstate(all="ignore")
-def order_of(model: NlModel) -> Indices:
-    """Return of each unknown the place of its row: equations are paired with the unknowns that are left by the entries
-    of the Jacobian at the start."""
-    n, first, free = model.graph.n, len(model.complements), np.array(model.free, np.intp)
-    jacobian = Jacobian(model.graph, model.equations, Arithmetic())
-    place = np.full(n, -1)
-    place[free] = np.arange(free.size)
-    columns = place[jacobian.columns]
-    own = columns >= 0
-    order = np.empty(n, np.intp)
-    order[sorted(model.complements)] = np.arange(first)
-    order[free] = first + paired(free.size, jacobian.rows[own], columns[own], jacobian.entries(model.start)[own])
-    return order
-
-
 class Functions:
-    """The functions of a model in an arithmetic. order : of each unknown the place of its row."""
+    """The functions of a model in an arithmetic.
 
-    def __init__(self, model: NlModel, arithmetic: Arithmetic, order: Indices) -> None:
-        self.n, rows = model.graph.n, [model.rows[place] for place in order]
-        self.F = Tape(model.graph, rows, arithmetic).values
-        self._jacobian = Jacobian(model.graph, rows, arithmetic)
+    order : of each unknown the place of its row in the model; by default equations are paired with the unknowns that
+    are left by the entries of the Jacobian at the start.
+    """
+
+    def __init__(self, model: NlModel, arithmetic: Arithmetic, order: Indices | None = None) -> None:
+        self.n, self._jacobian = model.graph.n, Jacobian(model.graph, model.rows, arithmetic)
+        self.order = order_of(model, self._jacobian) if order is None else order
+        self.F = Tape(model.graph, [model.rows[place] for place in self.order], arithmetic).values
+        rows = np.argsort(self.order)[self._jacobian.rows]
+        self._entries = np.lexsort((self._jacobian.columns, rows))
+        self._places = rows[self._entries], self._jacobian.columns[self._entries]
 
     def J(self, z: Vector) -> Matrix:
         return self._matrix(self._jacobian.entries(z))
 
     def _matrix(self, entries: Vector) -> Matrix:
-        rows, columns = self._jacobian.rows, self._jacobian.columns
+        rows, columns = self._places
         if self.n <= LARGEST_DENSE:
             matrix = np.zeros((self.n, self.n))
-            matrix[rows, columns] = entries
+            matrix[rows, columns] = entries[self._entries]
             return matrix
         from scipy.sparse import csr_array
 
-        return csr_array((entries, columns, np.searchsorted(rows, np.arange(self.n + 1))), shape=(self.n, self.n))
+        ends = np.searchsorted(rows, np.arange(self.n + 1))
+        return csr_array((entries[self._entries], columns, ends), shape=(self.n, self.n))
 
     @np.errstate(all="ignore")
     def enclosure(self, lower: Vector, upper: Vector) -> Enclosure:
         """Return bounds on F and on the Jacobian over a box, if the arithmetic is that of intervals."""
         box = np.stack([lower, upper])
         return Enclosure(*self.F(box), *map(self._matrix, self._jacobian.entries(box)))
+
+
+@np.errstate(all="ignore")
+def order_of(model: NlModel, jacobian: Jacobian) -> Indices:
+    free, first = np.array(model.free, np.intp), len(model.complements)
+    place = np.full(model.graph.n, -1)
+    place[free] = np.arange(free.size)
+    rows, columns = jacobian.rows - first, place[jacobian.columns]
+    own = (rows >= 0) & (columns >= 0)
+    order = np.empty(model.graph.n, np.intp)
+    order[sorted(model.complements)] = np.arange(first)
+    order[free] = first + paired(free.size, rows[own], columns[own], jacobian.entries(model.start)[own])
+    return order
 
 
 LEAST = 2.0**-500  # stands for entries that happen to be 0, or are undefined

@@ -252,7 +252,7 @@ def test_labels_of_strategies_are_kept(
         ("left,rihgt\n2,0\n0,3\n", "B.csv: has 'rihgt' among the columns where the other table has 'right'; give both"),
         ("left,middle,right\n2,0,1\n0,3,1\n", "B: is 2 x 3 but A is 2 x 2"),
         ("left,right\n2,0\n0,1/0\n", "B.csv: line 3, column 2: is '1/0', a division by 0; give a number"),
-        ("right,left\n2,0\n0,3\n", "B.csv: has the columns right, left, the other table left, right; put them in"),
+        ("right,left\n2,0\n0,3\n", "B.csv: has 'right' among the columns where the other table has 'left'; give both"),
     ],
 )
 def test_another_table_is_refused(second: str, words: str, lcp: Lcp) -> None:
