@@ -65,7 +65,6 @@ for (const heading of document.querySelectorAll("thead th")) {
 }
 """
 
-NO_FIGURE = "The figure needs matplotlib: pip install 'linear-complementarity[plot]'."
 MOST_OPEN = 30  # rows of a table with a name that a page shows at once, about a screen; more are folded into one line
 
 
@@ -95,7 +94,7 @@ def _section(section: Section) -> list[str]:
     parts += [_line(text, "") for text in (*(section.remarks if first else []), *section.facts)]
     parts += [part for table in section.tables if not table.name for part in _table(table)]
     if section.figure is not None and find_spec("matplotlib") is None:
-        notes.insert(0, NO_FIGURE)
+        notes.insert(0, "The figure needs matplotlib: pip install 'linear-complementarity[plot]'.")
     elif section.figure is not None:
         data = f"data:image/svg+xml;base64,{b64encode(section.figure()).decode()}"
         parts.append(f'<figure><img alt="{escape(section.title)}" src="{data}"></figure>')

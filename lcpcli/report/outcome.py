@@ -210,10 +210,6 @@ def bound(result: Result) -> str:
     return f"|z - z*| <= {wording.above(own.value)} ({own.source})" if own.proved else f"no bound: {own.source}"
 
 
-VECTOR_WIDTH = 60  # characters of z, which leaves room for its heading in a notebook's column
-LARGEST_SHOWN = 6  # unknowns of a problem whose M and q are shown, which then fit in a notebook's column
-
-
 def result_text(result: Result) -> str:
     return f"<Result: {', '.join(f'{name} {value}'.strip() for name, value in _facts(result))}>"
 
@@ -241,7 +237,7 @@ def _facts(result: Result) -> list[tuple[str, str]]:
         ("residual", residual(result)),
         *([] if result.error is None else [("error", error(result.error, result.problem))]),
         ("in", duration(result.seconds)),
-        *(proved or [("z =", short_vector(result, VECTOR_WIDTH))]),
+        *(proved or [("z =", short_vector(result, 60))]),  # with room for its heading in a notebook
     ]
 
 
@@ -253,7 +249,7 @@ def problem_html(problem: Problem) -> str:
     from lcpcli.report import html_page
 
     tables = []
-    if problem.n <= LARGEST_SHOWN and not is_sparse(problem.M):
+    if problem.n <= 6 and not is_sparse(problem.M):
         vectors = {"q": problem.q} | {name[0]: bound for name, bound in problem.bounds.items()}
         cells = [[f"{v:.7g}" for v in row] for row in zip(*problem.M.T, *vectors.values(), strict=True)]
         tables = [Table([*(f"M{j + 1}" for j in range(problem.n)), *vectors], [cells], words=())]

@@ -216,13 +216,10 @@ def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
 
 def _meaning(origin: Any, z: Values, each: ExactEquilibrium | None, exact: bool) -> dict[str, Any]:
     parts = zip("xy", origin.own_parts(z), strict=False) if isinstance(origin, Program) else ()
-    own = equilibrium(each, exact) if each else result_formats.plain(programs_and_games.behavior_of(origin, z), exact)
-    return {**{key: numbers(part, exact) for key, part in parts}, "equilibrium": own}
-
-
-def equilibrium(each: ExactEquilibrium, exact: bool) -> dict[str, Any]:
-    vectors = {key: numbers(getattr(each, key), exact) for key in ("row", "column", "payoffs")}
-    return {**vectors, "pure": each.is_pure, "index": each.index}
+    own = {key: numbers(getattr(each, key), exact) for key in ("row", "column", "payoffs") if each}
+    own |= {"pure": each.is_pure, "index": each.index} if each else {}
+    tree = result_formats.plain(programs_and_games.behavior_of(origin, z), exact)
+    return {**{key: numbers(part, exact) for key, part in parts}, "equilibrium": own or tree}
 
 
 def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tuple[Iterable[Cells], list[str]]:

@@ -44,11 +44,6 @@ def shown_components(n: int, width: int | None) -> Indices | None:
     return np.append(np.arange(room - 2 if room > 2 else room - 1), n - 1)
 
 
-def room(form: str, width: int | None) -> int | None:
-    """Return the width for the iterates in a format, on a screen of this width; None without a limit, as in files."""
-    return width if form == "table" else None
-
-
 def kept_components(problem: Problem | NonlinearProblem, width: int | None, names: Sequence[str]) -> Indices | None:
     """Return the components of z that a trace keeps for a table of this width, or of unknowns of these names: all for a
     game, whose probabilities depend on all."""
@@ -80,7 +75,7 @@ def build(
     """
     first, problem = results[0], results[0].problem
     components = held = first.trace.components if first.trace else None
-    game, n, screen = wording.game_of(problem), problem.n, room(form, width)
+    game, n, screen = wording.game_of(problem), problem.n, width if form == "table" else None
     if game is not None:
         components = shown_components(n, None if screen is None else screen - 2 * CELL)
     names = _names(problem, longest(form))
