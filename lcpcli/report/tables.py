@@ -209,11 +209,7 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
         remarks += [f"{wording.name(result)}: " * compared + text for text in texts if text]
     if shows_times:
         remarks += filter(None, [outcome.spread(results)])
-    for result in results:
-        if result.certificate and not result.exact:
-            remarks.append(outcome.certificate_line(result.problem, result.certificate))
-    for result in results:
-        remarks += outcome.exact_lines(result)
+    remarks += [line for result in results for line in outcome.proofs(result)]
     if any(result.answer is not None for result in results):
         from lcpcli.report import programs_and_games
 
