@@ -138,9 +138,10 @@ class Output(Destination):
 
     def _selection(self, problem: AnyProblem) -> tuple[int, int | None, Indices | None]:
         """Return the selection of a table: the step and the largest number of its iterates, and their components."""
-        from lcpcli.report.tables import kept_components, room
+        from lcpcli.report.tables import kept_components
 
-        components = kept_components(problem, room(self.form, self.width), self.request.names)
+        width = self.width if self.form == "table" else None
+        components = kept_components(problem, width, self.request.names)
         if self.request.every is not None:
             return self.request.every, None, components
         if self.form == "html":

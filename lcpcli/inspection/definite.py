@@ -42,7 +42,6 @@ RATIONAL = 16  # pivots up to which the vector of a pivot is computed exactly: i
 MOST_SINGULAR = 500  # n up to which a dense factorization of a singular matrix takes hundredths of a second
 DENOMINATOR = 60.0  # of which the denominators of a null space of small integers are divisors
 RANK_TOLERANCE = 1e-10  # of the largest pivot: a pivot of singular matrices below it is rounding
-UNSEEN = "neither a v with v'Mv < 0 nor a proof that there is none was found"
 
 
 def positive_definite(context: Context) -> Verdict:
@@ -73,7 +72,8 @@ def positive_semidefinite(context: Context) -> Verdict:
         if sets.negative is None:
             return Verdict(YES, "exact elimination of M + M' gives no negative pivot")
         found = _by_index_set(context, sets.negative, strict=False)
-    return found or Verdict(UNDECIDED, witness.evidence if witness.word == UNDECIDED else UNSEEN)
+    unseen = "neither a v with v'Mv < 0 nor a proof that there is none was found"
+    return found or Verdict(UNDECIDED, witness.evidence if witness.word == UNDECIDED else unseen)
 
 
 def _by_vector(context: Context, v: Vector | None, strict: bool, P: tuple[int, ...] | None = None) -> Verdict | None:

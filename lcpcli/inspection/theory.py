@@ -46,8 +46,6 @@ from lcpcli.options import AUTO, TOL
 from lcpcli.typing import Matrix
 
 SETTLED = 12  # unknowns up to which the exhaustive search of milp always terminates, see milp.MAX_NODES
-LIMITED = ("newton", "lemke")  # what auto gives limits, although they may be guaranteed to end
-SIGNED = ("p_matrix", "row_sufficient")  # the classes that changes of the signs of variables keep
 MOST_WITH_NORM = 500  # unknowns up to which the iteration matrix T is formed for its norm alone, which costs O(n^3)
 
 
@@ -81,7 +79,7 @@ def guarantees(classes: Mapping[str, Verdict], problem: Problem) -> dict[str, Gu
     if problem.n > SETTLED and found["interior"].word == YES:  # whose turn alone has no limit
         found[AUTO] = Guarantee(YES, f"as interior: {found['interior'].reason}")
     elif problem.n > SETTLED:
-        named = " and ".join(name for name in LIMITED if found[name].word == YES)
+        named = " and ".join(name for name in ("newton", "lemke") if found[name].word == YES)
         own = f"; without limits {named} would do" if named else ""
         found[AUTO] = Guarantee(NO, f"above {SETTLED} unknowns its attempts have limits{own}")
     return found
@@ -104,7 +102,8 @@ def _guarantee(method: Method, classes: Mapping[str, Verdict], problem: Problem)
         gain = gains.get("row_sufficient")
         gains = {"positive_semidefinite": gain} if gain else {}
     elif method is METHODS["lemke"] and "upper bound" in problem.box.kinds:
-        gains = {name: gain for name, gain in gains.items() if name in SIGNED}
+        # the classes that changes of the signs of variables keep
+        gains = {name: gain for name, gain in gains.items() if name in ("p_matrix", "row_sufficient")}
     if not gains:
         return Guarantee(UNDECIDED, "no theorem about it is known here")
     for name, gain in gains.items():  # the first class to which M belongs decides

@@ -96,12 +96,7 @@ FORMATS = {
     "html": Form("a page with tables and figures", ".html", "html_page"),
 }
 MEANINGS = {name: form.meaning for name, form in FORMATS.items()}
-RECORD_MEANINGS = {
-    **MEANINGS,
-    "json": "one object, for scripts",
-    "csv": "a key and its value per line",
-    "html": "a page",
-}
+RECORD_MEANINGS = dict(MEANINGS, json="one object, for scripts", csv="a key and its value per line", html="a page")
 TABLES = [name for name, form in FORMATS.items() if form.renderer]  # they show a selection of iterates and components
 SUFFIXES = {"": "table", **{form.suffix: name for name, form in FORMATS.items()}, **dict.fromkeys(LINES, "json")}
 

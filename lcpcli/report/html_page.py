@@ -45,27 +45,28 @@ summary { cursor: pointer; margin-top: 0.75rem }
 SCRIPT = """
 const value = cell => parseFloat(cell.textContent);
 for (const heading of document.querySelectorAll("thead th")) {
+  heading.classList.add("sortable");
+  heading.tabIndex = 0;
   const sort = () => {
     const table = heading.closest("table"), column = heading.cellIndex;
-    const order = heading.getAttribute("aria-sort") === "ascending" ? -1 : 1;
+    const rows = [...table.querySelectorAll("tbody tr")];
+    const turned = heading.getAttribute("aria-sort") === "ascending" ? -1 : 1;
     for (const other of table.querySelectorAll("th")) other.removeAttribute("aria-sort");
-    heading.setAttribute("aria-sort", order === 1 ? "ascending" : "descending");
-    const rows = [...table.querySelectorAll("tbody tr")].sort((one, two) => {
+    heading.setAttribute("aria-sort", turned === 1 ? "ascending" : "descending");
+    rows.sort((one, two) => {
       const [a, b] = [one.cells[column], two.cells[column]], [x, y] = [value(a), value(b)];
       const byText = a.textContent.localeCompare(b.textContent);
-      return order * (isNaN(x) && isNaN(y) ? byText : isNaN(x) ? 1 : isNaN(y) ? -1 : x - y);
+      return turned * (isNaN(x) && isNaN(y) ? byText : isNaN(x) ? 1 : isNaN(y) ? -1 : x - y);
     });
-    for (const body of [...table.tBodies]) body.remove();
-    table.createTBody().append(...rows);
+    const body = table.createTBody();
+    body.append(...rows);
+    for (const other of [...table.tBodies]) if (other !== body) other.remove();
   };
-  heading.className += " sortable";
-  heading.tabIndex = 0;
-  heading.onclick = sort;
-  heading.onkeydown = event => { if (event.key === "Enter") sort() };
+  heading.addEventListener("click", sort);
+  heading.addEventListener("keydown", event => { if (event.key === "Enter") sort() });
 }
 """
 
-NO_FIGURE = "The figure needs matplotlib: pip install 'linear-complementarity[plot]'."
 MOST_OPEN = 30  # rows of a table with a name that a page shows at once, about a screen; more are folded into one line
 
 
@@ -95,7 +96,7 @@ def _section(section: Section) -> list[str]:
     parts += [_line(text, "") for text in (*(section.remarks if first else []), *section.facts)]
     parts += [part for table in section.tables if not table.name for part in _table(table)]
     if section.figure is not None and find_spec("matplotlib") is None:
-        notes.insert(0, NO_FIGURE)
+        notes.insert(0, "The figure needs matplotlib: pip install 'linear-complementarity[plot]'.")
     elif section.figure is not None:
         data = f"data:image/svg+xml;base64,{b64encode(section.figure()).decode()}"
         parts.append(f'<figure><img alt="{escape(section.title)}" src="{data}"></figure>')

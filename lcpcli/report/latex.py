@@ -19,7 +19,6 @@ SPECIAL: dict[str, str | int | None] = {
     "[": "{[}",
     **{mark: "\\" + mark for mark in "&%$#_{}"},
 }
-VARIABLES = ("z", "w", "x", "y")
 NEEDED = r"% needs \usepackage{booktabs} and \usepackage{graphicx}, and \usepackage{longtable} for a table over pages"
 PAGE_ROWS = 45  # of a table at most, so that it fits on a page with its caption
 EXPONENT = re.compile(r"(?<![\w.])(\d(?:\.\d+)?)e([+-]?\d+)(?![\w.]| -?\d)")  # of a number, before another one a name
@@ -87,7 +86,7 @@ def _row(cells: list[str]) -> str:
 
 
 def _heading(name: str) -> str:
-    if name[:1] in VARIABLES and name[1:].isdigit():
+    if name[:1] in tuple("zwxy") and name[1:].isdigit():
         return f"${name[0]}_{{{name[1:]}}}$"
     if name == "k":
         return f"${name}$"

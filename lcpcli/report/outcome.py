@@ -29,19 +29,32 @@ from lcpcli.solving.trace import Trace
 from lcpcli.verify.digits import fewest
 
 if TYPE_CHECKING:
-    from lcpcli.verify.certificate import Certificate
+    pass
 
 
-def certificate_line(problem: Problem, certificate: Certificate) -> str:
-    """Return a line with the vector of a certificate, as far as it fits, and with the numbers that make it a proof."""
-    if certificate.vector is None:
-        return f"certificate: {certificate.kind}"
-    exact = certificate.exact
-    cell: Callable[[Any], str] = wording.multiplier if exact is None else brief
-    vector: Sequence[Any] = certificate.vector.tolist() if exact is None else exact
+def proofs(result: Result) -> list[str]:
+    """Return a line with the certificate, and with the numbers that make it a proof; or lines with the exact vectors,
+    and with the proof or its absence if no message states it: vectors as far as they fit."""
+    exact, problem, certificate = result.exact, result.problem, result.certificate
+    if exact is not None:
+        vectors = ((name, values) for name in "zw" if (values := getattr(exact, name)) is not None)
+        lines = [f"exact {name} = {wording.vector(values, brief)}" for name, values in vectors]
+        if (y := exact.y) is not None:
+            shown = wording.vector(y, brief)
+            if len(y) > wording.LINE_ENTRIES:
+                used = wording.vector([f"y{i} = {brief(value)}" for i, value in enumerate(y, 1) if value], str)
+                shown = f"{used[:-1]}; 0 elsewhere)"
+            lines.append(f"exact y = {shown}{_as_proof(problem, y)}")
+        if not result.solved:
+            return lines
+        return [*lines, f"proof: {exact.proof}"] if exact.z is not None else [exact.proof]
+    if certificate is None or certificate.vector is None:
+        return [f"certificate: {certificate.kind}"] if certificate else []
+    cell: Callable[[Any], str] = wording.multiplier if certificate.exact is None else brief
+    vector: Sequence[Any] = certificate.exact or certificate.vector.tolist()
     if certificate.kind != "farkas":
-        return f"certificate: {certificate.kind} {wording.vector(vector, cell)}"
-    return f"Farkas certificate y = {wording.vector(vector, cell)}{_as_proof(problem, vector)}"
+        return [f"certificate: {certificate.kind} {wording.vector(vector, cell)}"]
+    return [f"Farkas certificate y = {wording.vector(vector, cell)}{_as_proof(problem, vector)}"]
 
 
 def _as_proof(problem: Problem, y: Sequence[float | Fraction]) -> str:
@@ -56,21 +69,6 @@ def _as_proof(problem: Problem, y: Sequence[float | Fraction]) -> str:
     )
     of_y = f"M'y = {wording.vector(first, approximate)} and q'y = {approximate(last)}"
     return f": {of_y}, so y'(Mz + q) < 0 for every z >= 0"
-
-
-def exact_lines(result: Result) -> list[str]:
-    """Return lines with the exact vectors, as far as they fit, and with the proof or its absence if no message states
-    it."""
-    exact = result.exact
-    if exact is None:
-        return []
-    vectors = ((name, values) for name in "zw" if (values := getattr(exact, name)) is not None)
-    lines = [f"exact {name} = {wording.vector(values, brief)}" for name, values in vectors]
-    if exact.y is not None:
-        lines.append(f"exact y = {wording.proof_vector(exact.y, brief)}{_as_proof(result.problem, exact.y)}")
-    if not result.solved:
-        return lines
-    return [*lines, f"proof: {exact.proof}"] if exact.z is not None else [exact.proof]
 
 
 DIGITS = 7  # of z at most, as in the paper's tables
@@ -210,10 +208,6 @@ def bound(result: Result) -> str:
     return f"|z - z*| <= {wording.above(own.value)} ({own.source})" if own.proved else f"no bound: {own.source}"
 
 
-VECTOR_WIDTH = 60  # characters of z, which leaves room for its heading in a notebook's column
-LARGEST_SHOWN = 6  # unknowns of a problem whose M and q are shown, which then fit in a notebook's column
-
-
 def result_text(result: Result) -> str:
     return f"<Result: {', '.join(f'{name} {value}'.strip() for name, value in _facts(result))}>"
 
@@ -241,7 +235,7 @@ def _facts(result: Result) -> list[tuple[str, str]]:
         ("residual", residual(result)),
         *([] if result.error is None else [("error", error(result.error, result.problem))]),
         ("in", duration(result.seconds)),
-        *(proved or [("z =", short_vector(result, VECTOR_WIDTH))]),
+        *(proved or [("z =", short_vector(result, 60))]),  # with room for its heading in a notebook
     ]
 
 
@@ -253,7 +247,7 @@ def problem_html(problem: Problem) -> str:
     from lcpcli.report import html_page
 
     tables = []
-    if problem.n <= LARGEST_SHOWN and not is_sparse(problem.M):
+    if problem.n <= 6 and not is_sparse(problem.M):
         vectors = {"q": problem.q} | {name[0]: bound for name, bound in problem.bounds.items()}
         cells = [[f"{v:.7g}" for v in row] for row in zip(*problem.M.T, *vectors.values(), strict=True)]
         tables = [Table([*(f"M{j + 1}" for j in range(problem.n)), *vectors], [cells], words=())]

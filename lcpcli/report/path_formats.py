@@ -290,17 +290,12 @@ def data(path: Path, points: Points = NO_POINTS, files: Sequence[str] = ()) -> d
 
 
 def _answer(terms: Terms, points: Points) -> dict[str, Any] | None:
-    if terms.program is None:
+    if (program := terms.program) is None:
         return None
-    parts = [terms.program.parts(terms.values(z)) for z in points.z]
-    return {
-        "kind": "qp",
-        "x": [x for x, _ in parts],
-        "y": [y for _, y in parts],
-        "objective": list(map(terms.objective, points.t, points.z)),
-        "rows": list(terms.program.rows),
-        "columns": list(terms.program.columns),
-    }
+    parts = [program.parts(terms.values(z)) for z in points.z]
+    vectors = {"x": [x for x, _ in parts], "y": [y for _, y in parts]}
+    values = {"objective": list(map(terms.objective, points.t, points.z))}
+    return {"kind": "qp", **vectors, **values, "rows": list(program.rows), "columns": list(program.columns)}
 
 
 def rows(path: Path, at: At, names: Sequence[str]) -> tuple[Iterable[Sequence[Any]], list[str]]:
@@ -393,7 +388,7 @@ def _columns(
         after.append(column("objective", map(terms.objective, points.t, points.z)))
     if chosen:
         return [*before, *of_places(wording.places(terms.names(), chosen)), *after], False
-    left = tables.room(form, width)
+    left = width if form == "table" else None
     if left is not None:
         left -= tables.CELL * (len(before) - 1 + len(after)) + max(map(len, notes), default=0)
 

@@ -16,10 +16,7 @@ from lcpcli.report import programs_and_games, wording
 from lcpcli.report.tables import reached
 from lcpcli.solving.result import Result
 
-COLUMNS = ("component", "z", "w")  # components from 1
-STATE = "state"
 PROGRAM_COLUMNS = ("part", "value", "bound_multiplier", "activity", "slack")
-GAME_COLUMNS = ("player", "probability", "payoff")
 ITERATES = "iterates, "
 OPENING = f"# {ITERATES}"  # by which a file is recognised as a trace
 
@@ -35,12 +32,12 @@ def answers(results: Sequence[Result], compared: bool, shown: Sequence[str] = ()
     origins = [result.problem.origin for result in results]
     programs, games = (any(isinstance(own, kinds) for own in origins) for kinds in (Program, (Game, ExtensiveGame)))
     parts = [
-        *[((STATE,), _states)] * any(result.problem.bounds for result in results),
+        *[(("state",), _states)] * any(result.problem.bounds for result in results),
         *[(("name",), _names)] * (games or any(any(result.problem.names) for result in results)),
         *[(PROGRAM_COLUMNS, _of_program)] * programs,
-        *[(GAME_COLUMNS, _of_game)] * games,
+        *[(("player", "probability", "payoff"), _of_game)] * games,
     ]
-    header = [*["problem", "method"] * compared, *COLUMNS, *(name for names, _ in parts for name in names)]
+    header = [*["problem", "method"] * compared, "component", "z", "w", *(name for names, _ in parts for name in names)]
     rows: list[Cells] = [header]
     for result in results:
         own = _rows(result, [result.problem.name, wording.name(result)] * compared, parts)
@@ -52,7 +49,7 @@ def part(result: Result, source: str) -> Rows:
     """Return the rows of one of many problems, with state and name, and comments on the result."""
     names = [[name] for name in result.problem.names]
     comments = [*wording.provenance([result])[1:], *wording.objective(result)]
-    return _rows(result, [source], [((STATE,), _states), (("name",), lambda _: names)]), comments
+    return _rows(result, [source], [(("state",), _states), (("name",), lambda _: names)]), comments
 
 
 def iterates(results: Sequence[Result], chosen: Sequence[str] = (), names: Sequence[str] = ()) -> Rows:

@@ -286,9 +286,5 @@ def _answer(result: Result) -> dict[str, Any] | None:
     if answer is None or result.problem.origin is None:
         return None
     origin = result.problem.origin.data()
-    return {
-        "kind": origin["kind"],
-        **(record(MINIMUM, answer, {}) if hasattr(answer, "x") else plain(answer)),
-        "rows": origin.get("rows"),
-        "columns": origin.get("columns"),
-    }
+    own = record(MINIMUM, answer, {}) if hasattr(answer, "x") else plain(answer)
+    return {"kind": origin["kind"], **own, "rows": origin.get("rows"), "columns": origin.get("columns")}

@@ -9,7 +9,7 @@ from functools import partial
 from itertools import chain, cycle, islice
 from typing import Any, TypeAlias
 
-from lcpcli.enumeration.equilibria import Equilibria, ExactEquilibrium
+from lcpcli.enumeration.equilibria import ExactEquilibrium
 from lcpcli.enumeration.optimum import OPTIMAL, Optimum
 from lcpcli.enumeration.pieces import Piece
 from lcpcli.enumeration.search import SolutionSet, objective
@@ -29,7 +29,6 @@ from lcpcli.report.tables import longest
 HEADER: tuple[str, ...] = ("piece", "kind", "number", "component", "z", "w")
 BEST_KEYS = "status message sense value bound gap z w x y equilibrium nodes seconds"
 PROGRAM_COLUMNS = ("part", "value")
-EQUILIBRIUM_COLUMNS = ("equilibrium", "player", "strategy", "probability", "payoff")
 MOST_LINES = 1000  # rows; typesetting more takes longer than the search for the solutions
 FEWEST_LINES = 20  # however wide a table is
 MOST_CELLS = 6000  # of a table; a terminal's takes a tenth of a millisecond for each, and more is hardly read
@@ -216,13 +215,10 @@ def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
 
 def _meaning(origin: Any, z: Values, each: ExactEquilibrium | None, exact: bool) -> dict[str, Any]:
     parts = zip("xy", origin.own_parts(z), strict=False) if isinstance(origin, Program) else ()
-    own = equilibrium(each, exact) if each else result_formats.plain(programs_and_games.behavior_of(origin, z), exact)
-    return {**{key: numbers(part, exact) for key, part in parts}, "equilibrium": own}
-
-
-def equilibrium(each: ExactEquilibrium, exact: bool) -> dict[str, Any]:
-    vectors = {key: numbers(getattr(each, key), exact) for key in ("row", "column", "payoffs")}
-    return {**vectors, "pure": each.is_pure, "index": each.index}
+    own = {key: numbers(getattr(each, key), exact) for key in ("row", "column", "payoffs") if each}
+    own |= {"pure": each.is_pure, "index": each.index} if each else {}
+    tree = result_formats.plain(programs_and_games.behavior_of(origin, z), exact)
+    return {**{key: numbers(part, exact) for key, part in parts}, "equilibrium": own or tree}
 
 
 def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tuple[Iterable[Cells], list[str]]:
@@ -243,20 +239,20 @@ def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tu
             for cells in _components(problem.origin, z, w, exact)
         )
         if found.equilibria is not None:
-            header, rows = EQUILIBRIUM_COLUMNS, _of_equilibria(found.equilibria, exact)
+            header = ("equilibrium", "player", "strategy", "probability", "payoff")
+            rows = (
+                (number, player, i, probability, payoff)
+                for number, each in enumerate(found.equilibria.extreme, 1)
+                for player, strategy, payoff in zip(
+                    ("row", "column"), (each.row, each.column), numbers(each.payoffs, exact), strict=True
+                )
+                for i, probability in enumerate(numbers(strategy, exact), 1)
+            )
     header = (*header, *PROGRAM_COLUMNS * isinstance(problem.origin, Program), *["name"] * has_names)
     kept = set(wording.places(wording.labels_of(problem)[:n], shown))
     lines = zip(rows, cycle(enumerate(problem.names)), strict=False)  # each solution's in the order of the unknowns
     chosen = ((*row, *[name] * has_names) for row, (i, name) in lines if i in kept)
     return [header, *chosen], [": ".join(filter(None, [problem.name, message]))]
-
-
-def _of_equilibria(equilibria: Equilibria, exact: bool) -> Iterator[Cells]:
-    for number, each in enumerate(equilibria.extreme, 1):
-        payoffs = numbers(each.payoffs, exact)
-        for player, strategy, payoff in zip(("row", "column"), (each.row, each.column), payoffs, strict=True):
-            for i, probability in enumerate(numbers(strategy, exact), 1):
-                yield number, player, i, probability, payoff
 
 
 def _components(origin: Any, z: Values, w: Values, exact: bool) -> Iterator[Cells]:

@@ -44,11 +44,6 @@ def shown_components(n: int, width: int | None) -> Indices | None:
     return np.append(np.arange(room - 2 if room > 2 else room - 1), n - 1)
 
 
-def room(form: str, width: int | None) -> int | None:
-    """Return the width for the iterates in a format, on a screen of this width; None without a limit, as in files."""
-    return width if form == "table" else None
-
-
 def kept_components(problem: Problem | NonlinearProblem, width: int | None, names: Sequence[str]) -> Indices | None:
     """Return the components of z that a trace keeps for a table of this width, or of unknowns of these names: all for a
     game, whose probabilities depend on all."""
@@ -80,7 +75,7 @@ def build(
     """
     first, problem = results[0], results[0].problem
     components = held = first.trace.components if first.trace else None
-    game, n, screen = wording.game_of(problem), problem.n, room(form, width)
+    game, n, screen = wording.game_of(problem), problem.n, width if form == "table" else None
     if game is not None:
         components = shown_components(n, None if screen is None else screen - 2 * CELL)
     names = _names(problem, longest(form))
@@ -214,11 +209,7 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
         remarks += [f"{wording.name(result)}: " * compared + text for text in texts if text]
     if shows_times:
         remarks += filter(None, [outcome.spread(results)])
-    for result in results:
-        if result.certificate and not result.exact:
-            remarks.append(outcome.certificate_line(result.problem, result.certificate))
-    for result in results:
-        remarks += outcome.exact_lines(result)
+    remarks += [line for result in results for line in outcome.proofs(result)]
     if any(result.answer is not None for result in results):
         from lcpcli.report import programs_and_games
 

@@ -22,7 +22,6 @@ PAGE_WIDTH = 120  # columns of a pipe within which no name of a method is writte
 FEWEST_OF_TEXT = 8  # characters of a column of sentences, however wide the others are
 REPEATED = 0.7  # of the width, for the columns that each part of a folded table repeats: others need room too
 STYLES = {"solved": "green", "FALSE": "bold red"}  # legible on light and dark backgrounds
-UNSOLVED = "red"
 REMARK = "magenta"
 NO_BREAK = "\ufdd0"  # in place of a blank that breaks no line and is not stripped; no visible name has it
 REFERENCE = re.compile(r"^(?!\|).*`lcp help\s\w+`", re.MULTILINE)  # to a page, in a sentence, not in a table
@@ -44,7 +43,7 @@ def render(document: Document, width: int | None, color: bool) -> str:
         if i:
             console.print()
         show([section.title], "bold")
-        verdict_style = f"bold {STYLES['solved'] if section.settled else UNSOLVED}"
+        verdict_style = f"bold {STYLES['solved'] if section.settled else 'red'}"
         show([section.verdict] * bool(section.verdict), verdict_style)
         show(section.facts)
         if section.verdict:  # the result first

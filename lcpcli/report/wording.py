@@ -68,15 +68,6 @@ def vector(entries: Sequence[Any], cell: Callable[[Any], str] = plain_number) ->
     return f"({', '.join([*map(cell, entries[:LINE_ENTRIES]), *more])})"
 
 
-def proof_vector(y: Sequence[Any], cell: Callable[[Any], str]) -> str:
-    """Return a vector that proves something in a line of text: of a long one, the entries that are not 0, as far as
-    they fit."""
-    if len(y) <= LINE_ENTRIES:
-        return vector(y, cell)
-    used = [f"y{i} = {cell(value)}" for i, value in enumerate(y, 1) if value]
-    return f"{vector(used, str)[:-1]}; 0 elsewhere)"
-
-
 def folded(line: str, width: int | None) -> list[str]:
     """Return a line of words wrapped to this width, all lines but the first indented; None stands for no limit."""
     return [line] if width is None or len(line) <= width else wrap(line, width, subsequent_indent="  ")
@@ -196,19 +187,17 @@ def flag(name: str) -> str:
 
 
 def advice(result: Result) -> str:
-    """Return the advice of a result; "" if there is none."""
-    return "" if result.solved else result.suggestions.line(_on_command_line)
+    """Return the advice of a result, in options of the command line; "" if there is none."""
 
+    def written(options: Options) -> str:
+        from lcpcli.solving.advice import EXACT, value_text
 
-def _on_command_line(options: Options) -> str:
-    from lcpcli.solving.advice import EXACT, value_text
+        if options == EXACT:
+            return "lcp solve --exact"
+        texts = ((name, "" if value is True else f" {value_text(value, False)}") for name, value in options.items())
+        return " ".join(f"{flag(name)}{text}" for name, text in texts)
 
-    if options == EXACT:
-        return "lcp solve --exact"
-    return " ".join(
-        flag(name) if value is True else f"{flag(name)} {value_text(value, quotes=False)}"
-        for name, value in options.items()
-    )
+    return "" if result.solved else result.suggestions.line(written)
 
 
 def made_by(results: Sequence[Result]) -> str:

@@ -144,7 +144,17 @@ def draw(found: SolutionSet) -> Figure:
     data += [f"z{j} = {name}" for j, name in enumerate(problem.names, 1) if name]
     titles = f"{found.count}: {wording.title(problem)}", ",  ".join(data)
     axes.set_title("\n".join(fitted(title, FONT, COLUMN - 0.2) for title in titles))
-    _legend(figure, shapes, holds_q)
+    handles, labels = [], []
+    for cone, color, chosen, holds in zip(shapes, COLORS, SETS, holds_q, strict=True):
+        patch = Patch(facecolor=to_rgba(color, FILLS[holds]), edgecolor=color, linewidth=1.6)
+        line = Line2D([], [], color=color, linewidth=5, solid_capstyle="butt")
+        ring = Line2D([], [], color="none", marker="o", markersize=8, markeredgecolor=color, markeredgewidth=2.2)
+        handles.append({SECTOR: patch, POINT: ring}.get(cone.kind, line))
+        labels.append(variables(chosen) + KINDS[cone.kind] + f"  {CHECK}" * holds)
+    title = f"Variables that may be positive in each cone ({CHECK}: q lies in it).\nOnly directions count."
+    look: dict[str, Any] = {"title_fontsize": SMALL_FONT, "alignment": "left", "handlelength": 1.6}
+    legend = figure.legend(handles, labels, title=title, ncols=2, loc="outside lower left", **look)
+    figure.set_figheight(figure.get_figheight() + legend.get_window_extent().height / figure.dpi)
     return figure
 
 
@@ -194,20 +204,6 @@ def variables(chosen: tuple[int, ...]) -> str:
 
 def _number(value: float) -> str:
     return f"{value + 0.0:.4g}".replace("-", "\u2212")
-
-
-def _legend(figure: Figure, shapes: Sequence[Cone], holds_q: Sequence[bool]) -> None:
-    handles, labels = [], []
-    for cone, color, chosen, holds in zip(shapes, COLORS, SETS, holds_q, strict=True):
-        patch = Patch(facecolor=to_rgba(color, FILLS[holds]), edgecolor=color, linewidth=1.6)
-        line = Line2D([], [], color=color, linewidth=5, solid_capstyle="butt")
-        ring = Line2D([], [], color="none", marker="o", markersize=8, markeredgecolor=color, markeredgewidth=2.2)
-        handles.append({SECTOR: patch, POINT: ring}.get(cone.kind, line))
-        labels.append(variables(chosen) + KINDS[cone.kind] + f"  {CHECK}" * holds)
-    title = f"Variables that may be positive in each cone ({CHECK}: q lies in it).\nOnly directions count."
-    look: dict[str, Any] = {"title_fontsize": SMALL_FONT, "alignment": "left", "handlelength": 1.6}
-    legend = figure.legend(handles, labels, title=title, ncols=2, loc="outside lower left", **look)
-    figure.set_figheight(figure.get_figheight() + legend.get_window_extent().height / figure.dpi)
 
 
 POINTS = 240  # of the grid on which |F| is computed, in each direction
