@@ -55,17 +55,16 @@ class Claim:
 
 
 class Peer(Protocol):
-    """Another solver. Only those of `NONLINEAR` are asked about nonlinear problems."""
+    """Another solver. Only those of `NONLINEAR` are asked about nonlinear problems.
 
-    def version(self) -> str | None:
-        """Return the installed version; None if the peer is not installed."""
+    version : the installed one; None if there is none. excludes : why the peer does not take a problem, as a clause; ""
+    if it does. solve : with tol as the peer's own tolerance and in at most time_limit seconds, if the peer has these
+    settings; it raises OptionError if the peer is not installed.
+    """
 
-    def excludes(self, problem: Any) -> str:
-        """Return why the peer does not take this problem, as a clause; "" if it does."""
-
-    def solve(self, problem: Any, tol: float, time_limit: float) -> Claim:
-        """Solve a problem, with tol as the peer's own tolerance and in at most time_limit seconds, if the peer has
-        these settings. Raises OptionError if the peer is not installed."""
+    def version(self) -> str | None: ...
+    def excludes(self, problem: Any) -> str: ...
+    def solve(self, problem: Any, tol: float, time_limit: float) -> Claim: ...
 
 
 def load(name: str) -> Peer:
