@@ -1,9 +1,5 @@
-"""Equilibria of games in extensive form: what a best response on the tree would gain.
-
-Best responses are computed on the tree, backward over a player's information sets, not from the sequence form.
-
-Equilibria of games: what a best response to strategies would gain.
-"""
+"""Equilibria of games: what a best response to strategies would gain. In extensive form it is computed on the tree,
+backward over a player's information sets, not from the sequence form."""
 
 from __future__ import annotations
 
@@ -52,12 +48,9 @@ class InformationSetStrategy:
 
 @dataclass(frozen=True, eq=False)
 class Behavior(_Statement):
-    """Behavior strategies of both players of a game tree, all numbers in doubles or in fractions.
-
-    players : their names. information_sets : what they do, first at all information sets of the first player, in the
-    order of the file. plans : the realization plans. payoffs : the expected payoffs. gains : how much each player would
-    gain by a best response, 0 if that is only rounding.
-    """
+    """Behavior strategies of both players of a game tree, all numbers in doubles or in fractions: what they do at all
+    information sets, in the order of the file, the realization plans, the expected payoffs, and how much each player
+    would gain by a best response, 0 if that is only rounding."""
 
     players: list[str]
     information_sets: list[InformationSetStrategy]
@@ -89,7 +82,6 @@ class Behavior(_Statement):
 
     @classmethod
     def of_plans(cls, game: ExtensiveGame, x: Plan, y: Plan) -> Behavior:
-        """Return the strategies of plans that are nonnegative."""
         return cls.of(game, [strategy_of(*each) for each in zip(game.tree.players, (x, y), strict=True)])
 
     def are_best(self, game: ExtensiveGame, allowed: float) -> bool:
@@ -97,9 +89,8 @@ class Behavior(_Statement):
         tree, own = _Ends.of(game.tree, exact=False), [list(map(float, plan)) for plan in self.plans]
         for player, gain in enumerate(self.gains):
             centre, other = float(self.payoffs[player]), own[1 - player]
-            best = plan_of(game.tree.players[player], tree.best_response(player, other))
-            terms = sum(tree.expected(player, plan, other, centre)[1] for plan in (own[player], best))
-            if not gain <= allowed * terms:
+            plans = own[player], plan_of(game.tree.players[player], tree.best_response(player, other))
+            if not gain <= allowed * sum(tree.expected(player, plan, other, centre)[1] for plan in plans):
                 return False
         return True
 
@@ -123,7 +114,6 @@ def _costs(game: ExtensiveGame, player: int, other: Plan) -> list[Any]:
 
 
 def plan_of(player: Player, strategy: Strategy) -> Plan:
-    """Return the realization plan of a behavior strategy."""
     plan: Plan = [1]
     for before, probabilities in zip(player.before, strategy, strict=True):
         plan += [plan[before] * probability for probability in probabilities]
@@ -134,8 +124,7 @@ def strategy_of(player: Player, plan: Plan) -> Strategy:
     """Return the behavior strategy of a plan, uniform at information sets that the player's own moves exclude."""
     found: Strategy = []
     for i in range(len(player.sets)):
-        own = [plan[sequence] for sequence in player.moves(i)]
-        total = sum(own)
+        total = sum(own := [plan[sequence] for sequence in player.moves(i)])
         if total <= (EPS * len(plan) if isinstance(total, float) else 0):
             own, total = [total * 0 + 1] * len(own), len(own)
         found.append([value / total for value in own])
@@ -152,17 +141,15 @@ class _Ends:
 
     @classmethod
     def of(cls, tree: GameTree, exact: bool) -> _Ends:
-        chances, totals = tree.chances(), tree.totals()
-        if exact:
-            return cls(tree, chances, totals)
-        return cls(tree, list(map(float, chances)), [(float(one), float(two)) for one, two in totals])
+        number: Any = Fraction if exact else float
+        totals = [(number(one), number(two)) for one, two in tree.totals()]
+        return cls(tree, list(map(number, tree.chances())), totals)
 
     def expected(self, player: int, own: Plan, other: Plan, centre: Any = 0) -> tuple[Any, Any]:
         """Return the expected payoff of a player less the centre, and the sum of the sizes of its terms."""
         value = terms = self.chances[0] * 0
-        for node, sequences, chance, total in zip(
-            self.tree.nodes, self.tree.sequences, self.chances, self.totals, strict=True
-        ):
+        each = zip(self.tree.nodes, self.tree.sequences, self.chances, self.totals, strict=True)
+        for node, sequences, chance, total in each:
             if node.owner == TERMINAL and (weight := chance * own[sequences[player]] * other[sequences[1 - player]]):
                 term = weight * (total[player] - centre)
                 value, terms = value + term, terms + abs(term)
@@ -170,11 +157,8 @@ class _Ends:
 
     def best_response(self, player: int, other: Plan) -> Strategy:
         """Return a pure best response to the plan of the other player: at each information set the first action with
-        the largest payoff.
-
-        Information sets behind more of the player's own moves are decided first. With perfect recall all nodes of one
-        lie behind the same moves, so that the payoffs below their actions are known then.
-        """
+        the largest payoff. Those behind more of the player's own moves are decided first: with perfect recall all nodes
+        of one lie behind the same moves, so that the payoffs below their actions are known then."""
         tree, nodes = self.tree, self.tree.nodes
         layers, depths, children = list[list[int]](), list[int](), [list[int]() for _ in nodes]
         for i, node in enumerate(nodes):
@@ -192,9 +176,8 @@ class _Ends:
             for i in own_nodes:
                 for move, child in enumerate(children[i]):
                     sums[nodes[i].where][move] += values[child]
-            chosen |= {
-                j: max(range(len(sums[j])), key=sums[j].__getitem__) for j in {nodes[i].where for i in own_nodes}
-            }
+            decided = {nodes[i].where for i in own_nodes}
+            chosen |= {j: max(range(len(sums[j])), key=sums[j].__getitem__) for j in decided}
             for i in reversed(layer):
                 if nodes[i].owner == player:
                     values[i] = values[children[i][chosen[nodes[i].where]]]

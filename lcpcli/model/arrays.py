@@ -49,15 +49,21 @@ def as_vector(field: str, values: Any, n: int | None = None, of: str = "unknown"
     """Return values as a float64 vector in memory of its `own`, one entry for each of n things of a kind (of any length
     if n is None), or raise ProblemError. An array of a single row or column counts as a vector."""
     values = plain(field, values, NUMBERS)
+    v = own(as_flat(field, values, n, of), values)
+    refuse_infinite(field, v)
+    return v
+
+
+def as_flat(field: str, values: Any, n: int | None, of: str, expected: str = NUMBERS, either: str = "") -> Vector:
+    """Return `plain` values as a vector as `as_vector` does, though not in memory of its own, and of any numbers."""
     if isinstance(values, (list, tuple)):
         refuse_other_than_numbers(field, values)
-    v = flat(as_floats(field, values))
+    v = as_floats(field, values, expected)
+    v = v.reshape(-1) if v.ndim == 2 and 1 in v.shape else v
     if v.ndim != 1:
-        raise ProblemError(field, f"has {count(v.ndim, 'dimension')}", "give a flat list of numbers")
+        raise ProblemError(field, f"has {count(v.ndim, 'dimension')}", f"give {either}a flat list of numbers")
     if n is not None and v.size != n:
         raise ProblemError(field, f"has {count(v.size, 'entry')} for {count(n, of)}", "make them agree")
-    v = own(v, values)
-    refuse_infinite(field, v)
     return v
 
 
@@ -70,7 +76,7 @@ def own(array: Vector, given: Any = None) -> Vector:
 
 
 def own_matrix(M: Matrix, given: Any = None) -> Matrix:
-    """Return a matrix in memory of its own, as `own` does; of a sparse one the values and indices are copied."""
+    """Return a matrix as `own` does; of a sparse one the values and indices are copied."""
     if not is_sparse(M):
         return own(M, given)
     if _is_writeable(M.data):
@@ -89,20 +95,11 @@ def _is_writeable(array: Any) -> bool:
 
 def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
     """Return values as an array of shape (n, k) of real numbers, a vector in each column, or raise ProblemError."""
-    per_column = "give one vector in each column, shape (n, k)"
-    values = plain(field, values, ROWS)
-    if isinstance(values, (list, tuple)) and values:
-        if any(isinstance(row, (list, tuple)) or np.ndim(row) for row in values):
-            values = _listed_rows(field, values)
-        else:
-            refuse_other_than_numbers(field, values)
-    known = isinstance(values, np.ndarray) and not _is_masked(values) and values.dtype.kind in "fiu"
-    columns: Vector = np.asarray(values) if known else as_floats(field, values, ROWS)
-    if columns.ndim == 1:
-        raise ProblemError(field, "has 1 dimension", f"{per_column}; for a single one, np.reshape({field}, (-1, 1))")
+    per_column, columns = "give one vector in each column, shape (n, k)", as_nested(field, values, 2, ROWS)
     if columns.ndim != 2:
-        raise ProblemError(field, f"has {count(columns.ndim, 'dimension')}", per_column)
-    if finite and columns.size and not (math.isfinite(columns.max()) and math.isfinite(columns.min())):
+        single = f"; for a single one, np.reshape({field}, (-1, 1))" * (columns.ndim == 1)
+        raise ProblemError(field, f"has {count(columns.ndim, 'dimension')}", f"{per_column}{single}")
+    if finite:
         refuse_infinite(field, columns)
     return columns
 
@@ -110,30 +107,26 @@ def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
 def as_square(field: str, values: Any, n: int, other: str = "q") -> tuple[Matrix, tuple[float, float]]:
     """Return `as_matrix` of values, of shape (n, n) to fit a vector called `other`, and bounds as of `_as_finite`."""
     M = _as_rows(field, values)
+    shape = f"is {M.shape[0]} x {M.shape[1]}"
     if M.shape[0] != M.shape[1]:
-        raise ProblemError(field, f"is {M.shape[0]} x {M.shape[1]}", "make it square")
+        raise ProblemError(field, shape, "make it square")
     if M.shape[0] != n:
-        shapes = f"is {M.shape[0]} x {M.shape[1]} but {other} has {count(n, 'entry')}"
-        raise ProblemError(field, shapes, "make them agree")
+        raise ProblemError(field, f"{shape} but {other} has {count(n, 'entry')}", "make them agree")
     return _as_finite(field, M)
 
 
 def as_matrix(field: str, values: Any) -> Matrix:
     """Return values as a float64 matrix, dense or in compressed sparse rows, or raise ProblemError."""
     M = _as_rows(field, values)
-    if not M.shape[0]:
-        raise ProblemError(field, "is empty", f"give {ROWS}")
-    if not M.shape[1]:
-        raise ProblemError(field, "has empty rows", f"give {ROWS}")
+    for size, fault in zip(M.shape, ("is empty", "has empty rows"), strict=True):
+        if not size:
+            raise ProblemError(field, fault, f"give {ROWS}")
     return _as_finite(field, M)[0]
 
 
 def _as_rows(field: str, values: Any) -> Matrix:
     """Return values as a two-dimensional dense array, or unchanged if they are a sparse matrix."""
-    values = plain(field, values, ROWS)
-    if isinstance(values, (list, tuple)):
-        values = _listed_rows(field, values)
-    M: Matrix = values if is_sparse(values) else as_floats(field, values, ROWS)
+    M: Matrix = values if is_sparse(values) else as_nested(field, values, 2, ROWS, exactly=True)
     if M.shape == (0,):  # of a list without rows
         M = M.reshape(0, 0)
     if M.ndim != 2:
@@ -188,11 +181,6 @@ def _as_sparse(field: str, M: Any) -> Matrix:
     return compressed
 
 
-def flat(v: Vector) -> Vector:
-    """Return a single row or column as a vector, and anything else unchanged."""
-    return v.reshape(-1) if v.ndim == 2 and 1 in v.shape else v
-
-
 def as_solutions(solutions: Any, n: int) -> tuple[Vector, ...]:
     """Return known solutions as vectors of shape (n,), or raise ProblemError."""
     given = plain("solutions", solutions, SOLUTIONS)
@@ -207,13 +195,9 @@ def _may_be_masked(values: Any) -> bool:
     return "numpy.ma" in sys.modules and isinstance(values, np.ma.MaskedArray)
 
 
-def _is_masked(values: Any) -> bool:
-    return _may_be_masked(values) and bool(np.ma.is_masked(values))
-
-
 def as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
     """Return the numbers of an array, or of a list that has been checked, as float64."""
-    if _is_masked(values):
+    if _may_be_masked(values) and np.ma.is_masked(values):
         raise ProblemError(field, "has masked entries", "fill them, or leave them out")
     if isinstance(values, np.ndarray) and values.dtype == np.float64:
         return np.asarray(values)
@@ -239,28 +223,31 @@ def _refuse_other_types(field: str, values: Any) -> None:
         raise ProblemError(field, f"contains {values.dtype.name} values", "give real numbers")
 
 
-def _listed_rows(field: str, rows: Sequence[Any]) -> list[Any]:
-    """Return the rows, each a list or an array of as many numbers as the first, or raise ProblemError."""
-    listed = [row if isinstance(row, (list, tuple)) else _row(f"{field}[{i}]", row) for i, row in enumerate(rows)]
-    for i, row in enumerate(listed):
-        if len(row) != len(listed[0]):
-            lengths = f"has {count(len(row), 'entry')} where {field}[0] has {len(listed[0])}"
-            raise ProblemError(f"{field}[{i}]", lengths, f"make all rows the same length {FROM_0}")
-        if not isinstance(row, np.ndarray):
-            refuse_other_than_numbers(f"{field}[{i}]", row)
-    return listed
-
-
-def _row(field: str, values: Any) -> Any:
-    """Return a list as it is, and anything else, such as an array of one row but not of one column, as a vector."""
-    row = plain(field, values, ROW)
-    if isinstance(row, (list, tuple)):
-        return row
-    if not isinstance(row, np.ndarray) or not row.ndim:
-        raise ProblemError(field, f"is {kind(values)}", f"give {ROW} {FROM_0}")
-    if row.ndim > 1 and row.shape[0] != 1:
-        raise ProblemError(field, f"has {count(row.ndim, 'dimension')}", f"give {ROW} {FROM_0}")
-    return as_vector(field, row)
+def as_nested(field: str, values: Any, most: int, expected: str = NUMBERS, exactly: bool = False) -> Vector:
+    """Return an array, or lists of up to `most` dimensions, or of exactly so many, as floats; else raise ProblemError.
+    A row in a list may be an array of shape (1, n)."""
+    values = plain(field, values, expected)
+    if not isinstance(values, (list, tuple)):
+        return as_floats(field, values, expected)
+    if most == 1 or not (exactly or any(isinstance(part, (list, tuple)) or np.ndim(part) for part in values)):
+        refuse_other_than_numbers(field, values)
+        return as_floats(field.partition("[")[0], values)
+    parts = list[Vector]()
+    for i, part in enumerate(values):
+        own = as_nested(f"{field}[{i}]", part, most - 1, f"{ROW} {FROM_0}", exactly)
+        parts.append(own[0] if own.ndim == most == 2 and len(own) == 1 else own)
+        if parts[i].ndim == most:
+            raise ProblemError(f"{field}[{i}]", f"has {count(most, 'dimension')}", f"give {ROW} {FROM_0}")
+        have, first = parts[i].shape, parts[0].shape
+        if have != first:
+            fault, same = f"has shape {have} where {field}[0] has {first}", "make all of them the same"
+            if len(have) == len(first) == 1:
+                fault, same = (
+                    f"has {count(have[0], 'entry')} where {field}[0] has {first[0]}",
+                    "make all rows the same length",
+                )
+            raise ProblemError(f"{field}[{i}]", fault, f"{same} {FROM_0}")
+    return np.array(parts)
 
 
 def is_number_in_array(value: Any) -> bool:
@@ -281,10 +268,9 @@ def refuse_other_than_numbers(field: str, values: Sequence[Any]) -> None:
 
 def refuse_infinite(field: str, values: Vector, places: Callable[[], Any] | None = None) -> None:
     """Raise ProblemError for an entry that is not finite. places : returns the places of the values in a matrix."""
-    if is_finite(values.reshape(-1)):
+    if is_finite(values.ravel(order="K")):
         return
     wrong = np.argwhere(~np.isfinite(values))[0]
     place = "".join(f"[{i}]" for i in (wrong if places is None else places()[wrong[0]]))
-    raise ProblemError(
-        f"{field}{place}", "is not a finite number in double precision", f"give a finite number {FROM_0}"
-    )
+    fault = "is not a finite number in double precision"
+    raise ProblemError(f"{field}{place}", fault, f"give a finite number {FROM_0}")

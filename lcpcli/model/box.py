@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, count, kind
+from lcpcli.errors import ProblemError, kind
 from lcpcli.linalg.doubles import LARGEST_DOUBLE, largest
 from lcpcli.model import arrays
 from lcpcli.model.arrays import FROM_0, as_floats, own, plain
@@ -32,12 +32,9 @@ WORDS = {LOWER: "lower", BASIC: "basic", UPPER: "upper"}
 
 
 class Wording(NamedTuple):
-    """The wording of the conditions of a problem in messages.
-
-    solved, infeasible : what holds in rational arithmetic for an exact solution, and for a proof that there is none.
-    farkas, refuted : what a certificate shows, and what an accepted proof shows.
-    rounded : what a certificate shows that is a proof but for the rounding of M.
-    """
+    """The wording of the conditions of a problem in messages: what holds in rational arithmetic for an exact solution,
+    and for a proof that there is none, what a certificate shows, what an accepted proof does, and what a certificate
+    does that is a proof but for the rounding of M."""
 
     solved: str
     infeasible: str
@@ -82,22 +79,18 @@ def of_masks(basic: Mask, upper: Mask | None = None) -> States:
 
 
 def in_words(states: States) -> list[str]:
-    """Return states of shape (n,) in words."""
     return [WORDS[state] for state in states.tolist()]
 
 
 class Box:
     """l <= z <= u: each bound of shape (n,), or (m, n) for m problems, whose infinite entries are no bounds.
-
-    is_orthant : whether they are the bounds 0 and infinity of an LCP, which are those two numbers, of shape ().
-    """
+    is_orthant : whether they are the bounds 0 and infinity of an LCP, which are those two numbers, of shape ()."""
 
     def __init__(self, lower: Vector, upper: Vector) -> None:
         self.lower, self.upper, self.is_orthant = lower, upper, not lower.ndim
 
     @property
     def wording(self) -> Wording:
-        """Return the wording of the conditions."""
         return LCP_WORDING if self.is_orthant else MIXED_WORDING
 
     @cached_property
@@ -108,16 +101,14 @@ class Box:
     @cached_property
     def is_far(self) -> bool:
         """Return whether a finite bound is so large that it may stand for an infinite one."""
-        return any(
-            np.count_nonzero(np.abs(ends) >= NO_BOUND) > np.count_nonzero(np.isinf(ends))
-            for ends in (self.lower, self.upper)
-        )
+        sizes = (np.abs(ends) for ends in (self.lower, self.upper))
+        return any(np.count_nonzero(own >= NO_BOUND) > np.count_nonzero(np.isinf(own)) for own in sizes)
 
     def mapped(self, change: Callable[[Vector], Vector]) -> Box:
         """Return the box with changed bounds; the bounds of a linear complementarity problem stay."""
         return self if self.is_orthant else Box(change(self.lower), change(self.upper))
 
-    def part(self, rows: Indices | Mask | slice) -> Box:
+    def part(self, rows: Indices | Mask | slice | int) -> Box:
         """Return the bounds of some of m problems, or of some variables."""
         return self.mapped(lambda bound: bound[rows])
 
@@ -134,15 +125,11 @@ class Box:
         return self.z_of(x) - x
 
     def x_of(self, z: Vector, w: Vector) -> Vector:
-        """Return the x with z = mid(l, u, 2x) and w = z - 2x, for an LCP x = (z - w) / 2.
-
-        If rounding leaves both of a pair nonzero, the smaller one is dropped: z and w of a solution are then recovered
-        unchanged, not each with the other's error.
-        """
+        """Return the x with z = mid(l, u, 2x) and w = z - 2x, for an LCP x = (z - w) / 2. If rounding leaves both of a
+        pair nonzero, the smaller one is dropped: z and w are then recovered unchanged, not with the other's error."""
         return self._t_of(z, w) / 2
 
     def _t_of(self, z: Vector, w: Vector) -> Vector:
-        """Return 2x for the x of z and w."""
         with np.errstate(invalid="ignore"):
             t: Vector = np.where((w > 0) & (w >= z - self.lower), self.lower - w, z)
             return np.where((w < 0) & (-w >= self.upper - z), self.upper - w, t) if self._has_upper else t
@@ -155,10 +142,8 @@ class Box:
         return 0.5 * np.where(basis == BASIC, self.project(z), self.nonbasic(basis) - signed)
 
     def gaps(self, z: Vector, w: Vector, factor: Vector | float = 1.0) -> Vector:
-        """Return the natural residual z - mid(l, u, z - w) = max(z - u, min(z - l, w)), without cancellation.
-
-        With z in other units it is max(factor (z - u), min(factor (z - l), w)).
-        """
+        """Return the natural residual z - mid(l, u, z - w) = max(z - u, min(z - l, w)), without cancellation; with z in
+        other units max(factor (z - u), min(factor (z - l), w))."""
         gaps: Vector = np.minimum(factor * (z - self.lower), w)
         return np.maximum(factor * (z - self.upper), gaps) if self._has_upper else gaps
 
@@ -190,7 +175,6 @@ class Box:
         return np.where(basis, np.where(self.fixed, 0.0, signed), beyond)
 
     def wrong(self, z: Vector, w: Vector, basis: States) -> Mask:
-        """Return where a component violates the condition of its state."""
         return self.violations(z, w, basis) > 0.0
 
     def excess(self, z: Vector, w: Vector) -> Vector:
@@ -211,16 +195,13 @@ class Box:
         nearest: Vector = np.maximum(z, self.lower)
         return np.minimum(nearest, self.upper, out=nearest) if self._has_upper else nearest
 
-    def on_bounds(self, z: Vector, w: Vector, factor: Vector) -> Vector:
-        """Return the nearest admissible z, on a bound where factor times its distance is less than a w of its sign."""
-        at_lower, at_upper = factor * (z - self.lower) < w, factor * (z - self.upper) > w
-        return np.where(at_lower, self.lower, np.where(at_upper, self.upper, self.project(z)))
-
-    def corrections(self, z: Vector, w: Vector, factor: Vector) -> tuple[Vector, Vector]:
-        """Return sigma and rho for which z - rho is `on_bounds` and w - sigma has the signs that z - rho asks for."""
+    def on_bounds(self, z: Vector, w: Vector, factor: Vector) -> tuple[Vector, Vector]:
+        """Return the nearest admissible z, on a bound where factor times its distance is less than a w of its sign; and
+        the sigma for which w - sigma has the signs that it asks for."""
         at_lower, at_upper = factor * (z - self.lower) < w, factor * (z - self.upper) > w
         sigma = np.where(at_lower, np.minimum(w, 0.0), np.where(at_upper, np.maximum(w, 0.0), w))
-        return np.where(self.fixed, 0.0, sigma), z - self.on_bounds(z, w, factor)
+        near = np.where(at_lower, self.lower, np.where(at_upper, self.upper, self.project(z)))
+        return near, np.where(self.fixed, 0.0, sigma)
 
     @property
     def corner(self) -> Vector:
@@ -240,14 +221,9 @@ class Box:
     @cached_property
     def kinds(self) -> dict[str, int]:
         """Return how many variables are free, have one bound or both, or are fixed, if any; nothing for an LCP."""
-        low, high = np.isfinite(self.lower), np.isfinite(self.upper)
-        masks = {
-            "free": ~low & ~high,
-            "lower bound": low & ~high,
-            "upper bound": ~low & high,
-            "boxed": low & high & ~self.fixed,
-            "fixed": self.fixed,
-        }
+        low, high, boxed = np.isfinite(self.lower), np.isfinite(self.upper), ~self.fixed
+        masks = {"free": ~low & ~high, "lower bound": low & ~high, "upper bound": ~low & high}
+        masks |= {"boxed": low & high & boxed, "fixed": self.fixed}
         counts = {kind: int(np.count_nonzero(mask)) for kind, mask in masks.items() if mask.any()}
         return {} if self.is_orthant else counts
 
@@ -257,7 +233,6 @@ class Box:
             return Box(self.lower.astype(np.float32), self.upper.astype(np.float32))
 
     def in_units(self, C: Vector) -> Box:
-        """Return the bounds of z / C."""
         return self.mapped(lambda bound: bound / C)
 
     def moved_by(self, z: Vector) -> Box:
@@ -293,38 +268,26 @@ def has_columns(field: str, bound: Any) -> bool:
 def as_intervals(
     fields: tuple[str, str], lower: Any, upper: Any, n: int, of: str = "unknown", infinity: float = math.inf
 ) -> tuple[Vector, Vector]:
-    """Return lower and upper bounds for each of n things of a kind, infinite if absent, or raise ProblemError.
-
-    infinity : a bound of at least this size counts as infinite.
-    """
-    if infinity == math.inf and _are_plain(lower, n) and _are_plain(upper, n):
-        if np.count_nonzero(lower < upper) == n:  # so that neither is infinite on the wrong side
-            return lower, upper
+    """Return lower and upper bounds for each of n things of a kind, infinite if absent or if they have at least the
+    size `infinity`, or raise ProblemError."""
+    are_plain = all(type(v) is np.ndarray and v.dtype == np.float64 and v.shape == (n,) for v in (lower, upper))
+    if infinity == math.inf and are_plain:
         valid = (lower <= upper) & (lower < math.inf) & (upper > -math.inf)
         if np.count_nonzero(valid) == n:
             return lower, upper
     below, above = fields
     ends = as_bound(below, lower, n, of, -math.inf), as_bound(above, upper, n, of, math.inf)
     low, high = (with_infinity(end, infinity) for end in ends)
-    for field, end, wrong, fault, none in (
-        (below, ends[0], low == math.inf, "is infinite", "-inf"),
-        (above, ends[1], high == -math.inf, "is minus infinity", "inf"),
-    ):
-        if wrong.any():
-            i = int(np.argmax(wrong))
+    sides = (below, ends[0], low == math.inf, "", "-"), (above, ends[1], high == -math.inf, "minus ", "")
+    for field, end, wrong, minus, none in sides:
+        for i in np.flatnonzero(wrong)[:1].tolist():
             size = "" if math.isinf(end[i]) else f", as it is {end[i]:g} and infinity begins at {infinity:g}"
-            raise ProblemError(f"{field}[{i}]", f"{fault}{size}", f"give a number, or {none} for no bound {FROM_0}")
-    crossed = low > high
-    if crossed.any():
-        i = int(np.argmax(crossed))
+            fault = f"is {minus}infinity{size}" if minus else f"is infinite{size}"
+            raise ProblemError(f"{field}[{i}]", fault, f"give a number, or {none}inf for no bound {FROM_0}")
+    for i in np.flatnonzero(low > high)[:1].tolist():
         fault = f"is {low[i]:g}, above {above}[{i}] = {high[i]:g}"
         raise ProblemError(f"{below}[{i}]", fault, f"make every lower bound at most the upper one {FROM_0}")
     return low, high
-
-
-def _are_plain(values: Any, n: int) -> bool:
-    """Return whether values are an array of n doubles, of which only the sizes remain to be looked at."""
-    return type(values) is np.ndarray and values.dtype == np.float64 and values.shape == (n,)
 
 
 def with_infinity(bound: Vector, infinity: float) -> Vector:
@@ -342,18 +305,13 @@ def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
     expected = "a number, or a list of numbers"
     if isinstance(values, (bool, np.bool_, str)):
         raise ProblemError(field, f"is {kind(values)}", f"give {expected}")
-    values = values if isinstance(values, (int, float)) else plain(field, values, expected)
+    values = plain(field, values, expected)
     if isinstance(values, (int, float, Rational)) or arrays.is_number_in_array(values):
         with np.errstate(over="ignore"):
             values = np.full(n, as_floats(field, [values])[0])
     if isinstance(values, (list, tuple)):
         values = [absent if value is None else value for value in values]
-        arrays.refuse_other_than_numbers(field, values)
-    v = arrays.flat(as_floats(field, values, expected))
-    if v.ndim != 1:
-        raise ProblemError(field, f"has {count(v.ndim, 'dimension')}", "give a number, or a flat list of numbers")
-    if v.size != n:
-        raise ProblemError(field, f"has {count(v.size, 'entry')} for {count(n, of)}", "make them agree")
+    v = arrays.as_flat(field, values, n, of, expected, "a number, or ")
     if (wrong := np.flatnonzero(np.isnan(v))).size:
         raise ProblemError(f"{field}[{wrong[0]}]", "is not a number", f"give inf for no bound {FROM_0}")
     return v

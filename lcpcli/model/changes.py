@@ -1,20 +1,15 @@
 """Changes of variables, each with the way back: a problem in other units, or with its reference point moved to 0, and
-several changes in turn.
-
-Others are in `far_bounds` and `presolve`.
-
-A mixed problem as an LCP, for methods that accept only z >= 0.
-
-As an LCP, finite lower bounds are shifted to 0, variables with only an upper bound are mirrored, free ones are split by
-one common extra column, z_F = p - t e (which keeps M positive semidefinite if it is), and a box gets its upper bound as
-a row, with a multiplier v: [M I; -I 0]. Fixed variables are left out.
+several changes in turn; others are in `far_bounds` and `presolve`. And a mixed problem as an LCP, for methods that
+accept only z >= 0: finite lower bounds are shifted to 0, variables with only an upper bound are mirrored, free ones are
+split by one common extra column, z_F = p - t e (which keeps M positive semidefinite if it is), and a box gets its upper
+bound as a row, with a multiplier v: [M I; -I 0]. Fixed variables are left out.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import reduce
+from typing import Any
 
 import numpy as np
 
@@ -31,15 +26,15 @@ MODERATE_POWER = 300  # the power of two up to which R q is usually left unchang
 
 @dataclass(eq=False, repr=False)
 class Change:
-    """A problem in variables other than the original ones, with the way there and back; unless a subclass says
-    otherwise, x, F and Farkas' y remain the same. Where both are the same problem, it is the identity."""
+    """A problem in variables other than the original ones, with the way there and back: `start` and `back` of x,
+    `residual` back of F, and `multipliers` back of Farkas' y, if it proves the original problem infeasible too; unless
+    a subclass says otherwise, they remain the same. Where both are the same problem, it is the identity."""
 
     problem: Problem
     original: Problem
 
     @property
     def is_identity(self) -> bool:
-        """Return whether nothing is changed."""
         return self.problem is self.original
 
     @property
@@ -48,97 +43,73 @@ class Change:
         return self.is_identity
 
     def start(self, x: Vector) -> Vector:
-        """Return the x of the problem in other variables for an x of the original problem."""
         return x
 
     def back(self, x: Vector) -> Vector:
-        """Return the x of the original problem for an x of the problem in other variables."""
         return x
 
     def residual(self, F: Vector) -> Vector:
-        """Return F of the original problem."""
         return F
 
     def multipliers(self, y: Vector) -> Vector:
-        """Return the Farkas vector for the original problem, if y proves that it is infeasible too."""
         return self.residual(y)
 
 
 @dataclass(eq=False, repr=False)
 class Composed(Change):
-    """Several changes of variables, one after another; they are undone in reverse."""
+    """A change of variables after another one; they are undone in reverse."""
 
-    changes: tuple[Change, ...]
+    first: Change
+    second: Change
 
     @property
     def is_exact(self) -> bool:
-        return all(change.is_exact for change in self.changes)
+        return self.first.is_exact and self.second.is_exact
 
     def start(self, x: Vector) -> Vector:
-        return reduce(lambda own, change: change.start(own), self.changes, x)
+        return self.second.start(self.first.start(x))
 
     def back(self, x: Vector) -> Vector:
-        return reduce(lambda own, change: change.back(own), reversed(self.changes), x)
+        return self.first.back(self.second.back(x))
 
     def residual(self, F: Vector) -> Vector:
-        return reduce(lambda own, change: change.residual(own), reversed(self.changes), F)
+        return self.first.residual(self.second.residual(F))
 
     def multipliers(self, y: Vector) -> Vector:
-        return reduce(lambda own, change: change.multipliers(own), reversed(self.changes), y)
+        return self.first.multipliers(self.second.multipliers(y))
 
 
-def composed(problem: Problem, *steps: Callable[[Problem], Change]) -> Composed:
+def composed(problem: Problem, *steps: Callable[[Problem], Change]) -> Change:
     """Return the change that makes these, each of the problem that the one before leaves."""
-    changes: list[Change] = []
+    change = Change(problem, problem)
     for step in steps:
-        changes.append(step(changes[-1].problem if changes else problem))
-    return Composed(changes[-1].problem if changes else problem, problem, tuple(changes))
-
-
-class OwnUnits(Change):
-    """The problem in units, by default its own."""
-
-    def z_inside(self, z: Vector) -> Vector:
-        """Return the z of the problem in other units for a z of the original problem."""
-        return z
-
-    def z_outside(self, z: Vector) -> Vector:
-        """Return the z of the original problem for a z of the problem in other units."""
-        return z
-
-    def w_inside(self, w: Vector) -> Vector:
-        """Return the w of the problem in other units for a w of the original problem."""
-        return w
-
-    def w_outside(self, w: Vector) -> Vector:
-        """Return the w of the original problem for a w of the problem in other units."""
-        return w
-
-    def residual(self, F: Vector) -> Vector:
-        return self.w_outside(F)
+        later = step(change.problem)
+        change = Composed(later.problem, problem, change, later)
+    return change
 
 
 @dataclass(eq=False, repr=False)
-class Scaled(OwnUnits):
-    """The problem of R M C, R q, l / C and u / C, with the way back: z = C z', w = w' / R, F = F' / R.
+class Scaled(Change):
+    """The problem of R M C, R q, l / C and u / C, with the way back: z = C z', w = w' / R, F = F' / R; without R
+    and C the problem itself, with no copies of vectors. If R and C are powers of two, neither direction rounds."""
 
-    If R and C are powers of two, neither direction rounds.
-    """
-
-    R: Vector
-    C: Vector
+    R: Any = None
+    C: Any = None
 
     def z_inside(self, z: Vector) -> Vector:
-        return z / self.C
+        return z if self.C is None else z / self.C
 
     def z_outside(self, z: Vector) -> Vector:
-        return self.C * z
+        return z if self.C is None else self.C * z
 
     def w_inside(self, w: Vector) -> Vector:
-        return self.R * w
+        return w if self.R is None else self.R * w
 
     def w_outside(self, w: Vector) -> Vector:
-        return w / self.R
+        return w if self.R is None else w / self.R
+
+    def residual(self, F: Vector) -> Vector:
+        return self.w_outside(F)
 
     def start(self, x: Vector) -> Vector:
         z = self.original.box.z_of(x)
@@ -147,6 +118,8 @@ class Scaled(OwnUnits):
     @property
     def is_exact(self) -> bool:
         """Return whether nothing over- or underflows, where R and C are powers of two."""
+        if self.is_identity:
+            return True
         with np.errstate(all="ignore"):
             back = matrices.scaled(self.problem.M, 1 / self.R, 1 / self.C) - self.original.M
             box, own = self.original.box, self.problem.box
@@ -160,20 +133,14 @@ class Scaled(OwnUnits):
 
     @np.errstate(over="ignore")
     def back(self, x: Vector) -> Vector:
-        """Return x in the original units.
-
-        Where z overflows, x is infinite; where w does, x is the most negative admissible number.
-        """
+        """Return x in the original units: infinite where z overflows, and where w does the most negative number."""
         z = self.problem.box.z_of(x)
         return np.maximum(0.5 * (self.z_outside(z) - self.w_outside(z - 2 * x)), -LARGEST_X)
 
 
 def scale(problem: Problem, moderate: int = MODERATE_POWER) -> Scaled:
     """Return the equilibrated problem; M is copied once. An R q whose largest entry has a power of two beyond
-    `moderate` is scaled to size about 1.
-
-    The problem is returned unchanged if no powers of two in range achieve that.
-    """
+    `moderate` is scaled to size about 1. Where no powers of two in range achieve that, nothing changes."""
     R, C = equilibrate(problem.M, problem.q, problem.row_maxima)
     t = np.exp2(_common_power(problem.q, R, C, moderate))
     with np.errstate(over="ignore"):
@@ -182,12 +149,6 @@ def scale(problem: Problem, moderate: int = MODERATE_POWER) -> Scaled:
     if not np.isfinite(q).all():
         return Scaled(problem, problem, np.ones(q.size), np.ones(q.size))
     return in_units(problem, R, C)
-
-
-def equilibrated_point(problem: Problem, z: Vector, w: Vector) -> tuple[Box, Vector, Vector]:
-    """Return the bounds, z and w in the units of the equilibrated problem, without M, which takes longest."""
-    R, C = equilibrate(problem.M, problem.q, problem.row_maxima)
-    return problem.box.in_units(C), z / C, R * w
 
 
 def in_units(problem: Problem, R: Vector, C: Vector) -> Scaled:
@@ -208,11 +169,9 @@ def is_far_from_one(problem: Problem) -> bool:
 
 def _common_power(q: Vector, R: Vector, C: Vector, moderate: int) -> float:
     """Return the power of two for R, and its inverse for C, that brings R q into range as far as R and C allow."""
-    if not q.any():
-        return 0.0
     rows, columns = np.log2(R), np.log2(C)
     size = float((np.frexp(q)[1] + rows).max(where=q != 0, initial=-np.inf))
-    if abs(size) <= moderate:
+    if abs(size) <= moderate or size == -np.inf:
         return 0.0
     low = max(-LARGEST_POWER - rows.min(), columns.max() - LARGEST_POWER)
     high = min(LARGEST_POWER - rows.max(), columns.min() + LARGEST_POWER)
@@ -238,13 +197,12 @@ class Shifted(Change):
 
 def shifted(given: Problem) -> Change:
     """Return the problem with its reference point moved to 0; M is shared. Where it is 0, nothing changes."""
-    reference_z = given.reference_z
-    if reference_z is None:
+    if (reference_z := given.reference_z) is None:
         return Change(given, given)
     with np.errstate(over="ignore"):
         box = given.box.moved_by(reference_z)
-    problem = Problem(given.M, given.q_ref, lower=box.lower, upper=box.upper)
     terms = np.abs(given.q) + matrices.absolute_product(given.M, np.abs(reference_z))
+    problem = Problem(given.M, given.q_ref, lower=box.lower, upper=box.upper)
     return Shifted(problem.knowing(terms_of_q=terms), given)
 
 
@@ -253,9 +211,9 @@ class StandardForm(Change):
     """An LCP whose solutions are those of a mixed problem, with the way back.
 
     original : the mixed problem, n unknowns z.
-    problem : the LCP, with unknowns p >= 0 for the variables `kept`, then t if some are free, then v for those `boxed`:
-        z = corner + sign p - t on the free ones; w' = sign w + v, -sum of the free w, and upper - lower - p.
-    kept, boxed : indices of variables; the boxed ones are among the kept. sign : shape (n,).
+    problem : the LCP, with unknowns p >= 0 for the variables `kept`, then t if some are free, then v for those `boxed`,
+        which are kept too: z = corner + sign p - t on the free ones; w' = sign w + v, -sum of the free w, and upper -
+        lower - p.
     """
 
     kept: Indices
@@ -304,9 +262,8 @@ class StandardForm(Change):
         basic[self.kept], at_corner[self.kept] = active[own], inactive[own]
         at_upper[self.boxed], below[self.boxed], has_v[self.boxed] = active[v], inactive[v], True
         at_corner &= ~box.free
-        corner = np.broadcast_to(box.corner, n)
-        low = np.where(at_upper, upper, np.where(at_corner, corner, lower))
-        high = np.where(at_corner, corner, upper)
+        low, high = (np.where(at_corner, box.corner, bound) for bound in (lower, upper))
+        low = np.where(at_upper, upper, low)
         if (low > high).any():
             return None
         rises = np.where(has_v, below, basic | np.isinf(upper))  # where w >= 0 is asked for, and where w <= 0 is

@@ -56,16 +56,14 @@ class Slopes:
     in moderate units. Where their quotients disagree, shorter steps follow, then longer ones, as a noisy F needs; what
     these tell counts up to the quotients by shorter ones, unless these are 0, as those of a rounded F are.
 
-    least : lower bounds on the terms |J| |z| of each row. refuting : how many pairs of successive quotients agree with
-    each other but not with J, for each row.
+    least : lower bounds on these terms. refuting : how many pairs of successive quotients of each row agree with each
+    other but not with J.
     """
 
     def __init__(self, problem: NonlinearProblem, z: Vector, F: Vector, J: Matrix) -> None:
         self._problem, self._z, self._F, self._J = problem, z, F, J
-        self._terms, self._random = absolute_product(J, np.abs(z)), generator(0)
-        self.least, self._confirmed = np.zeros(z.size), np.zeros(z.size, dtype=int)
-        self.refuting = np.zeros(z.size, dtype=int)
-        self._first = list[_Quotient]()
+        self._terms, self._random, self._first = absolute_product(J, np.abs(z)), generator(0), list[_Quotient]()
+        self.least, (self._confirmed, self.refuting) = np.zeros(z.size), np.zeros((2, z.size), dtype=int)
 
     @property
     def is_uneven(self) -> bool:
@@ -103,8 +101,7 @@ class Slopes:
         for step in STEPS:
             known[step] = own = self._quotient(step * d)
             self._first += [own] * (len(self._first) < 2)
-            other = known.get(RATIO * step) or known.get(step / RATIO)
-            if other is not None:
+            if (other := known.get(RATIO * step) or known.get(step / RATIO)) is not None:
                 apart = np.abs(own.change - other.change)
                 low = np.fmin(np.abs(own.change), np.abs(other.change)) - APART * apart
                 if step > STEPS[0]:  # longer than those before
@@ -123,8 +120,7 @@ class Slopes:
     @np.errstate(all="ignore")
     def unsmooth(self, noise: Vector) -> tuple[Mask, Mask]:
         """Return the rows with a kink at z, by the slopes on both sides, and those with a jump, far above the noise."""
-        d = self._direction()
-        room = np.minimum(self._problem.upper - self._z, self._z - self._problem.lower)
+        d, room = self._direction(), np.minimum(self._problem.upper - self._z, self._z - self._problem.lower)
         sides, inner = self._sides(d), self._sides(np.where(room < STEPS[0] * np.abs(d), 0.0, d))
         steady = [np.abs(long - short) <= KINKED / 4 * np.abs(short) for long, short in inner]
         short = [side[1] for side in inner]
@@ -149,11 +145,9 @@ class Slopes:
 def noise(values: Values, box: Box, z: Vector, is_noisy: Mask) -> tuple[Vector, Vector]:
     """Return the noise of each row of F at z, be it of rounding or of inner iterations: the first level on which points
     of two spacings agree, from the coarsest one on; 0 where there is none above rounding, and where finer spacings
-    resolve what looks like noise as oscillations of F. Also return the largest |F_i| at these points.
-
-    is_noisy : the rows that are known not to oscillate.
-    """
-    found, is_known, last = np.zeros(z.size), np.zeros(z.size, dtype=bool), np.zeros(z.size)
+    resolve what looks like noise as oscillations of F, unless the row is known to be noisy. Also return the largest
+    |F_i| at these points."""
+    (found, last), is_known = np.zeros((2, z.size)), np.zeros(z.size, dtype=bool)
     sizes, thirds = np.abs(values(z)), list[Vector]()
     for spacing in SPACINGS:
         F = _line(values, box, z, spacing)
@@ -173,10 +167,8 @@ def noise(values: Values, box: Box, z: Vector, is_noisy: Mask) -> tuple[Vector, 
 
 def _oscillates(values: Values, box: Box, z: Vector, found: Vector, thirds: list[Vector]) -> Mask:
     """Return the rows of which finer spacings resolve what looks like noise: in the differences of third order F then
-    falls little by little, and as the cube of the spacing; noise falls at once, if at all.
-
-    found : the noise, 0 in rows that are not looked at. thirds : those differences by the first spacings.
-    """
+    falls little by little, and as the cube of the spacing; noise falls at once, if at all. found : the noise, 0 in rows
+    that are not looked at. thirds : those differences by the first spacings."""
     finest, resolved, is_open = SPACINGS.index(RESOLVED), np.zeros(z.size, dtype=bool), found > 0
     if is_open.any() and len(thirds) <= finest:
         is_open &= _level(_line(values, box, z, RESOLVED))[2] < found / ALIKE
@@ -195,11 +187,9 @@ def _oscillates(values: Values, box: Box, z: Vector, found: Vector, thirds: list
 
 @np.errstate(all="ignore")
 def rounding(values: Values, box: Box, z: Vector, most: float) -> Vector:
-    """Return the noise of each row of F at z that is of rounding, by the finest spacing that shows it.
-
-    most : relative to the largest |F_i| at the points: what is larger does not count as rounding. Where |F| is larger
-    at the points than at z, so may its rounding be; so the noise is at most that by closer points.
-    """
+    """Return the noise of each row of F at z that is of rounding, by the finest spacing that shows it; most : relative
+    to the largest |F_i| at the points, what is larger does not count as rounding. Where |F| is larger at the points
+    than at z, so may its rounding be; so the noise is at most that by closer points."""
     found, is_known, closest = np.zeros(z.size), np.zeros(z.size, dtype=bool), np.full(z.size, np.inf)
     finest = 48 - int(np.floor(np.log2(min(size(z) or 1.0, 1.0))))
     for power in range(finest, 0, -6):
@@ -230,8 +220,8 @@ def _level(values: Vector) -> tuple[Vector, Mask, Vector]:
     agree; also the noise by differences of third order, in which a smooth F is next to nothing."""
     levels, changes, table = list[Vector](), list[Mask](), values
     first = np.diff(values, axis=0)
-    few, changes_by = (first == 0).mean(axis=0) <= MOST_EQUAL, np.sort(np.abs(first - np.median(first, axis=0)), axis=0)
-    few &= changes_by[-2] >= JUMP * changes_by[-1]  # a jump is no noise
+    sorted_changes = np.sort(np.abs(first - np.median(first, axis=0)), axis=0)
+    few = ((first == 0).mean(axis=0) <= MOST_EQUAL) & (sorted_changes[-2] >= JUMP * sorted_changes[-1])  # no jump
     for order in range(1, ORDERS):
         table = np.diff(table, axis=0)
         levels.append(np.sqrt((table**2).mean(axis=0) / comb(2 * order, order)))

@@ -66,8 +66,7 @@ class Evaluations:
 
     def known_values(self, z: Vector) -> Vector:
         """Return F(z), which does not count, and is evaluated only if it is not known."""
-        F = self.known(z)
-        if F is None:
+        if (F := self.known(z)) is None:
             F = self.problem.values(z)
             self._values.appendleft((z, F))
         return F
@@ -93,10 +92,10 @@ class Evaluations:
         F, slopes, differs = self.known_values(z), list[Vector](), list[Mask]()
         for step in (LONG_STEP, RATIO * STEP):  # the second one where curvature may be the reason
             move = self._inward(z, step * np.maximum(np.abs(z), 1.0))
-            change, terms = np.abs(self.values(z + move) - F), absolute_product(J, np.abs(move))
-            gaps = np.abs(self.known_values(z + move) - F - product(J, move))
-            differs.append(gaps > DOUBTFUL * np.maximum(change, terms))
-            slopes.append(change / step)
+            change = self.values(z + move) - F
+            terms = np.maximum(np.abs(change), absolute_product(J, np.abs(move)))
+            differs.append(np.abs(change - product(J, move)) > DOUBTFUL * terms)
+            slopes.append(np.abs(change) / step)
             if not differs[-1].any():
                 return bool((differs[0] & (slopes[-1] == 0)).any())
         is_flat = (slopes[1] < FLAT * slopes[0]) & (slopes[1] > 0)
@@ -104,20 +103,17 @@ class Evaluations:
 
     @np.errstate(all="ignore")
     def adapt(self, z: Vector) -> bool:
-        """Change the steps of differences to what F asks for at z; return whether they have changed, by much.
-
-        They become longer where F is noisy, as J. J. Moré and S. M. Wild, Estimating derivatives of noisy simulations,
-        ACM Transactions on Mathematical Software 38 (2012) 19, choose them, and shorter where that changes quotients.
-        """
+        """Change the steps of differences to what F asks for at z; return whether they have changed, by much. They
+        become longer where F is noisy, as J. J. Moré and S. M. Wild, Estimating derivatives of noisy simulations, ACM
+        Transactions on Mathematical Software 38 (2012) 19, choose them, and shorter where that changes quotients."""
         if self.problem.J is not None or self._is_given or self._left == 0:
             return False
-        before, F = self._shares.copy(), self.known_values(z)
-        self.noise_at(z)
+        before, F, noise = self._shares.copy(), self.known_values(z), self.noise_at(z)
         move = self._inward(z, LONG_STEP * np.maximum(np.abs(z), 1.0))
         ranges = np.abs(self.values(z + move) - F) / LONG_STEP
-        noisy = (self.noise > 0) & np.isfinite(ranges)
+        noisy = (noise > 0) & np.isfinite(ranges)
         if noisy.any():
-            shares = BEST * np.sqrt(np.median(self.noise[noisy] / np.maximum(ranges, self.noise)[noisy]))
+            shares = BEST * np.sqrt(np.median(noise[noisy] / np.maximum(ranges, noise)[noisy]))
             self._shares = np.clip(shares, self._shares, LONGEST) if shares > STEP else self._shares
         if (self._shares == before).all():
             for group in self._groups:
@@ -170,10 +166,8 @@ class Evaluations:
         gaps = np.where(np.isfinite(J), gaps, np.where(np.isfinite(low), np.inf, 0.0))
         scales, noise = np.maximum(np.abs(z), 1.0), np.maximum(other.noise, EPS * np.abs(F))
         notable = NOTABLE * (sizes * scales).max(axis=1, initial=0.0)[:, np.newaxis]
-        least = np.maximum(
-            WRONG * sizes, np.maximum(notable / scales, ROUNDINGS * noise[:, np.newaxis] / np.abs(steps))
-        )
-        excess = np.where(gaps > least, gaps / sizes, 0.0)
+        least = np.maximum(notable / scales, ROUNDINGS * noise[:, np.newaxis] / np.abs(steps))
+        excess = np.where(gaps > np.maximum(WRONG * sizes, least), gaps / sizes, 0.0)
         excess = np.where(gaps == np.inf, np.inf, excess)
         if not excess.any():
             return ""
@@ -182,10 +176,8 @@ class Evaluations:
 
     @cached_property
     def _pattern(self) -> Matrix | None:
-        """Return the places of J that may differ from 0 as a csc array; None if it is to be dense.
-
-        F_i depends on z_j if it changes with z_j at x0, or is nan where z_j is.
-        """
+        """Return the places of J that may differ from 0 as a csc array, where F_i changes with z_j at x0, or is nan
+        where z_j is; None if it is to be dense."""
         n, pattern = self.problem.n, self._given
         if pattern is None and n <= MOST_DENSE:
             return None
@@ -194,14 +186,12 @@ class Evaluations:
         if pattern is not None:
             return csc_array(pattern)
         z, F = self.problem.x0, self.values(self.problem.x0)
-        rows, columns = list[Indices](), list[Indices]()
+        rows = list[Indices]()
         for j in range(n):
             moved, undefined = z.copy(), z.copy()
             moved[j], undefined[j] = z[j] + self._steps(z)[j], np.nan
-            depends = (self.values(moved) != F) | np.isnan(self.values(undefined))
-            rows.append(depends.nonzero()[0])
-            columns.append(np.full(rows[-1].size, j))
-        places = np.concatenate(rows), np.concatenate(columns)
+            rows.append(((self.values(moved) != F) | np.isnan(self.values(undefined))).nonzero()[0])
+        places = np.concatenate(rows), np.repeat(np.arange(n), list(map(len, rows)))
         return csc_array((np.ones(places[0].size), places), shape=(n, n))
 
     @cached_property
@@ -226,8 +216,8 @@ class Evaluations:
     def _inward(self, z: Vector, steps: Vector) -> Vector:
         """Return steps that stay below the upper bounds, and go down where there is no room above."""
         above, below = self.problem.upper - z, z - self.problem.lower
-        down: Vector = np.where((above < steps) & (below > above), -np.minimum(steps, below), np.minimum(steps, above))
-        return down
+        is_down = (above < steps) & (below > above)
+        return np.where(is_down, -np.minimum(steps, below), np.minimum(steps, above))
 
     @np.errstate(all="ignore")
     def _differences(self, z: Vector, steps: Vector) -> Matrix:
@@ -248,25 +238,20 @@ class Evaluations:
 
     def _quotient(self, z: Vector, F: Vector, steps: Vector, group: Indices) -> Vector:
         """Return the change of F with the components of a group, each row divided by the step of its component."""
-        quotient = None
+        quotient = np.full(z.size, np.nan)
         for sign in (1.0, -1.0):
-            moved = z.copy()
-            moved[group] += sign * steps[group]
-            self.functions += 1
-            own = (self.problem.values(moved) - F) / self._divisors(moved - z, group)
-            quotient = own if quotient is None else np.where(np.isfinite(quotient), quotient, own)
-            if is_finite(quotient):
-                break
-        assert quotient is not None
+            if not is_finite(quotient):
+                moved = z.copy()
+                moved[group] += sign * steps[group]
+                self.functions += 1
+                own = (self.problem.values(moved) - F) / self._divisors(moved - z, group)
+                quotient = np.where(np.isfinite(quotient), quotient, own)
         return quotient
 
     def _divisors(self, moves: Vector, group: Indices) -> Vector:
         """Return for each row the move of the component of the group that it depends on; 1 without one."""
-        pattern = self._pattern
-        if pattern is None:
-            move: Vector = moves[group]
-            return np.where(move == 0, 1.0, move)
-        divisors = np.ones(self.problem.n)
+        divisors, pattern = np.ones(self.problem.n), self._pattern
         for j in group.tolist():
-            divisors[pattern.indices[pattern.indptr[j] : pattern.indptr[j + 1]]] = moves[j] or 1.0
+            rows = slice(None) if pattern is None else pattern.indices[pattern.indptr[j] : pattern.indptr[j + 1]]
+            divisors[rows] = moves[j] or 1.0
         return divisors

@@ -19,7 +19,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, kind, refuse_unknown
 from lcpcli.linalg.doubles import EPS
-from lcpcli.linalg.matrices import compressed, is_sparse
+from lcpcli.linalg.matrices import compressed
 from lcpcli.model.game_tree import MOST_BITS, TERMINAL, GameTree, distinct_labels, tree_of
 from lcpcli.model.program import Conditions
 
@@ -55,7 +55,6 @@ class ExtensiveGame:
 
     @classmethod
     def parse(cls, data: Mapping[str, Any]) -> ExtensiveGame:
-        """Return the game described in a file, or raise ProblemError."""
         refuse_unknown("", data, ("kind", "efg"))
         return cls.of(data.get("efg"))
 
@@ -73,19 +72,13 @@ class ExtensiveGame:
         own = self.conditions()
         if given.M.shape != own.M.shape or not all(map(np.array_equal, given[1:], own[1:])):
             return False
-        M = given.M if is_sparse(given.M) == is_sparse(own.M) else compressed(given.M)
-        return bool(abs(M - own.M).max() <= 8 * EPS * abs(own.M).max())
+        return bool(abs(compressed(given.M) - compressed(own.M)).max() <= 8 * EPS * abs(own.M).max())
 
     @cached_property
     def costs(self) -> tuple[Costs, Costs]:
-        """Return the costs of both players."""
-        tree = self.tree
-        chances, totals = tree.chances(), tree.totals()
-        ends = [i for i, node in enumerate(tree.nodes) if node.owner == TERMINAL]
-        one, two = (
-            _costs([(tree.sequences[i], chances[i], totals[i][player]) for i in ends if chances[i]])
-            for player in (0, 1)
-        )
+        of_nodes = zip(self.tree.nodes, self.tree.sequences, self.tree.chances(), self.tree.totals(), strict=True)
+        ends = [(at, chance, total) for node, at, chance, total in of_nodes if node.owner == TERMINAL and chance]
+        one, two = (_costs([(at, chance, total[player]) for at, chance, total in ends]) for player in (0, 1))
         return one, two
 
     @property
@@ -95,17 +88,14 @@ class ExtensiveGame:
 
     @property
     def sizes(self) -> tuple[int, int, int, int]:
-        """Return the lengths of x, y, u and v."""
         one, two = self.tree.players
         return one.sequences, two.sequences, 1 + len(one.sets), 1 + len(two.sets)
 
     @property
     def actions(self) -> int:
-        """Return the number of actions at all information sets of both players."""
         return sum(player.sequences - 1 for player in self.tree.players)
 
     def parts(self, z: Any) -> list[Any]:
-        """Return x, y, u and v in z."""
         ends = np.cumsum(self.sizes)
         return [z[end - size : end] for end, size in zip(ends, self.sizes, strict=True)]
 
@@ -129,11 +119,9 @@ class ExtensiveGame:
         return rows, q, [Fraction(0) if i < u else None for i in range(len(rows))]
 
     def conditions(self) -> Conditions:
-        """Return the mixed problem."""
         rows, q, lower = self.exact_conditions()
         values = np.array([float(a) for row in rows for a in row.values()])
-        columns = [j for row in rows for j in row]
-        places = [i for i, row in enumerate(rows) for _ in row], columns
+        places = [i for i, row in enumerate(rows) for _ in row], [j for row in rows for j in row]
         M: Any = np.zeros((len(q), len(q)))
         if len(q) > MOST_DENSE:
             with imports:
@@ -176,14 +164,13 @@ class ExtensiveGame:
 
 def moves_of(actions: Sequence[str]) -> list[str]:
     """Return the labels of the actions of an information set, which differ."""
-    return distinct_labels(actions, str, range(1, len(actions) + 1))
+    return distinct_labels(actions, range(1, len(actions) + 1))
 
 
 def _costs(ends: Sequence[tuple[tuple[int, int], Fraction, Fraction]]) -> Costs:
     """Return the costs of a player, for the sequences, chance and payoff of each end that chance does not exclude."""
     largest, least = (extreme(payoff for *_, payoff in ends) for extreme in (max, min))
-    constant = largest + ((largest - least) or 1)
-    at: dict[tuple[int, int], Fraction] = {}
+    constant, at = largest + ((largest - least) or 1), dict[tuple[int, int], Fraction]()
     for sequences, chance, payoff in ends:
         at[sequences] = at.get(sequences, 0) + chance * (constant - payoff)
     greatest, common = max(at.values()), 1

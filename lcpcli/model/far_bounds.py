@@ -46,8 +46,7 @@ def with_infinity(problem: Problem, infinity: float) -> Problem:
 
 def remark(problem: Problem) -> str:
     """Return how many bounds of 1e20 or more there are and what to do if they stand for infinite ones; "" if none."""
-    sides = _far_sides(problem)
-    if sides is None:
+    if (sides := _far_sides(problem)) is None:
         return ""
     number = sum(int(np.count_nonzero(side)) for side in sides)
     return f"{count(number, 'bound')} of 1e20 or more; --infinity 1e20 makes them infinite"
@@ -56,11 +55,10 @@ def remark(problem: Problem) -> str:
 def _far_sides(problem: Problem) -> Sides | None:
     """Return where z has a far lower bound, where it has a far upper bound, and where it is the multiplier of a row
     whose only bound is far; None if there are no far bounds."""
-    origin = problem.origin if isinstance(problem.origin, Program) else None
-    if not (problem.box.is_far or (origin is not None and problem.sizes_of_q[1] >= NO_BOUND)):
+    if not problem.may_have_far_bounds:
         return None
-    _, q, low, high = conditions_of(problem)
-    rows = np.zeros(problem.n, dtype=bool)
+    origin = problem.origin if isinstance(problem.origin, Program) else None
+    (_, q, low, high), rows = conditions_of(problem), np.zeros(problem.n, dtype=bool)
     if origin is not None:
         y = slice(origin.variables, problem.n - origin.ranges)
         from_below, from_above = (low == 0) & (high == np.inf), (low == -np.inf) & (high == 0)
@@ -85,8 +83,7 @@ class Relaxed(Change):
 
 def relaxed(problem: Problem) -> Change:
     """Return the problem without far bounds. Where it has none, nothing changes."""
-    sides = _far_sides(problem)
-    if sides is None:
+    if (sides := _far_sides(problem)) is None:
         return Change(problem, problem)
     _, q, low, high = conditions_of(problem)
     lower, upper, rows = sides

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import islice
@@ -60,11 +60,8 @@ class Node(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Player:
-    """A player, and its sequences of moves: 0 for none yet, then one for each action of each information set.
-
-    before : for each information set, the sequence that leads there. first : the sequence of its first action, those of
-    the others follow; all after `before`.
-    """
+    """A player, and its sequences of moves: 0 for none yet, then one for each action of each information set. before :
+    for each of these, the sequence that leads there. first : that of its first action; those of the others follow."""
 
     name: str
     sets: list[InformationSet]
@@ -73,26 +70,20 @@ class Player:
 
     @property
     def sequences(self) -> int:
-        """Return the number of sequences."""
         return 1 + sum(len(own.actions) for own in self.sets)
 
     def labels(self) -> list[str]:
-        """Return labels of the information sets that differ."""
-        return distinct_labels(self.sets, lambda own: own.label, (own.number for own in self.sets))
+        return distinct_labels([own.label for own in self.sets], [own.number for own in self.sets])
 
     def moves(self, index: int) -> range:
         """Return the sequences that end with an action of this information set."""
-        first = self.first[index]
-        return range(first, first + len(self.sets[index].actions))
+        return range(first := self.first[index], first + len(self.sets[index].actions))
 
 
 @dataclass(frozen=True, eq=False)
 class GameTree:
-    """A game of two players with perfect recall.
-
-    text, title : as in the file. events : the chance events. nodes : in the order of the file, each before its
-    children. sequences : for each node, the sequences of both players' moves that lead there.
-    """
+    """A game of two players with perfect recall. text, title : as in the file. events : the chance events. nodes : in
+    the order of the file. sequences : for each node, the sequences of both players' moves that lead there."""
 
     text: str
     title: str
@@ -102,16 +93,14 @@ class GameTree:
     sequences: list[tuple[int, int]]
 
     def names(self) -> list[str]:
-        """Return names of the players that differ."""
-        return distinct_labels(self.players, lambda player: player.name, (1, 2))
+        return distinct_labels([player.name for player in self.players], (1, 2))
 
     def chances(self) -> list[Fraction]:
         """Return for each node the product of the probabilities of the chance moves that lead there."""
-        found: list[Fraction] = []
-        for node in self.nodes:
-            above = found[node.parent] if found else Fraction(1)
-            is_chance = bool(found) and self.nodes[node.parent].owner == CHANCE
-            own = self.events[self.nodes[node.parent].where].probabilities[node.move] if is_chance else 1
+        found = [Fraction(1)]
+        for node in self.nodes[1:]:
+            above, parent = found[node.parent], self.nodes[node.parent]
+            own = self.events[parent.where].probabilities[node.move] if parent.owner == CHANCE else 1
             found.append(above if own == 1 else _brief(above * own, "chances"))
         return found
 
@@ -120,11 +109,9 @@ class GameTree:
         found: list[Payoffs] = []
         for node in self.nodes:
             above, own = found[node.parent] if found else NOTHING, node.payoffs
-            if above is NOTHING or own is NOTHING:  # as most are, and fractions take long to add
-                found.append(own if above is NOTHING else above)
-            else:
-                one, other = (_brief(sum(pair, Fraction(0)), "payoffs") for pair in zip(above, own, strict=True))
-                found.append((one, other))
+            if above is not NOTHING and own is not NOTHING:  # as few are, and fractions take long to add
+                own = _brief(above[0] + own[0], "payoffs"), _brief(above[1] + own[1], "payoffs")
+            found.append(above if own is NOTHING else own)
         return found
 
 
@@ -135,11 +122,9 @@ def _brief(value: Fraction, of: str) -> Fraction:
     return value
 
 
-def distinct_labels(things: Iterable[T], label: Callable[[T], str], numbers: Iterable[int]) -> list[str]:
-    """Return the labels of things, with the number of each behind it where the label is empty or repeated."""
-    labels = list(map(label, things))
-    times = Counter(labels)
-    pairs = zip(labels, numbers, strict=True)
+def distinct_labels(labels: Sequence[str], numbers: Sequence[int]) -> list[str]:
+    """Return labels, with the number of each behind it where the label is empty or repeated."""
+    times, pairs = Counter(labels), zip(labels, numbers, strict=True)
     return [own if own and times[own] == 1 else f"{own} {number}".strip() for own, number in pairs]
 
 
@@ -170,40 +155,31 @@ class _Reading:
     def fault(self, fault: str, hint: str, place: int | None = None) -> ProblemError:
         """Return the error for the word at a place, by default the last one that was read."""
         at = max(self.place - 1, 0) if place is None else place
-        if not self.words[at]:
+        if (found := next(islice(TOKEN.finditer(self.text), at, None), None)) is None:
             return ProblemError("", "ends too early", "is it cut off?")
-        return ProblemError(f"line {self.line(at)}", fault, hint)
+        return ProblemError(f"line {self.text.count(chr(10), 0, found.start()) + 1}", fault, hint)
 
-    def line(self, place: int) -> int:
-        """Return the number of the line of the word at a place."""
-        found = next(islice(TOKEN.finditer(self.text), place, None))
-        return self.text.count("\n", 0, found.start()) + 1
-
-    def word(self) -> str:
+    def word(self, pattern: str | re.Pattern[str] = "", of: str = "", hint: str = "") -> str:
+        """Return the next word, which has to match a pattern, in full."""
         self.place += 1
-        return self.words[self.place - 1]
+        word = self.words[self.place - 1]
+        if pattern and not re.fullmatch(pattern, word):
+            raise self.fault(f"has {quoted(word)} in place of {of}", hint)
+        return word
 
     @property
     def next_is_text(self) -> bool:
         return self.words[self.place][:1] == '"' and len(self.words[self.place]) > 1
 
     def name(self) -> str:
-        is_text, word = self.next_is_text, self.word()
-        if not is_text:
-            raise self.fault(f"has {quoted(word)} in place of a name", "put names in quotes")
+        word = self.word(r'(?s)".*"', "a name", "put names in quotes")
         return re.sub(r"\\(.)", r"\1", word[1:-1], flags=re.DOTALL)
 
     def whole(self, of: str) -> int:
-        word = self.word()
-        if not re.fullmatch(r"[0-9]{1,9}", word):
-            raise self.fault(f"has {quoted(word)} in place of the number of {of}", "give a whole number")
-        return int(word)
+        return int(self.word("[0-9]{1,9}", f"the number of {of}", "give a whole number"))
 
     def number(self) -> Fraction:
-        word = self.word()
-        if not NUMBER.fullmatch(word):
-            raise self.fault(f"has {quoted(word)} in place of a number", "give an integer, a decimal or a fraction")
-        value = Fraction(word)
+        value = Fraction(word := self.word(NUMBER, "a number", "give an integer, a decimal or a fraction"))
         if abs(value) > LARGEST:
             raise self.fault(f"has {quoted(word)}, too large for doubles", "scale the payoffs")
         return value
@@ -233,9 +209,9 @@ class _Reading:
         self.comments()
         if word := self.word():
             raise self.fault(f"has {quoted(word)} after the last node of the tree", "remove it, or correct the nodes")
-        one, two = (Player(name, self.sets[i], [], []) for i, name in enumerate(players))
-        at = self.sequences(nodes, places, (one, two))
-        return GameTree(self.text, title, (one, two), self.sets[CHANCE], nodes, at)
+        both = Player(players[0], self.sets[0], [], []), Player(players[1], self.sets[1], [], [])
+        at = self.sequences(nodes, places, both)
+        return GameTree(self.text, title, both, self.sets[CHANCE], nodes, at)
 
     def sequences(self, nodes: list[Node], places: list[int], players: tuple[Player, Player]) -> list[tuple[int, int]]:
         """Return for each node, as `GameTree` has them, the sequences of both players' moves that lead there, and add
@@ -256,8 +232,7 @@ class _Reading:
             elif player.before[node.where] != own[node.owner]:
                 named = f"information set {player.sets[node.where].number} of player {node.owner + 1}"
                 fault = f"has no perfect recall: other own moves lead to {named} than before"
-                hint = "give an information set to each history of a player's own moves"
-                raise self.fault(fault, hint, place)
+                raise self.fault(fault, "give an information set to each history of a player's own moves", place)
         return at
 
     def comments(self) -> None:
@@ -265,15 +240,12 @@ class _Reading:
             self.place += 1
 
     def nodes(self) -> tuple[list[Node], list[int]]:
-        """Return the nodes, and their places among the words."""
         found, places = list[Node](), list[int]()
         pending = [(-1, 0)]
         while pending:
             places.append(self.place)
-            word = self.word()
-            if word not in NODES:
-                own = ", ".join(f"{letter} for {what}" for letter, what in NODES.items())
-                raise self.fault(f"has {quoted(word)} in place of a node", f"begin each node with {own}")
+            letters = ", ".join(f"{letter} for {what}" for letter, what in NODES.items())
+            word = self.word("|".join(NODES), "a node", f"begin each node with {letters}")
             self.name()
             owner = {"c": CHANCE, "t": TERMINAL}.get(word) or self.player()
             index = self.information_set(owner) if owner != TERMINAL else -1
@@ -284,8 +256,7 @@ class _Reading:
         return found, places
 
     def player(self) -> int:
-        number = self.whole("a player")
-        if number not in (1, 2):
+        if (number := self.whole("a player")) not in (1, 2):
             raise self.fault(f"names player {number} of 2", "give 1 or 2")
         return number - 1
 
@@ -295,7 +266,7 @@ class _Reading:
         number, known = self.whole(f"{'an' * (owner >= 0) or 'a'} {what}"), self.numbers[owner]
         named = f"{what} {number}" + f" of player {owner + 1}" * (owner >= 0)
         label, place = self.name() if self.next_is_text else "", self.place
-        given = self.listed(self.event if owner == CHANCE else lambda: (self.name(), Fraction(0)))
+        given = self.listed(lambda: (self.name(), self.number() if owner == CHANCE else Fraction(0)))
         if given is not None:
             actions, odds = tuple(name for name, _ in given), tuple(odd for _, odd in given) * (owner == CHANCE)
             if not actions:
@@ -313,9 +284,6 @@ class _Reading:
         elif number not in known:
             raise self.fault(f"names {named} before its actions", "list its actions where it is first named")
         return known[number]
-
-    def event(self) -> tuple[str, Fraction]:
-        return self.name(), self.number()
 
     def outcome(self) -> Payoffs:
         number = self.whole("an outcome")

@@ -15,30 +15,22 @@ UNLABELLED = "give them the same labels, or arrays, as by to_numpy()"
 def by_label(table: Any, /, of: str = "the columns of M", axis: str = "index", **fields: Any) -> list[Any]:
     """Return the values of fields with their rows, or columns, in the order of the columns, or the rows, of a table, if
     both have labels; else return the values unchanged."""
-    if not _is_table(table):
-        return list(fields.values())
-    labels = list(table.index if of.startswith("the rows") else table.columns)
+    labels = list(table.index if of.startswith("the rows") else table.columns) if _is_table(table) else []
     return [_in_order(field, values, labels, of, axis) for field, values in fields.items()]
 
 
 def by_names(names: Callable[[], Sequence[str]], **fields: Any) -> list[Any]:
     """Return the values of fields with their entries in the order of the names of the unknowns, if both have labels;
     else return the values unchanged. names : returns the names, and is called only if a value has labels."""
-    if not any(map(_has_index, fields.values())):
-        return list(fields.values())
-    labels = list(names())
-    if not all(labels):
-        return list(fields.values())
+    labels = list(names()) if any(map(_has_index, fields.values())) else []
+    labels = labels if all(labels) else []
     return [_in_order(field, values, labels, "the names of the unknowns") for field, values in fields.items()]
 
 
-def program_by_label(
-    Q: Any, c: Any, A: Any, b: Any, row_lower: Any, row_upper: Any, lower: Any, upper: Any
-) -> tuple[Any, ...]:
+def program_by_label(Q: Any, c: Any, A: Any, b: Any, row_lower: Any, row_upper: Any, lower: Any, upper: Any) -> Any:
     """Return the arguments of `from_qp` with variables as in the columns of Q, or else A, and rows as in A."""
     ends = by_label(A, "the rows of A", b=b, row_lower=row_lower, row_upper=row_upper)
-    name, table = ("Q", Q) if hasattr(Q, "columns") else ("A", A)
-    of = f"the columns of {name}"
+    of, table = ("the columns of Q", Q) if hasattr(Q, "columns") else ("the columns of A", A)
     (A,) = by_label(table, of, "columns", A=A)
     Q, c, *bounds = by_label(table, of, Q=Q, c=c, lower=lower, upper=upper)
     return Q, c, A, *ends, *bounds
@@ -60,8 +52,8 @@ def texts(labels: Any) -> tuple[str, ...]:
 
 
 def _in_order(field: str, values: Any, labels: list[Any], of: str, axis: str = "index") -> Any:
-    """Return values with rows, or columns, in the order of these labels, as `_places` finds it."""
-    has_axis = _has_index(values) and hasattr(values, axis)
+    """Return values with rows, or columns, in the order of these labels, if there are any, as `_places` finds it."""
+    has_axis = bool(labels) and _has_index(values) and hasattr(values, axis)
     places = _places(field, list(getattr(values, axis)), labels, of) if has_axis else None
     return values if places is None else np.take(values.to_numpy(), places, axis=("index", "columns").index(axis))
 

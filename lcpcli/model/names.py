@@ -1,7 +1,4 @@
-"""Components of solutions by the names of the unknowns.
-
-Linear expressions in the unknowns of a problem, as texts.
-"""
+"""Components of solutions by the names of the unknowns, and linear expressions in these, as texts."""
 
 from __future__ import annotations
 
@@ -24,8 +21,7 @@ def component(problem: Problem, name: str, z: Vector) -> Vector:
         raise KeyError(f"{name!r} is not the name of an unknown; {likely(str(name), list(filter(None, names)))}")
     if (times := names.count(name)) > 1:
         raise KeyError(f"{name!r} is the name of {times} unknowns; take z, with their indices")
-    i = names.index(name)
-    found: Vector = z[..., i]
+    found: Vector = z[..., i := names.index(name)]
     return 0.0 - found if i in reversed_names(problem) else found
 
 
@@ -54,15 +50,12 @@ def coefficients(text: str) -> dict[str, Fraction]:
     >>> coefficients('z1 - 2.5 z3 + 1/3*"cost of Ann" + z1')
     {'z1': Fraction(2, 1), 'z3': Fraction(-5, 2), 'cost of Ann': Fraction(1, 3)}
     """
-    found: dict[str, Fraction] = {}
-    place = 0
+    found, place = dict[str, Fraction](), 0
     while place < len(text) or not found:
-        term = TERM.match(text, place)
-        if term is None or (found and not term["sign"]):
+        if (term := TERM.match(text, place)) is None or (found and not term["sign"]):
             raise ProblemError("objective", f"has {quoted(text[place:].strip())} in place of a term", HINT)
         name, place = term["name"].strip('"'), term.end()
-        number = term["number"] or "1"
-        whole, _, exponent = number.lower().partition("e")
+        whole, _, exponent = (term["number"] or "1").lower().partition("e")
         value = Fraction(whole) * Fraction(10) ** int(exponent or 0) * (-1 if term["sign"] == "-" else 1)
         found[name] = found.get(name, Fraction(0)) + value
     return found

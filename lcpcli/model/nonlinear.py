@@ -95,17 +95,14 @@ class NonlinearProblem:
             if not (callable(given) or (given is None and field == "J")):
                 raise ProblemError(field, f"is {kind(given)}", f"give a function of z that returns {field}(z)")
         n = _order(x0, lower, upper, names)
-        low, high = as_intervals(("lower", "upper"), lower, upper, n, infinity=infinity)
-        box = Box(own(low), own(high))
+        box = Box(*map(own, as_intervals(("lower", "upper"), lower, upper, n, infinity=infinity)))
         if len(names) not in (0, n):
-            raise ProblemError(
-                "names", f"has {count(len(names), 'entry')} for {count(n, 'unknown')}", "make them agree"
-            )
+            fault = f"has {count(len(names), 'entry')} for {count(n, 'unknown')}"
+            raise ProblemError("names", fault, "make them agree")
         start = box.project(np.zeros(n) if x0 is None else as_vector("x0", x0, n))
         fields = {"n": n, "F": F, "J": J, "lower": box.lower, "upper": box.upper, "box": box, "x0": own(start)}
-        own_names = tuple(str(each) for each in names) if len(names) else ("",) * n
-        vars(self).update({**fields, "name": name, "note": note, "names": own_names, "interval": interval})
-        vars(self)["solutions"] = as_solutions(solutions, n) if len(solutions) else ()
+        fields |= {"name": name, "note": note, "names": tuple(map(str, names)) or ("",) * n, "interval": interval}
+        vars(self).update(fields, solutions=as_solutions(solutions, n) if len(solutions) else ())
 
     def __repr__(self) -> str:
         name = f" {self.name}" if self.name else ""
@@ -113,14 +110,14 @@ class NonlinearProblem:
 
     def starting_at(self, z: VectorLike) -> NonlinearProblem:
         """Return the problem with another start, moved within the bounds."""
-        other = copy(self)
-        vars(other)["x0"] = own(self.box.project(as_vector("z0", z, self.n)))
-        return other
+        return self._with(x0=own(self.box.project(as_vector("z0", z, self.n))))
 
     def without_jacobian(self) -> NonlinearProblem:
-        """Return the problem with J by finite differences."""
+        return self._with(J=None)
+
+    def _with(self, **fields: Any) -> NonlinearProblem:
         other = copy(self)
-        vars(other)["J"] = None
+        vars(other).update(fields)
         return other
 
     def values(self, z: Vector) -> Vector:
@@ -144,8 +141,8 @@ class NonlinearProblem:
         assert self.J is not None
         given = _called("J", self.J, z, (self.n, self.n))
         if hasattr(given, "matvec"):
-            fault = "returns a linear operator"
-            raise ProblemError("J", fault, "return a matrix, dense or sparse, since its entries are needed")
+            hint = "return a matrix, dense or sparse, since its entries are needed"
+            raise ProblemError("J", "returns a linear operator", hint)
         if is_sparse(given):
             with imports:
                 from scipy.sparse import csr_array

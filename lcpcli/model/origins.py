@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from decimal import Context, Decimal, localcontext
 from fractions import Fraction
@@ -53,7 +54,6 @@ class Game:
 
     @classmethod
     def parse(cls, data: Mapping[str, Any]) -> Game:
-        """Return the game described in a file, or raise ProblemError."""
         refuse_unknown("", data, GAME_KEYS)
         for key in ("A", "B"):
             if key not in data:
@@ -75,12 +75,8 @@ class Game:
         return cls(one, other, *names, exact, names_of("players", players, 2, "player"))
 
     def negated(self) -> Game:
-        """Return the game whose payoffs are the negatives of these."""
-        written = None
-        if self.written is not None:
-            A, B = ([[-value for value in row] for row in own] for own in self.written)
-            written = A, B
-        return replace(self, A=0.0 - self.A, B=0.0 - self.B, written=written)
+        A, B = ([[-value for value in row] for row in own] for own in self.written or ([], []))
+        return replace(self, A=0.0 - self.A, B=0.0 - self.B, written=self.written and (A, B))
 
     def data(self) -> dict[str, Any]:
         exact = self.written or (None, None)
@@ -107,10 +103,9 @@ class Game:
     def exact_conditions(self) -> tuple[list[dict[int, Fraction]], list[Fraction]]:
         """Return the rows of M, with exact costs, and q."""
         (A, B), (r, c) = self.payoffs(), self.cost_constants()
-        m, k = self.A.shape
-        rows = [{m + j: r - value for j, value in enumerate(row)} for row in A]
-        rows += [{i: c - row[j] for i, row in enumerate(B)} for j in range(k)]
-        return rows, [Fraction(-1)] * (m + k)
+        rows = [{len(A) + j: r - value for j, value in enumerate(row)} for row in A]
+        rows += [{i: c - value for i, value in enumerate(column)} for column in zip(*B, strict=True)]
+        return rows, [Fraction(-1)] * len(rows)
 
     def payoffs(self) -> tuple[Payoffs, Payoffs]:
         """Return A and B as exact numbers."""
@@ -136,20 +131,17 @@ class Game:
 
     def parts(self, z: Any) -> tuple[Any, Any]:
         """Return the parts of a z that belong to the row and to the column player."""
-        m = self.A.shape[0]
-        return z[:m], z[m:]
+        return z[: len(self.A)], z[len(self.A) :]
 
 
 def _costs(field: str, payoffs: Any) -> Vector:
     """Return positive costs, a constant minus the payoffs, rounded once."""
     constant = _constant(payoffs)
-    try:
+    with suppress(OverflowError):
         costs = np.array([[float(constant - value) for value in row] for row in payoffs])
-    except OverflowError:
-        costs = np.array([np.inf])
-    if not np.isfinite(costs).all():
-        raise ProblemError(field, "exceeds the double-precision range", "scale the payoffs")
-    return costs
+        if np.isfinite(costs).all():
+            return costs
+    raise ProblemError(field, "exceeds the double-precision range", "scale the payoffs")
 
 
 def _constant(payoffs: Any) -> Any:
@@ -160,24 +152,18 @@ def _constant(payoffs: Any) -> Any:
 
 def _payoffs(field: str, values: Any) -> tuple[Vector, Payoffs | None]:
     """Return payoffs rounded to doubles and, if some are fractions or texts like "1/3", also unrounded."""
+    rows = []
     if isinstance(values, (list, tuple)) and all(isinstance(row, (list, tuple)) for row in values):
-        rows = [[Fraction(v) if isinstance(v, str) and PAYOFF_RATIO.fullmatch(v) else v for v in row] for row in values]
-        if any(isinstance(v, Fraction) for row in rows for v in row):
-            rounded = _payoffs(field, [[_double(v) for v in row] for row in rows])[0]
-            return rounded, [[v if isinstance(v, Fraction) else Fraction(repr(float(v))) for v in row] for row in rows]
-    return own(matrices.dense(as_matrix(field, values))), None
+        ratio = PAYOFF_RATIO.fullmatch
+        values = rows = [[Fraction(v) if isinstance(v, str) and ratio(v) else v for v in row] for row in values]
+    rounded = own(matrices.dense(as_matrix(field, values)))
+    if not any(isinstance(v, Fraction) for row in rows for v in row):
+        return rounded, None
+    return rounded, [[v if isinstance(v, Fraction) else Fraction(repr(float(v))) for v in row] for row in rows]
 
 
 def _decimals(payoffs: Vector) -> Payoffs:
-    """Return the shortest decimals of payoffs, as fractions."""
     return [[Fraction(repr(value)) for value in row] for row in payoffs.tolist()]
-
-
-def _double(value: Any) -> Any:
-    try:
-        return float(value) if isinstance(value, Fraction) else value
-    except OverflowError:
-        return np.inf
 
 
 def _complement(costs: Vector, payoffs: Vector) -> bool:
@@ -192,10 +178,9 @@ def _listed(payoffs: Vector, exact: Payoffs | None) -> list[list[float | str]]:
     rows: list[list[float | str]] = [
         [int(v) if v.is_integer() and abs(v) < 1e15 else v for v in row] for row in payoffs.tolist()
     ]
-    for row, fractions in zip(rows, exact or (), strict=False):
-        for j, fraction in enumerate(fractions):
-            if fraction != Fraction(repr(row[j])):
-                row[j] = f"{fraction.numerator}/{fraction.denominator}"
+    for i, fractions in enumerate(exact or ()):
+        pairs = zip(fractions, rows[i], strict=True)
+        rows[i] = [v if x == Fraction(repr(v)) else f"{x.numerator}/{x.denominator}" for x, v in pairs]
     return rows
 
 
@@ -209,11 +194,9 @@ class OwnNames:
         return {"kind": "names", "names": list(self.texts)}
 
     def fits(self, given: Conditions) -> bool:
-        """Return whether there are as many names as unknowns."""
         return len(self.texts) == given.q.size
 
     def names(self, n: int) -> Sequence[str]:  # noqa: ARG002 (as in every origin)
-        """Return the names of the components of z."""
         return self.texts
 
 
@@ -246,15 +229,11 @@ def _parsed(given: Any) -> Program | Game | ExtensiveGame:
     if not isinstance(name, str) or name not in ORIGIN_KINDS:
         shown = quoted(name) if isinstance(name, str) else kind(name)
         raise ProblemError("origin.kind", f"is {shown}", f"use one of {', '.join(ORIGIN_KINDS)}")
+    own: type[Program | Game | ExtensiveGame] = Game if name == "game" else Program
+    if name == "efg":
+        with imports:
+            from lcpcli.model.extensive import ExtensiveGame as own
     try:
-        return _class_of(name).parse(given)
+        return own.parse(given)
     except ProblemError as error:
         raise ProblemError(f"origin.{error.where}", error.fault, error.hint) from None
-
-
-def _class_of(name: str) -> type[Program | Game | ExtensiveGame]:
-    if name != "efg":
-        return Game if name == "game" else Program
-    with imports:
-        from lcpcli.model.extensive import ExtensiveGame
-    return ExtensiveGame

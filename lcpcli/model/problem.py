@@ -118,33 +118,21 @@ class Problem:
         vector_q = as_vector("q", q)
         n = vector_q.size
         matrix, (least_row, largest_entry) = as_square("M", M, n)
-        for field, text in (("name", name), ("verdict", verdict), ("source", source), ("note", note)):
+        texts_of = {"name": name, "verdict": verdict, "source": source, "note": note}
+        for field, text in texts_of.items():
             if not isinstance(text, str):
                 raise ProblemError(field, f"is {kind(text)}", "give a text")
-        bounds = bounds_of(lower, upper, n, infinity)
-        least_q, largest_q = sizes(vector_q)
-        self.knowing(
-            M=own_matrix(matrix, M),
-            q=vector_q,
-            n=n,
-            name=name,
-            x0=None if x0 is None else as_vector("x0", x0, n),
-            x1=None if x1 is None else as_vector("x1", x1, n),
-            solutions=as_solutions(solutions, n) if type(solutions) is not tuple or solutions else (),
-            verdict=verdict,
-            source=source,
-            note=note,
-            reference=reference,
-            origin=None,
-            largest=largest_entry,
-            sizes_of_q=(least_q, largest_q),
-            is_moderate=min(least_row, least_q) >= 1 / FAR_FROM_ONE and max(largest_entry, largest_q) <= FAR_FROM_ONE,
-            lower=0.0 if bounds is None else bounds[0],
-            upper=math.inf if bounds is None else bounds[1],
-            box=ORTHANT if bounds is None else Box(*bounds),
-        )
+        bounds, (least_q, largest_q) = bounds_of(lower, upper, n, infinity), sizes(vector_q)
+        starts = {key: None if x is None else as_vector(key, x, n) for key, x in (("x0", x0), ("x1", x1))}
+        known = as_solutions(solutions, n) if type(solutions) is not tuple or solutions else ()
+        is_moderate = min(least_row, least_q) >= 1 / FAR_FROM_ONE and max(largest_entry, largest_q) <= FAR_FROM_ONE
+        self.knowing(M=own_matrix(matrix, M), q=vector_q, n=n, solutions=known, reference=reference, origin=None)
+        self.knowing(largest=largest_entry, sizes_of_q=(least_q, largest_q), is_moderate=is_moderate)
         if bounds is None:
-            self.knowing(reference_z=None, q_ref=vector_q, q_error=0.0)
+            self.knowing(lower=0.0, upper=math.inf, box=ORTHANT, reference_z=None, q_ref=vector_q, q_error=0.0)
+        else:
+            self.knowing(lower=bounds[0], upper=bounds[1], box=Box(*bounds))
+        self.knowing(**texts_of, **starts)
         if origin is not None or len(names):
             with imports:
                 from lcpcli.model.origins import origin_of
@@ -211,14 +199,12 @@ class Problem:
 
     @property
     def _program(self) -> Program | None:
-        """Return the program behind the problem, if there is one."""
         with imports:
             from lcpcli.model.program import Program
         return self.origin if isinstance(self.origin, Program) else None
 
     @property
     def start(self) -> Vector:
-        """Return the x from which a run starts by default."""
         return np.zeros(self.n) if self.x0 is None else self.x0
 
     @property

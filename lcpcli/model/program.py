@@ -55,15 +55,14 @@ class ProgramData(NamedTuple):
 
     @np.errstate(over="ignore", invalid="ignore")
     def objective(self, x: Vector) -> float:
-        """Return x'Qx / 2 + c'x."""
         return float(x @ matrices.product(self.Q, x) / 2 + self.c @ x)
 
     def with_infinity(self, infinity: float) -> ProgramData:
         """Return the program without bounds and sides of rows of at least that size, or raise ProblemError."""
-        row_ends, ends = (self.row_lower, self.row_upper), (self.lower, self.upper)
-        row_ends = as_intervals(("row_lower", "row_upper"), *row_ends, self.row_lower.size, "row", infinity)
-        ends = as_intervals(("lower", "upper"), *ends, self.c.size, "variable", infinity)
-        return ProgramData(self.Q, self.c, self.A, *row_ends, *ends)
+        rows, variables = (self.row_lower, self.row_upper), (self.lower, self.upper)
+        rows = as_intervals(("row_lower", "row_upper"), *rows, self.row_lower.size, "row", infinity)
+        variables = as_intervals(("lower", "upper"), *variables, self.c.size, "variable", infinity)
+        return ProgramData(self.Q, self.c, self.A, *rows, *variables)
 
     def conditions(self) -> Conditions:
         """Return the first-order conditions in z = (x, y, s).
@@ -86,10 +85,8 @@ class ProgramData(NamedTuple):
 class Program:
     """The data that map a solution z = (x, y, s) of the conditions of a `ProgramData` back to the original program.
 
-    variables : the length k of x.
-    ranges : the length of s, the number of rows between two different finite bounds.
-    sense : "min" or "max"; the objective to be maximized has been multiplied by -1.
-    constant : is added to the objective.
+    variables, ranges : the lengths of x and of s, the number of rows between two different finite bounds.
+    sense : "min" or "max"; the objective to be maximized has been multiplied by -1. constant : is added to it.
     rows, columns : the names of the rows of A and of its columns, the variables; empty if they have none.
     """
 
@@ -102,16 +99,11 @@ class Program:
 
     @classmethod
     def parse(cls, data: Mapping[str, Any]) -> Program:
-        """Return the program described in a file, or raise ProblemError."""
         refuse_unknown("", data, PROGRAM_KEYS)
-        names = {key: names_of(key, data.get(key, ())) for key in ("rows", "columns")}
-        return cls(
-            _number_of("variables", data.get("variables"), 1),
-            _number_of("ranges", data.get("ranges", 0), 0),
-            sense_of(data.get("sense", "min")),
-            constant_of(data.get("constant", 0.0)),
-            **names,
-        )
+        rows, columns = (names_of(key, data.get(key, ())) for key in ("rows", "columns"))
+        k, ranges = _number_of("variables", data.get("variables"), 1), _number_of("ranges", data.get("ranges", 0), 0)
+        sense, constant = sense_of(data.get("sense", "min")), constant_of(data.get("constant", 0.0))
+        return cls(k, ranges, sense, constant, rows, columns)
 
     def data(self) -> dict[str, Any]:
         fields = {"kind": "qp", "variables": self.variables, "ranges": self.ranges, "constant": self.constant}
@@ -163,8 +155,7 @@ class Program:
 
     def z_of(self, x: Vector, y: Vector, program: ProgramData) -> Vector:
         """Return z for x and the multipliers y of the program to be minimized."""
-        ranges = program.ranges
-        s = np.clip((program.A @ x)[ranges], program.row_lower[ranges], program.row_upper[ranges])
+        s = np.clip(program.A @ x, program.row_lower, program.row_upper)[program.ranges]
         return np.concatenate((x, y, s))
 
     def names(self, n: int) -> Sequence[str]:
@@ -181,8 +172,7 @@ def bordered(Q: Matrix | None, A: Matrix, ranges: Mask | None = None, sparse: bo
     n = k + m + selected.size
     if not sparse:
         M = np.zeros((n, n))
-        if Q is not None:
-            M[:k, :k] = Q
+        M[:k, :k] = 0.0 if Q is None else Q
         A, rows, columns = matrices.dense(A), k + selected, range(k + m, n)
         M[k : k + m, :k], M[:k, k : k + m] = A, -A.T
         M[rows, columns], M[columns, rows] = -1.0, 1.0
@@ -216,15 +206,12 @@ def names_of(field: str, given: Any, size: int | None = None, of: str = "") -> t
 
 
 def sense_of(given: Any) -> str:
-    """Return the sense, min or max, or raise ProblemError."""
     if not isinstance(given, str) or given not in SENSES:
-        shown = quoted(given) if isinstance(given, str) else kind(given)
-        raise ProblemError("sense", f"is {shown}", "give min or max")
+        raise ProblemError("sense", f"is {quoted(given) if isinstance(given, str) else kind(given)}", "give min or max")
     return given
 
 
 def constant_of(given: Any) -> float:
-    """Return a finite number, or raise ProblemError."""
     if isinstance(given, (bool, np.bool_)) or not isinstance(given, (int, float, np.integer, np.floating)):
         raise ProblemError("constant", f"is {kind(given)}", "give a number")
     if not math.isfinite(given):

@@ -161,19 +161,14 @@ def from_osqp(
 
 
 def _bounds(lower: Any, upper: Any, free: Any, k: int, infinity: float) -> Interval:
-    """Return the bounds of k variables; the free ones have none."""
     low, high = as_intervals(("lower", "upper"), lower, upper, k, "variable", infinity)
     if not isinstance(free, (list, tuple, range, np.ndarray)):
         raise ProblemError("free", f"is {kind(free)}", "give a list of indices")
     indices = as_vector("free", list(free))
-    if not indices.size:
-        return low, high
-    if upper is not None or not (isinstance(lower, (int, float)) and lower == 0):
+    if indices.size and (upper is not None or not (isinstance(lower, (int, float)) and lower == 0)):
         other = "lower" if upper is None else "upper"
         raise ProblemError("free", f"is given beside {other}", f"leave it out, and give null for no bound in {other}")
-    wrong = np.flatnonzero((indices < 0) | (indices >= k) | (indices != np.floor(indices)))
-    if wrong.size:
-        i = int(wrong[0])
+    for i in np.flatnonzero((indices < 0) | (indices >= k) | (indices != np.floor(indices)))[:1].tolist():
         raise ProblemError(f"free[{i}]", f"is {indices[i]:g}", f"indices are whole numbers from 0 to {k - 1}")
     if distinct(indices.astype(np.intp)).size < indices.size:
         raise ProblemError("free", "names an index twice", "keep one")
@@ -185,9 +180,7 @@ def _objective(
     field: str, quadratic: Any, other: str, linear: Any, may_be_triangle: bool = False
 ) -> tuple[Matrix | None, Vector]:
     """Return the matrix of the objective, symmetric and of shape (k, k), or None, and its vector, of shape (k,).
-
-    may_be_triangle : whether an upper triangle stands for a symmetric matrix.
-    """
+    may_be_triangle : whether an upper triangle stands for a symmetric matrix."""
     vector = as_vector(other, linear)
     if not vector.size:
         raise ProblemError(other, "is empty", "give a program with at least one variable")
@@ -227,22 +220,16 @@ def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
     return matrix
 
 
-def _program(
-    Q: Matrix | None, c: Vector, A: Matrix, ends: Interval, bounds: Interval, sign: float = 1.0
-) -> ProgramData:
+def _program(Q: Matrix | None, c: Vector, A: Matrix, ends: Interval, bounds: Interval, sign: float = 1) -> ProgramData:
     """Return the program to be minimized, with sparse matrices if one is, or if it is large without any."""
     k = c.size
-    sparse = is_sparse(A) or is_sparse(Q) or (Q is None and k > MOST_DENSE_VARIABLES)
-    if Q is None:
-        Q = compressed((k, k)) if sparse else np.zeros((k, k))
-    if sparse:
-        Q, A = compressed(Q), compressed(A)
-    turned = (Q, c) if sign > 0 else (-Q, -c)
-    return ProgramData(*turned, A, *ends, *bounds)
+    if is_sparse(A) or is_sparse(Q) or (Q is None and k > MOST_DENSE_VARIABLES):
+        Q, A = compressed((k, k) if Q is None else Q), compressed(A)
+    Q = np.zeros((k, k)) if Q is None else Q
+    return ProgramData(*((Q, c) if sign > 0 else (-Q, -c)), A, *ends, *bounds)
 
 
 def _problem(data: ProgramData, texts: Mapping[str, Any], *named: Any) -> Problem:
-    """Return the problem of a program with this sense, constant and names."""
     M, q, lower, upper = data.conditions()
     problem = Problem(M, q, lower=lower, upper=upper, **texts)
     # `Problem` would check whether the origin fits, but it has just made them

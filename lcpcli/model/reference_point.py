@@ -31,7 +31,6 @@ class Reference:
         return z if self.z is None else z - self.z
 
     def part(self, rows: Indices | int) -> Reference:
-        """Return the reference points of some of m problems, or of one of them."""
         if self.z is None or isinstance(self.error, float) or not self.z[rows].any():
             return Reference(None, self.q[rows], 0.0)
         return Reference(self.z[rows], self.q[rows], self.error[rows])

@@ -1,12 +1,9 @@
-"""Many problems that share M: their right-hand sides are the columns of a matrix Q.
-
-Many problems of one size, each with a dense M of its own.
-"""
+"""Many problems that share M, whose right-hand sides are the columns of a matrix Q, or that have a dense M each."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from typing import Any
 
@@ -17,7 +14,7 @@ from lcpcli.linalg.doubles import FAR_FROM_ONE, are_moderate, is_finite, row_siz
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, each_product, well_conditioned_inverse
 from lcpcli.linalg.matrices import absolute_product, dense, product
 from lcpcli.model import arrays
-from lcpcli.model.arrays import FROM_0, as_floats, own
+from lcpcli.model.arrays import FROM_0, own
 from lcpcli.model.box import NO_BOUND, ORTHANT, Box, as_bound, as_intervals, has_columns, with_infinity
 from lcpcli.model.labels import by_label
 from lcpcli.model.problem import Problem
@@ -38,10 +35,20 @@ class Columns:
         self.n, self.k = self.Q.shape
         self._bounds = None
         if has_columns("lower", lower) or has_columns("upper", upper):
-            self._bounds = _bounds_of_columns(lower, upper, self.n, self.k, infinity)
+            self._bounds = _bounds_of_each(self._rows_of, lower, upper, (self.k, self.n), infinity, "column")
             lower, upper = 0.0, math.inf
         self.like = _problem(M, self.Q, lower, upper, infinity)
         self.M = dense(self.like.M) if self.n <= MOST_NUMPY_ROWS else self.like.M
+
+    def _rows_of(self, field: str, bound: Any) -> Vector | None:
+        """Return a bound that differs between problems, with a row for each of them; None for any other."""
+        if not has_columns(field, bound):
+            return None
+        values = arrays.as_columns(field, bound, finite=False)
+        if values.shape != (self.n, self.k):
+            fault = f"has shape {values.shape}, but Q has {(self.n, self.k)}"
+            raise ProblemError(field, fault, "give a number, one for each unknown, or one for each entry of Q")
+        return np.asarray(values.T)
 
     @cached_property
     def inverse(self) -> Matrix | None:
@@ -50,21 +57,19 @@ class Columns:
 
     def block(self, first: int, last: int) -> Block:
         """Return the problems of some columns, copied and checked as they are now; may raise ProblemError."""
-        q = _copy(self.Q[:, first:last])
+        q = _copy(self.Q[:, first:last].T)
         if not is_finite(q.reshape(-1)):
             j, i = (int(place) for place in np.argwhere(~np.isfinite(q))[0])
             fault = "has ceased to be a finite number since the call"
             raise ProblemError(f"Q[{i}][{first + j}]", fault, f"give solve_many a copy {FROM_0}")
         if self._bounds is not None:
-            low, high = (_copy(bound[:, first:last]) for bound in self._bounds)
-            refuse_crossed(low, high, first=first)
+            low, high = (_copy(bound[first:last]) for bound in self._bounds)
+            refuse_crossed(low, high, "column", first)
             return Block(self, q, Box(low, high))
         return Block(self, q, self.like.box.mapped(lambda bound: np.broadcast_to(bound, q.shape)))
 
     def problems(self) -> Iterator[Problem]:
-        """Yield one problem after another."""
-        for j in range(self.k):
-            yield self.block(j, j + 1).problem(0)
+        return (self.block(j, j + 1).problem(0) for j in range(self.k))
 
 
 def like_with(like: Problem, q: Vector, box: Box) -> Problem:
@@ -78,9 +83,8 @@ def like_with(like: Problem, q: Vector, box: Box) -> Problem:
     return Problem.of_fields(known)
 
 
-def _copy(columns: Vector) -> Vector:
-    """Return some columns, each in a row of a new array, which is read-only."""
-    return own(np.array(columns.T, dtype=np.float64, order="C"), [])
+def _copy(rows: Vector) -> Vector:
+    return own(np.array(rows, dtype=np.float64, order="C"), [])
 
 
 def _problem(M: Any, Q: Vector, lower: Any, upper: Any, infinity: float) -> Problem:
@@ -95,24 +99,27 @@ def _problem(M: Any, Q: Vector, lower: Any, upper: Any, infinity: float) -> Prob
     return Problem(M, np.zeros(n), lower=lower, upper=upper, infinity=infinity)
 
 
-def _bounds_of_columns(lower: Any, upper: Any, n: int, k: int, infinity: float) -> tuple[Vector, Vector] | None:
-    """Return both bounds of shape (n, k); None if they are 0 and infinity, the bounds of an LCP."""
-    given = []
+def _bounds_of_each(
+    rows_of: Callable[[str, Any], Vector | None],
+    lower: Any,
+    upper: Any,
+    shape: tuple[int, int],
+    infinity: float,
+    of: str,
+) -> tuple[Vector, Vector] | None:
+    """Return both bounds of m problems, of this shape; None if they are 0 and infinity, the bounds of an LCP. rows_of :
+    returns those of each problem, or None for a bound that is the same for all. of : what a problem is in messages."""
+    ends = []
     for field, bound, absent in (("lower", lower, -math.inf), ("upper", upper, math.inf)):
-        if not has_columns(field, bound):
-            given.append(as_bound(field, bound, n, "unknown", absent)[:, np.newaxis])
-            continue
-        values = arrays.as_columns(field, bound, finite=False)
-        if values.shape != (n, k):
-            fault = f"has shape {values.shape}, but Q has {(n, k)}"
-            raise ProblemError(field, fault, "give a number, one for each unknown, or one for each entry of Q")
-        given.append(values)
-    low, high = (np.broadcast_to(with_infinity(bound, infinity), (n, k)) for bound in given)
-    refuse_crossed(low.T, high.T)
-    return None if not low.any() and (high == np.inf).all() else (low, high)
+        rows = rows_of(field, bound)
+        rows = as_bound(field, bound, shape[1], "unknown", absent) if rows is None else rows
+        ends.append(np.broadcast_to(with_infinity(rows, infinity), shape))
+    low, high = ends
+    refuse_crossed(low, high, of)
+    return (low, high) if low.any() or (high < math.inf).any() else None
 
 
-def refuse_crossed(low: Vector, high: Vector, name: str = "column", first: int = 0) -> None:
+def refuse_crossed(low: Vector, high: Vector, name: str, first: int = 0) -> None:
     """Raise ProblemError if bounds of shape (m, n), for columns or others, numbered from `first`, leave no number."""
     for j in np.flatnonzero(~((low <= high) & (low < np.inf) & (high > -np.inf)).all(axis=1))[:1]:
         try:
@@ -136,30 +143,22 @@ class Block:
         self._fields.update(reference_z=None, q_error=0.0)
 
     def part(self, rows: Indices) -> Block:
-        """Return the block of some of the problems."""
         some = Block(self.columns, self.q[rows], self.box.part(rows))
         some.references = self.references.part(rows)
         return some
 
     def times_M(self, z: Vector) -> Vector:
-        """Return M z for each row z."""
-        rows: Vector = product(self.M, z.T).T
-        return rows
+        return np.asarray(product(self.M, z.T).T)
 
     def sizes(self, z: Vector) -> Vector:
-        """Return |M| |z| for each row z."""
-        rows: Vector = absolute_product(self.M, np.abs(z).T).T
-        return rows
+        return np.asarray(absolute_product(self.M, np.abs(z).T).T)
 
     def w(self, z: Vector) -> Vector:
         """Return w = M z + q for each row z, computed from the reference point."""
-        w = self.times_M(self.references.moved(z))
-        w += self.references.q
-        return w
+        return self.times_M(self.references.moved(z)) + self.references.q
 
     @cached_property
     def _sizes_of_q(self) -> tuple[Vector, Vector]:
-        """Return the least nonzero |q_i| and the largest |q_i| of each problem."""
         return row_sizes(self.q)
 
     @cached_property
@@ -170,23 +169,19 @@ class Block:
 
     @cached_property
     def _fields_of_q(self) -> list[tuple[tuple[float, float], bool]]:
-        """Return sizes_of_q and is_moderate of each problem."""
         least, largest = self._sizes_of_q
         return list(zip(zip(least.tolist(), largest.tolist(), strict=True), self.are_moderate.tolist(), strict=True))
 
     @property
     def reference_z(self) -> Vector | None:
-        """Return the reference points of all problems, shape (m, n); None for LCPs."""
         return self.references.z
 
     @property
     def q_ref(self) -> Vector:
-        """Return M z + q at the reference points, shape (m, n)."""
         return self.references.q
 
     @property
     def q_error(self) -> Vector | float:
-        """Return bounds on the rounding errors in q_ref."""
         return self.references.error
 
     def problem(self, i: int) -> Problem:
@@ -195,9 +190,9 @@ class Block:
         problem = Problem.of_fields(self._fields, q=q, sizes_of_q=sizes_of_q, is_moderate=is_moderate, q_ref=q)
         if self._alike:
             return problem
-        box, own = self.box.mapped(lambda bound: bound[i]), self.references.part(i)
-        bounds = {"box": box, "lower": box.lower, "upper": box.upper}
-        return problem.knowing(**bounds, reference_z=own.z, q_ref=own.q, q_error=own.error)
+        box, own = self.box.part(i), self.references.part(i)
+        problem.knowing(box=box, lower=box.lower, upper=box.upper)
+        return problem.knowing(reference_z=own.z, q_ref=own.q, q_error=own.error)
 
     @cached_property
     def _alike(self) -> bool:
@@ -206,7 +201,6 @@ class Block:
 
     @cached_property
     def references(self) -> Reference:
-        """Return the reference points of all problems."""
         return reference(self.M, self.q, self.box)
 
 
@@ -226,24 +220,26 @@ class Stack:
         if dimensions(q) < 2:
             raise ProblemError("q", f"has {dimensions(q)} dimension", f"give shape ({m}, {n}), a row for each problem")
         self.n: int = n
-        of_each = dimensions(lower) > 1 or dimensions(upper) > 1
+        of_each = max(dimensions(lower), dimensions(upper)) > 1
         bounds: dict[str, Any] = {} if of_each else {"lower": lower, "upper": upper, "infinity": infinity}
         self.like = Problem(self.M[0] if m else np.eye(n), self.q[0] if m else np.zeros(n), **bounds)
         self.box = self.like.box.mapped(lambda bound: np.broadcast_to(bound, (m, n)))
         if of_each:
-            self.box = _box(lower, upper, m, n, infinity)
+            ends = _bounds_of_each(self._rows_of, lower, upper, (m, n), infinity, "problem")
+            self.box = ORTHANT if ends is None else Box(*map(_copy, ends))
+
+    def _rows_of(self, field: str, bound: Any) -> Vector | None:
+        return as_stack(field, bound, self.q.shape, finite=False) if dimensions(bound) > 1 else None
 
     def __len__(self) -> int:
         return len(self.q)
 
     def problem(self, i: int) -> Problem:
-        """Return the problem of row i."""
         bounds = {} if self.box.is_orthant else {"lower": self.box.lower[i], "upper": self.box.upper[i]}
         return Problem(self.M[i], self.q[i], **bounds)
 
     @cached_property
     def largest(self) -> Vector:
-        """Return the largest |M_ij| of each problem, shape (m,)."""
         return np.asarray(np.abs(self.M).max(axis=(1, 2), initial=0.0))
 
     @cached_property
@@ -251,31 +247,14 @@ class Stack:
         """Return which problems have moderate numbers (see `Problem`), and no far bounds; shape (m,)."""
         moderate = np.ones(len(self), dtype=bool)
         if not (are_moderate(self.M) and are_moderate(self.q)):
-            for values in (np.abs(self.M).max(axis=2, initial=0.0), self.q):
-                least, largest = row_sizes(values)
+            for least, largest in map(row_sizes, (np.abs(self.M).max(axis=2, initial=0.0), self.q)):
                 moderate &= (least >= 1 / FAR_FROM_ONE) & (largest <= FAR_FROM_ONE)
-        if self.box.is_far:
-            for bound in (self.box.lower, self.box.upper):
-                moderate &= ~((np.abs(bound) >= NO_BOUND) & np.isfinite(bound)).any(axis=1)
+        for bound in (self.box.lower, self.box.upper) if self.box.is_far else ():
+            moderate &= ~((np.abs(bound) >= NO_BOUND) & np.isfinite(bound)).any(axis=1)
         return moderate
 
     def w(self, z: Vector) -> Vector:
-        """Return w = M z + q for each row z."""
-        w = each_product(self.M, z)
-        w += self.q
-        return w
-
-
-def _box(lower: Any, upper: Any, m: int, n: int, infinity: float) -> Box:
-    """Return the bounds of all problems, some of which have their own, or raise ProblemError."""
-    ends = []
-    for field, bound, absent in (("lower", lower, -math.inf), ("upper", upper, math.inf)):
-        of_each = dimensions(bound) > 1
-        end = as_stack(field, bound, (m, n), finite=False) if of_each else as_bound(field, bound, n, "unknown", absent)
-        ends.append(own(np.array(np.broadcast_to(with_infinity(end, infinity), (m, n))), []))
-    low, high = ends
-    refuse_crossed(low, high, "problem")
-    return Box(low, high) if low.any() or (high < math.inf).any() else ORTHANT
+        return np.asarray(each_product(self.M, z) + self.q)
 
 
 def dimensions(values: Any) -> int:
@@ -288,7 +267,7 @@ def dimensions(values: Any) -> int:
 def as_stack(field: str, values: Any, shape: tuple[int | None, ...], finite: bool = True) -> Vector:
     """Return values as a float64 array of this shape, in which None stands for any length, or raise ProblemError.
     Without the first dimension they are the same for all."""
-    given = _stacked(field, values, len(shape))
+    given = arrays.as_nested(field, values, len(shape))
     expected = shape[len(shape) - max(given.ndim, 1) :]
     known = tuple(have if want is None else want for have, want in zip(given.shape, expected, strict=False))
     if given.ndim < len(shape) - 1 or given.shape != known:
@@ -296,19 +275,3 @@ def as_stack(field: str, values: Any, shape: tuple[int | None, ...], finite: boo
     if finite:
         arrays.refuse_infinite(field, given)
     return np.broadcast_to(given, (shape[0], *known)) if given.ndim < len(shape) and shape[0] is not None else given
-
-
-def _stacked(field: str, values: Any, most: int) -> Vector:
-    """Return an array, or lists of up to `most` dimensions, as floats."""
-    values = arrays.plain(field, values, arrays.NUMBERS)
-    if not isinstance(values, (list, tuple)):
-        return as_floats(field, values)
-    if most == 1 or not values or dimensions(values) == 1:
-        arrays.refuse_other_than_numbers(field, values)
-        return as_floats(field, values)
-    parts = [_stacked(f"{field}[{i}]", part, most - 1) for i, part in enumerate(values)]
-    for i, part in enumerate(parts):
-        if part.shape != parts[0].shape:
-            fault = f"has shape {part.shape} where {field}[0] has {parts[0].shape}"
-            raise ProblemError(f"{field}[{i}]", fault, f"make all of them the same {FROM_0}")
-    return np.array(parts)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from lcpcli.errors import ParameterError, ProblemError, count, kind
-from lcpcli.linalg.doubles import is_finite, size
-from lcpcli.model.arrays import FROM_0, as_vector
+from lcpcli.linalg.doubles import size
+from lcpcli.model.arrays import FROM_0, as_vector, refuse_infinite
 from lcpcli.model.box import BASIC, UPPER, WORDS
 from lcpcli.model.labels import by_names
 from lcpcli.model.problem import Problem
@@ -33,12 +34,9 @@ class Start:
 
     @classmethod
     def at(cls, problem: Problem, z: Vector) -> Start:
-        """Return the start at a z, with w = M z + q."""
-        start = cls(problem)
-        start.z, w = z, problem.w(z)
-        start.gap = size(problem.box.gaps(z, w))
-        if not is_finite(w):
-            as_vector("M z0 + q", w)
+        start, w = cls(problem), problem.w(z)
+        start.z, start.gap = z, size(problem.box.gaps(z, w))
+        refuse_infinite("M z0 + q", w)
         return start
 
     @property
@@ -48,7 +46,6 @@ class Start:
 
     @property
     def known_to_auto(self) -> dict[str, bool]:
-        """Return what `auto` is told beside its options: what the start stands for."""
         return {"states": True} if self._basis is not None else {"near": True} if self.is_near else {}
 
     @cached_property
@@ -67,9 +64,7 @@ class Start:
 
 
 @np.errstate(all="ignore")
-def start_at(
-    problem: Problem, x0: VectorLike | None, z0: VectorLike | None, basis: Sequence[str] | None = None
-) -> Start:
+def start_at(problem: Problem, x0: VectorLike | None, z0: VectorLike | None, basis: Any = None) -> Start:
     """Return the start that is given: x0, or the x of z0 and w = M z0 + q, or an x with the states of a basis."""
     given = [name for name, value in (("basis", basis), ("z0", z0), ("x0", x0)) if value is not None]
     if len(given) > 1:

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from lcpcli.interrupts import check
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.changes import Change
 from lcpcli.model.problem import Problem
-from lcpcli.presolve import rules as rules
+from lcpcli.presolve import rules
 from lcpcli.presolve.rules import signs_of_equations
 from lcpcli.presolve.system import LARGEST_INTEGER, Contradiction, Step, System
 from lcpcli.typing import Indices, Mask, Vector
@@ -64,6 +65,9 @@ class Presolved(Change):
     keeps_all: bool
     never_rounds: bool = False
 
+    def __getstate__(self) -> dict[str, Any]:  # without the ways back, which are functions
+        return {**vars(self), "steps": None}
+
     @property
     def is_worthwhile(self) -> bool:
         """Return whether much is removed, or what is left is monotone for all that is seen, and was not."""
@@ -100,11 +104,9 @@ class Presolved(Change):
     @cached_property
     def _as_before(self) -> Mask:
         """Return which of the columns that are kept have the rows and bounds that they had."""
-        kept, same = self.kept, self.rows == self.kept
         inner, outer = self.problem.box.vectors(self.problem.n), self.original.box.vectors(self.original.n)
-        for bound, given in zip(inner, outer, strict=True):
-            same = same & (bound[: kept.size] == given[kept])
-        return np.asarray(same)
+        pairs = ((bound[: self.kept.size], given[self.kept]) for bound, given in zip(inner, outer, strict=True))
+        return np.asarray(np.logical_and.reduce([self.rows == self.kept, *(own == given for own, given in pairs)]))
 
     def residual(self, F: Vector) -> Vector:
         """Return F of the original problem, 0 for the rows that are left out."""
@@ -157,17 +159,8 @@ def presolved(given: Problem, only: Collection[str] = ALL) -> Presolved | Refute
     except ProblemError:  # numbers have overflowed
         return None
     keeps_all = system.keeps_all and float(system.terms.max()) <= LARGEST_INTEGER
-    return Presolved(
-        problem,
-        given,
-        kept,
-        rows,
-        system.factors[rows],
-        tuple(steps),
-        removed,
-        keeps_all,
-        DEFINITIONS in only and len(only) == 1,
-    )
+    never_rounds = DEFINITIONS in only and len(only) == 1
+    return Presolved(problem, given, kept, rows, system.factors[rows], tuple(steps), removed, keeps_all, never_rounds)
 
 
 def substituted(problem: Problem) -> Change:

@@ -3,14 +3,11 @@
 A rule takes a `System` and yields its steps; it raises Contradiction where it sees that there is no solution.
 
 The signs of equations are chosen last: factors of rows, and an assignment of equations to free variables, with which a
-matrix shows that it is monotone.
-
-The conditions of a program have M = [Q -A'; A 0] with Q positive semidefinite. Equations may be written with any sign
-and in any order, and rows of inequalities in other units than their multipliers have: M then has none of the properties
-that methods ask for. D M, with a diagonal D, positive for the rows of bounded variables, has the same solutions; where
-the diagonal of M is 0, D M + M'D is positive semidefinite only if d_i M_ij = -d_j M_ji, which determines D. Such a D is
-known from stability theory as a Volterra multiplier: R. Redheffer, Volterra multipliers, SIAM J. Algebraic Discrete
-Methods 6 (1985) 592-611, 612-623.
+matrix shows that it is monotone. The conditions of a program have M = [Q -A'; A 0] with Q positive semidefinite, but
+equations may be written with any sign and in any order, and rows of inequalities in other units than their multipliers
+have. D M, with a diagonal D, positive for the rows of bounded variables, has the same solutions; where the diagonal of
+M is 0, D M + M'D is positive semidefinite only if d_i M_ij = -d_j M_ji, which determines D, a Volterra multiplier: R.
+Redheffer, Volterra multipliers, SIAM J. Algebraic Discrete Methods 6 (1985) 592-611, 612-623.
 """
 
 from __future__ import annotations
@@ -22,7 +19,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import generator
-from lcpcli.presolve.system import Bounds, Contradiction, Entries, Step, System, are_integers, mask_of, summed
+from lcpcli.presolve.system import Contradiction, Entries, Step, System, are_integers, mask_of, summed
 from lcpcli.typing import Indices, Mask, Vector
 
 CLEAR = 1e-9  # relative to the terms of a row: what is called positive, or inside bounds, is far above rounding
@@ -33,8 +30,7 @@ SAME_HASH = 1e-12  # relative: the difference of hash values of multiples of eac
 
 def fixed_variables(system: System) -> Iterator[Step]:
     """A variable whose bounds are equal has that value."""
-    columns = system.columns
-    columns = columns[system.lower[columns] == system.upper[columns]]
+    columns = np.flatnonzero((system.row_of >= 0) & (system.lower == system.upper))
     if columns.size:
         yield system.know(columns, system.lower[columns])
 
@@ -43,14 +39,11 @@ def rows_of_one_sign(system: System) -> Iterator[Step]:
     """A row that is positive, or negative, for all z within the bounds says at which bound its variable is."""
     least, most = _ranges(system)
     sign, columns = np.where(least > 0, 1.0, np.where(most < 0, -1.0, 0.0)), system.columns
+    columns = columns[sign[system.row_of[columns]] != 0]
     signs = sign[system.row_of[columns]]
-    columns, signs = columns[signs != 0], signs[signs != 0]
     values = np.where(signs > 0, system.lower[columns], system.upper[columns])
-    impossible = np.flatnonzero(np.isinf(values))
-    if impossible.size:
-        y = np.zeros(system.n)
-        y[system.row_of[columns[impossible[0]]]] = -signs[impossible[0]]
-        raise Contradiction(y)
+    for at in np.flatnonzero(np.isinf(values))[:1].tolist():
+        raise Contradiction(system.n, system.row_of[columns[at]], -signs[at])
     if columns.size:
         yield system.know(columns, values)
 
@@ -69,10 +62,10 @@ def rows_that_are_bounds(system: System) -> Iterator[Step]:
     """A row with a single entry whose multiplier is in the row of that variable alone is a bound of the variable.
 
     Models have x >= l so, with a multiplier of its own. An equation may be that row too, for a free variable, after a
-    change of its sign.
+    change of its sign: rows i with entries a z_j + q_i that are at least 0 where z_k is at its only bound (sign 1; or
+    at most 0, sign -1), while z_k appears nowhere but as b z_k in the row r of z_j.
     """
-    found = _bound_rows(system)
-    i, k, j, r, a, b = found
+    i, k, j, r, a, b = _bound_rows(system)
     if not i.size:
         return
     lower_side = np.isfinite(system.lower[k])
@@ -88,23 +81,33 @@ def rows_that_are_bounds(system: System) -> Iterator[Step]:
     beyond = np.where(from_below, at - most, least - at)
     end = np.where(from_below, np.abs(most), np.abs(least))
     margin = CLEAR * np.maximum(system.terms[i] / np.abs(a), np.where(np.isinf(end), 0.0, end))
-    crossed = np.flatnonzero(beyond > margin)
-    if crossed.size:
-        y = np.zeros(system.n)
-        y[i[crossed[0]]] = sign[crossed[0]]
-        raise Contradiction(y)
+    for crossed in np.flatnonzero(beyond > margin)[:1].tolist():
+        raise Contradiction(system.n, i[crossed], sign[crossed])
     system.keeps_all &= not (beyond > 0).any()
     at = np.where(beyond > 0, np.where(from_below, most, least), at)
     active = np.where(from_below, at > least, at < most)
-    lower, upper = system.lower.copy(), system.upper.copy()
-    lower[j] = np.where(active & from_below, at, least)
-    upper[j] = np.where(active & ~from_below, at, most)
+    system.lower[j], system.upper[j] = (
+        np.where(active & from_below, at, least),
+        np.where(active & ~from_below, at, most),
+    )
     own, entries = np.where(lower_side, system.lower[k], system.upper[k]), system.entries
     in_rows = entries.part(mask_of(system.n, r)[entries.rows] & ~mask_of(system.n, k)[entries.columns])
     in_columns = entries.part(mask_of(system.n, j)[entries.columns] & ~mask_of(system.n, i)[entries.rows])
     q = system.q[r] + b * own
-    step = Bounds(are_integers(at), i, k, j, r, a, b, sign, own, active, at, q, in_rows, in_columns)
-    yield system.bound(step, lower, upper)
+
+    def fill(z: Vector) -> None:  # let z_k make w_j 0 where z_j is at the new bound and w_j has the sign for it
+        change = -(q + in_rows.times(z)[r]) / b
+        z[k] = own + np.where(active & (z[j] == at) & (sign * change > 0), change, 0.0)
+
+    def carry(y: Vector) -> None:  # let (M'y)_j be 0 where it has the sign with which the new bound counts
+        share = -in_columns.transposed_times(y)[j] / a
+        y[i] = np.where(active & (sign * share > 0), share, 0.0)
+
+    system.pair(r, j)
+    system.q[r] = q
+    system.terms[r] += np.abs(b * own)
+    system.remove(k)
+    yield Step(are_integers(at), fill, carry)
 
 
 def _bound_rows(system: System) -> tuple[Indices, Indices, Indices, Indices, Vector, Vector]:
@@ -132,12 +135,10 @@ def definitions_of_free_variables(system: System) -> Iterator[Step]:
     """An equation that defines a free variable, the only term of one other row and in no third one, is put into that
     row, as modelling languages write F >= 0: by powers of two and without sums, so that nothing is rounded."""
     entries, (in_row, in_column), equations = system.entries, system.counts(), system.equations
-    twice = np.flatnonzero(
-        (system.free & (in_column == 2))[entries.columns] & (np.frexp(np.abs(entries.values))[0] == 0.5)
-    )
+    is_power = np.frexp(np.abs(entries.values))[0] == 0.5
+    twice = np.flatnonzero((system.free & (in_column == 2))[entries.columns] & is_power)
     twice = twice[np.argsort(entries.columns[twice], kind="stable")]
-    columns = entries.columns[twice]
-    is_pair = np.flatnonzero(columns[1:] == columns[:-1])
+    is_pair = np.flatnonzero(np.diff(entries.columns[twice]) == 0)
     first, second = twice[is_pair], twice[is_pair + 1]
     swapped = equations[entries.rows[second]] & ~equations[entries.rows[first]]
     definition, use = np.where(swapped, second, first), np.where(swapped, first, second)
@@ -149,9 +150,8 @@ def definitions_of_free_variables(system: System) -> Iterator[Step]:
 def single_entries_of_free_variables(system: System) -> Iterator[Step]:
     """An equation that alone has a free variable determines it, after all others."""
     entries, (_, columns) = system.entries, system.counts()
-    alone = entries.part(system.free[entries.columns] & (columns[entries.columns] == 1))
-    alone = alone.part(system.equations[alone.rows])
-    yield from _pivots(system, alone)
+    alone = system.free[entries.columns] & (columns[entries.columns] == 1) & system.equations[entries.rows]
+    yield from _pivots(system, entries.part(alone))
 
 
 def equations_of_one_variable(system: System) -> Iterator[Step]:
@@ -160,9 +160,8 @@ def equations_of_one_variable(system: System) -> Iterator[Step]:
     alone = entries.part(system.equations[entries.rows] & (rows[entries.rows] == 1))
     z = -system.q[alone.rows] / alone.values
     margin = CLEAR * np.maximum(np.abs(z), system.terms[alone.rows] / np.abs(alone.values))
-    j = alone.columns
-    alone = alone.part((z > system.lower[j] + margin) & (z < system.upper[j] - margin))
-    yield from _pivots(system, alone)
+    inside = (z > system.lower[alone.columns] + margin) & (z < system.upper[alone.columns] - margin)
+    yield from _pivots(system, alone.part(inside))
 
 
 def equations_of_two_variables(system: System) -> Iterator[Step]:
@@ -170,15 +169,14 @@ def equations_of_two_variables(system: System) -> Iterator[Step]:
     that variable is solved for the multiplier of the equation, as one without the other would hide monotonicity."""
     entries, (rows, columns), n = system.entries, system.counts(), system.n
     column_of = system.column_of
-    keys = entries.rows * n + entries.columns
     short = np.flatnonzero((system.equations & (rows == 2))[entries.rows])
     first, second = short[np.argsort(entries.rows[short], kind="stable")].reshape(-1, 2).T
     place, other = np.concatenate((first, second)), np.concatenate((second, first))
     j, size = entries.columns[place], np.abs(entries.values)
     multiplier, row = column_of[entries.rows[place]], system.row_of[j]
     usable = system.free[j] & (columns[j] <= FEW) & (size[place] >= STABLE_PIVOT * size[other])
-    ordered, sought = np.sort(keys), row * n + multiplier
-    is_entry = ordered.take(np.searchsorted(ordered, sought), mode="clip") == sought
+    there = entries.part(system.places(row, multiplier))
+    is_entry = (there.rows == row) & (there.columns == multiplier)
     usable &= (columns[multiplier] == 2) & (rows[row] <= FEW) & is_entry
     usable &= (multiplier != j) & (multiplier != entries.columns[other])
     kept, used = list[int](), np.zeros(n, dtype=bool)
@@ -188,12 +186,8 @@ def equations_of_two_variables(system: System) -> Iterator[Step]:
             used[four] = True
             kept.append(at)
     if kept:
-        pivots = entries.part(place[kept])
-        yield system.pivot(*pivots)
-        entries = system.entries
-        keys = entries.rows * n + entries.columns
-        order = np.argsort(keys)
-        yield system.pivot(*entries.part(order[np.searchsorted(keys[order], row[kept] * n + multiplier[kept])]))
+        yield system.pivot(*entries.part(place[kept]))
+        yield system.pivot(*system.entries.part(system.places(row[kept], multiplier[kept])))
 
 
 def repeated_equations(system: System) -> Iterator[Step]:
@@ -202,15 +196,11 @@ def repeated_equations(system: System) -> Iterator[Step]:
     rows, columns, values = system.entries
     again, first, factors = _multiples(rows, columns, values, equations, system.n)
     terms = system.terms[again] + np.abs(factors) * system.terms[first]
-    differ = np.flatnonzero(np.abs(system.q[again] - factors * system.q[first]) > CLEAR * terms)
-    if differ.size:
-        y, at = np.zeros(system.n), differ[0]
-        y[first[at]] = -factors[at]
-        y[again[at]] = 1.0  # the same row, if it has no entries
-        raise Contradiction(y if system.q[again[at]] < factors[at] * system.q[first[at]] else -y)
-    if not again.size:
-        return
-    spare = _multiples(columns, rows, values, free, system.n)[0]
+    difference = system.q[again] - factors * system.q[first]
+    for at in np.flatnonzero(np.abs(difference) > CLEAR * terms)[:1].tolist():
+        y = np.array([-factors[at], 1.0])  # the last counts, if a row without entries is both
+        raise Contradiction(system.n, [first[at], again[at]], y if difference[at] < 0 else -y)
+    spare = _multiples(columns, rows, values, free, system.n)[0] if again.size else again
     number = min(again.size, spare.size)
     if number:
         q, exact = factors * system.q[first], (np.rint(factors) == factors) | (system.q[first] == 0)
@@ -218,27 +208,25 @@ def repeated_equations(system: System) -> Iterator[Step]:
         yield system.know(spare[:number], np.zeros(number), again[:number])
 
 
-def _multiples(
-    lines: Indices, places: Indices, values: Vector, among: Indices, n: int
-) -> tuple[Indices, Indices, Vector]:
+def _multiples(lines: Indices, at: Indices, values: Vector, among: Indices, n: int) -> tuple[Indices, Indices, Vector]:
     """Return the lines among some that are multiples of earlier ones, the earlier ones, and the factors; lines without
     entries are 0 times themselves."""
     used = mask_of(n, among)[lines]
-    order = np.lexsort((places[used], lines[used]))
-    lines, places, values = lines[used][order], places[used][order], values[used][order]
+    order = np.lexsort((at[used], lines[used]))
+    lines, at, values = lines[used][order], at[used][order], values[used][order]
     found, begin, length = np.unique(lines, return_index=True, return_counts=True)
-    pairs = [(line, line, 0.0) for line in np.flatnonzero(mask_of(n, among) & ~mask_of(n, found)).tolist()]
+    pairs = [(line, line, 0.0) for line in np.setdiff1d(among, found).tolist()]
     if found.size:
-        weights = generator(0).standard_normal(n)[places]
+        weights = generator(0).standard_normal(n)[at]
         keys = np.add.reduceat(values / np.repeat(values[begin], length) * weights, begin)
         order = np.lexsort((found, length, keys))
         near = np.abs(np.diff(keys[order])) <= SAME_HASH * np.abs(keys[order][1:])
         for before, after in zip(order[:-1][near].tolist(), order[1:][near].tolist(), strict=True):
-            one, two = (slice(begin[at], begin[at] + length[at]) for at in (before, after))
+            one, two = (slice(begin[k], begin[k] + length[k]) for k in (before, after))
             crossed = values[one] * values[two][0], values[two] * values[one][0]
-            if np.array_equal(places[one], places[two]) and np.array_equal(*crossed):
+            if np.array_equal(at[one], at[two]) and np.array_equal(*crossed):
                 pairs.append((int(found[after]), int(found[before]), float(values[two][0] / values[one][0])))
-    again, first = (np.array([pair[at] for pair in pairs], dtype=np.intp) for at in (0, 1))
+    again, first = (np.array([pair[k] for pair in pairs], dtype=np.intp) for k in (0, 1))
     return again, first, np.array([pair[2] for pair in pairs])
 
 
@@ -253,18 +241,15 @@ def _pivots(system: System, found: Entries) -> Iterator[Step]:
 def _ranges(system: System) -> tuple[Vector, Vector]:
     """Return the least and the largest w of each row for z within the bounds, 0 where that may be rounding."""
     rows, columns, values = system.entries
-    low, high = system.lower[columns], system.upper[columns]
-    ends = np.where(values > 0, low, high) * values, np.where(values > 0, high, low) * values
-    found = []
-    for end in ends:
-        w = system.q + summed(rows, end, system.n)
-        size = system.terms + summed(rows, np.abs(end), system.n)
+    low, high, found = system.lower[columns], system.upper[columns], []
+    for first, last in ((low, high), (high, low)):
+        end = np.where(values > 0, first, last) * values
+        w, size = system.q + summed(rows, end, system.n), system.terms + summed(rows, np.abs(end), system.n)
         found.append(np.where(np.isinf(size) | (np.abs(w) > CLEAR * size), w, 0.0))
     return found[0], found[1]
 
 
 Pairs = tuple[Indices, Indices, Vector, Vector]
-
 FARTHEST_FACTOR = 1e8  # between two factors of rows: more would cost the digits that it is to save
 EQUAL = 1e-12  # relative: how far rounding may have moved apart what is meant to be equal
 VOTING_ROUNDS = 10  # each for equations that share an entry with those of the last one
@@ -277,7 +262,11 @@ def signs_of_equations(system: System) -> Iterator[Step]:
         return
     pairs = _pairs(system)
     check()
-    if _conflicts(system, pairs).any():
+    i, _, forth, back = pairs
+    unpaired = mask_of(
+        system.n, i[(forth == 0) != (back == 0)]
+    )  # an entry of the column, or its row, has no mirror image
+    if (unpaired & system.free & (_diagonal(system) == 0)).any():
         _assign(system)
         pairs = _pairs(system)
     check()
@@ -289,14 +278,9 @@ def signs_of_equations(system: System) -> Iterator[Step]:
     _mirror(system, pairs)
 
 
-def _by_columns(system: System) -> Entries:
-    """Return the entries with each row named like the column that it belongs to."""
-    return system.entries._replace(rows=system.column_of[system.entries.rows])
-
-
 def _pairs(system: System) -> Pairs:
     """Return i, j, M_ij and M_ji for all i != j where one of the two entries is not 0, rows named like columns."""
-    n, entries = system.n, _by_columns(system)
+    n, entries = system.n, system.entries._replace(rows=system.column_of[system.entries.rows])
     off = entries.part(entries.rows != entries.columns)
     keys = np.concatenate((off.rows * n + off.columns, off.columns * n + off.rows))
     keys.sort()  # np.unique takes ten times as long
@@ -308,17 +292,10 @@ def _pairs(system: System) -> Pairs:
 
 
 def _diagonal(system: System) -> Vector:
-    entries, diagonal = _by_columns(system), np.zeros(system.n)
-    own = entries.rows == entries.columns
-    diagonal[entries.rows[own]] = entries.values[own]
+    entries, diagonal = system.entries, np.zeros(system.n)
+    own = system.column_of[entries.rows] == entries.columns
+    diagonal[entries.columns[own]] = entries.values[own]
     return diagonal
-
-
-def _conflicts(system: System, pairs: Pairs) -> Mask:
-    """Return the free columns without a diagonal entry that have an entry without a mirror image, or their row has."""
-    i, _, forth, back = pairs
-    found: Mask = mask_of(system.n, i[(forth == 0) != (back == 0)]) & system.free & (_diagonal(system) == 0)
-    return found
 
 
 def _factors(system: System, pairs: Pairs) -> Vector:
@@ -351,11 +328,9 @@ def _factors(system: System, pairs: Pairs) -> Vector:
     d = np.array(factor) * np.where(needed[root] < 0, -1.0, 1.0)[part]
     size = np.abs(d)
     d = np.where(np.abs(size - 1) <= EQUAL, np.sign(d), d)
-    unfit = np.zeros(number, dtype=bool)
-    unfit[part[(needed * d < 0) | (size > FARTHEST_FACTOR) | (size < 1 / FARTHEST_FACTOR)]] = True
-    unfit[part[i[np.abs(d[j] - ratio * d[i]) > EQUAL * np.abs(d[j])]]] = True
-    unfit[part[beyond]] = True
-    factors, columns = np.ones(n), system.columns
+    wrong = (needed * d < 0) | (size > FARTHEST_FACTOR) | (size < 1 / FARTHEST_FACTOR)
+    wrong[np.append(i[np.abs(d[j] - ratio * d[i]) > EQUAL * np.abs(d[j])], beyond)] = True
+    unfit, factors, columns = mask_of(number, part[wrong]), np.ones(n), system.columns
     if unfit.any():
         d = np.where(unfit[part], _votes(Entries(i, j, np.sign(ratio)), needed), d)
     factors[system.row_of[columns]] = d[columns]
@@ -381,13 +356,9 @@ def _mirror(system: System, pairs: Pairs) -> None:
     sign = np.where(forth * back > 0, 1.0, -1.0)
     nearly = (i < j) & (forth != sign * back) & (np.abs(forth - sign * back) <= EQUAL * np.abs(forth))
     if nearly.any():
-        entries, n = system.entries, system.n
-        keys = entries.rows * n + entries.columns
-        order = np.argsort(keys)
-        place = order[np.searchsorted(keys[order], system.row_of[i[nearly]] * n + j[nearly])]
-        values = entries.values.copy()
-        values[place] = (sign * back)[nearly]
-        system.entries, system.keeps_all = entries._replace(values=values), False
+        values = system.entries.values.copy()
+        values[system.places(system.row_of[i[nearly]], j[nearly])] = (sign * back)[nearly]
+        system.entries, system.keeps_all = system.entries._replace(values=values), False
 
 
 def _assign(system: System) -> None:
@@ -396,15 +367,14 @@ def _assign(system: System) -> None:
     settled = ~system.free & (system.row_of >= 0)
     for _ in range(ASSIGNMENT_ROUNDS):
         check()
-        pairs = next(filter(None, (_alike(system, settled, of) for of in (np.abs, np.ones_like))), None)
-        if pairs is None:
-            return
-        columns, rows = (np.array(each) for each in zip(*pairs, strict=True))
-        system.pair(rows, columns)
-        settled[columns] = True
+        for columns, rows in (_alike(system, settled, of) for of in (np.abs, np.ones_like)):
+            if columns.size:
+                system.pair(rows, columns)
+                settled[columns] = True
+                break
 
 
-def _alike(system: System, settled: Mask, of: Callable[[Vector], Vector]) -> list[tuple[int, int]]:
+def _alike(system: System, settled: Mask, of: Callable[[Vector], Vector]) -> tuple[Indices, Indices]:
     """Return free columns and equations that agree in this function of their entries, and with no others."""
     n, column_of, weights = system.n, system.column_of, generator(0).random(system.n) + 0.5
     across = system.entries.part(settled[system.entries.columns])
@@ -412,7 +382,16 @@ def _alike(system: System, settled: Mask, of: Callable[[Vector], Vector]) -> lis
     of_rows = _keys(across.rows, of(across.values), weights[across.columns], n)
     of_columns = _keys(down.columns, of(down.values), weights[column_of[down.rows]], n)
     columns = np.flatnonzero(system.free & ~settled)
-    return _equal_keys(of_columns, columns, of_rows, system.row_of[columns])
+    rows = system.row_of[columns]
+    keys = np.concatenate((of_columns[columns], of_rows[rows]))
+    order, group = np.argsort(keys, kind="stable"), np.zeros(keys.size, dtype=np.intp)
+    group[order] = np.cumsum(np.diff(keys[order], prepend=0.0) > EQUAL * keys[order])
+    one, other = group[: columns.size], group[columns.size :]
+    alone = np.logical_and(*(np.bincount(each, minlength=keys.size + 1) == 1 for each in (one, other)))
+    place = np.zeros(keys.size + 1, dtype=np.intp)
+    place[other] = rows
+    chosen = (keys[: columns.size] > 0) & alone[one]
+    return columns[chosen], place[one[chosen]]
 
 
 def _keys(lines: Indices, sizes: Vector, weights: Vector, n: int) -> Vector:
@@ -420,17 +399,3 @@ def _keys(lines: Indices, sizes: Vector, weights: Vector, n: int) -> Vector:
     largest = np.zeros(n)
     np.maximum.at(largest, lines, sizes)
     return summed(lines, weights * sizes / largest[lines], n)
-
-
-def _equal_keys(first: Vector, some: Indices, second: Vector, others: Indices) -> list[tuple[int, int]]:
-    """Return pairs of the indices of two kinds with equal keys that are not 0, and belong to no others."""
-    keys = np.concatenate((first[some], second[others]))
-    order = np.argsort(keys, kind="stable")
-    group = np.zeros(keys.size, dtype=np.intp)
-    group[order] = np.cumsum(np.diff(keys[order], prepend=0.0) > EQUAL * keys[order])
-    of_some, of_others = group[: some.size], group[some.size :]
-    counts = (np.bincount(each, minlength=keys.size + 1) for each in (of_some, of_others))
-    alone = np.logical_and(*(count == 1 for count in counts))
-    place = dict(zip(of_others.tolist(), others.tolist(), strict=True))
-    chosen = np.flatnonzero((keys[: some.size] > 0) & alone[of_some])
-    return [(int(some[at]), place[int(of_some[at])]) for at in chosen]

@@ -7,8 +7,8 @@ of free variables are equations, and which of these belongs to which free variab
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,14 +22,12 @@ LARGEST_ENTRY = 2.0**25  # of integers in M: products of two are exact
 
 
 def mask_of(n: int, indices: Indices) -> Mask:
-    """Return a mask of shape (n,) that is true at these indices."""
     mask: Mask = np.zeros(n, dtype=bool)
     mask[indices] = True
     return mask
 
 
 def summed(places: Indices, values: Vector, n: int) -> Vector:
-    """Return the sums of the values at each of n places."""
     return np.bincount(places, values, n).astype(np.float64, copy=False)
 
 
@@ -48,9 +46,6 @@ class Entries(NamedTuple):
     def part(self, mask: Mask | Indices) -> Entries:
         return Entries(self.rows[mask], self.columns[mask], self.values[mask])
 
-    def absolute(self) -> Entries:
-        return self._replace(values=np.abs(self.values))
-
     def times(self, z: Vector) -> Vector:
         return summed(self.rows, self.values * z[self.columns], z.size)
 
@@ -58,100 +53,21 @@ class Entries(NamedTuple):
         return summed(self.columns, self.values * y[self.rows], y.size)
 
 
-@dataclass(frozen=True, eq=False)
-class Step:
-    """What a rule has done at one time. Both ways back change vectors of shape (n,) in place; by default nothing.
+def unchanged(_: Vector) -> None:
+    """Change nothing."""
+
+
+class Step(NamedTuple):
+    """What a rule has done at one time, with both ways back, which change vectors of shape (n,) in place.
 
     keeps_integers : whether integers have remained integers, so that nothing was rounded.
+    fill : sets the z_j of the columns that were removed, from those that were left.
+    carry : turns Farkas' y of the rows after the step, 0 for the removed ones, into that of the rows before it.
     """
 
     keeps_integers: bool
-
-    def fill(self, z: Vector) -> None:
-        """Set the z_j of the columns that were removed, from those that were left."""
-
-    def carry(self, y: Vector) -> None:
-        """Turn Farkas' y of the rows after the step, 0 for the removed ones, into that of the rows before it."""
-
-
-@dataclass(frozen=True, eq=False)
-class Known(Step):
-    """Variables of known values. Their rows serve no proof."""
-
-    columns: Indices
-    values: Vector
-
-    def fill(self, z: Vector) -> None:
-        z[self.columns] = self.values
-
-
-@dataclass(frozen=True, eq=False)
-class Pivots(Step):
-    """Equations a z_j + (other terms) + q = 0, each solved for a z_j, which is substituted in the other rows.
-
-    in_rows, in_columns : the other entries of these rows, and of these columns.
-    """
-
-    rows: Indices
-    columns: Indices
-    pivots: Vector
-    q: Vector
-    in_rows: Entries
-    in_columns: Entries
-
-    def fill(self, z: Vector) -> None:
-        z[self.columns] = -(self.q + self.in_rows.times(z)[self.rows]) / self.pivots
-
-    def carry(self, y: Vector) -> None:
-        """Let (M'y)_j be 0."""
-        y[self.rows] = -self.in_columns.transposed_times(y)[self.columns] / self.pivots
-
-
-@dataclass(frozen=True, eq=False)
-class Bounds(Step):
-    """Rows a z_j + q_i that are at least 0 where z_k is at its only bound (sign 1; or at most 0, sign -1), while z_k
-    appears nowhere but as b z_k in the row of z_j: the row is a bound of z_j, and z_k its multiplier.
-
-    rows, multipliers, columns, partners : the i, the k, the j, and the rows of the z_j.
-    own : the bounds of the z_k. active : where z_j had no tighter bound. at : the new bounds.
-    q, in_rows : of the partners, without z_k. in_columns : entries of the columns j, without row i.
-    """
-
-    rows: Indices
-    multipliers: Indices
-    columns: Indices
-    partners: Indices
-    a: Vector
-    b: Vector
-    sign: Vector
-    own: Vector
-    active: Mask
-    at: Vector
-    q: Vector
-    in_rows: Entries
-    in_columns: Entries
-
-    def fill(self, z: Vector) -> None:
-        """Let z_k make w_j 0 where z_j is at the new bound and w_j has the sign for it."""
-        w = self.q + self.in_rows.times(z)[self.partners]
-        change = -w / self.b
-        needed = self.active & (z[self.columns] == self.at) & (self.sign * change > 0)
-        z[self.multipliers] = self.own + np.where(needed, change, 0.0)
-
-    def carry(self, y: Vector) -> None:
-        """Let (M'y)_j be 0 where it has the sign with which the new bound counts."""
-        share = -self.in_columns.transposed_times(y)[self.columns] / self.a
-        y[self.rows] = np.where(self.active & (self.sign * share > 0), share, 0.0)
-
-
-@dataclass(frozen=True, eq=False)
-class Factors(Step):
-    """Rows times factors: of any sign for equations, positive for others; shape (n,)."""
-
-    factors: Vector
-
-    def carry(self, y: Vector) -> None:
-        y *= self.factors
+    fill: Callable[[Vector], None] = unchanged
+    carry: Callable[[Vector], None] = unchanged
 
 
 ROUNDING = 8 * EPS  # relative to the terms of a sum
@@ -159,10 +75,11 @@ CANCELLED = 1e-14  # relative to the sum of their sizes: what rounding leaves of
 
 
 class Contradiction(Exception):
-    """Some rows cannot have the signs that are asked for, whatever z is; y : Farkas' vector for the rows."""
+    """Some rows cannot have the signs that are asked for, whatever z is; y : Farkas' vector for all n rows."""
 
-    def __init__(self, y: Vector) -> None:
-        self.y = y
+    def __init__(self, n: int, rows: Any, values: Any) -> None:
+        self.y = np.zeros(n)
+        self.y[rows] = values
 
 
 class System:
@@ -170,9 +87,8 @@ class System:
 
     entries : those of M. q : what is left of it, with known values put in. lower, upper : bounds. row_of : the row of
     each column, -1 for columns that are removed. factors : by which rows were multiplied. terms : the sizes of what was
-    added up to q, and rounded. All of shape (n,). keeps_all : whether nothing but 0 counted as rounding, and
-    no entry of M became so large that rounding may have changed it, if all are integers.
-    """
+    added up to q, and rounded. keeps_all : whether, if all are integers, nothing but 0 counted as rounding, and no
+    entry of M became so large that rounding may have changed it."""
 
     def __init__(self, problem: Problem) -> None:
         M, n = problem.M, problem.n
@@ -189,14 +105,11 @@ class System:
 
     @property
     def columns(self) -> Indices:
-        """Return the columns that are left."""
         return np.flatnonzero(self.row_of >= 0)
 
     @property
     def free(self) -> Mask:
-        """Return which columns have free variables."""
-        mask: Mask = (self.row_of >= 0) & np.isinf(self.lower) & np.isinf(self.upper)
-        return mask
+        return np.asarray((self.row_of >= 0) & np.isinf(self.lower) & np.isinf(self.upper))
 
     @property
     def equations(self) -> Mask:
@@ -210,62 +123,73 @@ class System:
         found[self.row_of[columns]] = columns
         return found
 
+    def places(self, rows: Indices, columns: Indices) -> Indices:
+        """Return where these entries are among all, or any place for those that are 0; there is at least one."""
+        keys = self.entries.rows * self.n + self.entries.columns
+        order = np.argsort(keys)
+        return np.asarray(order[np.searchsorted(keys[order], rows * self.n + columns).clip(max=keys.size - 1)])
+
     def counts(self) -> tuple[Indices, Indices]:
-        """Return the numbers of entries in each row and in each column."""
         return np.bincount(self.entries.rows, minlength=self.n), np.bincount(self.entries.columns, minlength=self.n)
 
-    def know(self, columns: Indices, values: Vector, rows: Indices | None = None) -> Known:
-        """Remove variables of known values and, by default, their rows; else these rows, as many."""
+    def know(self, columns: Indices, values: Vector, rows: Indices | None = None) -> Step:
+        """Remove variables of known values and, by default, their rows; else these rows, as many. They serve no
+        proof."""
         if rows is not None:
             self.pair(rows, columns)
-        z = np.zeros(self.n)
-        z[columns] = values
-        self.q += self.entries.times(z)
-        self._add_terms(self.entries.absolute().times(np.abs(z)))
-        self._remove(columns)
-        return Known(are_integers(values), columns, values)
 
-    def pivot(self, rows: Indices, columns: Indices, pivots: Vector) -> Pivots:
-        """Remove equations and variables; none of the equations has an entry in the column of another's variable. A
-        bounded variable must be known to be inside its bounds, so that its row is the equation that is left."""
+        def fill(z: Vector) -> None:
+            z[columns] = values
+
+        z = np.zeros(self.n)
+        fill(z)
+        terms = self.entries.values * z[self.entries.columns]
+        self.q += summed(self.entries.rows, terms, self.n)
+        self._add_terms(summed(self.entries.rows, np.abs(terms), self.n))
+        self.remove(columns)
+        return Step(are_integers(values), fill)
+
+    def pivot(self, rows: Indices, columns: Indices, pivots: Vector) -> Step:
+        """Solve equations a z_j + (other terms) + q = 0, which have no entry in the column of another's variable, each
+        for a z_j, substitute it in the other rows, and remove both. A bounded variable must be known to be inside its
+        bounds, so that its row is the equation that is left."""
         of_row, of_column = np.full(self.n, -1), np.full(self.n, -1)
         of_row[rows], of_column[columns] = np.arange(rows.size), np.arange(rows.size)
         in_rows, in_columns = of_row[self.entries.rows] >= 0, of_column[self.entries.columns] >= 0
         others, own = self.entries.part(in_rows & ~in_columns), self.entries.part(in_columns & ~in_rows)
-        step = Pivots(bool((np.abs(pivots) == 1).all()), rows, columns, pivots, self.q[rows], others, own)
+        q = self.q[rows]
+
+        def fill(z: Vector, in_rows: Entries = others) -> None:
+            z[columns] = -(q + in_rows.times(z)[rows]) / pivots
+
+        def carry(y: Vector) -> None:  # so that (M'y)_j is 0
+            y[rows] = -own.transposed_times(y)[columns] / pivots
+
         self.pair(rows, columns)
-        self._remove(columns)
+        self.remove(columns)
         place = of_column[own.columns]
         factor = -own.values / pivots[place]
-        self.q += summed(own.rows, factor * step.q[place], self.n)
+        self.q += summed(own.rows, factor * q[place], self.n)
         self._add_terms(summed(own.rows, np.abs(factor) * self.terms[rows][place], self.n))
         others = others.part(np.argsort(of_row[others.rows], kind="stable"))
         number = np.bincount(of_row[others.rows], minlength=rows.size)
-        first = np.cumsum(number) - number
-        times = number[place]
+        first, times = np.cumsum(number) - number, number[place]
         source = np.repeat(first[place] - (np.cumsum(times) - times), times) + np.arange(times.sum())
         if source.size:
-            fill = Entries(
-                np.repeat(own.rows, times), others.columns[source], np.repeat(factor, times) * others.values[source]
-            )
-            self._add(fill)
-        return step
+            values = np.repeat(factor, times) * others.values[source]
+            self._add(Entries(np.repeat(own.rows, times), others.columns[source], values))
+        return Step(bool((np.abs(pivots) == 1).all()), fill, carry)
 
-    def multiply(self, factors: Vector) -> Factors:
+    def multiply(self, factors: Vector) -> Step:
         """Multiply rows by factors, those of bounded variables by positive ones; shape (n,)."""
         entries = self.entries
         self.entries, self.q = entries._replace(values=entries.values * factors[entries.rows]), self.q * factors
         self.factors, self.terms = self.factors * factors, self.terms * np.abs(factors)
-        return Factors(bool((np.abs(factors) == 1).all()), factors)
 
-    def bound(self, step: Bounds, lower: Vector, upper: Vector) -> Bounds:
-        """Remove rows that are bounds, with their multipliers, and set the bounds of the variables."""
-        self.pair(step.partners, step.columns)
-        self.lower, self.upper = lower, upper
-        self.q[step.partners] = step.q
-        self.terms[step.partners] += np.abs(step.b * step.own)
-        self._remove(step.multipliers)
-        return step
+        def carry(y: Vector) -> None:
+            y *= factors
+
+        return Step(bool((np.abs(factors) == 1).all()), carry=carry)
 
     def _add_terms(self, sizes: Vector) -> None:
         """Take note of the sizes of what was added to q; where only rounding is left of it, it is 0."""
@@ -296,8 +220,7 @@ class System:
             self.row_of[other], column_of[own] = own, other
             self.row_of[j], column_of[i] = i, j
 
-    def _remove(self, columns: Indices) -> None:
-        """Remove columns with their rows."""
+    def remove(self, columns: Indices) -> None:
         rows = mask_of(self.n, self.row_of[columns])
         self.row_of[columns] = -1
         self.entries = self.entries.part((self.row_of[self.entries.columns] >= 0) & ~rows[self.entries.rows])

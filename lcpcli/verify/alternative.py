@@ -27,11 +27,8 @@ LARGEST_SHIFT = 1000  # of two: b is multiplied by at most 2^1000, which is fini
 
 class Alternative(NamedTuple):
     """One of Farkas' alternatives: a z with A z + b >= 0, z >= 0 to the tolerance of the LP solver, which proves
-    nothing, or a y that is a proof; both None if neither was established.
-
-    rounded : a y that shows `farkas.cancellation`, if neither was established; else None.
-    system : what the dual simplex method has found the point by, or None.
-    """
+    nothing, or a y that is a proof; both None if neither was established. rounded : then, if there is one, a y that
+    shows `farkas.cancellation`. system : what the dual simplex method has found the point by, or None."""
 
     point: Vector | None
     proof: Vector | None
@@ -41,12 +38,8 @@ class Alternative(NamedTuple):
 
 def alternative(A: Matrix, b: Vector, holds: Callable[[Vector], bool], effort: float = math.inf) -> Alternative:
     """Return a point of A z + b >= 0, z >= 0, or a proof that there is none, by one to three LPs of at most half the
-    effort each. A should be equilibrated; nothing is established unless it is finite.
-
-    A small dense system is first tried without an LP solver, whose calls and whose import take longer.
-
-    holds : whether a y is a proof.
-    """
+    effort each; a small dense system is first tried without them, as they take longer. A should be equilibrated;
+    nothing is established unless it is finite. holds : whether a y is a proof."""
     near = list[Vector]()
     for found in _searched(A, b, ORTHANT, effort, MOST_DENSE):
         if found.proof is None or holds(found.proof):
@@ -75,8 +68,7 @@ def _searched(A: Matrix, b: Vector, box: Box, effort: float, most: int) -> Itera
     programs = FarkasSystem(A, b, box, effort)
     if not programs.is_finite or (programs.low & programs.high).all():
         return
-    first = programs.least_total()
-    if first is not None and first.value > -0.5:
+    if (first := programs.least_total()) is not None and first.value > -0.5:
         yield Alternative(np.ldexp(np.maximum(-first.y[:-1], 0.0), programs.power), None)
         return
     yield from (Alternative(None, each) for y in programs.multipliers(first) for each in (*simplest(y), y))
@@ -96,8 +88,7 @@ def with_room(problem: Problem) -> Iterator[Vector]:
         size = np.where(A, np.abs(A).max(initial=0.0), 0.0)
     if _are_finite(A, b):
         for room in ROOM:
-            y = DualSimplex(A + room * size, b, margin=0.0).feasible()
-            if y is not None and (y > 0).any():
+            if (y := DualSimplex(A + room * size, b, margin=0.0).feasible()) is not None and (y > 0).any():
                 yield units.multipliers(np.maximum(y, 0.0))
 
 
@@ -107,17 +98,15 @@ def dictionaries(A: Matrix, b: Vector) -> Iterator[tuple[DualSimplex, Vector | N
         found = DualSimplex(A, b, margin)
         y = found.feasible()
         point = found.point() if y is None else None
-        multipliers = np.maximum(y if y is not None else 0 * b, 0.0)
+        multipliers = np.maximum(0 * b if y is None else y, 0.0)
         yield found, None if point is None else np.maximum(point[0], 0.0), multipliers
 
 
 class FarkasSystem:
     """The system of A z + b with l <= z <= u and the signs that `farkas.refutes` asks for, b and the bounds divided by
-    a power of two, and its multipliers y. Each LP takes at most half of the effort, or PATIENCE times that.
-
-    In the LPs for y, A'y = v - v' with v, v' >= 0, whose costs are the bounds; for a dense A, beside which an identity
-    would be as large, inequalities replace those v_j or v'_j whose bound is 0.
-    """
+    a power of two, and its multipliers y. Each LP takes at most half of the effort, or PATIENCE times that. In the LPs
+    for y, A'y = v - v' with v, v' >= 0, whose costs are the bounds; for a dense A, beside which an identity would be as
+    large, inequalities replace those v_j or v'_j whose bound is 0."""
 
     def __init__(self, A: Matrix, b: Vector, box: Box, effort: float) -> None:
         self._A, self._effort = A, effort / 2
@@ -130,9 +119,8 @@ class FarkasSystem:
         self._ends = np.where(may_fall, -np.inf, 0.0), np.where(may_rise, np.inf, 0.0)
         self._positive, self._negative = np.flatnonzero(~self.high), np.flatnonzero(~self.low)
         self._above, self._below = np.flatnonzero(high & ~may_rise), np.flatnonzero(low & ~may_fall)
-        self._cost = np.concatenate(
-            (self._b[self._positive], -self._b[self._negative], upper[self._above], -lower[self._below])
-        )
+        of_y = self._b[self._positive], -self._b[self._negative]
+        self._cost = np.concatenate((*of_y, upper[self._above], -lower[self._below]))
         self.is_finite = bool(np.isfinite(self._b).all() and np.isfinite(self._cost).all() and np.isfinite(A.sum()))
 
     def multipliers(self, first: Optimum | None) -> Iterator[Vector]:
@@ -169,10 +157,9 @@ class FarkasSystem:
         return minimized(objective, A, ends, (np.zeros(upper.size), upper), self._effort)
 
     def _y(self, found: Optimum) -> Vector:
-        split = self._positive.size
-        y = np.zeros(self._b.size)
-        y[self._positive] += found.x[:split]
-        y[self._negative] -= found.x[split : split + self._negative.size]
+        y, positive, negative = np.zeros(self._b.size), self._positive, self._negative
+        y[positive] += found.x[: positive.size]
+        y[negative] -= found.x[positive.size : positive.size + negative.size]
         return y
 
     def _least_violation(self) -> Optimum | None:

@@ -37,13 +37,11 @@ class Certificate:
     """Why there is no solution, or why a method gave up.
 
     kind : "farkas", vector y with y >= 0, M'y <= 0 and q'y < 0: no z >= 0 has M z + q >= 0. With bounds, the y that
-           `farkas` describes. It consists of integers, for which all this holds without rounding, if `proof` finds
-           them; else it is rounded: where M'y is 0, its computed value may be positive (see `farkas.refutes`). Where
-           only the rounding of M makes it positive, y excludes those z that the statement describes.
-           "exhaustion", every complementary basis is excluded, by branch and bound or enumeration; no vector.
-           "ray", Lemke's method has ended on a ray with direction vector, if it is known; that alone proves nothing.
-    statement : what it proves, as a clause for the user.
-    vector : shape (n,), or None.
+        `farkas` describes. It consists of integers, for which all this holds without rounding, if `proof` finds them;
+        else it is rounded: where M'y is 0, its computed value may be positive (see `farkas.refutes`).
+        "exhaustion", every complementary basis is excluded, by branch and bound or enumeration; no vector.
+        "ray", Lemke's method has ended on a ray with direction vector, if it is known; that alone proves nothing.
+    statement : what it proves, as a clause for the user. vector : shape (n,), or None.
     is_rounded : whether only the rounding of M keeps the vector from being a proof (see `rounded_proof`).
     exact : the proof in fractions, if it is known and no doubles were found that form a proof; vector is near it.
     """
@@ -57,11 +55,8 @@ class Certificate:
 
 def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Certificate | None:
     """Return the certificate that a method claims if it holds for the original M and q, with a Farkas vector as `proof`
-    returns it; None if it does not hold.
-
-    excludes_exactly : whether the method excludes complementary sets by exact arithmetic alone. For more than
-        FEW_UNKNOWNS, whose sets are not searched again, only such a method is believed to have excluded all.
-    """
+    returns it; None if it does not hold. excludes_exactly : whether the method excludes complementary sets by exact
+    arithmetic alone: of more than FEW_UNKNOWNS, whose sets are not searched again, only such a method is believed."""
     return KINDS[claim.kind].confirmed(problem, claim, excludes_exactly)
 
 
@@ -76,12 +71,12 @@ def _farkas(problem: Problem, claim: Certificate, _: bool) -> Certificate | None
 
 def _exhaustion(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Certificate | None:
     """All complementary sets are excluded: by the tree in exact arithmetic, for few unknowns and with some effort."""
-    has_none = None
+    has_none = excludes_exactly
     if problem.n <= FEW_UNKNOWNS:
         data = ExactProblem.of_floats(problem)
         with suppress(TimeIsUp):
             has_none = first_solution(data, Effort(EXHAUSTION_EFFORT).steps(data)) is None
-    return replace(claim, vector=None) if has_none or (has_none is None and excludes_exactly) else None
+    return replace(claim, vector=None) if has_none else None
 
 
 @np.errstate(all="ignore")
@@ -122,10 +117,9 @@ def _stated(problem: Problem, claim: Certificate) -> Certificate:
         return claim
     if problem.n <= FEW_UNKNOWNS:
         data = ExactProblem.of_floats(problem)
-        count = Effort(EXHAUSTION_EFFORT).steps(data)
         with suppress(TimeIsUp):
-            exact = farkas.exact_proof(data, claim.vector) or farkas.farkas_vector(data, count)
-            if exact is not None:
+            exact = farkas.exact_proof(data, claim.vector)
+            if exact or (exact := farkas.farkas_vector(data, Effort(EXHAUSTION_EFFORT).steps(data))) is not None:
                 return exact_certificate(data, claim.statement, exact)
     return replace(claim, statement=f"{claim.statement}, up to rounding of y")
 
@@ -161,8 +155,7 @@ def proof(problem: Problem, y: Vector) -> Vector | None:
         return None
     with imports:
         from lcpcli.verify.alternative import with_room
-    found = _first(problem, farkas.whole_proofs(problem, y, small=True))
-    if found is not None:
+    if (found := _first(problem, farkas.whole_proofs(problem, y, small=True))) is not None:
         return found
     own = in_range_if_proof(problem, y)
     others = with_room(problem) if own is not None else ()
@@ -200,20 +193,16 @@ def farkas_certificate(problem: Problem, effort: float = math.inf, exactly: bool
         from lcpcli.verify.alternative import candidates
     with np.errstate(all="ignore"):
         units = scale(problem)
-    inner = units.problem
-    multipliers = map(units.multipliers, candidates(inner.M, inner.q, inner.box, effort))
-    return first_proof(problem, multipliers, exactly)
+    found = candidates(units.problem.M, units.problem.q, units.problem.box, effort)
+    return first_proof(problem, map(units.multipliers, found), exactly)
 
 
-def first_proof(
-    problem: Problem, candidates: Iterable[Vector], exactly: bool = False, few: bool = False
-) -> Certificate | None:
+def first_proof(problem: Problem, ys: Iterable[Vector], exactly: bool = False, few: bool = False) -> Certificate | None:
     """Return the certificate by the first y that is a proof; if none is, by the first that is a `rounded_proof`, for
     few unknowns only if asked for, unless it has to hold exactly; else None."""
     tried = []
-    for y in candidates:
-        own = in_range_if_proof(problem, y)
-        if own is not None:
+    for y in ys:
+        if (own := in_range_if_proof(problem, y)) is not None:
             return infeasible(problem, own)
         tried.append(y)
     rounded = () if exactly else (rounded_proof(problem, y, few) for y in tried)

@@ -59,8 +59,8 @@ def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
         motions = _motions(problem, z, w, basic) if problem.is_moderate else None
     if motions is None:
         return None
-    with np.errstate(all="ignore"):
-        alone, exchanged = (_counts(-np.log10(errors / np.abs(z))) for errors in motions[:2])
+    found = (np.nan_to_num(-np.log10(errors / np.abs(z)), nan=0.0) for errors in motions[:2])
+    alone, exchanged = (np.clip(np.rint(each), 0, DOUBLE_DIGITS) for each in found)
     undetermined = np.where(basic, (exchanged == 0) & (alone > 0), motions[2])
     return np.where(undetermined, np.nan, np.where(basic, exchanged, DOUBLE_DIGITS))
 
@@ -71,10 +71,6 @@ def whole_digits(problem: Problem, z: Vector, w: Vector) -> list[int | None] | N
         found = digits(problem, z, w)
         return None if found is None else [None if math.isnan(count) else int(count) for count in found.tolist()]
     return None
-
-
-def _counts(found: Vector) -> Vector:
-    return np.asarray(np.clip(np.rint(np.nan_to_num(found, nan=0.0)), 0, DOUBLE_DIGITS))
 
 
 def fewest(problem: Problem, z: Vector, determined: Vector) -> tuple[int, int]:
@@ -118,9 +114,8 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> tuple[Vecto
         if P.size > MOST_KINKS:
             return alone[0] + MEDIAN * alone[1], np.full(z.size, np.inf), np.ones(z.size, dtype=bool)
         # the changes of q that stand for w_i = 1 for i in B, and for z_i = 1 elsewhere
-        columns = np.where(
-            basic[P], -np.equal.outer(np.arange(z.size), P).astype(float), matrices.dense(problem.M[:, P])
-        )
+        identity = np.equal.outer(np.arange(z.size), P).astype(float)
+        columns = np.where(basic[P], -identity, matrices.dense(problem.M[:, P]))
         sizes = _largest_sizes(moves, response(columns), P)
 
 
@@ -177,8 +172,7 @@ def _sizes(moves: Vector) -> Vector:
 
 def room(box: Box, z: Vector, w: Vector, basic: Mask) -> Vector:
     """Return how far each component is from violating the condition of its state; infinite if it is fixed."""
-    states = of_masks(basic, ~basic & (z == box.upper))
-    return np.where(box.fixed, np.inf, -box.violations(z, w, states))
+    return np.where(box.fixed, np.inf, -box.violations(z, w, of_masks(basic, ~basic & (z == box.upper))))
 
 
 @lru_cache(maxsize=8)

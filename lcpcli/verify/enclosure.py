@@ -96,10 +96,8 @@ SIGNS = "rounding decides the sign of component {}"
 def fault(problem: Problem, z: Vector, tol: float, rounding: float = 0.0) -> str:
     """Return why no solution is shown to exist that has the states of an admissible z, shape (n,), and differs from it
     by at most tol in each component, relative to z_i and to its distance from the reference point; "" if one is.
-
     rounding : of the entries of M and q, relative: one is shown to exist for all problems whose entries differ by so
-        much; if it is not 0, only for an M_BB without positive entries off its diagonal.
-    """
+    much; if it is not 0, only for an M_BB without positive entries off its diagonal."""
     basis, M = problem.box.basis_at(z), problem.M
     B, change = (basis == BASIC).nonzero()[0], np.zeros(problem.n)
     w = -accurate_residual(M, z, -problem.q)
@@ -146,14 +144,13 @@ def _change(block: Matrix, terms: Vector, sizes: Vector, bound: Vector, rounding
             image -= (2 * _width(block) * EPS + rounding) * absolute_product(block, v)
             if (v > 0).all() and (image > 0).all():
                 return 2 * float((bound / image).max()) * v
-    nothing = np.full(terms.size, np.inf)
-    if block.shape[0] > LARGEST_ENCLOSED or rounding:
-        return nothing
-    R, C = (np.exp2(np.rint(np.log2(each))) for each in (1 / terms, sizes))
-    B = dense(block)
-    scaled = R[:, np.newaxis] * B * C
-    is_exact = np.isfinite(scaled).all() and np.array_equal(scaled / R[:, np.newaxis] / C, B)
-    return 2 * regular_change(scaled, 2 * R * bound) * C if is_exact else nothing
+    if block.shape[0] <= LARGEST_ENCLOSED and not rounding:
+        R, C = (np.exp2(np.rint(np.log2(each))) for each in (1 / terms, sizes))
+        B = dense(block)
+        scaled = R[:, np.newaxis] * B * C
+        if np.isfinite(scaled).all() and np.array_equal(scaled / R[:, np.newaxis] / C, B):
+            return 2 * regular_change(scaled, 2 * R * bound) * C
+    return np.full(terms.size, np.inf)
 
 
 def _width(M: Matrix) -> int:

@@ -9,9 +9,9 @@ Rows may be scaled beforehand; the best scaling is by 1 / L, for which L becomes
 
     |z - z*| <= <M>^-1 |min(L z, w)|.
 
-The same holds with bounds, where min(z, w) is z - mid(l, u, z - w), as mid(l, u, t) increases with t and by no more
-than t. M is H+ if and only if its diagonal is positive and <M> u > 0 for some u > 0; then <M>^-1 >= 0. So <M> t >= s
-yields t >= <M>^-1 s, and an approximate t is corrected by adding a multiple of u: no system has to be solved exactly.
+The same holds with bounds, where min(z, w) is z - mid(l, u, z - w). M is H+ if and only if its diagonal is positive and
+<M> u > 0 for some u > 0; then <M>^-1 >= 0. So <M> t >= s yields t >= <M>^-1 s, and an approximate t is corrected by
+adding a multiple of u: no system has to be solved exactly.
 
 R. Mathias and J.-S. Pang, Error bounds for the linear complementarity problem with a P-matrix, Linear Algebra and its
 Applications 132 (1990) 123-136, and J.-S. Pang, A posteriori error bounds for the linearly-constrained variational
@@ -83,13 +83,10 @@ def in_range(A: Matrix, smallest: float = 0.0) -> bool:
 
 def residual(problem: Problem, z: Vector) -> Vector | None:
     """Return M z + q to a relative error of EPS in each row, for M in range; None if z or this is out of range."""
-    if not in_range(z):
-        return None
-    try:
-        w = -accurate_residual(problem.M, z, -problem.q)
-    except (OverflowError, ValueError):
-        return None
-    return w if in_range(w) else None
+    with suppress(OverflowError, ValueError):
+        if in_range(z) and in_range(w := -accurate_residual(problem.M, z, -problem.q)):
+            return w
+    return None
 
 
 def h_plus_theorem(problem: Problem) -> Theorem | None:
@@ -128,9 +125,7 @@ def _scaling(M: Matrix, diagonal: Vector) -> Scaling | None:
     ratios = matrices.absolute_product(M, e) / diagonal - 1
     if ratios.max() < SLOW_JACOBI:
         return Scaling(e, None)
-    if ratios.min() > 1:
-        return None
-    found = scaling(M, lambda u: bool(lower_image(M, diagonal, u).min() > 0))
+    found = None if ratios.min() > 1 else scaling(M, lambda u: bool(lower_image(M, diagonal, u).min() > 0))
     if found is None or found.solve is not None:
         return found
     with suppress(SingularMatrix):
@@ -144,8 +139,7 @@ def solver(A: Matrix) -> Solve:
         inverse = 1 / A.diagonal()
 
         def iterate(b: Vector) -> tuple[Vector, bool]:
-            target = BICGSTAB_TARGET * norm(inverse * b)
-            start = np.zeros(b.size)
+            start, target = np.zeros(b.size), BICGSTAB_TARGET * norm(inverse * b)
             x, size = bicgstab(lambda v: inverse * (A @ v), inverse * b, start, target, BICGSTAB_STEPS, identity)
             return x, size <= target
 
@@ -178,14 +172,13 @@ def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
         return None
     A = matrices.scaled(M, rows, D)
     S = 0.5 * (A + A.T)
-    least = least_eigenvalue(S)
-    if least is None:
+    if (least := least_eigenvalue(S)) is None:
         return None
 
     def bound(z: Vector, w: Vector) -> float:
-        sigma, rho = box.corrections(z, w, diagonal)
-        first, second = rows * sigma, rho / D
-        largest = max(float(np.abs(first).max()), float(np.abs(second).max()))
+        near, sigma = box.on_bounds(z, w, diagonal)
+        first, second = rows * sigma, (z - near) / D
+        largest = float(np.abs((first, second)).max())
         if largest == 0:
             return 0.0
         power = 2.0 ** math.frexp(largest)[1]
@@ -222,10 +215,8 @@ NEIGHBOUR_REFINEMENTS = 3  # of a basic solution: each gains several digits wher
 
 @dataclass(frozen=True)
 class Bound:
-    """|z - z*|_inf <= value, in the problem's units; the value is infinite if nothing is known.
-
-    source : the theorem, and the class of M that was verified for it.
-    """
+    """|z - z*|_inf <= value, in the problem's units, infinite if nothing is known; source : the theorem, and the class
+    of M that was verified for it."""
 
     value: float
     source: str
@@ -241,28 +232,17 @@ NO_BOUND = Bound(math.inf, "M is not known to be H+ or positive definite")
 
 @np.errstate(all="ignore")
 def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
-    """Return the smallest proved bound on |z - z*|_inf for this M, z* being the unique solution.
+    """Return the smallest proved bound on |z - z*|_inf for this M, z* being the unique solution; None if M is in
+    neither class or too close to the boundary of both, if z or an entry of M is not finite or is beyond
+    `LARGEST_ENTRY`, or if a nonzero entry of M or of the bounds is below `SMALLEST_ENTRY`.
 
     The class of M is verified, not estimated, and all rounding errors are bounded and included. The cost is O(n^3) for
     dense M, more than that of solving the problem, and a few solves for sparse M. A sparse M that is not H+ is treated
     as dense for up to `error_theorems.MOST_DENSIFIED` unknowns.
 
-    Parameters
-    ----------
     problem : an LCP or a mixed problem with n unknowns; the theorems hold for any bounds.
-    z : shape (n,), of any sign.
+    z : shape (n,), of any sign; ProblemError if it does not have n numbers.
 
-    Returns
-    -------
-    The bound; None if M is in neither class or too close to the boundary of both, if z or an entry of M is not finite
-    or is beyond `LARGEST_ENTRY`, or if a nonzero entry of M or of the bounds is below `SMALLEST_ENTRY`.
-
-    Raises
-    ------
-    ProblemError : z does not have n numbers.
-
-    Examples
-    --------
     >>> from lcpcli import Problem, error_bound
     >>> bound = error_bound(Problem([[2, 1], [1, 2]], [-5, -6]), [1.3333, 2.3333])
     >>> 3e-5 < bound.value < 1e-3, bound.source
@@ -291,8 +271,7 @@ def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
 def _claim(problem: Problem, known: dict[str, Theorem], z: Vector, y: Vector) -> Bound | None:
     """Return the smallest of the bounds at y, plus the distance from z to y."""
     y = np.where(np.abs(y) < SMALLEST_ENTRY, 0.0, y)
-    w = residual(problem, y)
-    if w is None:
+    if (w := residual(problem, y)) is None:
         return None
     values = {source: theorem(y, w) for source, theorem in known.items()}
     best = min(values, key=lambda source: values[source] if values[source] < LARGEST_ENTRY else math.inf)
@@ -308,15 +287,11 @@ def _neighbour(problem: Problem, z: Vector) -> Vector | None:
     y, active = problem.box.nonbasic(basis), np.flatnonzero(basis == BASIC)
     if not active.size:
         return y
-    try:
+    with suppress(SingularMatrix):
         solve = solver(problem.M[active][:, active])
-    except SingularMatrix:
-        return None
-    for _ in range(NEIGHBOUR_REFINEMENTS):
-        left = residual(problem, y)
-        if left is None:
-            return None
-        y[active] -= solve(left[active])
-        if not np.isfinite(y).all():
-            return None
-    return problem.box.project(y)
+        for _ in range(NEIGHBOUR_REFINEMENTS):
+            if (left := residual(problem, y)) is None:  # as where y is not finite
+                return None
+            y[active] -= solve(left[active])
+        return problem.box.project(y) if np.isfinite(y).all() else None
+    return None

@@ -23,9 +23,10 @@ from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import EPS, ROUNDING, distinct
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import linprog
+from lcpcli.linalg.units import equilibrate
 from lcpcli.model import changes
 from lcpcli.model.box import BASIC, LOWER, UPPER
-from lcpcli.model.changes import equilibrated_point, scale, shifted
+from lcpcli.model.changes import scale, shifted
 from lcpcli.model.problem import Problem
 from lcpcli.rational import elimination
 from lcpcli.rational.elimination import Effort
@@ -50,7 +51,7 @@ def from_point(
     effort = effort or Effort()
     for basis in _bases(data.problem, z):
         found = _by_pivoting(data, basis, effort, most)
-        if found is None and 0 < _count(basis) <= most and effort.allows():
+        if found is None and 0 < np.count_nonzero(basis == BASIC) <= most and effort.allows():
             found = _at_vertex(data, basis, effort)
         if found is not None:
             return found
@@ -60,21 +61,20 @@ def from_point(
 def _bases(problem: Problem, z: Vector) -> Iterator[States]:
     """Yield bases suggested by z: all z_i not at a bound, those farther from it than w_i, those not close to it."""
     with np.errstate(all="ignore"):
-        box, scaled, w = equilibrated_point(problem, z, problem.w(z))
+        R, C = equilibrate(problem.M, problem.q, problem.row_maxima)
+        box, scaled, w = problem.box.in_units(C), z / C, R * problem.w(z)
         near = ACTIVE_COLUMN * np.abs(scaled).max(initial=0.0)
         snapped = np.where(scaled - box.lower <= near, box.lower, scaled)
         bases = [problem.box.basis_at(z), box.basis_at(scaled, w)]
         bases += [box.basis_at(np.where(box.upper - snapped <= near, box.upper, snapped))]
-    for k, basis in enumerate(bases):
-        if not any(np.array_equal(basis, earlier) for earlier in bases[:k]):
-            yield basis
+    yield from {basis.tobytes(): basis for basis in bases}.values()
 
 
 def _by_pivoting(data: ExactProblem, basis: States, effort: Effort, most: int) -> list[Fraction] | None:
     fewest = data.n + 1
     for _ in range(MOST_EXACT_STEPS):
-        found = exact_basis(data, basis, effort) if _count(basis) <= most and effort.allows() else None
-        if found is None or found.solves:
+        is_tried = np.count_nonzero(basis == BASIC) <= most and effort.allows()
+        if (found := exact_basis(data, basis, effort) if is_tried else None) is None or found.solves:
             return None if found is None else found.z
         violated = np.zeros(data.n, dtype=bool)
         violated[list(found.gaps) if len(found.gaps) < fewest else min(found.gaps)] = True
@@ -85,12 +85,7 @@ def _by_pivoting(data: ExactProblem, basis: States, effort: Effort, most: int) -
 
 def finitely_rounded(z: Sequence[Fraction]) -> Vector | None:
     """Return an exact solution in doubles; None if it is beyond their range."""
-    near = rounded(z)
-    return near if np.isfinite(near).all() else None
-
-
-def _count(basis: States) -> int:
-    return int(np.count_nonzero(basis == BASIC))
+    return near if np.isfinite(near := rounded(z)).all() else None
 
 
 class ExactBasis(NamedTuple):
@@ -109,13 +104,11 @@ class ExactBasis(NamedTuple):
 def exact_basis(data: ExactProblem, basis: States, effort: Effort | None = None) -> ExactBasis | None:
     """Return the basic solution of a basis; None if there is none, or if solving takes more than an effort."""
     active = np.flatnonzero(basis == BASIC)
-    found = _solved(data, active, active, _at_bounds(data, basis), effort)
-    if found is None:
+    if (found := _solved(data, active, active, _at_bounds(data, basis), effort)) is None:
         return None
     z, unique = found
     gaps = dict[int, Fraction]()
-    for i, (state, w) in enumerate(zip(basis.tolist(), data.w(z), strict=True)):
-        low, high = data.lower[i], data.upper[i]
+    for i, (state, w, low, high) in enumerate(zip(basis.tolist(), data.w(z), data.lower, data.upper, strict=True)):
         wrong = w if state * w > 0 and low != high else Fraction(0)
         if own := gap(z[i], Fraction(0), low, high) if state == BASIC else wrong:
             gaps[i] = abs(own)
@@ -144,8 +137,7 @@ def _solved(
         right, d = over_one_denominator([-w[i] * data.scales[i] for i in rows.tolist()])
     A = [[data.rows[i].get(j, 0) for j in columns.tolist()] for i in rows.tolist()]
     if effort is not None:
-        duration = elimination.duration(A)
-        if not effort.allows(duration):
+        if not effort.allows(duration := elimination.duration(A)):
             return None
         effort.spend(duration)
     found = elimination.solve(A, right)
@@ -201,8 +193,7 @@ def refined(problem: Problem, z: Vector, basis: States | None = None) -> Vector:
     if not active.size:
         return better
     solver, b = PrincipalSolver(within.M), -within.q[active]
-    if better.any():
-        b = accurate_residual(within.M[active], units.z_inside(better), b)
+    b = accurate_residual(within.M[active], units.z_inside(better), b) if better.any() else b
     block = solver.block(active)
     try:
         solve = solver.factorized(block)
@@ -216,8 +207,7 @@ def refined(problem: Problem, z: Vector, basis: States | None = None) -> Vector:
         return z
     basic = np.zeros(problem.n)
     basic[active] = values
-    better[active] = units.z_outside(basic)[active]
-    better = problem.box.project(better)
+    better = problem.box.project(np.where(basis == BASIC, units.z_outside(basic), better))
     if not np.isfinite(better).all():
         return z
     criterion = Criterion(problem)
@@ -233,7 +223,7 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
     solution of its states solves the problem, and no component of z differs from it by more than ROUNDING of itself. So
     the answer is never true where there is no solution; false if more than `farkas.most_exact()` are basic."""
     basis = problem.box.basis_at(z)
-    if _count(basis) > farkas.most_exact() or not np.isfinite(z).all():
+    if np.count_nonzero(basis == BASIC) > farkas.most_exact() or not np.isfinite(z).all():
         return False
     if not Point(Criterion(problem), z).nearly_solves():
         return False
@@ -246,11 +236,9 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
 
 @np.errstate(all="ignore")
 def is_rounded_difference(problem: Problem, z: Vector, tol: float) -> bool:
-    """Return whether z is, up to its last digits, a point with a relative residual of at most tol that has more digits.
-
-    Such a point is represented by the reference point and a difference from it that is no larger than z: with bounds
-    far from 0, any z in doubles may have a larger residual. There is no such point if the reference point is 0.
-    """
+    """Return whether z is, up to its last digits, a point with a relative residual of at most tol that has more digits:
+    the reference point, if that is not 0, and a difference from it that is no larger than z. With bounds far from 0,
+    any z in doubles may have a larger residual."""
     reference_z = problem.reference_z
     if reference_z is None or not problem.is_moderate:
         return False

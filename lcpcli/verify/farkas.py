@@ -4,10 +4,10 @@ J. Farkas, Theorie der einfachen Ungleichungen, Journal für die reine und angew
 some z >= 0 has A z + b >= 0, or there is y >= 0 with A'y <= 0 and b'y < 0, and never both, as
 0 <= y'(A z + b) = (A'y)'z + b'y.
 
-With bounds l <= z <= u, let y_i >= 0 where w_i >= 0 is asked for, y_i <= 0 where w_i <= 0 is, any y_i where w_i = 0
-is, and y_i = 0 where w_i may have either sign. Then 0 <= y'(A z + b) <= b'y + sum_j sup {(A'y)_j t : l_j <= t <= u_j}
-for any such z: if the right-hand side is negative, there is none. For a problem, w_i >= 0 is asked for where only l_i
-is finite, w_i <= 0 where only u_i is, w_i = 0 where neither is; so if all bounds are finite, there is a solution.
+With bounds l <= z <= u, let y_i >= 0 where w_i >= 0 is asked for (in a problem, where only l_i is finite), y_i <= 0
+where w_i <= 0 is (where only u_i is), any y_i where w_i = 0 is (where neither is), and y_i = 0 where w_i may have
+either sign. Then 0 <= y'(A z + b) <= b'y + sum_j sup {(A'y)_j t : l_j <= t <= u_j} for any such z: if the right-hand
+side is negative, there is none.
 
 A proof found in floats is accepted only after a check without rounding (D. Applegate, W. Cook, S. Dash and D. Espinoza,
 Exact solutions to linear programming problems, Operations Research Letters 35 (2007) 693-699).
@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
-from itertools import chain, islice
+from itertools import chain, islice, product
 from typing import Any
 
 import numpy as np
@@ -47,19 +47,16 @@ MOST_BITS = 10_000_000  # the number of entries times the bits of the largest: a
 
 
 def sides(box: Box, n: int) -> tuple[Vector, Vector, Mask, Mask]:
-    """Return the bounds of n variables as vectors, and where they are finite."""
     lower, upper = box.vectors(n)
     return lower, upper, np.isfinite(lower), np.isfinite(upper)
 
 
 @np.errstate(all="ignore")
 def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT, rows: Box | None = None) -> bool:
-    """Return whether y proves that no such z exists, for finite A of shape (m, n), b and y (m,). False proves nothing.
+    """Return whether y proves that no such z exists, for finite A of shape (m, n), b and y (m,). box : the bounds of z.
+    rows : bounds that ask for the signs of w, by default the same: A is then square, or all bounds are 0 and infinity.
 
-    box : the bounds of z. rows : bounds that ask for the signs of w, by default the same: A is then square, or all
-    bounds are 0 and infinity.
-
-    True only for a proof that holds without rounding, so never for a system that has a solution:
+    True only for a proof that holds without rounding, so never for a system that has a solution; False proves nothing:
 
     - y has its signs, and its exact total, b'y with the suprema, is negative;
     - the exact (A'y)_j is not positive where u_j is infinite, and not negative where l_j is. Floats alone show this
@@ -95,12 +92,9 @@ def cancellation(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> float:
     rounded to doubles do not tell whether there is such a z.
     """
     of = Multiplied(A, b, y, box)
-    if not of.has_signs:
-        return 0.0
     wrong = of.excess > -of.error
-    if not (of.excess <= of.y.size * EPS * of.size).all() or not (of.size[wrong] > SMALLEST_NORMAL / EPS).all():
-        return 0.0
-    total = -of.largest_total(of.everywhere, 0.0, of.error, SNAP)
+    is_rounding = (of.excess <= of.y.size * EPS * of.size).all() and (of.size[wrong] > SMALLEST_NORMAL / EPS).all()
+    total = -of.largest_total(of.everywhere, 0.0, of.error, SNAP) if of.has_signs and is_rounding else 0.0
     if not total > 0:
         return 0.0
     # y'(A z) is at least `total`, and at most the terms of b'y more, as A z + b has its signs
@@ -112,10 +106,9 @@ def cancellation(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> float:
 class Multiplied:
     """A'y in floats, with bounds on its rounding, on the support of a y that may be a proof, as for `refutes`.
 
-    has_signs : whether y is finite, not 0, and has the signs of multipliers.
-    excess : by how much (A'y)_j is beyond 0 on a side where z_j has no bound, -inf if it has both bounds.
-    is_active : in which columns A'y has the wrong sign, or is so small that it may be 0.
-    total, terms : b'y with the suprema, and the sum of the sizes of what this adds up.
+    has_signs : whether y is finite, not 0, and has the signs of multipliers. excess : by how much (A'y)_j is beyond 0
+    on a side where z_j has no bound, -inf if it has both bounds. is_active : in which columns A'y has the wrong sign,
+    or is so small that it may be 0. total, terms : b'y with the suprema, and the sizes of what this adds up.
     """
 
     @np.errstate(all="ignore")
@@ -167,14 +160,12 @@ class Multiplied:
         is_open = self.is_active
         if not is_enclosable(int(is_open.sum()), self.y.size):
             return False
-        change = enclosure(matrices.dense(self.rows[:, np.flatnonzero(is_open)]).T, self.y)
-        if change is None:
+        if (change := enclosure(matrices.dense(self.rows[:, np.flatnonzero(is_open)]).T, self.y)) is None:
             return False
         error = self.error + 2 * (abs(self.rows).T @ change)
-        if ((self._low | self._high) & (change > 0) & (np.abs(self.y) <= change)).any():
-            return False
+        may_turn = (self._low | self._high) & (change > 0) & (np.abs(self.y) <= change)
         beyond = (self.excess + error < 0) | is_open | ~self.used
-        return bool(beyond.all()) and self.largest_total(~is_open, change, error) < 0
+        return bool(beyond.all() and not may_turn.any()) and self.largest_total(~is_open, change, error) < 0
 
     def holds(self, y: Sequence[Fraction], certain: Mask | bool = False) -> bool:
         """Return whether a rational y on the support, with the right signs, is a proof, in exact arithmetic; certain :
@@ -211,8 +202,7 @@ def _beyond(rows: Sequence[Sequence[int]], y: Sequence[Fraction]) -> list[Fracti
     rounding: where they are nearly dependent, it is nearly their null vector, whose sign rounding of A decides."""
     terms = [sum(abs(value * factor) for value, factor in zip(row, y, strict=True)) for row in rows]
     common = max(term.denominator for term in terms)
-    found = elimination.solve(rows, [int(-term * common) for term in terms]).x
-    if found is None:
+    if (found := elimination.solve(rows, [int(-term * common) for term in terms]).x) is None:
         return None
     k = max(range(len(y)), key=lambda i: abs(y[i]))
     factor = y[k] / found[k] if found[k] else Fraction(0)
@@ -221,7 +211,7 @@ def _beyond(rows: Sequence[Sequence[int]], y: Sequence[Fraction]) -> list[Fracti
 
 
 def most_exact() -> int:
-    """Return the number of unknowns of the largest linear system that is solved exactly."""
+    """Return how many unknowns the largest linear system has that is solved exactly."""
     return LARGEST_BY_FLINT if elimination.library() else LARGEST_EXACT
 
 
@@ -239,7 +229,7 @@ def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
         return None
     candidates = chain(_small(data.problem, y), _simple(data, y, quickly=False))
     found = next(filter(data.refuted_by, candidates), None)
-    return None if found is None else [Fraction(value) for value in numbers.whole_multiple(found)]
+    return None if found is None else list(map(Fraction, numbers.whole_multiple(found)))
 
 
 def simplified(data: ExactProblem, y: list[Fraction]) -> list[Fraction]:
@@ -265,17 +255,15 @@ def is_exact(problem: Problem, y: Vector) -> bool:
     """Return whether y is a proof as it is, for the doubles of a problem or their shortest decimals; False, too, if it
     has so many terms that to find out would take long."""
     support = np.flatnonzero(y)
-    if Multiplied(problem.M, problem.q, y, problem.box).is_clear():
-        return True
     known = _data_of_rows(problem, support) if _entries(problem, support) <= MOST_TERMS else ()
-    return any(data.refuted_by(fractions_of(y)) for data in known)
+    is_clear = Multiplied(problem.M, problem.q, y, problem.box).is_clear()
+    return is_clear or any(data.refuted_by(fractions_of(y)) for data in known)
 
 
 def _data_of_rows(problem: Problem, support: Indices) -> Iterator[ExactProblem]:
     """Yield some rows of a problem with its doubles as they are, then with their shortest decimals if they differ."""
     for number in (Fraction, numbers.shortest_decimal):
-        data = ExactProblem.of_rows(problem, support, number)
-        yield data
+        yield (data := ExactProblem.of_rows(problem, support, number))
         if all(scale == 1 for scale in data.scales):
             return
 
@@ -304,18 +292,14 @@ def _small(problem: Problem, y: Vector) -> Iterator[list[Fraction]]:
 def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fraction]]:
     """Yield vectors of simple fractions near y, and some with M'y = 0 exactly where it may be 0, the simplest first;
     at last y itself. quickly : without that, by linear systems that are small, while numbers stay short."""
-    snapped = fractions_of(np.where(np.abs(y) < SNAP * np.abs(y).max(), 0.0, y))
-    sizes, active = [abs(value) for value in snapped if value], _active(data, y)
-    largest, least = max(sizes), min(sizes)
-    simple = (
-        [(value / unit).limit_denominator(most) for value in snapped]
-        for most in SIMPLE_DENOMINATORS
-        for unit in (largest, least)
-    )
+    snapped, active = fractions_of(np.where(np.abs(y) < SNAP * np.abs(y).max(), 0.0, y)), _active(data, y)
+    largest, least = (extreme(abs(value) for value in snapped if value) for extreme in (max, min))
+    units = product(SIMPLE_DENOMINATORS, (largest, least))
+    simple = ([(value / unit).limit_denominator(most) for value in snapped] for most, unit in units)
     yield from islice(simple, 2)
     for grid in GRIDS:
         steps = [Fraction(round(grid * value / largest)) for value in snapped]
-        near = _corrected_in_fractions(data, steps, active, quickly) or steps
+        near = _corrected(data, steps, active, quickly) or steps
         yield near
         if quickly and max(map(abs, numbers.whole_multiple(near))) > numbers.LARGEST_INTEGER:
             break
@@ -323,23 +307,20 @@ def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fract
     if not quickly:
         exact = fractions_of(y)
         yield exact
-        yield _corrected_in_fractions(data, exact, active, quickly) or exact
+        yield _corrected(data, exact, active, quickly) or exact
 
 
 def _active(data: ExactProblem, y: Vector) -> list[int]:
     """Return the columns where M'y is small beside its terms and has to vanish, unless its sign fits one bound."""
     columns, _ = data.with_transpose(fractions_of(y))
     with np.errstate(all="ignore"):
-        size = abs(data.problem.M).T @ np.abs(y)
-        small = np.abs(rounded(columns)) <= ACTIVE_COLUMN * size
+        small = np.abs(rounded(columns)) <= ACTIVE_COLUMN * (abs(data.problem.M).T @ np.abs(y))
     small &= [low is None or high is None for low, high in zip(data.lower, data.upper, strict=True)]
     used = {j for i in np.flatnonzero(y).tolist() for j in data.rows[i]}
     return [j for j in np.flatnonzero(small).tolist() if j in used]
 
 
-def _corrected_in_fractions(
-    data: ExactProblem, y: list[Fraction], active: list[int], quickly: bool
-) -> list[Fraction] | None:
+def _corrected(data: ExactProblem, y: list[Fraction], active: list[int], quickly: bool) -> list[Fraction] | None:
     """Return y, `corrected` on its support so that M'y vanishes in the active columns."""
     columns, _ = data.with_transpose(y)
     if not any(columns[j] for j in active):
@@ -347,20 +328,17 @@ def _corrected_in_fractions(
     support = [i for i in range(data.n) if y[i]]
     common = math.lcm(*(data.scales[i] for i in support))
     A = [[data.rows[i].get(j, 0) * (common // data.scales[i]) for i in support] for j in active]
-    found = corrected(A, [y[i] for i in support], quickly)
-    if found is None:
+    if (found := corrected(A, [y[i] for i in support], quickly)) is None:
         return None
-    own = dict(zip(support, found, strict=True))
-    return [own.get(i, value) for i, value in enumerate(y)]
+    corrections = dict(zip(support, found, strict=True))
+    return [corrections.get(i, value) for i, value in enumerate(y)]
 
 
 def farkas_vector(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
     """Return a y that passes `data.refuted_by`, in integers without a common divisor; None if some z within its bounds
-    has w with the signs that the bounds ask for, so that there is no y.
-
-    If there is no such z, a row of a dictionary shows that one of these signs is violated wherever all earlier ones
-    hold: y consists of its coefficients. `check` is called before each pivot and may raise.
-    """
+    has w with the signs that the bounds ask for. If there is no such z, a row of a dictionary, whose coefficients y
+    has, shows that one of these signs is violated wherever all earlier ones hold. `check` is called before each pivot
+    and may raise."""
     unknowns, n = Unknowns(data, check), data.n
     rows, factors, kept = unknowns.forms()
     for k in unknowns.boxes:
@@ -369,10 +347,9 @@ def farkas_vector(data: ExactProblem, check: Callable[[], None]) -> list[Fractio
     for k in equations:
         w, opposite = unknowns.w(k), len(WORDS) * n + k
         rows[opposite], factors[opposite] = [-value for value in rows[w]], -factors[w]
-    widths = [unknowns.zero(k, UPPER) for k in unknowns.boxes]
-    here = Dictionary(rows, list(kept), {*kept, *widths}.difference(equations), check)
-    violated = next((form for form in factors if not here.require(form)), None)
-    if violated is None:
+    required = {*kept, *(unknowns.zero(k, UPPER) for k in unknowns.boxes)}.difference(equations)
+    here = Dictionary(rows, list(kept), required, check)
+    if (violated := next((form for form in factors if not here.require(form)), None)) is None:
         return None
     multiples = dict(zip(here.cobasic, here.rows[violated][1:], strict=True)) | {violated: -here.divisor}
     y = [Fraction(0)] * n

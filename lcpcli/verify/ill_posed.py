@@ -41,20 +41,20 @@ RUN_OFF = "z of size {size} violates no row by more than {tol:g} of its terms, b
 
 @np.errstate(all="ignore")
 def is_run_off(problem: Problem, z: Vector, tol: float) -> bool:
-    """Return whether no row is violated by more than tol times its own terms, whatever the cap of the criterion."""
+    """Return whether no row is violated by more than the measure allows by its own terms, whatever its cap."""
     if not (problem.is_moderate and np.isfinite(z).all() and (z == problem.box.project(z)).all()):
         return False
     measure = Measure(problem)
     rows = measure.rows(z)
-    return bool((measure.violations(z, rows.w) <= tol * rows.terms).all())
+    return bool((measure.violations(z, rows.w) <= measure.allowed(rows, np.inf, tol)).all())
 
 
 class Settled(NamedTuple):
     """What became of the doubt about a point that is exact up to rounding, or satisfies each row by its own terms.
 
-    z : the basic solution of its states, shape (n,), if a solution is shown to exist near that; else the point.
-    fault : why no solution is shown to exist; "" if one is.
-    certificate : a proof that the problem is infeasible, up to the rounding of M; None if none was found.
+    z : the basic solution of its states, shape (n,), if a solution is shown to exist near that; else the point. fault :
+    why no solution is shown to exist; "" if one is. certificate : a proof that the problem is infeasible, up to the
+    rounding of M; None if none was found.
     """
 
     z: Vector
@@ -131,7 +131,6 @@ def _has_dictionary(problem: Problem) -> bool:
 
 @np.errstate(all="ignore")
 def _candidates(problem: Problem, z: Vector) -> Iterator[Vector]:
-    """Yield vectors that may be proofs, the quickest first."""
     with imports:
         from lcpcli.verify.alternative import dictionaries, simplest
     units = scale(problem)
@@ -149,13 +148,11 @@ def _candidates(problem: Problem, z: Vector) -> Iterator[Vector]:
 def _null_vector(problem: Problem, z: Vector) -> Vector:
     """Return the left null vector of the M_BB of the states of z, by a step of inverse iteration from z, which is a
     null vector itself but for rounding; with a shift of the size of rounding if M_BB is singular."""
-    y, active = np.zeros(problem.n), np.flatnonzero(problem.box.basis_at(z) == BASIC)
+    y, active, M = np.zeros(problem.n), np.flatnonzero(problem.box.basis_at(z) == BASIC), problem.M
     if not active.size:
         return y
-    M = problem.M
-    transposed = matrices.compressed(M.T) if matrices.is_sparse(M) else M.T
-    solver, start = PrincipalSolver(transposed), z[active] / np.abs(z).max()
-    block = solver.block(active)
+    solver = PrincipalSolver(matrices.compressed(M.T) if matrices.is_sparse(M) else M.T)
+    start, block = z[active] / np.abs(z).max(), solver.block(active)
     for shift in (0.0, EPS * matrices.norm_inf(block)):
         with suppress(SingularMatrix, OverflowError, ValueError):
             y[active] = solver.factorized(matrices.plus_diagonal(block, shift))(start)

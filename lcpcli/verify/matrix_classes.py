@@ -46,16 +46,12 @@ Proof: TypeAlias = "tuple[bool, Vector | None]"
 """Whether S is proved to be positive definite; if not, a v, shape (n,), that may have v'Sv <= 0, or None."""
 
 
-def scaling(
-    M: Matrix, is_dominant: Callable[[Vector], bool], check: Callable[[], None] = interrupts.check
-) -> Scaling | None:
-    """Return a proof that M, of shape (n, n) with positive diagonal, is H+; None if no d was found.
-
-    is_dominant : returns whether <M> d > 0 is proved for a finite d > 0, as by `lower_image`, or in exact arithmetic.
-    check : called between steps; it may raise TimeIsUp.
-    """
+def scaling(M: Matrix, holds: Callable[[Vector], bool], check: Callable[[], None] = interrupts.check) -> Scaling | None:
+    """Return a proof that M, of shape (n, n) with positive diagonal, is H+; None if no d was found. holds :
+    whether <M> d > 0 is proved for a finite d > 0, as by `lower_image`, or in exact arithmetic. check : called between
+    steps; it may raise TimeIsUp."""
     for found in _candidates(matrices.comparison(M), check):
-        if np.isfinite(found.d).all() and (found.d > 0).all() and is_dominant(found.d):
+        if np.isfinite(found.d).all() and (found.d > 0).all() and holds(found.d):
             return found
     return None
 
@@ -87,8 +83,7 @@ def _candidates(C: Matrix, check: Callable[[], None]) -> Iterator[Scaling]:
             if direct:
                 solver, everything = PrincipalSolver(A), np.arange(diagonal.size)
                 try:
-                    d = solver.solve(everything, diagonal)
-                    solve = None if slack else solver.at(everything)
+                    d, solve = solver.solve(everything, diagonal), None if slack else solver.at(everything)
                 except factors.SingularMatrix:
                     continue
             else:
@@ -110,10 +105,8 @@ def _krylov(C: Matrix, diagonal: Vector, check: Callable[[], None]) -> Vector:
 
 
 def proof_of_definiteness(S: Matrix) -> Proof:
-    """Return the proof for an affordable S of shape (n, n), with positive diagonal, symmetric up to rounding.
-
-    S is first scaled by powers of two to a diagonal near 1, which does not affect the result.
-    """
+    """Return the proof for an affordable S of shape (n, n), with positive diagonal, symmetric up to rounding, which is
+    first scaled by powers of two to a diagonal near 1."""
     power = -half_power(S.diagonal())
     if np.abs(power).max() > LARGEST_EXPONENT:
         return False, None
@@ -172,12 +165,10 @@ def _balanced(M: Vector) -> Vector:
 def least_eigenvalue(S: Vector) -> float | None:
     """Return a positive lower bound on the smallest eigenvalue of a dense symmetric S with entries near 1 or smaller,
     each rounded once; None if none is proved."""
-    try:
-        estimate = float(_called(lambda: np.linalg.eigvalsh(S)[0], S))
-    except np.linalg.LinAlgError:
+    if (estimate := _called(lambda: np.linalg.eigvalsh(S)[0], S)) is None:
         return None
     lost = _lost(S)
-    shift = estimate - 2 * lost
+    shift = float(estimate) - 2 * lost
     return float(shift - lost) * (1 - 4 * EPS) if shift > lost and _is_factorized(S, shift) else None
 
 
@@ -189,15 +180,14 @@ def _lost(A: Vector) -> float:
 
 def _is_factorized(A: Vector, shift: float) -> bool:
     """Return whether Cholesky's factorization of A - shift I runs to completion."""
-    with suppress(np.linalg.LinAlgError):
-        _called(lambda: np.linalg.cholesky(matrices.plus_diagonal(A, -shift)), A)
-        return True
-    return False
+    return _called(lambda: np.linalg.cholesky(matrices.plus_diagonal(A, -shift)), A) is not None
 
 
 def _called(call: Callable[[], Any], A: Vector) -> Any:
-    """Return the value of a call that takes some n^3 operations, interruptibly if these take longer than a thread."""
-    return interruptibly(call) if A.shape[0] > MOST_NUMPY_ROWS else call()
+    """Return the value of a call that takes some n^3 operations, interruptibly if these take longer than a thread; None
+    if it fails."""
+    with suppress(np.linalg.LinAlgError):
+        return interruptibly(call) if A.shape[0] > MOST_NUMPY_ROWS else call()
 
 
 def _sparse(A: Matrix, rounding: float) -> Proof:

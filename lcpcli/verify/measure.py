@@ -27,10 +27,10 @@ not for products of larger numbers that underflow.
 
 Every array has the shape (n,) for one point, or (m, n) for one point of each of m problems.
 
-For a large dense M, w = M z + q alone often decides. The measure needs |M| |z| and the units of M, each of which takes
-longer than w. But the terms of row i lie between |q|_i and |q|_i + max |M_ij| |z|_1, and the cap is at least |q|_i;
-mostly that leaves only a few rows, whose terms are then computed. If no M_ij is 0, these rows and one with a violation
-v_j at z = 0 also give a lower bound on the caps, as R is inverse to the geometric means of rows: c_i >= v_j R_j / R_i.
+For a large dense M, w = M z + q alone often decides, which takes less time than |M| |z| and the units of M: the terms
+of row i lie between |q|_i and |q|_i + max |M_ij| |z|_1, and the cap is at least |q|_i. If no M_ij is 0, the few rows
+that this leaves open and one with a violation v_j at z = 0 give c_i >= v_j R_j / R_i, as R is inverse to the geometric
+means of rows.
 """
 
 from __future__ import annotations
@@ -59,7 +59,6 @@ NEGLIGIBLE_ROUNDING = 0.1  # of what is allowed, or of a violation: rounding err
 NEAR_VIOLATION = 1e-8  # relative to the terms of a row and to q_ref: a violation that noise may have made
 SMALLEST = math.ulp(0.0)
 NEAR_ZERO = SMALLEST_NORMAL * 2.0**-20  # what systems with entries of different sizes make of the distance SMALLEST
-YES = np.array(True)
 
 
 class Rows(NamedTuple):
@@ -75,7 +74,6 @@ class Rows(NamedTuple):
     grid: Vector | None = None
 
     def part(self, rows: Indices | int) -> Rows:
-        """Return the rows of some of m points, or of one."""
         return Rows(*(None if values is None else values[rows] for values in self))  # type: ignore[arg-type]
 
 
@@ -92,9 +90,6 @@ class Measure:
         w : M z + q if it is known, and z_ref = 0.
         """
         data = self.data
-        if data.reference_z is None and z.shape == data.q.shape and not np.count_nonzero(z):
-            size = np.abs(data.q)
-            return Rows(data.q.copy(), size, size, np.zeros(size.shape))
         w, given = self._w_and_terms(z, data.q, w)
         error = row_errors(data.M, z, given)
         if data.reference_z is None:
@@ -119,12 +114,8 @@ class Measure:
         return np.asarray(absolute_product(self.data.M, np.where(tiny, NEAR_ZERO * units, 0.0).T).T)
 
     def _w_and_terms(self, z: Vector, q: Vector, w: Vector | None = None) -> tuple[Vector, Vector]:
-        if w is None:
-            w = product(self.data.M, z.T).T
-            w += q
-        terms: Vector = absolute_product(self.data.M, np.abs(z).T).T
-        terms += np.abs(q)
-        return w, terms
+        w = product(self.data.M, z.T).T + q if w is None else w
+        return w, absolute_product(self.data.M, np.abs(z).T).T + np.abs(q)
 
     def violations(self, z: Vector, w: Vector) -> Vector:
         """Return the violation v of each row, for admissible z."""
@@ -135,27 +126,28 @@ class Measure:
 
         As c_i is at least |q_ref|_i, it is computed only if this lower bound leaves the question open.
         """
-        excess = self.data.box.excess(z, rows.w)
-        worst = excess + rows.error
-        least = np.abs(self.data.q_ref)
+        worst, least = self.data.box.excess(z, rows.w) + rows.error, np.abs(self.data.q_ref)
         if self.data.reference_z is not None:  # else the terms include it
             least = np.minimum(least, rows.terms)
-        closed = worst <= tol * least
-        if np.count_nonzero(closed) == closed.size:
-            return YES if closed.ndim == 1 else np.ones(len(z), dtype=bool)
-        if closed.ndim == 2 and not isinstance(self.data, Problem) and closed.all(axis=1).any():
-            solved: Mask = np.asarray(closed.all(axis=1))
-            some = (~solved).nonzero()[0]
-            solved[some] = Measure(self.data.part(some)).surely_solves(z[some], rows.part(some), tol)
+        solved: Mask = np.asarray((worst <= tol * least).all(axis=-1))
+        if solved.ndim and not isinstance(self.data, Problem) and solved.any():
+            if (some := (~solved).nonzero()[0]).size:
+                solved[some] = Measure(self.data.part(some)).surely_solves(z[some], rows.part(some), tol)
             return solved
-        if (excess - rows.error > _most(rows, tol)).any(axis=-1).all():
-            return np.zeros(closed.shape[:-1], dtype=bool)
-        return np.asarray((worst <= self.allowed(rows, self.caps(z), tol)).all(axis=-1))
+        return solved if solved.all() else self.allows(worst, z, rows, tol)
+
+    def allows(self, violations: Vector, z: Vector, rows: Rows, tol: float, factor: float = 1.0) -> Mask:
+        """Return whether violations are at most a factor times what is `allowed`, with caps only if it matters whether
+        these are as small as they may be, |q_ref|_i, or infinite; shape () or (m,)."""
+        surely = np.asarray((violations <= factor * self.allowed(rows, np.abs(self.data.q_ref), tol)).all(axis=-1))
+        if (surely | (violations > factor * self.allowed(rows, np.inf, tol)).any(axis=-1)).all():
+            return surely
+        return np.asarray((violations <= factor * self.allowed(rows, self.caps(z), tol)).all(axis=-1))
 
     def surely_fails(self, z: Vector, rows: Rows, tol: float) -> Mask:
-        """Return whether the relative residual exceeds tol, whatever the rounding errors in w are; shape () or (m,)."""
+        """Return whether the relative residual exceeds tol, whatever the caps and the rounding errors in w are."""
         least = self.data.box.excess(z, rows.w) - rows.error
-        return np.asarray((least > _most(rows, tol)).any(axis=-1))
+        return np.asarray((least > self.allowed(rows, np.inf, tol)).any(axis=-1))
 
     def size(self, z: Vector, rows: Rows) -> float:
         """Return the largest violation relative to the largest |q_ref|_i: cheap, to compare points of one problem."""
@@ -172,11 +164,10 @@ class Measure:
         return np.asarray(self.ratios(worst, rows, self.caps(z)).max(axis=-1))
 
     def ratios(self, violations: Vector, rows: Rows, caps: Vector) -> Vector:
-        """Return the relative residual of each row."""
         ratios = quotients(violations, np.minimum(rows.terms, caps))
         return np.where(violations <= self.allowed(rows, caps, 0.0), np.minimum(ratios, ROUNDING), ratios)
 
-    def allowed(self, rows: Rows, caps: Vector, tol: float) -> Vector:
+    def allowed(self, rows: Rows, caps: Vector | float, tol: float) -> Vector:
         """Return the violations up to which a row counts as satisfied to tol."""
         rounding = np.minimum(np.minimum(rows.full_terms, DROWNED * caps), LARGEST_DOUBLE)
         sizes = np.minimum(np.minimum(rows.terms, caps), LARGEST_DOUBLE)
@@ -188,23 +179,20 @@ class Measure:
 
     @property
     def reference(self) -> Vector:
-        """Return the reference point as a vector, even if it is 0."""
         reference_z = self.data.reference_z
         return np.zeros(self.data.q.shape) if reference_z is None else reference_z
 
     @cached_property
     def reference_violations(self) -> Vector:
-        """Return the violations at the reference point."""
         return self.violations(self.reference, self.data.q_ref)
 
     @cached_property
     def reference_w(self) -> Vector:
         """Return q_ref, with 0 for entries that are only rounding."""
-        data = self.data
-        if data.reference_z is None:
-            return data.q_ref
-        given = self._w_and_terms(data.reference_z, data.q)[1]
-        return np.where(np.abs(data.q_ref) <= ROUNDING * given, 0.0, data.q_ref)
+        q_ref, reference_z = self.data.q_ref, self.data.reference_z
+        if reference_z is None:
+            return q_ref
+        return np.where(np.abs(q_ref) <= ROUNDING * self._w_and_terms(reference_z, self.data.q)[1], 0.0, q_ref)
 
     @np.errstate(divide="ignore")
     def unsolved_sizes(self, z: Vector) -> Vector:
@@ -219,29 +207,22 @@ class Measure:
     @cached_property
     @np.errstate(divide="ignore")
     def _violated_sizes(self) -> Vector:
-        """Return log2 of the part of k that comes from the violations at the reference point, for each component."""
+        """Return the part of `unsolved_sizes` that comes from the violations at the reference point."""
         units, violations = self.data.units, self.violations(self.reference, self.reference_w)
         return units.largest(np.log2(violations) + units.rows, units.row_part)
 
+    @np.errstate(divide="ignore")
     def component_sizes(self, z: Vector) -> Vector:
         """Return log2 of k for each component, shape (..., parts)."""
-        sizes = self.unsolved_sizes(z)
+        sizes, units = self.unsolved_sizes(z), self.data.units
         is_known = sizes > -np.inf
         if np.count_nonzero(is_known) == is_known.size:
             return sizes
-        sizes = np.where(is_known, sizes, self._reference_sizes)
+        sizes = np.where(is_known, sizes, units.largest(np.log2(np.abs(self.reference_w)) + units.rows, units.row_part))
         return np.where(sizes > -np.inf, sizes, np.inf)
-
-    @cached_property
-    @np.errstate(divide="ignore")
-    def _reference_sizes(self) -> Vector:
-        """Return log2 of the largest R_j |q_ref|_j of each component."""
-        units = self.data.units
-        return units.largest(np.log2(np.abs(self.reference_w)) + units.rows, units.row_part)
 
     @np.errstate(over="ignore")
     def caps(self, z: Vector) -> Vector:
-        """Return the cap c_i of each row."""
         units = self.data.units
         sizes = np.exp2(self.component_sizes(z)[..., units.row_part] - units.rows)
         return np.maximum(sizes, np.abs(self.data.q_ref))
@@ -264,11 +245,7 @@ class Measure:
 
     def is_rounding(self, z: Vector, rows: Rows) -> Mask:
         """Return whether the violations are no more than the rounding errors in w; shape () or (m,)."""
-        violations = self.violations(z, rows.w)
-        surely = np.asarray((violations <= 2 * self.allowed(rows, np.abs(self.data.q_ref), 0.0)).all(axis=-1))
-        if (surely | (violations > 2 * _most(rows, 0.0)).any(axis=-1)).all():  # whatever the caps are
-            return surely
-        return np.asarray((violations <= 2 * self.allowed(rows, self.caps(z), 0.0)).all(axis=-1))
+        return self.allows(self.violations(z, rows.w), z, rows, 0.0, factor=2.0)
 
     def doubtful(self, z: Vector, rows: Rows, tol: float) -> Mask:
         """Return where rounding errors in w might decide whether z solves the problem, or are not small beside a
@@ -278,12 +255,6 @@ class Measure:
         allowed = self.allowed(rows, self.caps(z), tol)
         decisive = (worst > NEGLIGIBLE_ROUNDING * allowed) & (rows.error > NEGLIGIBLE_ROUNDING * worst)
         return decisive | ((excess < np.abs(rows.w)) & (rows.error > NEGLIGIBLE_ROUNDING * np.abs(rows.w)))
-
-
-def _most(rows: Rows, tol: float) -> Vector:
-    """Return the largest violations that are allowed, whatever the caps are."""
-    most: Vector = np.maximum(tol * rows.terms, ROUNDING * rows.full_terms)
-    return most if rows.grid is None else most + rows.grid
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
@@ -299,13 +270,11 @@ def rounded_once(problem: Problem, z: Vector, rows: Indices) -> Vector | list[fl
     if are_moderate(M.data if is_sparse(M) else M) and are_moderate(z) and are_moderate(q):
         with imports:
             from lcpcli.linalg.accurate import accurate_residual
-        w: Vector = 0.0 - accurate_residual(M, z, -q)
-        return w
+        return np.asarray(0.0 - accurate_residual(M, z, -q))
     with imports:
         from lcpcli.rational import numbers
     used = [slice(*M.indptr[i : i + 2]) for i in range(rows.size)] if is_sparse(M) else []
-    parts = [(M.data[part], z[M.indices[part]]) for part in used]
-    parts = parts or [(row[row != 0], z[row != 0]) for row in M]
+    parts = [(M.data[part], z[M.indices[part]]) for part in used] or [(row[row != 0], z[row != 0]) for row in M]
     return [numbers.rounded_sum(*part, value) for value, part in zip(q.tolist(), parts, strict=True)]
 
 
@@ -318,48 +287,28 @@ def decision(measure: Measure, z: Vector, w: Vector, tol: float) -> bool | None:
     errors in w are; None if these bounds do not decide."""
     problem = measure.data
     assert isinstance(problem, Problem)
-    excess, own, sizes = problem.box.excess(z, w), np.abs(problem.q), np.abs(z)
-    row = int(excess.argmax())
-    if excess[row] > 2 * tol * own[row] and _fails(problem, sizes, excess[row], row, np.inf, tol):
-        return False
-    rows, least = _open_rows(problem, z, excess, own, sizes, tol)
-    if not rows.size:
-        return True
-    are_known = bool((least < np.inf).all())  # caps too are infinite, in a component without a size
-    if are_known and problem.M.all() and (least <= _least_caps(problem, rows)).all():
-        return True
-    caps = measure.caps(z)
-    if are_known and (least <= caps[rows]).all():
-        return True
-    row = int((excess / caps).argmax())
-    return False if _fails(problem, sizes, excess[row], row, caps[row], tol) else None
-
-
-def _fails(problem: Problem, sizes: Vector, excess: float, row: int, cap: float, tol: float) -> bool:
-    """Return whether a row is violated by more than its own terms, at a point with these |z|, and its cap allow."""
-    M = problem.M[row : row + 1]
-    terms = np.abs(problem.q[row : row + 1]) + absolute_product(M, sizes)
-    allowed = np.maximum(tol * np.minimum(terms, cap), ROUNDING * np.minimum(terms, DROWNED * cap))
-    return bool((excess - row_errors(M, sizes, terms) > allowed).all())
-
-
-def _open_rows(
-    problem: Problem, z: Vector, excess: Vector, own: Vector, sizes: Vector, tol: float
-) -> tuple[Indices, Vector]:
-    """Return the rows that |q|_i leaves open, and the least caps with which they are satisfied beyond doubt, infinite
-    where their terms are too small."""
+    M, excess, own, sizes = problem.M, problem.box.excess(z, w), np.abs(problem.q), np.abs(z)
+    worst = slice(row := int(excess.argmax()), row + 1)
+    if excess[row] > 2 * tol * own[row]:
+        terms = own[worst] + absolute_product(M[worst], sizes)
+        if excess[row] - row_errors(M[worst], sizes, terms)[0] > max(tol, ROUNDING) * terms[0]:
+            return False
     largest_error = ROW_ROUNDING * (own + problem.largest * float(sizes.sum())) + own.size * SMALLEST_NORMAL
-    rows = (excess + largest_error > tol * own).nonzero()[0]
-    M = problem.M
+    rows = (excess + largest_error > tol * own).nonzero()[0]  # which |q|_i leaves open
     if rows.size <= MOST_ROWS * own.size:
         own, M, excess = own[rows], M[rows], excess[rows]
     else:
         rows = np.arange(own.size)
     terms = own + absolute_product(M, sizes)
-    worst = excess + row_errors(M, z, terms)
-    left = (worst > tol * own).nonzero()[0]
-    rows, worst = rows[left], worst[left]
-    return rows, np.where(worst <= tol * terms[left], worst / tol, np.inf)
+    largest = excess + row_errors(M, z, terms)
+    is_open = largest > tol * own
+    rows, terms, largest = rows[is_open], terms[is_open], largest[is_open]
+    if not rows.size:
+        return True
+    if not (largest <= tol * terms).all():  # caps may be infinite, too, in a component without a size
+        return None
+    is_small = problem.M.all() and (largest <= tol * _least_caps(problem, rows)).all()
+    return True if is_small or (largest <= tol * measure.caps(z)[rows]).all() else None
 
 
 def _least_caps(problem: Problem, rows: Indices) -> Vector:

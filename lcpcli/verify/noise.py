@@ -18,33 +18,31 @@ For up to FEW_UNKNOWNS exact arithmetic decides what matters. Entries of M and b
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import suppress
 from itertools import islice, product
 
 import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolutions
-from lcpcli.errors import listed
-from lcpcli.linalg.doubles import ROW_ROUNDING, SMALL_DISTANCE, distinct, size
+from lcpcli.linalg.doubles import SMALL_DISTANCE, distinct, size
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import LARGEST_POWER
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Mask, Matrix, States, Vector
-from lcpcli.verify.measure import FEW_UNKNOWNS, Measure, Rows
+from lcpcli.typing import Indices, Matrix, States, Vector
+from lcpcli.verify.measure import FEW_UNKNOWNS, Measure
 
 ROUNDING_OF_Q = 1e-24, 1e-12  # of the least of the larger entries of q: an entry that may be rounding of 0
 LARGER_SHARE, FEWEST_LARGER = 1 / 3, 8  # of the entries of q that are not 0, in a part of M
 LITERAL_STEPS = 8  # of block pivoting, each at the cost of a factorization
-MOST_NAMED = 3  # entries of q that a message names
 
 
 def on_bounds(measure: Measure, z: Vector, w: Vector) -> Vector:
     """Return the nearest admissible z, on the bounds that it is closer to than w_i is to 0, in the units of M."""
     units, box = measure.data.units, measure.data.box
     powers = np.clip(units.rows + units.columns, -LARGEST_POWER, LARGEST_POWER)
-    return box.on_bounds(z, w, np.exp2(-powers))
+    return box.on_bounds(z, w, np.exp2(-powers))[0]
 
 
 @np.errstate(divide="ignore")
@@ -54,11 +52,12 @@ def without_small_distances(measure: Measure, z: Vector) -> Vector:
     reference point in all components whose rows it satisfies, as they are with the other z_i in place."""
     units, reference = measure.data.units, measure.reference
     distances, sizes = np.log2(np.abs(z - reference)) - units.columns, measure.unsolved_sizes(z)
-    small = np.minimum(units.largest(distances, units.column_part), sizes) + np.log2(SMALL_DISTANCE)
+    small = np.minimum(units.largest(distances, units.column_part), sizes)[units.column_part]
+    small += np.log2(SMALL_DISTANCE)
     is_solved = ~(sizes > -np.inf)
-    near = np.where(distances <= small[units.column_part], reference, z)
+    near = np.where(distances <= small, reference, z)
     if measure.data.reference_z is not None:
-        tiny = np.log2(np.abs(near)) - units.columns <= small[units.column_part]
+        tiny = np.log2(np.abs(near)) - units.columns <= small
         near = np.where(tiny & (measure.data.box.project(np.zeros_like(z)) == 0), 0.0, near)
     while True:
         cleaned = np.where(is_solved[units.column_part], reference, near)
@@ -66,13 +65,6 @@ def without_small_distances(measure: Measure, z: Vector) -> Vector:
         if not violated.any():
             return cleaned
         is_solved[units.row_part[violated]] = False
-
-
-def violated_rows(measure: Measure, z: Vector, rows: Rows, tol: float) -> Mask:
-    """Return which rows are violated although all their terms may be rounding of 0; shape (n,)."""
-    caps = measure.caps(z)
-    small = (rows.full_terms <= ROW_ROUNDING * caps) & (caps < np.inf)
-    return np.asarray(small & (measure.violations(z, rows.w) > measure.allowed(rows, caps, tol)))
 
 
 def without_columns(measure: Measure, z: Vector, rows: Indices) -> Vector | None:
@@ -84,7 +76,7 @@ def without_columns(measure: Measure, z: Vector, rows: Indices) -> Vector | None
 
 @np.errstate(divide="ignore")
 def negligible_q(measure: Measure, q: Vector, z: Vector, rows: Indices) -> Indices:
-    """Return those of some rows as of `violated_rows` whose q_i count as 0; all of them, or none. q : as given."""
+    """Return those of some violated rows, whose terms may be rounding of 0, whose q_i count as 0; all, or none."""
     data, parts = measure.data, measure.data.units.row_part
     if q.size <= FEW_UNKNOWNS or (q[rows] == np.rint(q[rows])).any() or z[_columns(data.M, rows)].any():
         return rows[:0]
@@ -121,16 +113,8 @@ def pivoted(problem: Problem, basis: States) -> Iterator[Vector]:
 
 
 def _columns(M: Matrix, rows: Indices) -> Indices:
-    """Return the columns that these rows of M use."""
     if not is_sparse(M):
         return np.flatnonzero(M[rows].any(axis=0))
     owned = np.zeros(M.shape[0], dtype=bool)
     owned[rows] = True
     return distinct(M.indices[np.repeat(owned, np.diff(M.indptr))])
-
-
-def statement(q: Vector, negligible: Sequence[int]) -> str:
-    """Return which entries of q count as 0, at least one, as a clause for the user."""
-    named = [f"q{i + 1} = {q[i]:.1e}" for i in negligible[:MOST_NAMED]]
-    more = len(negligible) - len(named)
-    return f"counting {listed([*named, *[f'{more} more of q'] * (more > 0)])} as 0"

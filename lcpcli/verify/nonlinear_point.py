@@ -11,11 +11,9 @@ Whether a point solves a nonlinear problem, and its residuals, by F evaluated th
 
 z solves the problem if and only if it solves the linearization there, whose w at z is F(z). So z is measured as a point
 of that linear problem (see `measure`): a row may be violated by tol of its terms |J| |z| + |q|, with q = F(z) - J z, or
-of its cap. To first order, z then is the exact solution of a problem whose J differs by at most tol, relatively.
-
-That J may be wrong: a mistake in a given one, a difference over far more than z or over a jump of F. So a row that is
-violated at all must have terms that are large enough by F itself, by quotients of differences along directions, or the
-given J must agree with these in several directions (see `differences.Slopes`).
+of its cap. That J may be wrong: a mistake in a given one, a difference over far more than z or over a jump of F. So a
+row that is violated at all must have terms that are large enough by F itself, by quotients of differences along
+directions, or the given J must agree with these in several directions (see `differences.Slopes`).
 
 The terms of F itself are unknown. Where they cancel, as in exp(z) - 1 near 0, what is left of a row is rounding, and
 may be far more than tol of |J| |z|. So a violation also counts as none if it is no more than a few times the noise of
@@ -38,7 +36,7 @@ from lcpcli.model.differences import Slopes, rounding
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Vector
 from lcpcli.verify.error_theorems import Bound
 from lcpcli.verify.measure import Rows
 from lcpcli.verify.noise import on_bounds, without_small_distances
@@ -57,16 +55,15 @@ def proved_bound(problem: NonlinearProblem, z: Vector) -> Bound:
     proved. z : shape (n,), admissible, with what is to be at a bound exactly there."""
     if problem.interval is None:
         return NO_INTERVALS
-    box, J = problem.box, problem.interval(z, z).J_lower
-    if problem.n > MOST_UNKNOWNS or not np.isfinite(dense(J)).all():
-        return UNPROVED
+    box, point = problem.box, problem.interval(z, z)
     at_lower, at_upper = (z <= box.lower) & ~box.fixed, (z >= box.upper) & ~box.fixed
     B = (~(at_lower | at_upper | box.fixed)).nonzero()[0]
+    if problem.n > MOST_UNKNOWNS or not np.isfinite(J := dense(point.J_lower)).all():
+        return UNPROVED
     try:
-        Y = np.linalg.inv(dense(J)[np.ix_(B, B)])
+        Y = np.linalg.inv(J[np.ix_(B, B)])
     except np.linalg.LinAlgError:
         return UNPROVED
-    point = problem.interval(z, z)
     middle, width = _middle(point.F_lower[B], point.F_upper[B])
     moved = _rounded_up(np.abs(Y @ middle) + _errors(Y, middle, width), B.size)
     radius = 2 * moved + 4 * EPS * np.abs(z[B]) + SMALLEST_NORMAL
@@ -98,8 +95,7 @@ def _middle(lower: Vector, upper: Vector) -> tuple[Vector, Vector]:
 
 def _errors(Y: Vector, middle: Vector, width: Vector) -> Vector:
     """Return bounds on the errors of the product of Y with midpoints, from rounding and the half widths."""
-    k = 4 * (middle.shape[0] + 2)
-    absolute = np.abs(Y)
+    k, absolute = 4 * (middle.shape[0] + 2), np.abs(Y)
     return np.asarray(absolute @ width + k * (EPS * (absolute @ (np.abs(middle) + width)) + SMALLEST_NORMAL))
 
 
@@ -122,22 +118,23 @@ class NonlinearCriterion(Criterion):
     reference_solves = False
 
     def __init__(self, evaluations: Evaluations, tol: float) -> None:
-        self.evaluations = evaluations
-        given = evaluations.problem
+        self.evaluations, given, self._first = evaluations, evaluations.problem, 0.0
         F = evaluations.known_values(given.x0)
-        names = given.names if any(given.names) else ()
-        super().__init__(self._linearization(given.x0, F, names), tol, literal=True)
+        super().__init__(self._linearization(given.x0, F, given.names if any(given.names) else ()), tol, literal=True)
         self.start = size(given.box.gaps(given.x0, F))
-        self._first = 0.0
 
     def linearization(self, z: Vector, F: Vector) -> Problem:
         """Return the linear problem with M = J(z), where entries that are not finite count as 0, and w(z) = F."""
         return self._linearization(z, F).knowing(origin=self.problem.origin)
 
     def _linearization(self, z: Vector, F: Vector, names: Sequence[str] = ()) -> Problem:
-        given, J = self.evaluations.problem, _finite(self.evaluations.jacobian(z))
-        q = F - J @ z
-        q = np.where(np.isfinite(q), q, 0.0)
+        given, J = self.evaluations.problem, self.evaluations.jacobian(z)
+        if is_sparse(J):
+            J = J.copy()
+            J.data = _finite(J.data)
+        else:
+            J = _finite(J)
+        q = _finite(F - J @ z)
         linear = Problem(J, q, name=given.name, note=given.note, names=names, lower=given.lower, upper=given.upper)
         return linear.knowing(solutions=given.solutions)
 
@@ -150,8 +147,7 @@ class NonlinearCriterion(Criterion):
 
     def residuals(self, Z: Vector) -> tuple[list[float], list[bool]]:
         problem = self.evaluations.problem
-        natural = [size(problem.box.gaps(z, problem.values(z))) for z in Z]
-        return natural, [False] * len(natural)
+        return [size(problem.box.gaps(z, problem.values(z))) for z in Z], [False] * len(Z)
 
     def bound(self, F: Vector) -> float:
         """Return the size of the natural residual relative to the first one."""
@@ -206,16 +202,10 @@ class NonlinearPoint(Point):
         return self._is_confirmed()
 
     def _is_within(self) -> bool:
-        """Return whether no row is violated by more than is allowed."""
-        measure, tol, rows = self.criterion.measure, self.criterion.tol, self._plain
+        measure = self.criterion.measure
         violations = measure.violations(self._at_fixed, self.F)
-        most = np.maximum(np.maximum(tol * rows.terms, ROUNDING * rows.full_terms), 4 * self.noise)
-        if (violations > most).any():  # whatever the caps are
-            return False
-        return any(  # caps, which take longer, are at least |q_ref|
-            bool((violations <= np.maximum(measure.allowed(rows, caps(), tol), 4 * self.noise)).all())
-            for caps in (lambda: np.abs(measure.data.q_ref), lambda: measure.caps(self.z))
-        )
+        own = np.where(violations > 4 * self.noise, violations, 0.0)
+        return bool(is_finite(violations) and measure.allows(own, self.z, self._plain, self.criterion.tol))
 
     def _is_confirmed(self) -> bool:
         """Return whether differences of F show terms beside which violations are small; if not, they are the terms."""
@@ -227,8 +217,8 @@ class NonlinearPoint(Point):
         lacking = slopes.lacking(needed)
         wrong, terms = lacking | slopes.refuted, np.maximum(slopes.least, np.abs(self.F))
         if wrong.any():
-            own = [np.where(wrong, np.minimum(terms, all_terms), all_terms) for all_terms in self._plain[1:3]]
-            self._plain = self._plain._replace(terms=own[0], full_terms=own[1])
+            own, full = (np.where(wrong, np.minimum(terms, others), others) for others in self._plain[1:3])
+            self._plain = self._plain._replace(terms=own, full_terms=full)
             vars(self).pop("relative_residuals", None)
         return not lacking.any()
 
@@ -272,8 +262,7 @@ class NonlinearPoint(Point):
             return self
         if not self.is_small:
             return None
-        evaluations, z = self.given.evaluations, self.z
-        problem = evaluations.problem
+        evaluations, z, problem = self.given.evaluations, self.z, self.given.evaluations.problem
         if (self.relative_residuals > self.given.tol)[evaluations.noise > MOST_NOISE * evaluations.sizes].any():
             return None  # that noise is not of rounding
         other = NonlinearPoint(self.given, z, rounding(problem.values, problem.box, z, MOST_NOISE))
@@ -283,8 +272,7 @@ class NonlinearPoint(Point):
     def cleaned(self) -> Iterator[NonlinearPoint]:
         """Yield points without what rounding and the steps of a method leave of zeros, as `noise` has them; then those
         without components that are rounding beside the largest one, or no more than the natural residual."""
-        measure, problem = self.criterion.measure, self.given.evaluations.problem
-        seen = [self.z]
+        measure, problem, seen = self.criterion.measure, self.given.evaluations.problem, [self.z]
         small = (np.where(np.abs(self.z) <= most, 0.0, self.z) for most in (VANISHED * size(self.z), self.residual))
         nearer = (without_small_distances(measure, self.z) for _ in range(1))  # once the first one is no solution
         for start in chain((self.z,), nearer, map(problem.box.project, small)):
@@ -295,10 +283,5 @@ class NonlinearPoint(Point):
                 yield NonlinearPoint(self.given, z)
 
 
-def _finite(J: Matrix) -> Matrix:
-    """Return J with 0 in place of what is not finite."""
-    if not is_sparse(J):
-        return np.where(np.isfinite(J), J, 0.0)
-    J = J.copy()
-    J.data = np.where(np.isfinite(J.data), J.data, 0.0)
-    return J
+def _finite(values: Vector) -> Vector:
+    return np.where(np.isfinite(values), values, 0.0)

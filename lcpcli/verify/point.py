@@ -11,7 +11,8 @@ from typing import TypeAlias
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.linalg.doubles import ROUNDING, is_finite, least, size
+from lcpcli.errors import listed
+from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING, is_finite, size
 from lcpcli.linalg.matrices import absolute_product, is_sparse, row_parts
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem
@@ -21,6 +22,7 @@ from lcpcli.verify.measure import FEW_UNKNOWNS, Measure, Rows, decision, quotien
 ROUGH = 1e-3  # the relative residual up to which z counts as a rounded solution, whatever its digits
 # Digits that are attributed to a z: whole numbers are meant exactly, others may be singles.
 FEWEST_GIVEN_DIGITS, MOST_GIVEN_DIGITS = 4, 7
+MOST_NAMED = 3  # entries of q that a message names
 LARGEST_ROUNDED = 2.0**900  # terms of a row from which its sum may overflow
 Judge: TypeAlias = Callable[[Problem, Vector, float], "tuple[bool | None, Rows | None]"]
 
@@ -29,10 +31,9 @@ class Criterion:
     """What a point must satisfy to count as a solution: its relative residual, as defined in `measure`, is at most tol.
 
     A problem with numbers so large or small that products over- or underflow is measured in other units, powers of two.
-    If none are found, or z is out of range in them, sums are exact instead wherever doubles may overflow.
-
-    judge : returns for a mixed problem with sparse M and moderate numbers, a z within its bounds and a tolerance
-        whether they meet this criterion and the rows of z; None for what is not sure. By default there is none.
+    If none are found, or z is out of range in them, sums are exact instead wherever doubles may overflow. judge : says
+    for a mixed problem with sparse M and moderate numbers, a z within its bounds and a tolerance whether they meet this
+    criterion, and the rows of z, None for what is not sure; by default there is none.
     """
 
     is_linear = True  # whether exact arithmetic may decide
@@ -41,21 +42,13 @@ class Criterion:
         self.problem, self.tol = problem, tol
         is_judged = problem.is_moderate and problem.is_mixed and is_sparse(problem.M)
         self.judge = judge if is_judged else None
-        self.units = changes.OwnUnits(problem, problem)
+        self.units = changes.Scaled(problem, problem)
         if not (problem.is_moderate or literal) and (units := changes.scale(problem)).is_exact:
             self.units = units
         self.data = self.units.problem  # in the units in which residuals are measured
 
     @cached_property
-    def is_bounded_cheaply(self) -> bool:
-        """Return whether bounds by w alone may decide before the measure is computed."""
-        problem = self.problem
-        is_plain = problem.is_moderate and not is_sparse(problem.M)
-        return problem.n > FEW_UNKNOWNS and is_plain and problem.reference_z is None
-
-    @cached_property
     def measure(self) -> Measure:
-        """Return the measure of the residuals of these data."""
         return Measure(self.data, None if self.units.is_identity else self.units.z_inside)
 
     def for_point(self, z: Vector) -> Criterion:
@@ -65,7 +58,6 @@ class Criterion:
         return Criterion(self.problem, self.tol, literal=True)
 
     def point(self, z: Vector) -> Point:
-        """Return the point of an admissible z."""
         return Point(self, z)
 
     def original(self, z: Vector) -> Vector:
@@ -84,8 +76,7 @@ class Criterion:
     def reference_solves(self) -> bool:
         """Return whether the reference point of the problem solves it, whatever the rounding errors in its w are."""
         problem = self.problem
-        excess: Vector = problem.box.excess(problem.reference_point, problem.q_ref) + problem.q_error
-        return least(-excess) >= 0
+        return not (problem.box.excess(problem.reference_point, problem.q_ref) + problem.q_error > 0).any()
 
     @cached_property
     def _caps(self) -> Vector:
@@ -125,7 +116,6 @@ class Point:
 
     @classmethod
     def of_solution(cls, criterion: Criterion, z: Vector) -> Point:
-        """Return a point that is known to solve the problem."""
         point = cls.__new__(cls)
         point.criterion, point.z, point._inside, point._beyond, point._solves = criterion, z, z, None, True
         return point
@@ -161,48 +151,38 @@ class Point:
         return self._solves
 
     def _decision(self) -> bool:
-        criterion, problem = self.criterion, self.criterion.problem
-        judge = None if self.negligible or self._beyond is not None else criterion.judge
-        decided, rows = (None, None) if judge is None else judge(problem, self.z, criterion.tol)
-        if rows is not None:
-            self._plain = rows
-        if decided is not None:
-            return decided
-        is_reference = self._beyond is None and not np.count_nonzero(problem.from_reference(self.z))
-        if is_reference and (criterion.reference_solves or problem.reference_z is None):
-            return criterion.reference_solves
+        criterion, problem, measure = self.criterion, self.criterion.problem, self.criterion.measure
+        tol, is_plain, decided = criterion.tol, self._beyond is None and not self.negligible, None
+        if is_plain and criterion.judge is not None:
+            decided, rows = criterion.judge(problem, self.z, tol)
+            self._plain = self._plain if rows is None else rows
+        if decided is None and self._beyond is None and not np.count_nonzero(problem.from_reference(self.z)):
+            decided = criterion.reference_solves or (False if problem.reference_z is None else None)
+        has_bounds = problem.is_moderate and problem.n > FEW_UNKNOWNS and not is_sparse(problem.M)
         with np.errstate(all="ignore"):
-            if self._beyond is None and not self.negligible:
-                if criterion.is_bounded_cheaply:
-                    self._product = problem.w(self.z)
-                    decided = decision(criterion.measure, self.z, self._product, criterion.tol)
-                    if decided is not None:
-                        return decided
-                if criterion.measure.surely_solves(self._inside, self._plain, criterion.tol):
-                    return True
-                if criterion.measure.surely_fails(self._inside, self._plain, criterion.tol):
-                    return False
-            return self.relative_residual <= max(criterion.tol, ROUNDING)
+            if decided is None and is_plain and has_bounds and problem.reference_z is None:
+                self._product = problem.w(self.z)
+                decided = decision(measure, self.z, self._product, tol)
+            if decided is None and is_plain:
+                solves = bool(measure.surely_solves(self._inside, self._plain, tol))
+                decided = solves or (False if measure.surely_fails(self._inside, self._plain, tol) else None)
+            return self.relative_residual <= max(tol, ROUNDING) if decided is None else decided
 
     @property
     def counted_as_0(self) -> str:
         """Return which entries of q count as 0, as a clause for the user; "" if there are none."""
-        if not self.negligible:
-            return ""
-        with imports:
-            from lcpcli.verify import noise
-        return noise.statement(self.criterion.problem.q, self.negligible)
+        named = [f"q{i + 1} = {self.criterion.problem.q[i]:.1e}" for i in self.negligible[:MOST_NAMED]]
+        more = len(self.negligible) - len(named)
+        return f"counting {listed([*named, *[f'{more} more of q'] * (more > 0)])} as 0" if named else ""
 
     @property
     @np.errstate(all="ignore")
     def size(self) -> float:
-        """Return the size of the violations, as `Measure.size` does."""
         return self.criterion.measure.size(self._inside, self._plain)
 
     @cached_property
     @np.errstate(all="ignore")
     def relative_residuals(self) -> Vector:
-        """Return the relative residual of each row, shape (n,)."""
         measure, z, rows = self.criterion.measure, self._inside, self._rows
         violations = measure.violations(self._at_fixed, rows.w)
         violations[list(self.negligible)] = 0.0
@@ -210,7 +190,7 @@ class Point:
 
     @cached_property
     def _at_fixed(self) -> Vector:
-        """Return z, in the units of the measure, with l_i in place of z_i where l_i = u_i."""
+        """Return z, as it is measured, with l_i in place of z_i where l_i = u_i."""
         box = self.criterion.data.box
         return self._inside if self._beyond is None else np.where(box.fixed, box.lower, self._inside)
 
@@ -299,10 +279,10 @@ class Point:
     @cached_property
     def _rows_of_noise(self) -> Indices:
         """Return the rows that are violated although all their terms may be rounding of 0."""
-        with imports:
-            from lcpcli.verify import noise
-        criterion = self.criterion
-        return noise.violated_rows(criterion.measure, self._inside, self._rows, criterion.tol).nonzero()[0]
+        measure, z, rows = self.criterion.measure, self._inside, self._rows
+        caps = measure.caps(z)
+        small = (rows.full_terms <= ROW_ROUNDING * caps) & (caps < np.inf)
+        return (small & (measure.violations(z, rows.w) > measure.allowed(rows, caps, self.criterion.tol))).nonzero()[0]
 
 
 def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
@@ -325,14 +305,12 @@ def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
 
 @np.errstate(over="ignore", invalid="ignore")
 def _fault(point: Point) -> str:
-    """Return what is wrong with a solution; "" if nothing is."""
     problem, z, w = point.criterion.problem, point.z, point.w
-    relative = point.relative_residuals
+    relative, lower, upper = point.relative_residuals, problem.lower, problem.upper
     if (relative <= ROUGH).all():
         return ""
     change = _last_digit(z)
     change_of_w = absolute_product(problem.M, change)
-    lower, upper = problem.lower, problem.upper
     wrong = (z < lower - change) | (z > upper + change)
     wrong |= ((w < -change_of_w) & (z < upper - change)) | ((w > change_of_w) & (z > lower + change))
     if not wrong.any():

@@ -2,9 +2,8 @@
 
 The components of z that belong to a player are its probabilities divided by what a best response costs the other one.
 A z whose two parts are nonnegative and each add up to 1 is read as strategies: it solves the LCP only if these costs
-are 1, where both readings are the same.
-
-For a game tree, strategies are the probabilities of the actions at all information sets, and z has their plans.
+are 1, where both readings are the same. For a game tree, strategies are the probabilities of the actions at all
+information sets, and z has their plans.
 """
 
 from __future__ import annotations
@@ -62,13 +61,9 @@ def of_solution(problem: Problem, z: Sequence[Any] | Vector, tol: float) -> Foun
             return None
         plans = Behavior.of_plans(game, x, y)
         return Found(plans, plans.are_best(game, allowed))
-    if not isinstance(game, Game):
+    if not isinstance(game, Game) or any(min(part) < 0 or not 0 < part.sum() < np.inf for part in game.parts(z)):
         return None
-    parts = game.parts(z)
-    sums = [part.sum() for part in parts]
-    if any(min(part) < 0 or not 0 < total < np.inf for part, total in zip(parts, sums, strict=True)):
-        return None
-    own = Strategies.of(game, *(part / total for part, total in zip(parts, sums, strict=True)))
+    own = Strategies.of(game, *(part / part.sum() for part in game.parts(z)))
     return Found(own, own.are_best(game, allowed))
 
 
@@ -90,8 +85,7 @@ def verified(
         own, are_equilibrium = Found(behavior, behavior.are_best(game, allowance(problem.n, tol)))
         z = point_of(game, *behavior.plans)
     else:
-        found = of_solution(problem, array, tol)
-        if found is None:
+        if (found := of_solution(problem, array, tol)) is None:
             return verify(values)
         own, are_equilibrium = found
         given = game.parts(array) if isinstance(game, Game) else ()

@@ -1,10 +1,9 @@
 """How far a z is from being a solution, and whether a vector proves that there is none.
 
 The componentwise backward error of z is the smallest omega for which z solves a problem with data M + dM, q + dq such
-that |dM| <= omega |M| and |dq| <= omega |q|. With such changes w_i can take any value up to omega s_i from w_i, where s
-= |M| |z| + |q|, each independently (W. Oettli and W. Prager, see `measure`). With z_i between the bounds, w_i has to
-become 0, nonnegative at l_i and nonpositive at u_i; beyond them, no change helps, unless l_i = u_i, which may change by
-omega of its size, |l_i| or what is natural for z_i.
+that |dM| <= omega |M| and |dq| <= omega |q|: these change w_i by up to omega (|M| |z| + |q|)_i, each independently (see
+`measure`). For a z_i beyond its bounds no change helps, unless l_i = u_i, which may change by omega of its size, |l_i|
+or what is natural for z_i.
 """
 
 from __future__ import annotations
@@ -48,11 +47,8 @@ Number = TypeVar("Number", float, Fraction)
 
 @dataclass(frozen=True)
 class Violation(Generic[Number]):
-    """A component that prevents z from being a solution: its index, from 0, what it violates, z_i and w_i.
-
-    kind : "z < 0", "w < 0", both with a comma between them, or "z w > 0"; with bounds "z < lower", "z > upper",
-        "w < 0" or "w > 0".
-    """
+    """A component that prevents z from being a solution: its index, from 0, what it violates, z_i and w_i; kind : as
+    "z < 0", "w < 0", both with a comma between them, or "z w > 0"; with bounds "z < lower", "z > upper" or "w > 0"."""
 
     index: int
     kind: str
@@ -99,17 +95,14 @@ class Verification:
         return str(views.verification_text.report([self]).render()).rstrip()
 
     def __bool__(self) -> bool:
-        """Return whether the answer is accepted."""
         return self.accepted
 
 
 @np.errstate(all="ignore")  # overflow counts as infinite
 def verify(problem: Problem, z: Vector, tol: float) -> Verification:
     """Verify z, finite and of shape (n,), in doubles: it is accepted if its relative residual is at most tol, or if
-    moving components that are within tol of their bounds onto these makes it so.
-
-    Violations are those components whose own relative residual is above tol, the largest first.
-    """
+    moving components that are within tol of their bounds onto these makes it so. Violations are those components whose
+    own relative residual is above tol, the largest first."""
     point = Point(Criterion(problem, tol), z, is_admissible=False)
     bound = error_bound(problem, z) if problem.n <= MOST_BOUNDED else None
     return _verified(point, point.alternatives(), tol, bound, is_linear=True)
@@ -131,19 +124,15 @@ def verify_nonlinear(problem: NonlinearProblem, z: Vector, tol: float) -> Verifi
     return replace(found, message="; ".join([found.message, *point.remarks()]))
 
 
-def _verified(
-    point: Point, alternatives: Iterable[Point], tol: float, bound: Bound | None, *, is_linear: bool
-) -> Verification:
-    """Return the verification of a point. alternatives : those that may solve the problem in place of it.
-
-    is_linear : whether an exact solution with the states of the point would solve the problem: not of a linearization.
-    """
+def _verified(point: Point, others: Iterable[Point], tol: float, bound: Bound | None, is_linear: bool) -> Verification:
+    """Return the verification of a point. others : those that may solve the problem in place of it. is_linear :
+    whether an exact solution with the states of the point would solve the problem: not of a linearization."""
     problem, z = point.criterion.problem, point.z
     each, relative = point.relative_residuals, point.relative_residual
     message = f"its relative residual {relative:.1e} is {'at most' if point.solves() else 'above'} {tol:g}"
     accepted = point.solves()
     if not accepted:
-        nearby = next((other for other in alternatives if other.solves()), None)
+        nearby = next((other for other in others if other.solves()), None)
         if nearby is not None and nearby.is_near(point, max(tol, SMALL_CHANGE)):
             accepted = nearby.is_near(point)
             moved = "" if np.array_equal(nearby.z, z) else "with components put on their bounds"
@@ -193,12 +182,8 @@ def _settled(point: Point, tol: float) -> tuple[bool, str]:
 
 @np.errstate(all="ignore")
 def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction] | None = None) -> Verification:
-    """Verify z, of length n, in rational arithmetic: it is accepted if it is a solution. Only the measures are rounded.
-
-    given_w : a claimed M z + q, of length n; z is accepted only if this claim is correct.
-
-    Violations are those components with min(z_i, w_i) not 0, the largest first.
-    """
+    """Verify z, of length n, in rational arithmetic: it is accepted if it is a solution, and the claimed M z + q, if it
+    is given, is right. Only the measures are rounded. Violations are those components with min(z_i, w_i) not 0."""
     w = data.w(z)
     each = data.gaps(z, w)
     violating = sorted((i for i in range(data.n) if each[i]), key=lambda i: -abs(each[i]))
@@ -231,13 +216,11 @@ def verify_farkas(problem: Problem, y: list[Fraction], data: ExactProblem | None
     exact, doubles = data is not None, rounded(y)
     if data is None:
         failure = "" if proves_infeasible(problem, doubles) else _failed_condition(ExactProblem.of_floats(problem), y)
-        own = rounded_proof(problem, doubles, few=is_rounded) if failure else None
-        if own is not None:
+        if (own := rounded_proof(problem, doubles, few=is_rounded) if failure else None) is not None:
             return Verification(problem, "farkas", exact=False, accepted=True, message=f"proved: {own.statement}")
     else:
         problem, failure = data.problem, _failed_condition(data, y)
-        if failure and is_rounded:
-            failure = failure if exact_proof(data, doubles) is None else ""
+        failure = "" if failure and is_rounded and exact_proof(data, doubles) is not None else failure
     message = f"y proves nothing: {failure}" if failure else f"proved infeasible: {problem.box.wording.refuted}"
     return Verification(problem, "farkas", exact=exact, accepted=not failure, message=message)
 
@@ -265,8 +248,7 @@ def _violation(problem: Problem, i: int, z: Number, w: Number) -> Violation[Numb
 
 
 def _backward_error(point: Point, w: Vector) -> float:
-    problem, z = point.criterion.problem, point.z
-    box = problem.box
+    problem, box, z = point.criterion.problem, point.criterion.problem.box, point.z
     changes = np.maximum(box.excess(np.where(box.fixed, box.lower, z), w), 0.0)
     sizes = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
     largest = np.max(changes[changes > 0] / sizes[changes > 0], initial=0.0)
