@@ -58,9 +58,7 @@ def test_two_tables_are_the_payoffs_of_a_game_fractions_among_them(lcp: Lcp) -> 
 
 def test_list_that_is_as_long_as_was_asked_for_says_whether_there_are_others(session: Callable[..., None]) -> None:
     Path("connected.json").write_text('{"A": [[1, 0], [0, 0], [1, 0]], "B": [[1, 0], [1, 1], [1, 1]]}')
-    most = {"murty": (2, 3), "faces": (2,), "one": (1,), "game": (1, 2), "both": (2,), "connected": (2,)}
-    lines = (f"solve {name}.json --all --max-solutions {k}" for name, numbers in most.items() for k in numbers)
-    session("as-many-as-asked-for", *lines, "solve connected.json --all")
+    session("as-many-as-asked-for")
 
 
 def test_list_that_is_stopped_while_numbers_are_read_is_none(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -150,17 +148,6 @@ def test_problems_are_given_in_files_or_by_a_direction(words: str, lcp: Lcp) -> 
         assert {**found, "file": None, "to_file": None, "seconds": 0} == {**own, "seconds": 0}
 
 
-PATHS = (
-    *("last.json --from 1 --to 8", "--direction d.csv --from 0.1 --to 2", "last.json --upper 1,none"),
-    *("last.json --at 0.6,1/10", "last.json --max-breakpoints 1", "last.json -q"),
-)
-IN_FRACTIONS = (
-    "a.json b.json --at 0.9",
-    "a.json --direction -1/30 --from 1/3 --to 4",
-    "a.json --direction e.csv --to 2",
-)
-
-
 def test_paths_to_every_end_are_the_same_as_before(session: Callable[..., None]) -> None:
     pytest.importorskip("flint")
     Path("0.6,1").mkdir()  # the folder of a file of this name
@@ -172,13 +159,7 @@ def test_paths_to_every_end_are_the_same_as_before(session: Callable[..., None])
     for name, least in (("from", "0.05"), ("to", "0.12")):
         limits = f'"row_lower": [1, {least}], "row_upper": [1, null], "upper"'
         Path(f"{name}.json").write_text(re.sub(r'"row_lower".*"upper"', limits, program, flags=re.DOTALL))
-    turning = ("back.json beyond.json", "back.json beyond.json --turns", "beyond.json back.json")
-    session(
-        "paths",
-        *(f"path {line}" for line in (*(f"first.json {line}" for line in PATHS), *turning)),
-        *(f"path {line} --exact --format {form}" for line in IN_FRACTIONS for form in ("table", "json")),
-        "path from.json to.json --from 0.05 --to 0.12 --exact",
-    )
+    session("paths")
 
 
 @pytest.mark.parametrize(

@@ -70,18 +70,9 @@ def test_exact_bounds_are_the_decimals_but_for_those_that_are_none(lcp: Lcp) -> 
         assert result["answer"]["exact"]["x"] == ["3/2", "0"]
 
 
-REMARKED = (
-    *("solve far.json", "solve far.json --exact", "solve far.json --all", "compare far.json --method newton"),
-    *("solve far.json mixed.json", "solve far.json -q", "solve far.json far.json -q", "solve far.json --infinity 1e25"),
-    *("inspect far.json", "inspect far.json --infinity 1e20", "solve far.json mixed.json lcp.json --infinity 1e20"),
-    *(f"solve mixed.json --all {options}" for options in ("", "--infinity 1e20")),
-    "solve far.json --infinity 1e20",
-)
-
-
 def test_the_remark_on_far_bounds_comes_once_wherever_a_problem_is_read(session: Callable[..., None], lcp: Lcp) -> None:
     pytest.importorskip("flint")
-    session("far-bounds", *(f"{line} --format csv" if "solve far.json" in line else line for line in REMARKED))
+    session("far-bounds")
     assert lcp("bench", "far.json", "--method", "newton", "--budget", "0").err == REMARK
     assert REMARK.split(": ")[2].strip() in lcpcli.inspect(read("far.json")).hints
 

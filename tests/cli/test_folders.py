@@ -39,7 +39,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_solve_takes_its_files_in_the_order_of_their_names(folder: Path, session: Callable[..., None]) -> None:
     (folder / ".hidden.json").write_text(ONE)
-    session("folder", "solve inside ./inside/b.json", "solve inside -q", "solve inside --format csv")
+    session("folder")
 
 
 def test_bench_and_compare_take_the_same_files(lcp: Lcp) -> None:
@@ -117,7 +117,7 @@ def test_a_file_after_an_M_is_its_q_if_it_is_nothing_else(
         (folder / name).unlink()
     (folder / "a.csv").write_text("2,1\n1,2\n")
     (folder / "b.csv").write_text(BESIDE_M[kind])
-    session(f"folder-with-{kind.replace(' ', '-')}", "solve inside --jobs 1")
+    session(f"folder-with-{kind.replace(' ', '-')}")
 
 
 def test_a_vector_after_a_problem_leaves_it_and_named_files_go_together(
@@ -126,7 +126,7 @@ def test_a_vector_after_a_problem_leaves_it_and_named_files_go_together(
     (folder / "b1.csv").write_text("1\n2\n3\n")
     for name, text in {"M": "2,1\n1,2\n", "q": "-5,-6\n-1,1\n"}.items():
         Path(f"{name}.csv").write_text(text)
-    session("folder-with-a-vector", "solve inside", "solve M.csv q.csv")
+    session("folder-with-a-vector")
 
 
 PROBLEM = '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}'

@@ -45,30 +45,18 @@ def test_a_name_of_none_is_refused(pattern: str) -> None:
         places(NAMES, [pattern])
 
 
-SHOWN = (
-    *(f"{line} market.json --show 'price *'" for line in ("solve", "solve --all", "compare --method newton")),
-    "solve market.json --all --show 'price *' --format csv",
-    "solve game.json --all --show 'row *'",
-    "solve game.json --all --show 'column de' --format csv",
-    *(f"path from.json market.json --show flow --format {form}" for form in ("table", "csv")),
-    "solve market.json --show flow",
-    "solve market.json --show flow --format csv",
-    "solve market.json --method newton --trace --show 'price n1' --format csv",
-)
 PROGRAM = {"Q": [[2, 0], [0, 2]], "A": [[1, 2]], "row_upper": [1], "rows": ["wood"], "columns": ["a", "b"]}
 
 
 def test_tables_and_csv_have_the_chosen_unknowns_alone(session: Callable[..., None]) -> None:
     Path("from.json").write_text(json.dumps(MARKET | {"q": [4, 5, 4]}))
-    session("show", *SHOWN)
+    session("show")
 
 
 def test_a_multiplier_is_called_as_its_row_or_with_y_by_every_command(session: Callable[..., None]) -> None:
     for file, c in (("p.json", [-2, -5]), ("to.json", [-2, -6])):
         Path(file).write_text(json.dumps(PROGRAM | {"c": c}))
-    commands = ("path p.json to.json", "solve p.json", "solve p.json --all", "solve p.json --minimize a")
-    lines = (f"{command} --show '{name}'" for command in commands for name in ("y wood", "y steel"))
-    session("show-multipliers", *lines, "solve p.json --all --show wood")
+    session("show-multipliers")
 
 
 def test_a_figure_of_a_path_has_the_chosen_lines_alone_and_multipliers_too() -> None:
