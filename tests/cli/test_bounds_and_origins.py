@@ -15,7 +15,7 @@ import lcpcli
 from lcpcli import from_game, from_qp, read
 from lcpcli.errors import ProblemError
 
-from ..bad_input.matrix_kinds import archive, mat, npy
+from ..bad_input.kinds import archive, mat, npy
 from ..conftest import Outcome
 from ..far_bounds import FAR
 from .conftest import EXAMPLE, Lcp, assert_refused, record, records
