@@ -102,26 +102,11 @@ def test_long_table_is_cut_and_says_so(name: str, lcp: Lcp, monkeypatch: pytest.
     assert ("{1, 2}, and 1 other:" in head) == (name == "both")
 
 
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        *((f"murty.json --all {it}", f"{it.split()[0]}: has no effect with --all") for it in ("--p 3", "--z0 1,1")),
-        *((f"murty.json --all {it}", f"{it.split()[0]}: has no effect with --all") for it in ("--trace", "--jobs 2")),
-        ("murty.json --all --method shi", "--method: has no effect with --all"),
-        ("murty.json one.json --all", "takes one problem"),
-        ("murty.json --all --max-solutions 0", "--max-solutions: 0 is out of range"),
-        ("murty.json --max-solutions 3", "without --all"),
-        ("murty.json --all --plot cones.doc", "no known suffix"),
-        ("bimatrix --all --plot cones.svg", "not one with n = 5"),
-        ("line.json --all --plot cones.svg", "1 free"),
-        ("large.npz --all", "900 unknowns"),
-        ("nowhere.json --all", "no such file"),
-    ],
-)
-def test_what_does_not_go_with_all_is_refused_in_a_line(line: str, words: str, lcp: Lcp) -> None:
-    if "large" in line:
-        assert lcp("make", "obstacle", "-n", "900", "-o", "large.npz").code == 0
-    assert_refused(lcp("solve", *line.split()), words)
+def test_what_does_not_go_with_all_or_a_path_is_refused_in_a_line_that_says_where(
+    session: Callable[[str], None],
+) -> None:
+    session("refused-all-and-paths")
+    assert Path("q0.csv").read_text() == "1,1\n"
 
 
 @pytest.mark.parametrize(
@@ -160,39 +145,6 @@ def test_paths_to_every_end_are_the_same_as_before(session: Callable[..., None])
         limits = f'"row_lower": [1, {least}], "row_upper": [1, null], "upper"'
         Path(f"{name}.json").write_text(re.sub(r'"row_lower".*"upper"', limits, program, flags=re.DOTALL))
     session("paths")
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ("first.json", "lcp: FROM TO: stands for 2 or 3 files, not 1; give two problems, or a file with M"),
-        (
-            "first.json last.json back.json --direction 1,1 --to 1",
-            "lcp: --direction: takes 1 or 2 files, not 3; give one",
-        ),
-        ("first.json --direction 1,1", "lcp: --direction: has no end; add --to, the last t"),
-        ("first.json --direction 1,1,1 --to 1", "lcp: --direction: has 3 entries for 2 unknowns"),
-        ("first.json --direction 1,x --to 1", "lcp: 1,x: "),
-        ("first.json other.json", "lcp: other.json: M: differs between the two problems; give two problems with one M"),
-        ("first.json larger.json", "lcp: larger.json: n: is 2 and 3; give two problems with the same unknowns"),
-        ("first.json bounded.json", "lcp: bounded.json: upper[0]: is finite in one problem"),
-        ("first.json last.json --from 1", "lcp: --to: is 1, and the path begins at t = 1; give a larger number"),
-        ("first.json last.json --to nan", "lcp: --to: has 'nan', which is not finite; give a finite number"),
-        ("first.json last.json --to 1e400", "lcp: --to: is too large; give a number in double precision"),
-        ("first.json --direction 1,1e300 --to 1e300", "lcp: --direction: q[1]: is not a finite number"),
-        ("first.json last.json --at 2", "lcp: --at: is 2, and the path goes from 0 to 1; give values between these"),
-        ("first.json last.json --at a", "lcp: --at: 'a' is not a list of numbers; write 0,0.5,1"),
-        ("first.json last.json --max-breakpoints 0", "lcp: --max-breakpoints: 0 is out of range"),
-        ("first.json last.json --plot -", "lcp: --plot: '-' has no known suffix of a picture; use one of .png, .svg"),
-        ("first.json last.json -o json", "lcp: --output: json is a format"),
-        ("first.json last.json -o a.xyz", "lcp: a.xyz: the suffix .xyz is not a format"),
-        ("first.json other.json -o q0.csv", "lcp: other.json: M: differs"),
-        ("- -", "lcp: standard input: can be read only once"),
-    ],
-)
-def test_error_is_one_line_that_says_where_and_leaves_the_files(words: str, message: str, lcp: Lcp) -> None:
-    assert_refused(lcp("path", *words.split()), message)
-    assert Path("q0.csv").read_text() == "1,1\n"
 
 
 def test_program_that_a_direction_leaves_keeps_its_names(lcp: Lcp) -> None:

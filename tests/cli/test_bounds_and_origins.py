@@ -159,72 +159,18 @@ def test_the_minimum_is_reported_and_of_a_comparison_by_each_method(lcp: Lcp) ->
     assert record["answer"] is None
 
 
-BAD = {
-    "--from-qp": {
-        '{"Q": [[1]], "c": [1], "b": [1]}': "A: is missing; give it with b, or leave both out",
-        '{"Q": [[1]], "c": [1], "A": [[]], "b": [1]}': "A: has empty rows; give a list of rows of numbers",
-        '{"Q": [[1]], "c": [1e999]}': "c[0]: is not a finite number",
-        '{"Q": [[1]], "c": [1], "free": 0}': "free: is a number; give a list of indices",
-        '{"Q": [[1]], "c": [1], "free": [0, 0]}': "free: names an index twice; keep one",
-    },
-    "--from-game": {
-        '{"A": [[1]]}': "B: is missing; add the key B",
-        '{"A": [[1, 2]], "B": [[1]]}': "B: is 1 x 1 but A is 1 x 2; make them agree",
-        '{"A": [[1]], "B": [["x"]]}': "B[0][0]: is the text 'x'; give real numbers",
-        '{"A": [[1e308], [-1e308]], "B": [[1], [2]]}': "A: exceeds the double-precision range; scale the payoffs",
-        '{"A": [[1]], "B": [[1]], "rows": "x"}': "rows: is the text 'x'; give a list of names",
-        '{"A": [[1]], "B": [[1]], "rows": [1]}': "rows[0]: is a number; give a text",
-        '{"A": [[1]], "B": [[1]], "columns": ["x", "y"]}': "columns: has 2 names for 1 strategy; make them agree",
-        '{"A": [[1]], "B": [[1]], "row": ["x"]}': "row: is not a key of a game; did you mean rows?",
-    },
-}
+BAD = ("--from-qp", "--from-game")
 
 
-@pytest.mark.parametrize(("option", "text"), [(option, text) for option in BAD for text in BAD[option]])
-def test_bad_files_are_reported_in_one_line(option: str, text: str, lcp: Lcp, files: Path) -> None:
-    (files / "bad.json").write_text(text)
-    assert_refused(lcp("make", option, "bad.json", "-o", "made.json"), f"lcp: bad.json: {BAD[option][text]}")
+def test_bad_programs_games_and_origins_and_options_without_effect_are_reported_in_one_line(
+    session: Callable[[str], None], lcp: Lcp, files: Path
+) -> None:
+    session("refused-origins")
     assert not (files / "made.json").exists()
-
-
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        ("--from-qp program.json murty", "FAMILY: has no effect with --from-qp; leave one out"),
-        ("--from-qp program.json -n 3", "-n: has no effect with --from-qp"),
-        ("--from-game game.json --set a=3", "--set: has no effect with --from-game"),
-        ("--from-game game.json --from-qp program.json", "--from-game: has no effect with --from-qp"),
-        ("--list --from-qp program.json", "--from-qp: has no effect with --list"),
-        ("--from-qp gone.json", "gone.json: no such file"),
-    ],
-)
-def test_options_without_effect_are_refused(line: str, words: str, lcp: Lcp) -> None:
-    assert_refused(lcp("make", *line.split()), words)
-
-
-BAD_ORIGINS = {
-    "3": "origin: is a number; give an object with the key kind",
-    "{}": "origin.kind: is missing; add one of qp, game",
-    '{"kind": "lp"}': "origin.kind: is 'lp'; use one of qp, game",
-    '{"kind": 3}': "origin.kind: is a number; use one of qp, game",
-    '{"kind": "qp"}': "origin.variables: is not a number of variables; give a whole number from 1",
-    '{"kind": "qp", "variables": 1.5}': "origin.variables: is not a number of variables",
-    '{"kind": "qp", "variables": 1, "free": [2]}': "origin.free: is not a key",
-    '{"kind": "qp", "variables": 9}': "origin: does not yield this M and q",
-    '{"kind": "qp", "variables": 1}': "origin: does not yield this M and q",
-    '{"kind": "game", "A": [[1]]}': "origin.B: is missing; add the key B",
-}
-
-
-@pytest.mark.parametrize("origin", BAD_ORIGINS)
-def test_bad_origins_are_reported_in_one_line(origin: str, lcp: Lcp, files: Path) -> None:
-    M, q = [[2.0, 1.0], [1.0, 2.0]], [-1.0, -1.0]
-    (files / "bad.json").write_text(f'{{"M": {M}, "q": {q}, "origin": {origin}}}')
-    assert_refused(lcp("solve", "bad.json"), f"lcp: bad.json: {BAD_ORIGINS[origin]}")
-    np.savez(files / "bad.npz", M=M, q=q, origin=origin)
-    assert_refused(lcp("solve", "bad.npz"), f"lcp: bad.npz: {BAD_ORIGINS[origin]}")
-    np.savez(files / "bad.npz", M=M, q=q, origin="{")
-    assert_refused(lcp("solve", "bad.npz"), "lcp: bad.npz: origin: line 1, column 2: ends too early")
+    told = {"3": "is a number; give an object with the key kind", "{": "line 1, column 2: ends too early"}
+    for origin, words in (told | {'{"kind": "qp", "variables": 9}': "does not yield this M and q"}).items():
+        np.savez(files / "bad.npz", M=[[2.0, 1.0], [1.0, 2.0]], q=[-1.0, -1.0], origin=origin)
+        assert_refused(lcp("solve", "bad.npz"), f"lcp: bad.npz: origin: {words}")
 
 
 @pytest.mark.parametrize("place", [(0, 1), (0, 2), (2, 2), (3, 3)])

@@ -133,29 +133,9 @@ def test_rounded_proof_is_corrected_and_an_exact_one_is_not(checked: Lcp, tmp_pa
     assert checked(claimed, "--exact", problem=str(problem)).code == 1
 
 
-@pytest.mark.parametrize(
-    ("answer", "words"),
-    [
-        ("0 1 2", "z: has 3 entries for 4 unknowns"),
-        ("0 a 2 3", "line 1, column 2: has 'a', not a number"),
-        ("0 1/0 2 3", "not a fraction"),
-        ("1 2\n3 4\n", "2 rows and 2 columns without a header"),
-        ("# nothing", "contains no numbers"),
-        ("", "is empty"),
-        ("[0, null, 1, 2]", "[1]: is null"),
-        ('{"w": [0]}', "without z"),
-        ('{"z": 3}', "z: is a number"),
-        ('{"z": [1], "exact": {"z": ["1/2"]}}', "exact.z: has 1 entry"),
-        ('{"z": [1], "certificate": {"kind": "farkas", "vector": null}}', "certificate.vector: is null"),
-        ("[1e-999999999, 1, 2, 3]", "keep exponents"),
-        ("0 1e999999999 2 3", "keep exponents"),
-        ("nan\n1\n2\n0\n", "not finite"),
-        ('{"z": [Infinity, 0, 0, 0]}', "not finite"),
-        ("{", "ends too early; is the file cut off?"),
-    ],
-)
-def test_bad_answers_are_reported_in_one_line(answer: str, words: str, checked: Lcp) -> None:
-    assert_refused(checked(answer), words)
+@pytest.mark.usefixtures("folder")
+def test_bad_answers_are_reported_in_one_line(session: Callable[[str], None]) -> None:
+    session("refused-answers")
 
 
 PORTFOLIO = contents.shipped_path("programs/portfolio.json")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -83,41 +84,19 @@ def test_the_list_shows_every_family_on_narrow_and_wide_screens(lcp: Lcp, monkey
     assert len(lines) == 3 + len(gallery.FAMILIES)
 
 
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        ("", "FAMILY: is missing; name a family"),
-        ("x" * 100_000, "is unknown; lcp make --list shows the families"),
-        ("murty -n 0", "-n: is out of range; give a whole number from 1"),
-        (f"murty -n {10**100}", "-n: is out of range; give a whole number from 1"),
-        ("curtis-han-robinson -n 10", "-n: is 10, and curtis-han-robinson has 3 unknowns; leave it out"),
-        ("murty --seed 1", "--seed: has no effect on murty, which has no random entries; leave it out"),
-        ("lp --seed -1", "--seed: is negative; give a whole number >= 0"),
-        ("contact --set seed=1", "'seed' is not a parameter of contact; choose one of friction, compliance"),
-        ("contact --set frictoin=3", "'frictoin' is not a parameter of contact; did you mean friction?"),
-        ("diagonal --set decades", "--set: 'decades' has no value; write NAME=VALUE"),
-        ("diagonal --set decades=", "--set: '' is not a value of decades; give a whole number"),
-        ("diagonal --set decades=1_0", "--set: '1_0' is not a value of decades; give a whole number"),
-        (f"diagonal --set decades={10**400}", "decades: 1000000000"),
-        ("diagonal --set decades=3 --set decades=4", "--set: decades is set twice; leave one out"),
-        ("harker-pang --set symmetric=maybe", "'maybe' is not a value of symmetric; give true or false"),
-        ("contact --set friction=much", "'much' is not a value of friction; give a number"),
-        ("contact --set friction=nan", "friction: nan is out of range; it must be: 0 <= friction <= 10"),
-        ("--list murty", "FAMILY: has no effect with --list"),
-        ("murty -o own.xyz", "own.xyz: has the unknown suffix .xyz; use .json"),
-        ("murty -o nowhere/own.json", "nowhere/own.json: there is no folder"),
-    ],
-)
-def test_one_line_says_where_what_and_how_to_fix_it(
-    line: str, words: str, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_one_line_says_where_what_and_how_to_fix_it_before_anything_is_made(
+    session: Callable[[str], None], lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    if "-o" in line:
-        monkeypatch.setattr(gallery, "make", lambda *_, **__: pytest.fail("made in vain"))
-    outcome = lcp("make", *line.split())
-    assert_refused(outcome, words)
-    assert len(outcome.err) < 1000
-    assert list(tmp_path.iterdir()) == []
+    files = set(folder.iterdir())
+    session("refused-make")
+    for line in (["x" * 100_000], ["diagonal", "--set", f"decades={10**400}"]):
+        outcome = lcp("make", *line)
+        assert_refused(outcome)
+        assert len(outcome.err) < 1000
+    monkeypatch.setattr(gallery, "make", lambda *_, **__: pytest.fail("made in vain"))
+    assert_refused(lcp("make", "murty", "-o", "own.xyz"), "own.xyz: has the unknown suffix .xyz; use .json")
+    assert_refused(lcp("make", "murty", "-o", "nowhere/own.json"), "nowhere/own.json: there is no folder")
+    assert set(folder.iterdir()) == files
 
 
 PORTFOLIO = contents.shipped_path("programs/portfolio.json")

@@ -9,7 +9,7 @@ import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -160,23 +160,8 @@ def test_bounds_are_those_of_every_problem(lcp: Lcp) -> None:
         assert given[0] == "good.json" or np.allclose(found[1]["z"], lcpcli.solve(problem.M, Q[:, 1], upper=0.1).z)
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ("--plot a.svg", "--plot: draws one problem"),
-        ("--trace a.csv", "--trace: "),
-        ("--trace", "--format json"),
-        ("--format latex", "lcp compare"),
-        ("--every 3", "--every: has no effect"),
-        ("--jobs 2 --cluster tcp://nowhere:1", "--cluster"),
-        ("--resume nowhere/log.jsonl", "create it"),
-        ("--resume q.csv", "q.csv: is not a log of results (line 1)"),
-        ("--resume bad.json", "bad.json: is not a log of results (line 1)"),
-        ("--resume log.jsonl -o b.jsonl", "--output: has no effect with --resume"),
-    ],
-)
-def test_what_many_problems_do_not_have_is_refused_in_a_line(options: str, words: str, lcp: Lcp) -> None:
-    assert_refused(lcp("solve", "good.json", "none.json", *options.split()), words)
+def test_what_many_problems_do_not_have_is_refused_in_a_line(session: Callable[[str], None]) -> None:
+    session("refused-many")
     assert [Path(name).read_text() for name in ("good.json", "bad.json")] == [GOOD, MALFORMED]
 
 

@@ -92,25 +92,8 @@ def test_nonlinear_model_is_solved_with_its_names_and_on_request_with_a_proof(lc
     assert found["z"] == pytest.approx([2, 3], rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("words", "fault"),
-    [
-        (["--exact"], "--exact: has no effect on a nonlinear model"),
-        (["--method", "lemke"], "--method: lemke solves linear problems only"),
-        (["--upper", "3"], "--upper: has no effect on a nonlinear model"),
-        (["--x0", "1,1"], "--x0: has no effect on a nonlinear model"),
-        (["--z0", "1"], "--z0: has 1 entry for 2 unknowns"),
-        (["--basis", "basic,basic"], "--basis: has no effect on a nonlinear model"),
-        (["--no-presolve"], "--no-presolve: has no effect on a nonlinear model"),
-        (["--restarts", "-1"], "restarts"),
-        (["--start-slack", "2"], "--start-slack: has no effect on a nonlinear model"),
-        (["--method", "josephy-newton:restarts=-1"], "restarts"),
-        (["--all"], "market.nl: is a nonlinear model; see lcp help models"),
-        (["--minimize", "z1"], "market.nl: is a nonlinear model"),
-    ],
-)
-def test_options_for_linear_problems_are_refused(lcp: Lcp, words: list[str], fault: str) -> None:
-    assert_refused(lcp("solve", "market.nl", *words), fault)
+def test_options_for_linear_problems_are_refused(session: Callable[[str], None]) -> None:
+    session("refused-models")
 
 
 def test_options_of_the_method_are_in_force(lcp: Lcp) -> None:

@@ -53,22 +53,8 @@ def test_several_q_are_columns_of_the_file_that_is_named(lcp: Lcp) -> None:
 
 
 @pytest.mark.usefixtures("tables")
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
-        (("solve", "M.csv", "q.csv", "--q", "q.csv"), "--q"),
-        (("solve", "M.csv", "--q", "q.csv", "--game"), "--q"),
-        (("compare", "--q", "q.csv"), "--q"),
-        (("path", "M.csv", "q.csv", "--q", "q.csv"), "--q"),
-        (("solve", "good.json", "--q", "q.csv"), "q.csv: is not needed"),
-        (("inspect", "good.json", "none.json"), "none.json: is not needed"),
-        (("solve", "q.csv", "M.csv"), "name M first: M.csv q.csv"),
-        (("solve", "M.csv", "Mq.csv"), "Mq.csv: begins with M of M.csv"),
-        (("solve", "M.csv", "--q", "Mq.csv"), "Mq.csv: begins with M of M.csv"),
-    ],
-)
-def test_what_cannot_be_q_is_refused_in_one_line(lcp: Lcp, words: tuple[str, ...], told: str) -> None:
-    assert_refused(lcp(*words), told)
+def test_what_cannot_be_q_is_refused_in_one_line(session: Callable[[str], None]) -> None:
+    session("refused-q")
 
 
 @pytest.mark.usefixtures("tables")

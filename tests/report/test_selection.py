@@ -17,7 +17,7 @@ from lcpcli.report import outcome
 from lcpcli.report.figures import run_figures
 from lcpcli.report.wording import places
 
-from ..cli.conftest import Lcp, assert_refused
+from ..cli.conftest import Lcp
 
 NAMES = ["price n0", "price n1", "flow", "", "price *"]
 MARKET = {"M": [[2, 0, 0], [1, 2, 0], [0, 1, 2]], "q": [-2, -3, -3], "names": ["price n0", "flow", "price n1"]}
@@ -76,24 +76,9 @@ def lines_of(path: lcpcli.Path, *names: str) -> dict[str, float]:
     return {label: line.get_ydata()[0] for label, line in zip(labels, lines, strict=True)}
 
 
-UNKNOWN = "'flows' is not the name of an unknown; did you mean flow?"
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ("solve market.json --show flow --format json", "has no effect on json, which has all"),
-        ("solve market.json game.json --show flow", "chooses the unknowns of one problem only"),
-        ("compare market.json --sweep p=1,10 --show flow --format csv", "has no effect where no unknowns are shown"),
-        ("solve market.json --show flows", UNKNOWN),
-        ("solve market.json --all --show flows", UNKNOWN),
-        ("compare market.json --show flows", UNKNOWN),
-        ("path market.json --direction 1,1,1 --to 9 --show flows", UNKNOWN),
-    ],
-)
-def test_show_is_refused_at_first(arguments: str, words: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_show_is_refused_at_first(session: Callable[[str], None], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("lcpcli.parametric.following.follow", None)
-    assert_refused(lcp(*arguments.split()), f"lcp: --show: {words}")
+    session("refused-show")
 
 
 def test_digits_under_the_pointer_are_those_that_a_page_shows(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
