@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Callable
 from fractions import Fraction
 from io import StringIO
 from pathlib import Path
@@ -76,21 +77,9 @@ def test_check_reads_the_tables_that_people_have(kind: str, lcp: Lcp, folder: Pa
     assert lcp("check", EXAMPLE, "z.csv", "--exact").code == 0
 
 
-REFUSED = {
-    "component,z\n1,0\n2,1\n3,1\n5,0\n": "line 5, column 1: has component '5', while 4 is missing",
-    "component,z\n1,0\n2,1\n2,1\n4,0\n": "line 4, column 1: has component '2' again, while 3 is missing",
-    "node,z\nA,0\nB\nC,1\nD,0\n": "line 3: has 1 column where line 2 has 2",
-    "node,z\nA,0\nB,x\nC,1\nD,0\n": "line 3, column 2: has 'x', not a number",
-    "node,y\nA,0\nB,1\nC,1\nD,0\n": "has no column headed z",
-    "5,0\n7,1\n8,1\n9,0\n": "4 rows and 2 columns without a header",
-    "component,z,w\n1,0,0\n2,1,0\n": "z: has 2 entries for 4 unknowns",
-}
-
-
-@pytest.mark.parametrize("text", REFUSED)
-def test_table_that_leaves_z_in_doubt_is_refused(text: str, lcp: Lcp, folder: Path) -> None:
-    (folder / "z.csv").write_text(text)
-    assert_refused(lcp("check", EXAMPLE, "z.csv"), REFUSED[text])
+@pytest.mark.usefixtures("folder")
+def test_table_that_leaves_z_in_doubt_is_refused(session: Callable[[str], None]) -> None:
+    session("refused-tables")
 
 
 def test_trace_file_has_every_iterate_whatever_is_shown(lcp: Lcp, folder: Path) -> None:

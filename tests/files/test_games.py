@@ -6,6 +6,7 @@ import csv
 import gzip
 import json
 import re
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from lcpcli.files.games import game_in
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 
-from ..cli.conftest import Lcp, assert_refused
+from ..cli.conftest import Lcp
 from ..conftest import read_exact
 
 HEAD = 'NFG 1 R "a game" { "Alice" "Bob" }\n'
@@ -77,63 +78,10 @@ def test_fractions_are_not_rounded_for_proofs() -> None:
 
 TREE = 'EFG 2 R "a game" { "Ann" "Bob" }\n'
 TWO = TREE + 'p "" 1 1 "" { "a" "b" } 0\n'
-WRONG = [
-    (HEAD.replace('"Bob"', '"Bob" "Cy"') + "{ 1 1 1 } 1 2 3", "is a game of more than two players; its equilibria"),
-    (HEAD.replace('"Bob"', "") + "{ 1 } 1", "is a game of 1 player; give one of two players"),
-    (HEAD + "{ 2 2 } 1 2 3 4 5 6", "ends too early; is it cut off?"),
-    (HEAD + "{ 2 2 } 1 2 3 4 5 6 7", "has an odd number of payoffs; give two for each pair"),
-    (HEAD + "{ 2 2", "has braces that do not match; is it cut off?"),
-    (HEAD + "{ 1 1 }\n1 2\n3 4", "has more than the payoffs of 1 x 1 strategies; remove the others"),
-    (HEAD + "{ 1 1 }\n1 x", "has 'x', not a number; give a number"),
-    (HEAD + "{ 1 1 }\n1 1/0", "has '1/0', not a fraction; give whole numbers, as in 15/29"),
-    (HEAD + '{ 1 1 }\n{ { "" 1 2 } }\n2', "names outcome 2 of 1; name one that is given"),
-    (HEAD + "{ 0 1 }", "has a player without strategies; give each at least one"),
-    (HEAD + "{ 1 1 }\n{ 1 2 }\n1", "has '1' in place of an outcome; give two payoffs in braces"),
-    ("NFG 2 R", "line 1: is not the beginning of a game; begin the file with NFG 1 R"),
-    ("NFG 1 R title", "has no title, players and strategies; write NFG 1 R"),
-    (HEAD + "{ 1 1 }\n1e400 0", "A[0][0]: is not a finite number in double precision"),
-    (TREE.replace('"Bob"', '"Bob" "Cy"'), "is a game of 3 players; give one of two: only its"),
-    (TREE.replace('"Bob"', ""), "is a game of 1 player; give one of two"),
-    ("EFG 1 R", "line 1: is not the beginning of a game tree; begin the file with EFG 2 R"),
-    ('EFG 2 R "title"', "line 1: has no players after the title; write EFG 2 R"),
-    ('EFG 2 R "title" p', "line 1: has no players after the title; write EFG 2 R"),
-    ("EFG 2 R title", "line 1: has 'title' in place of a name; put names in quotes"),
-    (TREE, "ends too early; is it cut off?"),
-    (TWO + 't "" 1 { 1 2 }', "ends too early; is it cut off?"),
-    (TWO + 't "" 1 { 1 2', "ends too early; is it cut off?"),
-    (TWO + 'x "" 0', "line 3: has 'x' in place of a node; begin each node with c for chance, p for a player, t for"),
-    (TREE + 't "" 0\nt "" 0', "line 3: has 't' after the last node of the tree; remove it"),
-    (TWO + 't "" 1', "line 3: names outcome 1 before its payoffs; give them where it is first named"),
-    (TWO + 't "" 1 { 1 2 3 }', "line 3: has 3 payoffs for 2 players; give one for each"),
-    (TWO + 't "" 1 { 1 x }', "line 3: has 'x' in place of a number; give an integer, a decimal or a fraction"),
-    (TWO + 't "" 1 { 1 1/0 }', "line 3: has '1/0' in place of a number"),
-    (TWO + 't "" 1 { 1 1e9999 }', "line 3: has '1e9999' in place of a number"),
-    (TWO + 't "" 1 { 1 -1e301 }', "line 3: has '-1e301', too large for doubles; scale the payoffs"),
-    (TWO + 't "" -1', "line 3: has '-1' in place of the number of an outcome; give a whole number"),
-    (TWO + 't "" 1 { 1 2 } t "" 1 { 1 3 }', "line 3: gives outcome 1 other payoffs than it has; correct one"),
-    (TWO + 't "" 0 { 1 2 }', "line 3: gives outcome 0 other payoffs than it has"),
-    (TREE + 'p "" 3 1 { "a" } 0', "line 2: names player 3 of 2; give 1 or 2"),
-    (TREE + 'p "" 1 1 0', "line 2: names information set 1 of player 1 before its actions; list its actions"),
-    (TREE + 'p "" 1 1 { } 0', "line 2: lists no action for information set 1 of player 1; list at least one"),
-    (TWO + 'p "" 1 1 { "b" "a" } 0', "line 3: lists other actions for information set 1 of player 1 than before"),
-    (
-        TREE + 'c "" 1 "" { "h" 1/2 "t" 1/2 } 0 t "" 1 "" { 1 0 } c "" 1 "" { "h" 1/4 "t" 3/4 } 0',
-        "line 2: lists other probabilities for chance event 1 than before",
-    ),
-    (TREE + 'c "" 1 { "a" 1/3 "b" 1/3 } 0', "line 2: the probabilities of chance event 1 are not at least 0"),
-    (TREE + 'c "" 1 { "a" 2 "b" -1 } 0', "line 2: the probabilities of chance event 1 are not at least 0"),
-    (TREE + 'c "" 1 { "a" } 0', "line 2: has '}' in place of a number"),
-    (TWO + 'p "" 1 1 0 t "" 0 t "" 0 t "" 0', "line 3: has no perfect recall: other own moves lead to information set"),
-]
 
 
-@pytest.mark.parametrize(("text", "message"), WRONG, ids=range(len(WRONG)))
-def test_what_is_wrong_is_said_in_one_line_with_its_place(text: str, message: str) -> None:
-    name = "g.efg" if text.startswith("EFG") else "g.nfg"
-    Path(name).write_text(text)
-    with pytest.raises(errors.ProblemError) as caught:
-        read(name)
-    assert str(caught.value).startswith(f"{name}: {message}")
+def test_what_is_wrong_is_said_in_one_line_with_its_place(session: Callable[[str], None]) -> None:
+    session("refused-games")
 
 
 def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(lcp: Lcp) -> None:
@@ -244,20 +192,6 @@ def test_labels_of_strategies_are_kept(
     origin = game_in(["A.csv", "B.csv"]).read().origin
     assert isinstance(origin, Game)
     assert (origin.rows, origin.columns) == (rows, columns)
-
-
-@pytest.mark.parametrize(
-    ("second", "words"),
-    [
-        ("left,rihgt\n2,0\n0,3\n", "B.csv: has 'rihgt' among the columns where the other table has 'right'; give both"),
-        ("left,middle,right\n2,0,1\n0,3,1\n", "B: is 2 x 3 but A is 2 x 2"),
-        ("left,right\n2,0\n0,1/0\n", "B.csv: line 3, column 2: is '1/0', a division by 0; give a number"),
-        ("right,left\n2,0\n0,3\n", "B.csv: has the columns right, left, the other table left, right; put them in"),
-    ],
-)
-def test_another_table_is_refused(second: str, words: str, lcp: Lcp) -> None:
-    Path("B.csv").write_text(second)
-    assert_refused(lcp("solve", *TABLES), words)
 
 
 def test_check_says_what_tolerance_accepts_rounded_strategies_and_how_many_there_are(lcp: Lcp) -> None:
