@@ -55,11 +55,13 @@ def session(lcp: Lcp, tmp_path: Path, still: None) -> Callable[[str], None]:  # 
         text = ""
         for typed in typed_in(name):
             text += f"{typed.line}\n"
-            if typed.file:
+            if typed.content is None:
+                text += Path(typed.file).read_text(encoding="utf-8")
+            elif typed.file:
                 Path(typed.file).write_bytes(typed.content)
-                continue
-            outcome = lcp(*typed.arguments)
-            text += f"{outcome.out}{outcome.err}exit code {outcome.code}\n"
+            else:
+                outcome = lcp(*typed.arguments)
+                text += f"{outcome.out}{outcome.err}exit code {outcome.code}\n"
         assert_as_before(name, text.replace(str(tmp_path), "FOLDER"))
 
     return compare

@@ -75,10 +75,11 @@ def test_the_line_about_bad_input_is_the_same_as_before(name: str, meet: Meet, t
     text, files = "", dict[str, str | bytes]()
     for typed in typed_in(f"bad-{name}"):
         text += f"{typed.line}\n"
+        content = typed.content or b""
         if typed.file:
-            files[typed.file] = typed.content
+            files[typed.file] = content
         else:
-            text += line_about(Kind(tuple(typed.arguments), (), files, typed.content), meet)
+            text += line_about(Kind(tuple(typed.arguments), (), files, content), meet)
             files = {}
     assert_as_before(f"bad-{name}", text.replace(str(tmp_path), "FOLDER"))
 
