@@ -60,7 +60,7 @@ def session(lcp: Lcp, tmp_path: Path, still: None) -> Callable[[str], None]:  # 
             elif typed.file:
                 Path(typed.file).write_bytes(typed.content)
             else:
-                outcome = lcp(*typed.arguments)
+                outcome = lcp(*(word.replace("FOLDER", str(tmp_path)) for word in typed.arguments))
                 text += f"{outcome.out}{outcome.err}exit code {outcome.code}\n"
         assert_as_before(name, text.replace(str(tmp_path), "FOLDER"))
 

@@ -16,7 +16,7 @@ from lcpcli.interrupts import TimeIsUp
 from lcpcli.report import plotting, solutions
 from lcpcli.report.figures import plane_figures
 
-from .conftest import Lcp, assert_refused, record
+from .conftest import Lcp, record
 
 PROBLEMS = {
     "murty": '{"M": [[1, 2], [2, 1]], "q": [-1, -1]}',
@@ -43,17 +43,6 @@ def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         (tmp_path / f"{name}.json").write_text(text)
     for name, text in {"M": "2,1\n1,2\n", "q0": "1,1\n", "q1": "-5,-6\n", "d": "-6\n-7\n"}.items():
         (tmp_path / f"{name}.csv").write_text(text)
-
-
-def test_two_tables_are_the_payoffs_of_a_game_fractions_among_them(lcp: Lcp) -> None:
-    for name, text in {"A": "3,0\n0,1/2\n", "B": "2;0\n0;0,1\n", "C": "1,2,3\n"}.items():
-        Path(f"{name}.csv").write_text(text)
-    outcome = lcp("solve", "A.csv", "B.csv", "--game", "--all", "--exact", "--format", "json")
-    told = [each["equilibrium"]["payoffs"] for each in record(outcome)["solutions"]]
-    assert told == [["3", "2"], ["3/7", "2/21"], ["1/2", "1/10"]]
-    assert "row = " in lcp("solve", "A.csv", "B.csv", "--game").out
-    assert_refused(lcp("solve", "A.csv", "--game"), "lcp: --game: takes two files, not 1")
-    assert_refused(lcp("solve", "A.csv", "C.csv", "--game"), "make them agree")
 
 
 def test_list_that_is_as_long_as_was_asked_for_says_whether_there_are_others(session: Callable[..., None]) -> None:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import gzip
 import json
-import re
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
@@ -105,44 +103,6 @@ def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(lcp
     assert "origin: does not yield this M and q" in lcp("solve", "m.json").err
 
 
-TABLES = ("A.csv", "B.csv", "--game")
-PAIR = "row = (opera 0.6, box 0.4), column = (left 0.4, right 0.6)"
-
-
-def test_tables_of_payoffs_are_taken_by_every_command_with_their_labels(lcp: Lcp) -> None:
-    assert PAIR in lcp("solve", *TABLES, "--method", "newton").out
-    assert PAIR in lcp("check", *TABLES, "0.6,0.4,0.4,0.6").out
-    assert lcp("check", *TABLES, "3/5,2/5,2/5,3/5", "--exact").code == 0
-    assert lcp("inspect", *TABLES).out.startswith("A: n = 4\n")
-    assert "opera" in lcp("compare", *TABLES, "--method", "newton").out
-    assert lcp("convert", *TABLES, "-o", "game.json").code == 0
-    game = read("game.json").origin
-    assert isinstance(game, Game)
-    assert (game.rows, game.columns) == (("opera", "box"), ("left", "right"))
-
-
-@pytest.mark.parametrize("labels", [True, False])
-def test_csv_has_the_strategies_as_the_table_has_and_check_reads_it(labels: bool, lcp: Lcp) -> None:
-    if not labels:
-        Path("A.csv").write_text("3,0\n0,2\n")
-    assert lcp("solve", *TABLES, "--method", "newton", "-o", "z.csv").code == 0
-    rows = list(csv.DictReader(line for line in Path("z.csv").read_text().splitlines() if not line.startswith("#")))
-    names = ["opera", "box", "left", "right"] if labels else ["x1", "x2", "y1", "y2"]
-    assert [row["name"] for row in rows] == names
-    assert [row["player"] for row in rows] == ["row", "row", "column", "column"]
-    assert [round(float(row["probability"]), 9) for row in rows] == [0.6, 0.4, 0.4, 0.6]
-    assert [round(float(row["payoff"]), 9) for row in rows] == [1.2] * 4
-    assert lcp("check", *TABLES, "z.csv").code == 0
-    for form in ("markdown", "latex") if labels else ():
-        text = lcp("solve", *TABLES, "--format", form).out
-        assert all(name in text for name in (*names, "row gets", "column gets"))
-
-
-def test_csv_of_an_iterate_without_strategies_has_empty_cells(lcp: Lcp) -> None:
-    out = lcp("solve", *TABLES, "--method", "fixed-point", "--max-iterations", "0", "--format", "csv").out
-    assert out.splitlines()[-1] == "4,0.0,-1.0,right,column,,"
-
-
 GAMES = {
     "labelled": (",l,r\nu,3,0\nd,0,2\n", ",l,r\nu,2,0\nd,0,3\n"),
     "square": ("3,0\n0,2\n", "2,0\n0,3\n"),
@@ -168,13 +128,6 @@ def test_two_tables_that_may_be_a_game_get_a_hint(kind: str, lcp: Lcp) -> None:
         assert lcp(command, "A.csv", "B.csv", "--game").err == "" or kind in NO_GAMES
 
 
-def test_every_command_gives_the_hint_unless_it_is_quiet(lcp: Lcp) -> None:
-    put(*GAMES["square"])
-    for command in (["compare", "--method", "newton"], ["convert"], ["solve", "--all"]):
-        assert lcp(*command, "A.csv", "B.csv").err.count(ADD) == 1, command
-    assert ADD not in lcp("solve", "A.csv", "B.csv", "-q").err
-
-
 @pytest.mark.parametrize(
     ("first", "second", "rows", "columns"),
     [
@@ -192,29 +145,6 @@ def test_labels_of_strategies_are_kept(
     origin = game_in(["A.csv", "B.csv"]).read().origin
     assert isinstance(origin, Game)
     assert (origin.rows, origin.columns) == (rows, columns)
-
-
-def test_check_says_what_tolerance_accepts_rounded_strategies_and_how_many_there_are(lcp: Lcp) -> None:
-    put("3,0,1\n0,2,1\n", "1,0,0\n0,2,0\n")
-    rounded = "0.6666667,0.3333333,0.4,0.6,0"
-    refused = lcp("check", *TABLES, rounded)
-    assert refused.code == 1
-    (told,) = re.findall(r"; --tol (\S+) accepts it", refused.out)
-    assert float(told) <= 1e-6
-    assert lcp("check", *TABLES, rounded, "--tol", told).code == 0
-    assert "accepts it" not in lcp("check", *TABLES, "0.7,0.3,0.4,0.6,0").out
-    assert "z: has 4 entries for 2 and 3 strategies; make them agree" in lcp("check", *TABLES, "1,0,0,1").err
-
-
-def test_players_of_a_file_are_named(lcp: Lcp) -> None:
-    Path("g.nfg").write_text('NFG 1 R "g" { "Ann" "Bob" } { { "up" "down" } { "left" "right" } } 3 2 0 0 0 0 2 3')
-    out = lcp("solve", "g.nfg", "--method", "newton").out
-    assert "Ann = (up 0.6, down 0.4), Bob = (left 0.4, right 0.6), payoffs 1.2 and 1.2" in out
-    assert "Ann gets Bob gets" in out
-    assert "by a best response Ann would gain 0, Bob 0" in out
-    assert lcp("convert", "g.nfg", "-o", "g.json").code == 0
-    assert json.loads(Path("g.json").read_text())["players"] == ["Ann", "Bob"]
-    assert "Ann gets  Bob gets" in lcp("solve", "g.nfg", "--all").out
 
 
 @pytest.mark.parametrize("last", [1, 0])
@@ -320,33 +250,3 @@ def test_a_deep_tree_costs_no_recursion() -> None:
     tree = f'{TREE}{row}t "" 0 ' + 't "" 0 ' * 399
     problem = lcpcli.from_efg(tree)
     assert (problem.n, lcpcli.run(problem).answer.gains) == (2 * 399 + 4 + 399, (0.0, 0.0))
-
-
-def test_all_equilibria_and_the_best_one_are_strategies_and_payoffs(lcp: Lcp) -> None:
-    source = "threat.efg"
-    Path(source).write_text(THREAT)
-    lines = [line.split() for line in lcp("solve", source, "--all").out.splitlines() if "-" * 9 not in line]
-    assert lines[4] == ["piece", "L", "R", "l", "r", "Ann", "gets", "Bob", "gets"]
-    assert [line[-2:] for line in lines[5:8]] == [["2", "1"], ["1", "2"], ["1", "2"]]
-    for options in ((), ("--exact",)):
-        every = json.loads(lcp("solve", source, "--all", "--format", "json", *options).out)
-        best = json.loads(lcp("solve", source, "--maximize", "z2", "--format", "json", *options).out)
-        kind = str if options else float
-        assert best["equilibrium"]["payoffs"] == [kind(2), kind(1)]
-        for own in (*(each["equilibrium"] for each in every["solutions"]), best["equilibrium"]):
-            assert own["players"] == ["Ann", "Bob"]
-            assert {type(value) for plan in own["plans"] for value in plan} == {kind}
-    answer = json.loads(lcp("solve", source, "--exact", "--format", "json").out)["answer"]
-    assert {type(value) for plan in answer["exact"]["plans"] for value in plan} == {str}
-    assert "payoffs Ann 2, Bob 1" in lcp("solve", source, "--maximize", "z2").out
-    table = lcp("solve", source).out
-    assert "method k       Ann         L         R       Bob         l         r cost of Ann" in table
-
-
-THREAT = """EFG 2 R "threat" { "Ann" "Bob" }
-p "" 1 1 "a" { "L" "R" } 0
-p "" 2 1 "b" { "l" "r" } 0
-t "" 1 "" { 2 1 }
-t "" 2 "" { 0 0 }
-t "" 3 "" { 1 2 }
-"""
