@@ -51,8 +51,13 @@ def assert_as_before(name: str, text: str) -> None:
     assert text == document.read_text(encoding="utf-8")
 
 
+def _rounded(number: re.Match[str]) -> str:
+    value = round(float(number[0]), 9)
+    return f"{value:g}" if value else "0.0"
+
+
 def _kept(line: str) -> str:
-    line = re.sub(r"-?\d+\.\d{10,}(e-\d+)?", lambda number: f"{round(float(number[0]), 9) + 0.0:g}", line)
+    line = re.sub(r"-?\d+\.\d{10,}(e-\d+)?", _rounded, line)
     line = re.sub(r"\d\.\de\+1[6-9]", "HUGE", line)  # condition numbers of matrices that are singular up to rounding
     line = re.sub(r"\b\d\.\de-1[4-9]\b", "TINY", line)  # residuals and bounds that are last digits
     return line.replace(VERSION, "VERSION")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import subprocess
 import sys
@@ -48,7 +49,7 @@ def still(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def session(lcp: Lcp, tmp_path: Path, still: None) -> Callable[[str], None]:  # noqa: ARG001
+def session(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, still: None) -> Callable[[str], None]:  # noqa: ARG001
     """Compare what the commands of a document print one after the other with the document."""
 
     def compare(name: str) -> None:
@@ -60,6 +61,7 @@ def session(lcp: Lcp, tmp_path: Path, still: None) -> Callable[[str], None]:  # 
             elif typed.file:
                 Path(typed.file).write_bytes(typed.content)
             else:
+                monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(typed.content)))
                 outcome = lcp(*(word.replace("FOLDER", str(tmp_path)) for word in typed.arguments))
                 text += f"{outcome.out}{outcome.err}exit code {outcome.code}\n"
         assert_as_before(name, text.replace(str(tmp_path), "FOLDER"))

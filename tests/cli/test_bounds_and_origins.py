@@ -18,7 +18,7 @@ from lcpcli.errors import ProblemError
 from ..bad_input.kinds import archive, mat, npy
 from ..conftest import Outcome
 from ..far_bounds import FAR
-from .conftest import EXAMPLE, Lcp, assert_refused, record, records
+from .conftest import Lcp, assert_refused, record
 
 MIXED = '{"M": [[2, 1], [1, 2]], "q": [-5.1, -6], "lower": [-1e20, 0.1], "upper": [1e20, 1e400]}'
 REMARK = "lcp: far.json: 6 bounds of 1e20 or more; --infinity 1e20 makes them infinite\n"
@@ -57,20 +57,9 @@ def test_check_inspect_convert_compare_and_bench_read_the_same_problem_as_solve(
     assert lcp("bench", "--resume", "older.json", "-q") == Outcome(0, "", "")
 
 
-def test_exact_bounds_are_the_decimals_but_for_those_that_are_none(lcp: Lcp) -> None:
-    pytest.importorskip("flint")
-    result = record(lcp("solve", "mixed.json", "--infinity", "1e20", "--exact", "--format", "json"))
-    assert result["exact"]["z"] == ["7/5", "23/10"]
-    both = ("--lower", "1/3", "--upper", "1e20,0.7")
-    result = record(lcp("solve", "mixed.json", *both, "--infinity", "1e19", "--exact", "--format", "json"))
-    assert result["exact"]["z"] == ["11/5", "7/10"]
-    for name in ("far.json", "far.npz"):
-        lcp("convert", "far.json", "-o", "far.npz")
-        result = record(lcp("solve", name, "--infinity", "1e20", "--exact", "--format", "json"))
-        assert result["answer"]["exact"]["x"] == ["3/2", "0"]
-
-
-def test_the_remark_on_far_bounds_comes_once_wherever_a_problem_is_read(session: Callable[..., None], lcp: Lcp) -> None:
+def test_far_and_other_bounds_are_told_and_kept_wherever_a_problem_is_read(
+    session: Callable[..., None], lcp: Lcp
+) -> None:
     pytest.importorskip("flint")
     session("far-bounds")
     assert lcp("bench", "far.json", "--method", "newton", "--budget", "0").err == REMARK
@@ -122,41 +111,8 @@ def test_one_number_is_for_all_in_mat_too_and_none_takes_bounds_away(bounds: Lcp
     assert bounds("--lower", "one.mat") == (-1, [8, 9])
 
 
-def test_bounds_of_programs_and_games_are_refused_and_of_named_unknowns_not(lcp: Lcp, tmp_path: Path) -> None:
-    file = tmp_path / "p.json"
-    for text, hint in (
-        ('{"Q": [[1]], "c": [-1]}', "this is a program; give the bounds of its variables in the file"),
-        ('{"A": [[1]], "B": [[1]]}', "this is a game; leave it out"),
-    ):
-        file.write_text(text)
-        told = f"lcp: --lower: is for problems given by M and q, but {hint}\n"
-        assert_refused(lcp("solve", str(file), "--lower", "1"), told)
-    file.write_text('{"M": [[1]], "q": [-3], "names": ["a"]}')
-    assert "n = 1 (1 boxed)" in lcp("solve", str(file), "--upper", "1").out
-
-
 PROGRAM = {"Q": [[2, 0], [0, 2]], "c": [-3, 1], "A": [[1, 1]], "b": [1]}
 GAME = {"A": [[3, 0], [0, 2]], "B": [[0, 2], [3, 0]], "rows": ["opera", "football"], "columns": ["left", "right"]}
-
-
-def remade(lcp: Lcp, option: str, name: str, *arguments: str) -> list[str]:
-    """The lines that lcp solve prints on the problem that lcp make makes of a file."""
-    assert lcp("make", option, name, "-o", "made.json", "-q") == Outcome(0, "", "")
-    outcome = lcp("solve", "made.json", *arguments)
-    assert (outcome.code, outcome.err) == (0, "")
-    return outcome.out.splitlines()
-
-
-def test_the_minimum_is_reported_and_of_a_comparison_by_each_method(lcp: Lcp) -> None:
-    lines = remade(lcp, "--from-qp", "program.json")
-    assert lines[0] == "program: n = 3"
-    assert lines[1].endswith("; objective -2.25")
-    line = lines.index("x = (1.5, 0), y = (0)")
-    assert lines[line + 1] == "x is the unique minimizer, as Q is positive definite"
-    shown = lcp("compare", "made.json", "--method", "newton", "--method", "lemke").out.splitlines()
-    assert {f"{method}: {lines[line]}, objective -2.25" for method in ("newton", "lemke")} <= set(shown)
-    (record,) = records(lcp("compare", EXAMPLE, "--method", "newton", "--format", "json"))
-    assert record["answer"] is None
 
 
 BAD = ("--from-qp", "--from-game")
@@ -184,14 +140,3 @@ def test_a_changed_matrix_no_longer_fits_its_origin(option: str, place: tuple[in
     for changes in ({"M": M}, {"q": problem.q + unit}, {"lower": unit, "upper": np.inf}):
         with pytest.raises(ProblemError, match="origin: does not yield this M and q"):
             replace(problem, **changes)
-
-
-def test_what_is_known_of_a_problem_is_not_known_of_other_bounds(lcp: Lcp, tmp_path: Path) -> None:
-    file = tmp_path / "p.json"
-    file.write_text(json.dumps({"M": [[1]], "q": [-2], "solution": [2]}))
-    for options, z, error in (((), 2, 0), (("--upper", "1"), 1, None), (("--lower", "3"), 3, None)):
-        found = json.loads(lcp("solve", str(file), *options, "--format", "json").out)
-        assert (found["z"], found["error"]) == ([z], error)
-    file.write_text(json.dumps({"M": [[-1]], "q": [-1], "verdict": "infeasible"}))
-    assert "infeasible" in lcp("solve", str(file)).out
-    assert "infeasible" not in lcp("solve", str(file), "--upper", "1").out

@@ -199,12 +199,8 @@ def test_stream_may_change_in_size_and_have_bad_lines(lcp: Lcp, folder: Path, mo
     assert (outcome.code, outcome.err.splitlines()[-1]) == (2, "lcp: 6 problems: 5 solved, 1 bad input")
 
 
-def test_options_without_effect_are_refused_in_a_line(lcp: Lcp) -> None:
-    lines = ("--method lemke", "--jobs 1", "--cluster tcp://localhost:1", "--trace", "--z0 1,1,1", "--scale", "--p 2")
-    for line in lines:
-        told = f"lcp: {line.split()[0]}: has no effect with --sequence"
-        assert_refused(lcp("solve", "steps", "--sequence", "--format", "json", *line.split()), told)
-    assert_refused(lcp("solve", "steps/0.json", "--sequence", "--all"), "lcp: --sequence: has no effect with --all")
+def test_options_without_effect_are_refused_in_a_line(session: Callable[[str], None]) -> None:
+    session("refused-sequences")
 
 
 def test_interrupted_sequence_goes_on_from_its_log(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -224,14 +220,3 @@ def test_interrupted_sequence_goes_on_from_its_log(lcp: Lcp, monkeypatch: pytest
     found = [json.loads(line) for line in Path("log.jsonl").read_text().splitlines()]
     assert [record["number"] for record in found] == [1, 2, 3, 4]
     assert [record["route"] for record in found] == [["lemke"], ["newton"]] * 2
-
-
-def test_sequence_of_programs_has_answers_and_proofs(lcp: Lcp) -> None:
-    pytest.importorskip("flint")
-    program = {"Q": [[2, 0], [0, 2]], "A": [[1, 1]], "b": [1]}
-    lines = [json.dumps({**program, "c": [-2.0 - k, -3.0]}) for k in range(3)]
-    Path("programs.jsonl").write_text("\n".join(lines))
-    found = records(lcp("solve", "programs.jsonl", "--sequence", "--exact", "--format", "json"))
-    alone = records(lcp("solve", "programs.jsonl", "--exact", "--format", "json"))
-    assert [record["answer"]["x"] for record in found] == [record["answer"]["x"] for record in alone]
-    assert [record["exact"]["z"] for record in found] == [record["exact"]["z"] for record in alone]

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 SESSIONS = """answers-in-every-form answers-among-several proofs-checked equilibria-checked game-trees games-in-files
-objectives others-said"""
+objectives others-said q-by-its-option many-problems answers-in-tables"""
 
 
 @pytest.mark.parametrize("name", SESSIONS.split())
