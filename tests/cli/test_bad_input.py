@@ -188,14 +188,6 @@ def test_long_file_is_refused_in_a_time_in_proportion(name: str, content: str, f
         reading.read(str(file))
 
 
-def test_exact_proof_is_found_where_denominators_are_beyond_all_doubles(lcp: Lcp, tmp_path: Path) -> None:
-    file = tmp_path / "p.json"
-    file.write_text('{"M": [[0, 0], [0, 0]], "q": [-1e-320, 1e-320]}')
-    outcome = lcp("solve", str(file), "--method", "shi", "--exact", "--format", "json")
-    assert (outcome.code, outcome.err) == (3, "")
-    assert json.loads(outcome.out)["exact"]["y"] is not None
-
-
 @pytest.mark.usefixtures("folder")
 def test_missing_problem_of_a_resumed_bench_is_reported_at_first(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     lcp("bench", "good.json", "none.json", "--method", "newton", "--budget", "0", "-q", "-o", "record.json")

@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 SESSIONS = """answers-in-every-form answers-among-several proofs-checked equilibria-checked game-trees games-in-files
-objectives others-said q-by-its-option many-problems answers-in-tables"""
+objectives others-said wrong-solutions starts-refused without-unknowns verdicts-on-decimals
+basis-of-the-last-step names-and-numbers-in-formats long-tables
+q-by-its-option many-problems answers-in-tables"""
 
 
 @pytest.mark.parametrize("name", SESSIONS.split())

@@ -101,17 +101,6 @@ MIXED = {
 SIZE = "n = 3 (1 free, 1 lower bound, 1 boxed)"
 
 
-def test_next_step_begins_with_the_basis_in_json(lcp: Lcp, tmp_path: Path) -> None:
-    contact = {"M": [[2, 2, -1], [2, 2, -1], [1, 1, 0]], "q": [-1, -1, 0.5]}  # the impulses are not unique
-    for name, q in (("first", [-1, -1, 0.5]), ("next", [-1.1, -1.1, 0.5])):
-        (tmp_path / f"{name}.json").write_text(json.dumps(contact | {"q": q}))
-    result = tmp_path / "result.jsonl"
-    assert lcp("solve", str(tmp_path / "first.json"), "-o", str(result)).code == 0
-    assert json.loads(result.read_text())["basis"] == run(Problem(**contact)).basis
-    found = json.loads(lcp("solve", str(tmp_path / "next.json"), "--basis", str(result), "--format", "json").out)
-    assert (found["solved"], found["iterations"]) == (True, 1)
-
-
 def test_long_basis_is_counted_in_the_table(lcp: Lcp, tmp_path: Path) -> None:
     path = tmp_path / "long.json"
     path.write_text(json.dumps({"M": np.eye(30).tolist(), "q": [-3] * 10 + [0] * 20, "lower": -1, "upper": 2}))

@@ -197,14 +197,6 @@ def test_csv_of_a_sweep_has_a_row_a_run_with_options_and_costs(lcp: Lcp) -> None
         assert row["iterations_to_1e-6"] == str(reached.get(1e-6, ""))
 
 
-def test_every_makes_json_and_csv_of_the_iterates(lcp: Lcp) -> None:
-    run = ("solve", EXAMPLE, "--method", "fixed-point", "--every", "10")
-    shown = [row["k"] for row in json.loads(lcp(*run, "--format", "json").out)["trace"]]
-    assert shown == [0, 1, 10, 20, 30, 40, 44, 45, 46]
-    lines = [line for line in lcp(*run, "--format", "csv").out.splitlines() if not line.startswith("#")]
-    assert [int(row["k"]) for row in csv.DictReader(lines)] == shown
-
-
 def test_long_runs_are_thinned_unless_every_is_given(lcp: Lcp) -> None:
     long = ("solve", "bimatrix", "--method", "shi", "--max-iterations", "200", "--k-star", "10")
     assert 30 < len(lcp(*long).out.splitlines()) < 75
@@ -313,14 +305,6 @@ def test_large_n_shows_first_and_last_components(width: int | None, shown: int, 
     assert names[-2:] == ["...", "z100"]
     assert names[0] == ("z1" if width != 50 else "...")
     assert len(names) == shown
-
-
-def test_the_entries_of_a_long_proof_that_are_not_0_are_listed(lcp: Lcp, tmp_path: Path) -> None:
-    M = [[0.0 if i == 12 else float(i == j) for j in range(20)] for i in range(20)]
-    (tmp_path / "p.json").write_text(json.dumps({"M": M, "q": [-1] * 20}))
-    outcome = lcp("solve", str(tmp_path / "p.json"), "--exact")
-    assert outcome.code == 3
-    assert "exact y = (y13 = 1; 0 elsewhere)" in outcome.out
 
 
 @pytest.mark.parametrize(("k", "m"), [(3, 1), (4, 1), (1, 4)])

@@ -5,7 +5,6 @@ contacts is, has one solution, the empty vector.
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Callable
@@ -23,7 +22,6 @@ from lcpcli import Problem, Result, Status
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.methods.registry import METHODS, Method, options_of, parameters_of
 from lcpcli.options import Option
-from lcpcli.report.document import FORMATS
 from lcpcli.solving.call import COMMON_OPTIONS, NonlinearOptions, RunOptions, SolverOptions
 
 from ..conftest import Outcome
@@ -230,29 +228,3 @@ def test_one_of_both_alone_is_refused_when_it_is_empty() -> None:
     ):
         with pytest.raises(ProblemError, match=message):
             lcpcli.solve(M, q)
-
-
-@pytest.mark.parametrize("form", FORMATS)
-def test_commands_solve_it_in_every_format(lcp: Lcp, form: str, file: str) -> None:
-    for arguments in (("solve", file), ("solve", "--all", file), ("compare", file)):
-        outcome = lcp(*arguments, "--format", form)
-        assert (outcome.code, outcome.err, bool(outcome.out)) == (0, "", True)
-
-
-def test_commands_check_convert_follow_and_prove_it_and_figures_of_its_components_are_refused(
-    tmp_path: Path, lcp: Lcp, file: str
-) -> None:
-    result, other, figure = (str(tmp_path / name) for name in ("result.json", "other.npz", "figure.svg"))
-    assert lcp("solve", file, "--trace", "--method", "shi", "-o", result).code == lcp("check", file, result).code == 0
-    assert lcp("convert", file, "-o", other).code == lcp("path", file, file).code == 0
-    record = json.loads(lcp("solve", other, "--bound", "--format", "json").out)
-    known = [record[key] for key in ("status", "z", "residual", "relative_residual", "error_bound", "others")]
-    assert known == ["solved", [], 0, 0, 0, False]
-    assert json.loads(lcp("inspect", file, "--format", "json").out)["density"] is None
-    pytest.importorskip("matplotlib")
-    for arguments in (("compare", "--paths"), ("solve", "--all", "--plot")):
-        outcome = lcp(arguments[0], file, *arguments[1:], figure)
-        assert (outcome.code, outcome.err.count("\n"), "n = 0" in outcome.err) == (2, 1, True)
-    pytest.importorskip("flint")
-    assert "exact z = ()\nexact w = ()\nproof: z >= 0" in lcp("solve", file, "--exact").out
-    assert lcp("solve", file, "--all", "--exact").code == lcp("path", file, file, "--exact").code == 0

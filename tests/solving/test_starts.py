@@ -67,15 +67,10 @@ def test_two_starts_and_one_of_another_length_are_refused() -> None:
 
 
 @pytest.mark.parametrize(("method", "start"), [("lemke", "x0"), ("milp", "z0")])
-def test_a_start_for_methods_that_use_none_is_refused(lcp: Lcp, method: str, start: str) -> None:
+def test_a_start_for_methods_that_use_none_is_refused(method: str, start: str) -> None:
     fault = f"has no effect with {method}, which uses no starting point; leave it out"
     with pytest.raises(OptionError, match=f"{start}: {fault}"):
         run(read(EXAMPLE), method, **{start: np.ones(4)})
-    alone = lcp("solve", EXAMPLE, "--method", method, f"--{start}", "1,1,1,1")
-    assert (alone.code, alone.err) == (2, f"lcp: --{start}: {fault}\n")
-    both = lcp("compare", EXAMPLE, "--method", "lemke", "--method", "milp", f"--{start}", "1,1,1,1")
-    assert "has no effect with lemke and milp, which use no starting point" in both.err
-    assert lcp("compare", EXAMPLE, "--method", method, "--method", "newton", f"--{start}", "1,1,1,1").code == 0
 
 
 def test_a_start_that_violates_a_row_in_small_units_is_not_called_a_solution() -> None:
@@ -203,30 +198,6 @@ def test_wrong_states_are_refused(basis: Any, said: str) -> None:
     with pytest.raises(LCPError) as refusal:
         run(problem, basis=basis)
     assert str(refusal.value).startswith(said)
-
-
-REFUSED = {
-    "basic,upper,lower,basic": "--basis[1]: is upper, but there is no such bound",
-    "missing.json": "--basis: 'missing.json' is neither a file nor states",
-    "Basic,basic,basic,basic": "--basis[0]: is the text 'Basic'",
-    "basic,basic,basic,basic --z0 1,1,1,1": "gives the starting point, and so does",
-    "basic,basic,basic,basic --method lemke": "uses no starting point",
-}
-
-
-@pytest.mark.parametrize("options", REFUSED)
-def test_command_refuses_in_one_line(lcp: Lcp, options: str) -> None:
-    outcome = lcp("solve", EXAMPLE, "--basis", *options.split())
-    assert (outcome.code, outcome.err.count("\n"), REFUSED[options] in outcome.err) == (2, 1, True)
-
-
-@pytest.mark.parametrize("content", ['{"x": 1}', '{"basis": 3}', "3", "{", '{"basis": ["basic"]}', "z\n1"])
-def test_file_without_states_is_named(lcp: Lcp, tmp_path: Path, content: str) -> None:
-    for suffix in (".json", ".csv", ".npy"):
-        path = tmp_path / f"states{suffix}"
-        path.write_text(content)
-        outcome = lcp("solve", EXAMPLE, "--basis", str(path))
-        assert (outcome.code, outcome.err.count("\n"), path.name in outcome.err) == (2, 1, True)
 
 
 @pytest.mark.parametrize(
