@@ -18,7 +18,7 @@ from lcpcli import Problem, from_game, from_qp, read, write
 from lcpcli.cli import terminal
 from lcpcli.errors import ProblemError
 from lcpcli.files import contents
-from lcpcli.files.formats import COMPLETE, GENERAL_SUFFIXES, WRITTEN
+from lcpcli.files.formats import COMPLETE, GENERAL_SUFFIXES
 from lcpcli.gallery import families as gallery
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import conditions_of
@@ -241,11 +241,3 @@ def test_complete_formats_keep_everything(tmp_path: Path, lcp: Lcp, ending: str,
     assert lcp("convert", str(tmp_path / "a.json"), "-o", str(tmp_path / f"b{ending}")).code == 0
     outcome = lcp("convert", str(tmp_path / f"b{ending}"))
     assert outcome.out.encode() == (tmp_path / "a.json").read_bytes()
-
-
-def test_an_output_of_no_known_format_or_without_its_option_is_refused(tmp_path: Path, lcp: Lcp) -> None:
-    write(RICH, tmp_path / "a.json")
-    made = str(tmp_path / "b.xyz")
-    assert_refused(lcp("convert", str(tmp_path / "a.json"), "-o", made), f"has the unknown suffix .xyz; use {WRITTEN}")
-    assert_refused(lcp("convert", str(tmp_path / "a.json"), str(tmp_path / "b.mat")), "give -o")
-    assert [file.name for file in tmp_path.iterdir()] == ["a.json"]

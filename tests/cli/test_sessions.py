@@ -9,7 +9,7 @@ import pytest
 
 SESSIONS = """answers-in-every-form answers-among-several proofs-checked equilibria-checked game-trees games-in-files
 objectives others-said wrong-solutions starts-refused without-unknowns verdicts-on-decimals
-basis-of-the-last-step names-and-numbers-in-formats long-tables
+comparisons basis-of-the-last-step names-and-numbers-in-formats long-tables
 q-by-its-option many-problems answers-in-tables"""
 
 

@@ -149,18 +149,6 @@ def test_a_bound_is_shown_where_it_is_asked_for(lcp: Lcp, tmp_path: Path) -> Non
     assert "\nno bound: M is not known to be H+ or positive definite\n" in none
 
 
-def test_files_name_the_methods_that_took_part_and_options_with_all_digits(lcp: Lcp, tmp_path: Path) -> None:
-    assert "auto by newton: solved" in lcp("solve", EXAMPLE, "--format", "csv").out
-    given = ("--tol", "1.2345678e-9", "--time-limit", "100.25", "--p", "1234567.5")
-    arguments = ("solve", EXAMPLE, "--method", "shi", *given, "--trace", str(tmp_path / "t.csv"))
-    out = lcp(*arguments, "--format", "csv").out
-    trace = (tmp_path / "t.csv").read_text()
-    for text in (out, trace):
-        assert "tol 1.2345678e-09, at most 10000 iterations, time limit 100.25 s\n" in text
-        assert "shi, p=1234567.5, k-star=100, " in text
-    assert "shi: p=123456, k-star=100" in lcp("solve", EXAMPLE, "--method", "shi", "--p", "123456").out
-
-
 def test_default_beside_a_run_with_an_option_and_every_value_in_a_figure_are_told(lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / "figure.svg"
     methods = ("--method", "shi", "--method", "shi:k-star=5", "--method", "shi:k-star=17")
