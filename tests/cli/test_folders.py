@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import io
 import json
 import os
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -20,7 +18,6 @@ from .conftest import Lcp, assert_refused, records
 ONE = '{"M": [[2]], "q": [-1]}'
 FILES = {"b.json": ONE, "a.csv": "2,-1\n", "c.JSON": ONE.replace("2", "4"), "notes.txt": "none"}
 INSIDE = ["inside/a.csv", "inside/b.json", "inside/c.JSON"]
-OTHERS = "lcp: inside: 2 entries left out (folders, or without the suffix of a problem): deeper.json, notes.txt\n"
 
 
 @pytest.fixture(autouse=True)
@@ -47,55 +44,20 @@ def test_bench_and_compare_take_the_same_files(lcp: Lcp) -> None:
     assert [case["file"] for case in json.loads(Path("r.json").read_text())["cases"]] == INSIDE
     outcome = lcp("compare", "inside", "--method", "newton", "--format", "json")
     assert [record["file"] for record in records(outcome)] == INSIDE
-
-
-@pytest.mark.parametrize("command", ["solve", "compare", "bench"])
-def test_one_without_problems_is_refused_and_costs_the_others_nothing(command: str, folder: Path, lcp: Lcp) -> None:
-    empty = folder / "deeper.json"
-    assert_refused(lcp(command, str(empty)), f"{empty}: is a folder without problem files; they end in .json")
+    assert_refused(lcp("solve", "r.json"), "r.json: is a result, not a problem; name the file of the problem")
     Path("wrong.json").write_text("{")
-    options = {"bench": ["--method", "newton", "--budget", "0"]}.get(command, [])
-    outcome = lcp(command, "inside/a.csv", str(empty), "wrong.json", "inside/b.json", *options, "--format", "csv")
-    assert outcome.code == 2
-    solved = {line.split(",")[0].removeprefix("# ").split(".")[0] for line in outcome.out.splitlines()}
-    assert {"a", "b"} <= solved
-    lines = outcome.err.splitlines()
-    assert lines[0].startswith(f"lcp: {empty}: is a folder without problem files")
-    assert lines[1].startswith("lcp: wrong.json: line 1")
-    Path("bad.json").write_text("{")
-    outcome = lcp(command, "wrong.json", "bad.json", "-o", "r.json")
-    assert (outcome.code, outcome.out, Path("r.json").exists()) == (2, "", command != "bench")
-    assert [line.split(": line")[0] for line in outcome.err.splitlines()][:2] == ["lcp: wrong.json", "lcp: bad.json"]
+    assert (
+        lcp("bench", "wrong.json", "inside/deeper.json", "inside", "-q", "--method", "newton", "--budget", "0").code
+        == 2
+    )
+    assert lcp("bench", "wrong.json", "-o", "none.json").code == 2
+    assert not Path("none.json").exists()
 
 
-def test_results_in_a_folder_are_left_out_with_a_remark(folder: Path, lcp: Lcp) -> None:
-    written = {
-        "y.csv": "solve inside/b.json",
-        "y1.csv": "solve inside/b.json inside/a.csv",
-        "y2.csv": "solve inside/b.json --all",
-        "y3.csv": "compare inside/b.json --method newton",
-        "y.json": "solve inside/b.json",
-        "y1.json": "solve inside/b.json --all",
-        "y2.json": "bench inside/b.json --method newton --budget 0 -q",
-    }
-    for name, command in written.items():
-        assert lcp(*command.split(), "-o", name).code == 0
-    assert lcp("solve", "inside/b.json", "--method", "newton", "--trace", "y4.csv", "-q").code == 0
-    for kind, command in (("check", "check inside/b.json 0.5"), ("inspect", "inspect inside/b.json")):
-        Path(f"y-{kind}.json").write_text(lcp(*command.split(), "--format", "json").out)
-    results = sorted(file.name for file in Path().glob("y*"))
-    for name in results:
-        told = f"lcp: {name}: is a result, not a problem; name the file of the problem\n"
-        assert_refused(lcp("solve", name), told)
-        Path(name).rename(folder / name)
-    outcome = lcp("solve", "inside")
-    remark = f"lcp: inside: 10 files left out (results of lcp, not problems): {', '.join(results[:3])}, ...\n"
-    assert (outcome.code, outcome.err) == (0, f"{OTHERS}{remark}lcp: 3 problems: 3 solved\n")
-    assert lcp("solve", "inside", "-q").err == ""
-    for file in folder.iterdir():
-        if file.name[0] != "y" and file.is_file():
-            file.unlink()
-    assert "inside: is a folder without problem files" in lcp("solve", "inside").err
+def test_results_in_a_folder_are_left_out_with_a_remark_and_folders_without_problems_cost_the_others_nothing(
+    session: Callable[[str], None],
+) -> None:
+    session("folder-with-results")
 
 
 BESIDE_M = {
@@ -184,19 +146,6 @@ def test_folder_has_the_same_verdicts_and_keys_in_fewer_pivots_and_columns_are_s
     columns = records(lcp("solve", "M.csv", "q.csv", "--sequence", "--format", "json"))
     assert [record["item"] for record in columns] == [1, 2, 3]
     assert [record["route"] for record in columns] == [["lemke"], ["newton"], ["newton"]]
-
-
-def test_stream_may_change_in_size_and_have_bad_lines(lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    lines = [step(1.0), step(1.1), '{"M": [[2]], "q": [-1]}', "{}", step(1.2), step(1.3, 1.01)]
-    (folder / "lines").write_text("\n".join(lines))
-    with (folder / "lines").open("rb") as stream:
-        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(stream))
-        outcome = lcp("solve", "-", "--sequence", "--format", "json")
-    found = records(outcome)
-    assert [record["status"] for record in found] == ["solved"] * 3 + ["bad_input"] + ["solved"] * 2
-    routes = [record["route"] for record in found if record["route"]]
-    assert routes == [["lemke"], ["newton"], ["newton"], ["lemke"], ["newton"]]
-    assert (outcome.code, outcome.err.splitlines()[-1]) == (2, "lcp: 6 problems: 5 solved, 1 bad input")
 
 
 def test_options_without_effect_are_refused_in_a_line(session: Callable[[str], None]) -> None:

@@ -146,15 +146,6 @@ def test_programs_are_read_back_as_they_were(ending: str, tmp_path: Path) -> Non
         assert parts(read(tmp_path / f"p.{ending}"), ending != "mps") == parts(problem, ending != "mps")
 
 
-def test_convert_writes_the_keys_of_a_program_and_make_its_conditions(lcp: Lcp, tmp_path: Path) -> None:
-    keys = set(json.loads(lcp("convert", PORTFOLIO).out))
-    assert keys >= {"Q", "c", "A", "row_lower", "row_upper", "upper", "rows", "columns"}
-    assert "M" not in keys
-    assert lcp("make", "--from-qp", PORTFOLIO, "-o", str(tmp_path / "lcp.json")).code == 0
-    assert set(json.loads((tmp_path / "lcp.json").read_text())) >= {"M", "q", "origin"}
-    assert set(json.loads(lcp("convert", str(tmp_path / "lcp.json")).out)) == keys | {"name"}
-
-
 def test_starting_points_and_solutions_keep_the_conditions(lcp: Lcp, tmp_path: Path) -> None:
     problem = read(PORTFOLIO)
     solved = lcpcli.run(problem).z
@@ -167,49 +158,7 @@ def test_starting_points_and_solutions_keep_the_conditions(lcp: Lcp, tmp_path: P
     assert (outcome.code, outcome.err.count("left out: solution")) == (0, 1)
 
 
-PROGRAM = {"Q": [[2, 0], [0, 2]], "c": [-1.0, 3], "columns": ["a", "b"]}
-GAME = {"A": [["1/3", 2], [1, 0]], "B": [[1, 0], ["1/3", 2]]}
-FREE = {"M": [[1.0]], "q": [-1]}
-CONDITIONS = "written as the program's optimality conditions, M, q and bounds; left out: objective, names"
-
-
-@pytest.mark.parametrize(
-    ("data", "output", "told"),
-    [
-        (PROGRAM, "p.csv", CONDITIONS),
-        (GAME, "p.csv", "written as the game's LCP, M, q and bounds; left out: payoffs"),
-        (PROGRAM, "p.mat", "were rounded; .json or .mps or .qps would keep them all"),
-        (FREE, "p.npz", "were rounded; .json or .csv or .mtx would keep them all"),
-        (FREE | {"upper": 1}, "p.npz", "were rounded; .json or .csv would keep them all"),
-    ],
-)
-def test_remarks_name_what_is_left_out_and_the_formats_that_keep_it(
-    data: dict[str, object], output: str, told: str, lcp: Lcp, tmp_path: Path
-) -> None:
-    (tmp_path / "given.json").write_text(json.dumps(data).replace("1.0", "1.00000000000000000001"))
-    outcome = lcp("convert", str(tmp_path / "given.json"), "-o", str(tmp_path / output))
-    assert (outcome.code, f"{told}\n" in outcome.err) == (0, True)
-
-
-def test_names_without_a_place_in_mps_are_changed_and_told(lcp: Lcp, tmp_path: Path) -> None:
-    program = {"c": [1, 2, 3], "A": [[1, 1, 1]], "b": [1], "rows": ["New York"], "columns": ["a b", "a_b", "RHS"]}
-    program["name"] = "m n"
-    (tmp_path / "p.json").write_text(json.dumps(program))
-    outcome = lcp("convert", str(tmp_path / "p.json"), "-o", str(tmp_path / "p.mps"))
-    lines = (tmp_path / "p.mps").read_text().splitlines()
-    assert lines[0] == "NAME m_n"
-    assert [line.split()[0] for line in lines if "New_York 1" in line][:3] == ["a_b", "a_b_", "RHS_"]
-    told = "4 names had to be changed, as MPS needs unique names without spaces or control characters"
-    told += ": 'a b' is 'a_b', and so on"
-    assert (outcome.code, outcome.err) == (0, f"lcp: wrote {tmp_path}/p.mps\nlcp: {tmp_path}/p.mps: {told}\n")
-    (tmp_path / "p.json").write_text(json.dumps(program | {"rows": ["a"], "columns": ["a", "b", "c"], "name": "m"}))
-    assert lcp("convert", str(tmp_path / "p.json"), "-o", str(tmp_path / "p.mps"), "-q").err == ""
-
-
-def test_what_mps_cannot_hold_is_refused_in_one_line(lcp: Lcp, tmp_path: Path) -> None:
-    outcome = lcp("convert", contents.shipped_path("bimatrix.json"), "-o", str(tmp_path / "b.mps"))
-    words = "b.mps: is for programs, and the problem is not made from one; use .json"
-    assert_refused(outcome, words)
+def test_what_mps_cannot_hold_is_refused_in_one_line(tmp_path: Path) -> None:
     with pytest.raises(ProblemError, match=r"upper: has a bound of 1e.20 or more, which means no bound in MPS"):
         write(from_qp(None, [1], upper=1e21), tmp_path / "far.mps")
     assert list(tmp_path.iterdir()) == []

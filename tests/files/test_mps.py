@@ -203,10 +203,8 @@ def test_what_is_written_in_another_way_is_read(name: str, tmp_path: Path) -> No
         assert other.origin == plain.origin
 
 
-def test_bad_programs_are_refused_in_our_words(
-    session: Callable[[str], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+@pytest.mark.usefixtures("in_folder")
+def test_bad_programs_are_refused_in_our_words(session: Callable[[str], None]) -> None:
     session("refused-mps")
 
 
