@@ -28,7 +28,6 @@ class Typed(NamedTuple):
 
 
 def typed_in(name: str) -> Iterator[Typed]:
-    """What is typed in a document."""
     for line in (FOLDER / f"{name}.txt").read_text(encoding="utf-8").split("\n"):
         if line.startswith("$ "):
             program, *words = shlex.split(line[2:])

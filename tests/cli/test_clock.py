@@ -46,7 +46,6 @@ class Time:
 
 @pytest.fixture
 def ticking(monkeypatch: pytest.MonkeyPatch) -> Time:
-    """The clock of the process."""
     ticking = Time()
     monkeypatch.setattr("time.perf_counter", ticking)
     return ticking

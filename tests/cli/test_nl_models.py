@@ -55,7 +55,6 @@ def test_compressed_models_have_their_names(models: Path, lcp: Lcp) -> None:
 
 @pytest.fixture(autouse=True)
 def models(folder: Path) -> Path:
-    """A folder, entered, with the models."""
     contents = {"market": MARKET, "linear": LINEAR, "undefined": UNDEFINED, "hopeless": HOPELESS}
     contents |= {"infeasible": INFEASIBLE, "choice": CHOICE, "unbounded": UNBOUNDED, "plant": PLANT}
     contents |= {"singular": SINGULAR, "empty": b"", "twice": model(1, 2 * [((5, 1, 1), {0: 1}, 0)], [(2, 0)])}

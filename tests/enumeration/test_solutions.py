@@ -226,7 +226,6 @@ def random_game(generator: np.random.Generator) -> lcpcli.Problem:
 
 
 def whole_of(found: Solutions) -> Whole:
-    """All pieces, by the oracle."""
     data = found.problem
     rows = [
         tuple(Fraction(row.get(j, 0), d) for j in range(data.n)) for row, d in zip(data.rows, data.scales, strict=True)
@@ -272,7 +271,6 @@ def check(found: Solutions, whole: Whole, ended: str) -> tuple[bool, bool | None
 
 
 def check_words(message: str, found: Solutions, isolated: int, whole: Whole) -> None:
-    """The sentence says the same."""
     number = len(found.pieces)
     if not number:
         assert ("no solution: " in message) == (found.complete and not whole)

@@ -29,7 +29,6 @@ MARK = b"\xef\xbb\xbf"
 
 
 def feed(monkeypatch: pytest.MonkeyPatch, content: bytes) -> None:
-    """Put content on standard input."""
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(content)))
 
 

@@ -98,7 +98,6 @@ POINT = Iterate(np.zeros(1), None, "", 0)
 
 @pytest.fixture
 def now(monkeypatch: pytest.MonkeyPatch) -> list[float]:
-    """A list with the time of the clock."""
     time = [0.0]
     monkeypatch.setattr(clock, "seconds", lambda: time[0])
     return time

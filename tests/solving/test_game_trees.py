@@ -87,7 +87,6 @@ def payoffs(tree: GameTree, strategies: Sequence[Strategy]) -> list[Fraction]:
 
 
 def pure_strategies(tree: GameTree, player: int) -> Iterator[Strategy]:
-    """All pure strategies of a player."""
     sizes = [len(own.actions) for own in tree.players[player].sets]
     for moves in product(*map(range, sizes)):
         yield [[Fraction(k == move) for k in range(size)] for size, move in zip(sizes, moves, strict=True)]

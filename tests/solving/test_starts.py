@@ -26,7 +26,6 @@ EXAMPLE = contents.shipped_path("paper-example-1.json")
 
 
 def record(lcp: Lcp, method: str, *options: str) -> dict[str, Any]:
-    """The result for the first example."""
     outcome = lcp("solve", EXAMPLE, "--method", method, *options, "--format", "json")
     assert outcome.err == ""
     return json.loads(outcome.out)
