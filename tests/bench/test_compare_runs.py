@@ -102,23 +102,6 @@ def test_records_of_lcp_bench_are_compared_and_logs_of_lcp_solve(lcp: Lcp) -> No
     assert "solved -> iteration limit" in outcome.out
 
 
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        ("1,2\n", "new.json: has neither a bench nor results; name a file of lcp bench -o FILE.json"),
-        ("{}\n", "new.json: has neither a bench nor results"),
-        ("[1]\n", "new.json: has neither a bench nor results"),
-        ("", "new.json: is empty"),
-        (json.dumps(RESULT | {"file": "q"}), "new.json: has no run in common with old.json"),
-    ],
-)
-def test_a_file_of_something_else_is_refused_in_one_line(content: str, words: str, lcp: Lcp) -> None:
-    results("old.json", {})
-    Path("new.json").write_text(content)
-    assert_refused(lcp("compare-runs", "old.json", "new.json"), words)
-    assert lcp("compare-runs", "old.json", "old.json", "--slower", "1").code == 2
-
-
 def test_a_problem_that_cannot_be_read_any_more_is_worse_for_each_method(lcp: Lcp) -> None:
     results("old.json", {}, {"label": "newton"})
     results("new.json", dict.fromkeys(RESULT) | {"file": "b/p.json", "status": "bad_input", "solved": False})
