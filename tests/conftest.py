@@ -43,8 +43,6 @@ def pytest_xdist_setupnodes() -> None:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run of lcp came to."""
-
     code: int
     out: str
     err: str
@@ -100,7 +98,6 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> Callable[[int, bool], None]:
 
 @pytest.fixture(params=[1, 2], ids=["example-1", "example-2"])
 def paper_example(request: pytest.FixtureRequest) -> Problem:
-    """Each of the paper's examples."""
     return read(contents.shipped_path(f"paper-example-{request.param}.json"))
 
 
@@ -110,7 +107,6 @@ JSON = '{"M": [[2, -1], [-0.5, 2]], "q": [-1, 0.25]}'
 
 
 def numbers(problem: Problem) -> tuple[list[list[float]], list[float]]:
-    """M and q as lists."""
     return (problem.M.toarray() if is_sparse(problem.M) else problem.M).tolist(), problem.q.tolist()
 
 

@@ -43,7 +43,6 @@ def states_of(problem: Problem, z: Sequence[float]) -> list[str]:
 
 
 def solves(problem: Problem, z: Row) -> bool:
-    """Whether z solves the problem exactly."""
     M, q = _rational(problem)
     w = [_dot(row, z) + value for row, value in zip(M, q, strict=True)]
     if problem.is_mixed:

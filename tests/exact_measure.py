@@ -103,7 +103,6 @@ def _log2(value: Fraction) -> float:
 
 
 def _power(exponent: float) -> Fraction:
-    """2^exponent."""
     if exponent == math.inf:
         return math.inf
     whole = math.floor(exponent)

@@ -52,7 +52,6 @@ def solution(lower: Vector, upper: Vector, random: np.random.Generator) -> tuple
 
 
 def terms(kind: str, B: Vector) -> Terms:
-    """N and its Jacobian."""
     found: dict[str, Terms] = {
         "monotone": (lambda z: z**3 + np.exp(z / 2), lambda z: np.diag(3 * z**2 + np.exp(z / 2) / 2)),
         "log": (lambda z: 2 * np.log(z), lambda z: np.diag(2 / z)),
@@ -67,7 +66,6 @@ def terms(kind: str, B: Vector) -> Terms:
 
 
 def natural_residual(problem: NonlinearProblem, z: Vector) -> float:
-    """The natural residual at z, written anew."""
     with np.errstate(all="ignore"):
         F = np.asarray(problem.F(z), dtype=float)
         return float(np.abs(z - np.minimum(np.maximum(z - F, problem.lower), problem.upper)).max())

@@ -9,6 +9,7 @@ import copy
 import doctest
 import gc
 import inspect
+import io
 import json
 import pickle
 import pydoc
@@ -16,6 +17,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import redirect_stdout
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -26,12 +28,13 @@ from scipy.sparse import csr_array, eye_array
 
 import lcpcli
 from lcpcli import Problem, Trace, read, run, solve
-from lcpcli.errors import OptionError, ProblemError
+from lcpcli.errors import OptionError
 from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.report import outcome
 
 from .conftest import Outcome
+from .documents import FOLDER, assert_as_before
 
 EXAMPLE = contents.shipped_path("paper-example-2.json")
 M, Q = [[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]
@@ -63,26 +66,17 @@ def test_check_reports_what_the_command_does_and_verifies_proofs(lcp: Callable[.
     assert str(lcpcli.check(lcpcli.Problem(M, Q), [4 / 3, 7 / 3])).startswith("n = 2\n")  # without a name
 
 
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({}, "z: is missing"),
-        ({"z": [1.0], "y": [1.0]}, "y: is given beside z"),
-        ({"y": [1.0], "tol": 0.1}, "tol: has no effect on a proof"),
-        ({"z": [1.0], "tol": 0.0}, "tol: 0.0 is out of range"),
-        ({"z": [1.0, 2.0]}, "z: has 2 entries for 1 unknown"),
-    ],
-)
-def test_check_refuses_what_it_cannot_verify(given: dict[str, object], message: str) -> None:
-    with pytest.raises((OptionError, ProblemError), match=message):
-        lcpcli.check(INFEASIBLE, **given)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("given", [(M,), (M, Q)], ids=["alone", "where a time limit stands"])
-@pytest.mark.parametrize("function", [lcpcli.run, lcpcli.check, lcpcli.inspect, lcpcli.exact])
-def test_functions_of_a_problem_refuse_a_matrix(function: Callable[..., object], given: tuple[object, ...]) -> None:
-    with pytest.raises(ProblemError, match=r"problem: is a list; make it by Problem\(M, q\)"):
-        function(*given)
+def test_what_cannot_be_used_is_refused_as_before() -> None:
+    said, names = list[str](), dict[str, Any]()
+    for line in (FOLDER / "refused-in-python.txt").read_text(encoding="utf-8").split("\n"):
+        if line.startswith(">>> "):
+            with redirect_stdout(io.StringIO()) as output:
+                try:
+                    exec(compile(line[4:], line, "single"), names)
+                except Exception as error:
+                    print(f"{type(error).__name__}: {error}")
+            said += [line, *output.getvalue().splitlines()]
+    assert_as_before("refused-in-python", "\n".join([*said, ""]))
 
 
 @pytest.mark.slow("draws a figure in every form")

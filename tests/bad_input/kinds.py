@@ -1,21 +1,27 @@
-"""Kinds of bad input, each a command line, the files that it meets, and what the line about it must contain: files of
-any format, CSV, standard input, and problems in JSON."""
+"""Kinds of bad input that no text shows: files of numbers that are not as they should be, malformed ones on which the
+libraries that read them have words of their own, which users do not see, and texts of any length."""
 
 from __future__ import annotations
 
-import json
+import gzip
+import io
+import pickle
+import zipfile
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
 import pytest
+from scipy.io import savemat
 
 GOOD = '{"M": [[2, 0], [0, 2]], "q": [-1, -1]}'
-LONG = "a" * 100_000
+EYE, ONES = np.eye(2), np.ones(2)
+ARRAY = "%%MatrixMarket matrix array real general\n2 2\n2\n0\n0\n2\n"
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A bad command line, the files and the standard input that it meets, and what the line must contain."""
+    """A bad command line, the files and the standard input that it meets, and what the line about it must contain."""
 
     arguments: tuple[str, ...]
     words: tuple[str, ...]
@@ -23,150 +29,171 @@ class Kind:
     stdin: bytes = b""
 
 
-def of_line(name: str, line: str, *words: str, stdin: bytes = b"", **files: str | bytes) -> Any:
-    """A command line in a folder with good.json, M.csv, q.csv, results/ and loop -> loop; files by their stems."""
-    named = {f"{stem}.csv": content for stem, content in files.items()}
-    return pytest.param(Kind(tuple(line.split(" ")), words, named, stdin), id=name)
-
-
-def of_json(name: str, content: str | bytes, *words: str) -> Any:
-    return pytest.param(Kind(("solve", "bad.json"), ("bad.json: ", *words), {"bad.json": content}), id=name)
-
-
-def of_csv(name: str, content: str | bytes, *words: str) -> Any:
-    return pytest.param(Kind(("solve", "bad.csv"), ("bad.csv: ", *words), {"bad.csv": content}), id=name)
-
-
-def of_stdin(name: str, content: bytes, *words: str, line: str = "solve -") -> Any:
-    return of_line(name, line, "standard input", *words, stdin=content)
-
-
-def of_solving(name: str, options: str, *words: str, **files: str | bytes) -> Any:
-    return of_line(name, f"solve good.json {options}", *words, **files)
-
-
 def of_file(name: str, content: str | bytes, line: str, *words: str) -> Any:
     """A command line in a folder that holds one more file."""
     return pytest.param(Kind(tuple(line.split(" ")), words, {name: content}), id=f"{line}-{'-'.join(words)}"[:60])
 
 
-FILES = [
-    of_line("missing-file", "solve elsewhere.txt", "elsewhere.txt:", "no such file", "check the path"),
-    of_line("misspelt-file", "solve goood.json", "goood.json:", "no such file", "did you mean good.json?"),
-    of_line("missing-folder", "solve nowhere/good.json", "nowhere/good.json:", "no folder nowhere"),
-    of_line("missing-q-file", "solve M.csv qq.csv", "qq.csv:", "no such file", "did you mean q.csv?"),
-    of_line("no-name", "solve ", "empty", "file"),
-    of_line("line-break-in-file-name", "solve a\nb.json", "a\\nb.json", "no such file"),
-    of_line("file-name-not-utf-8", "solve \udcff.json", "\\udcff.json", "no such file"),
-    of_line("directory", "inspect results", "results:", "is a directory", "name a file"),
-    of_line("unreadable", "solve /proc/self/mem", "/proc/self/mem:", "cannot be read"),
-    of_json("empty", "", "is empty", "M and q"),
-    of_csv("q-not-last", "q;z1;z2\n1;2;3\n4;5;6\n", "line 1, column 1", "headed q", "last column"),
-    of_json("latin-1", GOOD.replace("}", ', "name": "Schäfer"}').encode("latin-1"), "UTF-8"),
-    of_csv("csv-utf-16-cut-off", "2,-1\n".encode("utf-16")[:-1], "UTF-8"),
+def of_npz(name: str, content: bytes, *words: str) -> Any:
+    return pytest.param(Kind(("solve", "bad.npz"), ("bad.npz:", *words), {"bad.npz": content}), id=f"npz-{name}")
+
+
+def of_csr(name: str, parts: dict[str, Any], *words: str) -> Any:
+    """A sparse matrix in an NPZ file with parts replaced, or left out where they are None."""
+    whole = {"data": [1.0, 1.0], "indices": [0, 1], "indptr": [0, 1, 2], "shape": [2, 2], "q": ONES} | parts
+    return of_npz(f"csr-{name}", archive(**{key: part for key, part in whole.items() if part is not None}), *words)
+
+
+def of_sparse(form: str, **parts: Any) -> Any:
+    """A sparse matrix in another format, with index arrays that do not fit, which scipy must not get."""
+    of_form = {"coo": {"row": [0, 1], "col": [0, 1]}, "dia": {}}
+    bounds = of_form.get(form, {"indices": [0, 1], "indptr": [0, 1, 2]})
+    data = {"bsr": [[[1.0]], [[1.0]]], "dia": [[1.0, 1.0]]}.get(form, [1.0, 1.0])
+    whole = {"shape": [2, 2], "q": ONES, "format": form.encode(), "data": data, **bounds, **parts}
+    return of_npz(f"{form}-{'-'.join(parts)}", archive(**whole), "inconsistent parts")
+
+
+def archive(*unnamed: Any, **named: Any) -> bytes:
+    file = io.BytesIO()
+    np.savez(file, *unnamed, **named)
+    return file.getvalue()
+
+
+def mat(**variables: Any) -> bytes:
+    file = io.BytesIO()
+    savemat(file, variables)
+    return file.getvalue()
+
+
+def npy(array: Any, shape: tuple[int, ...] | None = None) -> bytes:
+    """An array as numpy.save writes it, but with that shape in its header."""
+    file = io.BytesIO()
+    header = {"descr": "<f8", "fortran_order": False, "shape": array.shape if shape is None else shape}
+    np.lib.format.write_array_header_1_0(file, header)
+    return file.getvalue() + array.tobytes()
+
+
+def zip_of(files: dict[str, bytes]) -> bytes:
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w") as writing:
+        for name, content in files.items():
+            writing.writestr(name, content)
+    return file.getvalue()
+
+
+LONG = [
+    of_file("a\nb.csv", "", "solve a\nb.json", "a\\nb.json", "no such file"),
+    of_file("", "", "solve \udcff.json", "\\udcff.json", "no such file"),
+    of_file("b.json", f'{{"M": {"[" * 10**5}{"]" * 10**5}, "q": [1]}}', "solve b.json", "nested", "two levels"),
+    of_file("b.json", f'{GOOD[:-1]}, "{"a" * 10**5}": 1}}', "solve b.json", "aaa", "not a key"),
+    of_file("", "", f"solve good.json --every {'9' * 400}", "--every: is too large; it must be: whole number >= 1\n"),
 ]
-CSV = [
-    of_csv("ragged", "2,0,-1\n0,2\n", "line 2:", "2 columns", "line 1 has 3", "same number of columns"),
-    of_csv("text-in-the-middle", "2,0,-1\n0,x,-1\n", "line 2, column 2:", "'x'", "number"),
-    of_csv("empty-field", "# M | q\n\n2,0,-1\n0,,-1\n", "line 4, column 2:", "empty", "number"),
-    of_csv("thousands", "1.000,5;0;-1\n0;2,5;-1\n", "line 1, column 1:", "'1.000,5'", "decimal commas", "thousands"),
-    of_csv("thousands-alone", "1.000;0;-1\n0;2,5;-1\n", "line 1, column 1:", "'1.000'", "decimal commas"),
-    of_csv("index-without-header", "0,2,0,-1\n1,0,2,-1\n", "2 rows of 4 columns", "an index?", "index=False"),
-    of_csv("numbered-columns", "0,1\n2,0\n0,2\n", "3 rows of 2 columns", "number the columns?", "header=False"),
-    of_csv("complex", "2,0,-1\n0,1+2j,-1\n", "line 2, column 2:", "'1+2j'", "real problems"),
-    of_csv("spreadsheet-error-first", "2;0;-1\n#NV;0;1\n0;2;-1\n", "line 2, column 1:", "'#NV', not a number"),
-    of_csv("nan", "2,nan,-1\n0,2,-1\n", "line 1, column 2:", "nan", "finite"),
-    of_csv("only-a-header", "a,b,c\n", "header", "no numbers", "row"),
-    of_csv("M-without-q", "2,0\n0,2\n", "M, 2 x 2", "no q", "add q", "name the file of q after it"),
-    of_csv("too-many-columns", "2,0,-1,0\n0,2,-1,0\n", "2 rows of 4 columns", "n + 1 columns"),
-    of_csv("unbalanced-quote", '2,0,-1\n0,"2,-1\n', "line 2:", "not CSV", "correct"),
-    of_line("q-too-long-for-M", "solve M.csv q.csv", "M.csv:", "2 x 2", "q has 3 entries", "agree", q="1,2,3\n"),
-    of_line("q-file-beside-q", "solve M.csv q.csv", "q.csv:", "not needed", "M.csv contains", M="2,0,1\n0,2,1\n"),
-    of_line("q-a-matrix", "solve M.csv q.csv", "q.csv: q:", "3 x 2", "M is 2 x 2", "one column", q="1,2\n3,4\n5,6\n"),
-    of_line("q-file-empty", "solve M.csv q.csv", "q.csv:", "empty", "one row", q=""),
-    of_line("q-file-a-problem", "solve M.csv good.json", "good.json: q:", "object", "list of numbers"),
-    of_line("q-file-broken-list", "solve M.csv q.csv", "q.csv: line 1, column", "too early", q="[1, 2 "),
-]
-STANDARD_INPUT = [
-    of_stdin("stdin-latin-1", "ä".encode("latin-1"), "UTF-8"),
-    of_stdin("stdin-json-with-q-file", GOOD.encode(), "q.csv:", "not needed", "leave it out", line="solve - q.csv"),
-    of_stdin("stdin-for-M-and-q", b"2,0\n0,2\n", "file", line="solve - -"),
-    of_stdin("stdin-for-two-problems", GOOD.encode(), "file", line="compare - -"),
-]
-
-
-def of_M(name: str, M: str, *words: str) -> Any:
-    return of_json(name, f'{{"M": {M}, "q": [-1, -1]}}', *words)
-
-
-def of_q(name: str, q: str, *words: str) -> Any:
-    return of_json(name, f'{{"M": [[2, 0], [0, 2]], "q": {q}}}', *words)
-
-
-def of_key(name: str, key: str, value: str, *words: str) -> Any:
-    return of_json(name, f'{GOOD[:-1]}, "{key}": {value}}}', *words)
-
-
-def of_coo(name: str, parts: dict[str, Any], *words: str) -> Any:
-    """A matrix in coordinate form with parts replaced, or left out where they are None."""
-    whole = {"format": "coo", "shape": [2, 2], "rows": [0, 1], "cols": [0, 1], "values": [2, 2]} | parts
-    M = json.dumps({key: value for key, value in whole.items() if value is not None})
-    return of_M(f"coo-{name}", M, *words)
-
-
-JSON = [
-    of_json("broken", '{\n"M": [[1]],\n"q": [1,]}', "line 3, column", "not JSON", "correct"),
-    of_json("payoffs", '{"payoffs": [[3, 0], [0, 2]]}', "payoffs:", "not a key", "of a game as A and B"),
-    of_json("result", '{"version": "1", "status": "solved", "z": [1]}', "is a result, not a problem", "name the file"),
-    of_json("truncated-below", GOOD[:-5] + "\n", "line 2, column 1: ends too early; is the file cut off?"),
-    of_json("two-objects", GOOD + GOOD, f"line 1, column {len(GOOD) + 1}:", "not JSON"),
-    of_json("list", "[[1, 2], [3, 4]]", "is a list", "object", "M and q"),
-    of_json("deeply-nested", '{"M": ' + "[" * 100_000 + "]" * 100_000 + ', "q": [1]}', "nested", "two levels"),
-    of_json("no-M", '{"q": [1]}', " M:", "missing", "add"),
-    of_json("no-q", '{"M": [[1]]}', "M, 1 x 1", "no q", "add q"),
-    of_json("bounds-without-q", '{"M": [[1]], "lower": 0}', " q:", "is missing", "name the file of q"),
-    of_json("matrix", '{"matrix": [[1]], "q": [1]}', " matrix:", "not a key", "did you mean M?"),
-    of_key("unknown-key", "%", "1", " %:", "not a key", "the keys are", "M, q, lower, upper, x0, x1, solution"),
-    of_key("long-key", LONG, "1", "aaa", "not a key"),
-    of_key("q-twice", "q", "[1, 1]", " q:", "twice", "keep one"),
-    of_key("x0-too-short", "x0", "[1]", " x0:", "1 entry", "2 unknowns"),
-    of_key("x1-too-long", "x1", "[1, 2, 3]", " x1:", "3 entries", "2 unknowns"),
-    of_key("solution-null", "solution", "null", " solution:", "null", "list of numbers"),
-    of_key("second-solution-too-short", "solution", "[[1, 2], [1]]", " solution[1]:", "1 entry", "2 unknowns"),
-    of_key("text-in-second-solution", "solution", '[[1, 2], [3, "4"]]', " solution[1][1]:", "text", "number"),
-    of_key("name-number", "name", "3", " name:", "number", "text"),
-    of_key("verdict-unknown", "verdict", '"maybe"', " verdict:", "'maybe'", "unknown", "infeasible, unsolvable, ray"),
-]
-MATRICES = [
-    of_M("M-ragged", "[[2, 0], [1]]", " M[1]:", "1 entry", "same length"),
-    of_M("M-wide", "[[2, 0, 1], [0, 2, 1]]", " M:", "2 x 3", "square"),
-    of_M("M-number", "3", " M:", "number", "rows"),
-    of_M("M-empty", "[]", " M:", "0 x 0", "2 entries", "agree"),
-    of_M("M-flat", "[2, 0]", " M[0]:", "number", "row"),
-    of_M("M-too-large", "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]", " M:", "3 x 3", "2 entries", "agree"),
-    of_M("text-in-M", '[[2, 0], ["0", 2]]', " M[1][0]:", "the text '0'", "number"),
-    of_M("NaN-in-M", "[[2, 0], [NaN, 2]]", " M[1][0]:", "finite", "number"),
-    of_M("1e999-in-M", "[[2, 0], [0, 1e999]]", " M[1][1]:", "finite", "double precision"),
-    of_q("q-too-short", "[1]", "q has 1 entry", "2 x 2", "agree"),
-    of_q("q-null", "null", " q:", "null", "list of numbers"),
-    of_q("false-in-q", "[1, false]", " q[1]:", "false", "number"),
-    of_q("400-digits-in-q", f"[1{'0' * 400}, 1]", " q[0]:", "finite", "double precision"),
-]
-COORDINATES = [
+NPZ = [
+    of_npz("text", b"hello", "not NPZ", "cut off?", "numpy.savez"),
+    of_npz("damaged", archive(M=EYE, q=ONES).replace(EYE.tobytes(), b"x" * 32), " M:", "damaged", "again"),
+    of_npz("single-array", npy(EYE), "M, 2 x 2", "no q", "name the file of q after it"),
+    of_npz("other-files", zip_of({"readme.txt": b"hello"}), "readme.txt:", "is not an array"),
+    of_npz("twice", zip_of({"M.npy": npy(EYE), "M": npy(EYE)}), " M:", "twice", "keep one"),
+    of_npz("no-M", archive(q=ONES), " M:", "missing", "add"),
+    of_npz("unnamed", archive(EYE, ONES), " arr_0:", "not a key", "the keys are"),
+    of_npz("complex", archive(M=EYE * 1j, q=ONES), " M:", "complex128", "real problems"),
+    of_npz("bool", archive(M=EYE > 0, q=ONES), " M:", "bool", "real numbers"),
+    of_npz("nan", archive(M=EYE, q=[1, np.nan]), " q[1]:", "finite"),
+    of_npz("one-dimension", archive(M=ONES, q=ONES), " M:", "1 dimension", "rows"),
+    of_npz("name-number", archive(M=EYE, q=ONES, name=3), " name:", "int64", "text"),
+    of_npz("huge", zip_of({"M.npy": npy(EYE, (10**9, 10**9))}), " M:", "1000000000 x 1000000000", "32 bytes", "again"),
+    of_csr("no-data", {"data": None}, " M:", "inconsistent parts", "data"),
+    of_csr("beside-M", {"M": EYE}, " data:", "next to a dense M", "keep one"),
+    of_csr("index-negative", {"indices": [0, -1]}, " M:", "inconsistent parts", "save_npz"),
+    of_csr("index-a-fraction", {"indices": [0.0, 1.0]}, " M:", "inconsistent parts", "whole numbers"),
+    of_csr("pointers-falling", {"indptr": [0, 5, 2]}, " M:", "inconsistent parts", "save_npz"),
+    of_csr("one-side", {"shape": [2]}, " M:", "inconsistent parts", "two numbers"),
+    of_csr("huge", {"shape": [10**12, 10**12]}, " M:", "1000000000000 x 1000000000000", "2 entries"),
+    of_csr("shape-infinite", {"shape": [np.inf, 2.0]}, " M:", "inconsistent parts"),
+    of_csr("pointers-from-1", {"indptr": [1, 1, 2]}, " M:", "inconsistent parts"),
+    of_sparse("csc", indptr=[0, 1, -1]),
+    of_sparse("bsr", indptr=[0, 1, 2**40]),
+    of_sparse("coo", row=[0, 2**33]),
+    of_sparse("coo", col=[0]),
+    of_sparse("dia", offsets=[-5]),
+    of_csr("unknown-format", {"format": "lil"}, " format:", "'lil'", "csr, csc"),
+    of_csr("complex", {"data": [1j, 1]}, " M:", "complex128", "real problems"),
+    of_csr("nan", {"data": [1, np.nan]}, " M[1][1]:", "finite"),
+    of_file("q.npz", archive(a=ONES, b=ONES), "solve M.csv q.npz", "q.npz: q:", "missing", "add the key q"),
+    of_file("q.npz", archive(q=np.ones((2, 2, 2))), "solve M.csv q.npz", "q.npz: q:", "3 dimensions", "flat"),
+    of_file("p.npz", archive(M=EYE, q=ONES), "solve p.npz q.csv", "q.csv:", "not needed", "p.npz contains", "leave"),
+    of_npz("lower-square", archive(M=EYE, q=ONES, lower=EYE), " lower:", "2 dimensions"),
+    of_npz("of-two-ways", archive(P=EYE, c=ONES), "P:", "two ways to write a program", "Gx <= h, Ax = b"),
+    of_file("b.npz", archive(lower=[0, np.nan]), "solve good.json --lower b.npz", "--lower: b.npz: lower[1]:", "not a"),
+    of_file("b.npz", archive(x=ONES, y=ONES), "solve good.json --lower b.npz", "b.npz: lower:", "is missing"),
     *(
-        of_coo(f"no-{key}", {key: None}, f" M.{key}:", "missing", "add")
-        for key in ["format", "shape", "rows", "cols", "values"]
+        of_file("p.mat", mat(M=EYE, q=ONES, **{name: held}), "solve p.mat", f"p.mat: {name}:", "lower and upper")
+        for name, held in (("lb", ONES), ("L", -1), ("bnds", EYE))
     ),
-    of_coo("unknown-format", {"format": "csr"}, " M.format:", "csr", '"coo"'),
-    of_coo("format-number", {"format": 3}, " M.format:", "number", '"coo"'),
-    of_coo("misspelt-part", {"rows": None, "row": [0, 1]}, " M.row:", "not a key", "did you mean rows?"),
-    of_coo("index-out-of-range", {"rows": [0, 2]}, " M.rows[1]:", "is 2", "whole numbers from 0 to 1"),
-    of_coo("index-negative", {"cols": [0, -1]}, " M.cols[1]:", "-1)", "whole numbers from 0 to 1"),
-    of_coo("index-fractional", {"cols": [0.5, 1]}, " M.cols[0]:", "0.5)", "whole numbers from 0 to 1"),
-    of_coo("index-true", {"rows": [0, True]}, " M.rows[1]:", "true", "number"),
-    of_coo("repeated-entry", {"rows": [1, 1], "cols": [0, 0]}, " M.rows[1]", "(1, 0)", "again", "once"),
-    of_coo("too-few-rows", {"rows": [0]}, " M.rows:", "1 entry", "2 values", "agree"),
-    of_coo("shape-beyond-memory", {"shape": [10**12, 10**12]}, " M.shape:", "1e+12 x 1e+12", "2 entries", "agree"),
-    of_coo("shape-number", {"shape": 2}, " M.shape:", "number", "list"),
-    of_coo("value-NaN", {"values": [2, float("nan")]}, " M.values[1]:", "finite", "number"),
+]
+FOREIGN_WORDS = [
+    "numpy",
+    "scipy",
+    "Traceback",
+    "dtype",
+    "ufunc",
+    "broadcast",
+    "Expecting",
+    "invalid literal",
+    "could not convert",
+]
+OURS = ("numpy.savez", "numpy.save", "scipy.sparse.save_npz")  # functions that a hint may name
+TWICE, MINUS = 2 * np.eye(2), -np.ones(2)
+
+
+def pickled_array() -> bytes:
+    file = io.BytesIO()
+    np.save(file, np.array([{"a": 1}, None], dtype=object), allow_pickle=True)
+    return file.getvalue()
+
+
+WHOLE_NPZ, WHOLE_MAT, WHOLE_NPY = archive(M=TWICE, q=MINUS), mat(M=TWICE, q=MINUS[:, None]), npy(TWICE)
+ZIPPED = gzip.compress(ARRAY.encode())
+CONTENTS: dict[str, list[bytes]] = {
+    "p.npz": [
+        zip_of({"M.npy": pickled_array(), "q.npy": npy(MINUS)}),
+        zip_of({"M.npy": pickle.dumps(TWICE), "q.npy": npy(MINUS)}),
+        *(WHOLE_NPZ[:size] for size in (1, 40, 200, -1)),
+        *(WHOLE_NPZ.replace(b"'descr': '<f8'", b"'descr': '<z8'"), WHOLE_NPZ.replace(b"(2, 2)", b"(2, x)")),
+        archive(M=TWICE, q=np.array(["2021-01-01", "2021-01-02"], dtype="datetime64[D]")),
+        archive(data=MINUS, indices=np.array([0, 5]), indptr=np.array([0, 1, 2]), shape=np.array([2, 2]), q=MINUS),
+        archive(M=np.ones((2, 2, 2)), q=MINUS),
+        archive(M=TWICE, q=np.float64(1)),
+    ],
+    "p.npy": [
+        pickled_array(),
+        *(WHOLE_NPY[:size] for size in (6, 9, 40, -1)),
+        *(WHOLE_NPY + b"more", WHOLE_NPY.replace(b"False", b"Felse"), WHOLE_NPY.replace(b"<f8", b"<q9")),
+        *(npy(np.array(["a", "b"])), npy(np.array([[1j, 2]])), npy(np.zeros((0, 0))), npy(np.array(1.0))),
+        npy(np.zeros(2, dtype=[("M", float), ("q", float)])),
+    ],
+    "p.mat": [
+        *(WHOLE_MAT[:size] for size in (1, 100, 128, 140, 200, -1)),
+        WHOLE_MAT[:128] + b"\0" * 64,
+        *(b"\0" * 200, b"random bytes of no format at all"),
+        *(
+            mat(M=TWICE, q="text"),
+            mat(M=TWICE * 1j, q=MINUS),
+            mat(M={"a": 1}, q=MINUS),
+            mat(M=TWICE, q=np.ones((2, 2))),
+        ),
+        *(mat(M=np.array(["a", 1.0], dtype=object), q=MINUS), mat(M=np.zeros((0, 0)), q=MINUS)),
+    ],
+    "M.mtx.gz": [
+        b"\x1f\x8b",
+        b"\x1f\x8bnonsense",
+        *(ZIPPED[:size] for size in (5, 10, 20, -8, -1)),
+        *(ZIPPED[:-8] + b"\0" * 8, ZIPPED.replace(b"\x08", b"\x07", 1)),
+        *(gzip.compress(b"hello"), gzip.compress(b""), gzip.compress(ARRAY.encode()[:-3])),
+    ],
+}
+FOREIGN_FILES = [
+    of_file(name, content, f"solve {name}" + " q.csv" * name.startswith("M"), name)
+    for name, contents in CONTENTS.items()
+    for content in contents
 ]

@@ -28,7 +28,6 @@ SETTINGS, MACHINE = Settings(1e-10, 10.0, 1e-6, 1.0), Machine("P_1 & Co", 2, 2**
 
 
 def write(folder: Path, *names: str) -> list[str]:
-    """Files with those problems."""
     paths = []
     for name in names:
         path = folder / f"{name}.json"

@@ -102,23 +102,6 @@ def test_records_of_lcp_bench_are_compared_and_logs_of_lcp_solve(lcp: Lcp) -> No
     assert "solved -> iteration limit" in outcome.out
 
 
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        ("1,2\n", "new.json: has neither a bench nor results; name a file of lcp bench -o FILE.json"),
-        ("{}\n", "new.json: has neither a bench nor results"),
-        ("[1]\n", "new.json: has neither a bench nor results"),
-        ("", "new.json: is empty"),
-        (json.dumps(RESULT | {"file": "q"}), "new.json: has no run in common with old.json"),
-    ],
-)
-def test_a_file_of_something_else_is_refused_in_one_line(content: str, words: str, lcp: Lcp) -> None:
-    results("old.json", {})
-    Path("new.json").write_text(content)
-    assert_refused(lcp("compare-runs", "old.json", "new.json"), words)
-    assert lcp("compare-runs", "old.json", "old.json", "--slower", "1").code == 2
-
-
 def test_a_problem_that_cannot_be_read_any_more_is_worse_for_each_method(lcp: Lcp) -> None:
     results("old.json", {}, {"label": "newton"})
     results("new.json", dict.fromkeys(RESULT) | {"file": "b/p.json", "status": "bad_input", "solved": False})
@@ -190,31 +173,3 @@ def test_bench_measures_variants_and_resumes_them(lcp: Lcp, tmp_path: Path) -> N
     assert resumed.code == 0
     assert [line["solver"] for line in lines] == record.methods
     assert_refused(lcp("bench", "--resume", output, "--sweep", "p=1,2"))
-
-
-MISTAKES = {
-    "--method shi --p 10 --p 100": "--p: is given 2 times; give it once",
-    "--scale --no-scale": "--scale: is given 2 times",
-    "--sweep p": "'p' lacks a value",
-    "--sweep p=1,,2": "lacks a value",
-    "--sweep q=1,2": "'q' is not an option of any method",
-    "--sweep p=1,10 --p 5": "--p is given beside it",
-    "--method shi:p=3 --sweep p=1,10": "p is also set by shi:p=3",
-    "--method newton --sweep p=1,10": "p has no effect with newton; add --method shi",
-    "--method newton:p=1": "newton has no option p",
-    "--method shi:kstar=1": "did you mean k-star?",
-    "--method shi:p": "'p' has no value",
-    "--method shi:p=x": "'x' is not a number",
-    "--method shi:p=-1": "it must be: 0 < p < infinity",
-    "--method shi:p=1,p=2": "p is set twice",
-    "--method sho:p=1": "did you mean shi?",
-    "--method shi:p=1 --p 5": "--p: has no effect with shi:p=1",
-    "--sweep k-star=2.5": "whole number",
-    "--sweep rho=0.1,0.95": "out of range",
-    "--method fixed-point:scale=perhaps": "write true or false",
-}
-
-
-@pytest.mark.parametrize("arguments", MISTAKES)
-def test_mistake_is_refused_in_one_line_before_anything_runs(arguments: str, lcp: Lcp) -> None:
-    assert_refused(lcp("compare", EXAMPLE, *arguments.split()), MISTAKES[arguments])

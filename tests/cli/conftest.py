@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import io
 import json
-import shlex
 import subprocess
 import sys
 from collections.abc import Callable
@@ -16,7 +16,7 @@ import pytest
 from lcpcli.files import contents
 
 from ..conftest import Outcome
-from ..documents import assert_as_before
+from ..documents import assert_as_before, typed_in
 
 Lcp = Callable[..., Outcome]
 EXAMPLE = contents.shipped_path("paper-example-1.json")
@@ -49,14 +49,21 @@ def still(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def session(lcp: Lcp, tmp_path: Path, still: None) -> Callable[..., None]:  # noqa: ARG001
-    """Compare what commands print one after the other with the document of a name."""
+def session(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, still: None) -> Callable[[str], None]:  # noqa: ARG001
+    """Compare what the commands of a document print one after the other with the document."""
 
-    def compare(name: str, *lines: str) -> None:
+    def compare(name: str) -> None:
         text = ""
-        for line in lines:
-            outcome = lcp(*shlex.split(line))
-            text += f"$ lcp {line}\n{outcome.out}{outcome.err}exit code {outcome.code}\n"
+        for typed in typed_in(name):
+            text += f"{typed.line}\n"
+            if typed.content is None:
+                text += Path(typed.file).read_text(encoding="utf-8")
+            elif typed.file:
+                Path(typed.file).write_bytes(typed.content)
+            else:
+                monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(typed.content)))
+                outcome = lcp(*(word.replace("FOLDER", str(tmp_path)) for word in typed.arguments))
+                text += f"{outcome.out}{outcome.err}exit code {outcome.code}\n"
         assert_as_before(name, text.replace(str(tmp_path), "FOLDER"))
 
     return compare

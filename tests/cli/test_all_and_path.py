@@ -16,7 +16,7 @@ from lcpcli.interrupts import TimeIsUp
 from lcpcli.report import plotting, solutions
 from lcpcli.report.figures import plane_figures
 
-from .conftest import Lcp, assert_refused, record
+from .conftest import Lcp, record
 
 PROBLEMS = {
     "murty": '{"M": [[1, 2], [2, 1]], "q": [-1, -1]}',
@@ -45,22 +45,9 @@ def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         (tmp_path / f"{name}.csv").write_text(text)
 
 
-def test_two_tables_are_the_payoffs_of_a_game_fractions_among_them(lcp: Lcp) -> None:
-    for name, text in {"A": "3,0\n0,1/2\n", "B": "2;0\n0;0,1\n", "C": "1,2,3\n"}.items():
-        Path(f"{name}.csv").write_text(text)
-    outcome = lcp("solve", "A.csv", "B.csv", "--game", "--all", "--exact", "--format", "json")
-    told = [each["equilibrium"]["payoffs"] for each in record(outcome)["solutions"]]
-    assert told == [["3", "2"], ["3/7", "2/21"], ["1/2", "1/10"]]
-    assert "row = " in lcp("solve", "A.csv", "B.csv", "--game").out
-    assert_refused(lcp("solve", "A.csv", "--game"), "lcp: --game: takes two files, not 1")
-    assert_refused(lcp("solve", "A.csv", "C.csv", "--game"), "make them agree")
-
-
 def test_list_that_is_as_long_as_was_asked_for_says_whether_there_are_others(session: Callable[..., None]) -> None:
     Path("connected.json").write_text('{"A": [[1, 0], [0, 0], [1, 0]], "B": [[1, 0], [1, 1], [1, 1]]}')
-    most = {"murty": (2, 3), "faces": (2,), "one": (1,), "game": (1, 2), "both": (2,), "connected": (2,)}
-    lines = (f"solve {name}.json --all --max-solutions {k}" for name, numbers in most.items() for k in numbers)
-    session("as-many-as-asked-for", *lines, "solve connected.json --all")
+    session("as-many-as-asked-for")
 
 
 def test_list_that_is_stopped_while_numbers_are_read_is_none(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -104,61 +91,18 @@ def test_long_table_is_cut_and_says_so(name: str, lcp: Lcp, monkeypatch: pytest.
     assert ("{1, 2}, and 1 other:" in head) == (name == "both")
 
 
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        *((f"murty.json --all {it}", f"{it.split()[0]}: has no effect with --all") for it in ("--p 3", "--z0 1,1")),
-        *((f"murty.json --all {it}", f"{it.split()[0]}: has no effect with --all") for it in ("--trace", "--jobs 2")),
-        ("murty.json --all --method shi", "--method: has no effect with --all"),
-        ("murty.json one.json --all", "takes one problem"),
-        ("murty.json --all --max-solutions 0", "--max-solutions: 0 is out of range"),
-        ("murty.json --max-solutions 3", "without --all"),
-        ("murty.json --all --plot cones.doc", "no known suffix"),
-        ("bimatrix --all --plot cones.svg", "not one with n = 5"),
-        ("line.json --all --plot cones.svg", "1 free"),
-        ("large.npz --all", "900 unknowns"),
-        ("nowhere.json --all", "no such file"),
-    ],
-)
-def test_what_does_not_go_with_all_is_refused_in_a_line(line: str, words: str, lcp: Lcp) -> None:
-    if "large" in line:
-        assert lcp("make", "obstacle", "-n", "900", "-o", "large.npz").code == 0
-    assert_refused(lcp("solve", *line.split()), words)
+def test_what_does_not_go_with_all_or_a_path_is_refused_in_a_line_that_says_where(
+    session: Callable[[str], None],
+) -> None:
+    session("refused-all-and-paths")
+    assert Path("q0.csv").read_text() == "1,1\n"
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        "first.json last.json",
-        "M.csv q0.csv q1.csv",
-        "first.json --direction d.csv --to 1",
-        "M.csv q0.csv --direction d.csv --to 1",
-        "first.json --direction -6,-7 --to 1",
-    ],
-)
-def test_problems_are_given_in_files_or_by_a_direction(words: str, lcp: Lcp) -> None:
-    outcome = lcp("path", *words.split(), "--format", "json")
-    assert (outcome.code, outcome.err) == (0, "")
-    found = record(outcome)
-    assert found["t"] == pytest.approx([0, 1 / 7, 1 / 5, 1])
-    assert found["z"][-1] == pytest.approx([4 / 3, 7 / 3])
-    assert (found["end"], found["verified"]) == ("reached", True)
+def test_a_path_of_the_command_is_that_of_python(lcp: Lcp) -> None:
+    found = record(lcp("path", "first.json", "last.json", "--format", "json"))
     own = lcpcli.path(lcpcli.read("first.json"), lcpcli.read("last.json")).to_dict()
     assert own.keys() == found.keys()
-    if words == "first.json last.json":
-        assert (found["file"], found["to_file"]) == ("first.json", "last.json")
-        assert {**found, "file": None, "to_file": None, "seconds": 0} == {**own, "seconds": 0}
-
-
-PATHS = (
-    *("last.json --from 1 --to 8", "--direction d.csv --from 0.1 --to 2", "last.json --upper 1,none"),
-    *("last.json --at 0.6,1/10", "last.json --max-breakpoints 1", "last.json -q"),
-)
-IN_FRACTIONS = (
-    "a.json b.json --at 0.9",
-    "a.json --direction -1/30 --from 1/3 --to 4",
-    "a.json --direction e.csv --to 2",
-)
+    assert {**found, "file": None, "to_file": None, "seconds": 0} == {**own, "seconds": 0}
 
 
 def test_paths_to_every_end_are_the_same_as_before(session: Callable[..., None]) -> None:
@@ -172,53 +116,4 @@ def test_paths_to_every_end_are_the_same_as_before(session: Callable[..., None])
     for name, least in (("from", "0.05"), ("to", "0.12")):
         limits = f'"row_lower": [1, {least}], "row_upper": [1, null], "upper"'
         Path(f"{name}.json").write_text(re.sub(r'"row_lower".*"upper"', limits, program, flags=re.DOTALL))
-    turning = ("back.json beyond.json", "back.json beyond.json --turns", "beyond.json back.json")
-    session(
-        "paths",
-        *(f"path {line}" for line in (*(f"first.json {line}" for line in PATHS), *turning)),
-        *(f"path {line} --exact --format {form}" for line in IN_FRACTIONS for form in ("table", "json")),
-        "path from.json to.json --from 0.05 --to 0.12 --exact",
-    )
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ("first.json", "lcp: FROM TO: stands for 2 or 3 files, not 1; give two problems, or a file with M"),
-        (
-            "first.json last.json back.json --direction 1,1 --to 1",
-            "lcp: --direction: takes 1 or 2 files, not 3; give one",
-        ),
-        ("first.json --direction 1,1", "lcp: --direction: has no end; add --to, the last t"),
-        ("first.json --direction 1,1,1 --to 1", "lcp: --direction: has 3 entries for 2 unknowns"),
-        ("first.json --direction 1,x --to 1", "lcp: 1,x: "),
-        ("first.json other.json", "lcp: other.json: M: differs between the two problems; give two problems with one M"),
-        ("first.json larger.json", "lcp: larger.json: n: is 2 and 3; give two problems with the same unknowns"),
-        ("first.json bounded.json", "lcp: bounded.json: upper[0]: is finite in one problem"),
-        ("first.json last.json --from 1", "lcp: --to: is 1, and the path begins at t = 1; give a larger number"),
-        ("first.json last.json --to nan", "lcp: --to: has 'nan', which is not finite; give a finite number"),
-        ("first.json last.json --to 1e400", "lcp: --to: is too large; give a number in double precision"),
-        ("first.json --direction 1,1e300 --to 1e300", "lcp: --direction: q[1]: is not a finite number"),
-        ("first.json last.json --at 2", "lcp: --at: is 2, and the path goes from 0 to 1; give values between these"),
-        ("first.json last.json --at a", "lcp: --at: 'a' is not a list of numbers; write 0,0.5,1"),
-        ("first.json last.json --max-breakpoints 0", "lcp: --max-breakpoints: 0 is out of range"),
-        ("first.json last.json --plot -", "lcp: --plot: '-' has no known suffix of a picture; use one of .png, .svg"),
-        ("first.json last.json -o json", "lcp: --output: json is a format"),
-        ("first.json last.json -o a.xyz", "lcp: a.xyz: the suffix .xyz is not a format"),
-        ("first.json other.json -o q0.csv", "lcp: other.json: M: differs"),
-        ("- -", "lcp: standard input: can be read only once"),
-    ],
-)
-def test_error_is_one_line_that_says_where_and_leaves_the_files(words: str, message: str, lcp: Lcp) -> None:
-    assert_refused(lcp("path", *words.split()), message)
-    assert Path("q0.csv").read_text() == "1,1\n"
-
-
-def test_program_that_a_direction_leaves_keeps_its_names(lcp: Lcp) -> None:
-    words = ["path", "portfolio", "--to", "0.1", "--format", "json"]
-    moved = record(lcp(*words, "--direction", "1,0,0,0,0,0"))
-    assert moved["answer"]["columns"] == ["shares", "bonds", "cash"]
-    assert moved["moving"]["name"] == "shares"
-    left = record(lcp(*words, "--direction", "0,0,0,0,1,0"))  # the row of a range has no constant
-    assert left["answer"] is None
-    assert left["names"][:5] == ["shares", "bonds", "cash", "budget", "return"]
+    session("paths")

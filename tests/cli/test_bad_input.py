@@ -8,6 +8,7 @@ import os
 import sys
 import zipfile
 from collections.abc import Callable, Iterable, Iterator
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +21,9 @@ from lcpcli.errors import ProblemError
 from lcpcli.files import beside, reading
 from lcpcli.solving import driver as driver
 
-from ..bad_input.kinds import COORDINATES, CSV, FILES, GOOD, JSON, MATRICES, STANDARD_INPUT, Kind
-from ..bad_input.matrix_kinds import FOREIGN_FILES, FOREIGN_WORDS, MATRIX_MARKET, NPZ, OURS
-from ..bad_input.option_kinds import BOUNDS, FROM_RESULTS, OPTIONS, PROGRAMS, STARTS, UNWRITABLE
+from ..bad_input.kinds import FOREIGN_FILES, FOREIGN_WORDS, GOOD, LONG, NPZ, OURS, Kind
 from ..conftest import Outcome
+from ..documents import assert_as_before, typed_in
 from .conftest import Lcp, assert_refused
 
 LONGEST_LINE = 1000
@@ -34,21 +34,24 @@ Meet = Callable[[Kind], tuple[Outcome, bool]]
 def meet(lcp: Callable[..., Outcome], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Meet:
     """Run a kind of bad input in a folder of its own: how it ends, and whether the folder is as it was and nothing was
     solved in vain."""
+    numbers = count()
 
     def met(kind: Kind) -> tuple[Outcome, bool]:
+        folder = tmp_path / str(next(numbers))
+        (folder / "results").mkdir(parents=True)
+        (folder / "loop").symlink_to("loop")
         files = {"good.json": GOOD, "M.csv": "2,0\n0,2\n", "q.csv": "-1\n-1\n"} | kind.files
         for name, content in files.items():
-            (tmp_path / name).write_bytes(content if isinstance(content, bytes) else content.encode())
-        (tmp_path / "results").mkdir()
-        (tmp_path / "loop").symlink_to("loop")
-        monkeypatch.chdir(tmp_path)
+            if name:
+                (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+        monkeypatch.chdir(folder)
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(kind.stdin)))
         solved: list[Result] = []
         run = driver.run
         monkeypatch.setattr(driver, "run", lambda *given, **named: solved.append(run(*given, **named)) or solved[-1])
-        before = contents(tmp_path)
+        before = contents(folder)
         outcome = lcp(*kind.arguments)
-        return outcome, contents(tmp_path) == before and not solved
+        return outcome, contents(folder) == before and not solved
 
     return met
 
@@ -61,19 +64,33 @@ def is_one_readable_line(text: str) -> bool:
     return text.endswith("\n") and text[:-1].isprintable() and len(text) <= LONGEST_LINE
 
 
-@pytest.mark.parametrize(
-    "kind",
-    [
-        *(*FILES, *JSON, *MATRICES, *COORDINATES, *CSV, *MATRIX_MARKET, *NPZ),
-        *(*FROM_RESULTS, *STANDARD_INPUT, *OPTIONS, *STARTS, *UNWRITABLE, *BOUNDS, *PROGRAMS, *FOREIGN_FILES),
-    ],
-)
+@pytest.mark.parametrize("kind", [*LONG, *NPZ, *FOREIGN_FILES])
 def test_one_line_says_where_what_and_how_to_fix_it(meet: Meet, kind: Kind) -> None:
+    assert [word for word in kind.words if word not in line_about(kind, meet)] == []
+
+
+@pytest.mark.parametrize("name", ["files", "json", "matrix-market", "options", "programs"])
+def test_the_line_about_bad_input_is_the_same_as_before(name: str, meet: Meet, tmp_path: Path) -> None:
+    """In a folder with good.json, M.csv, q.csv, results/ and loop -> loop."""
+    text, files = "", dict[str, str | bytes]()
+    for typed in typed_in(f"bad-{name}"):
+        text += f"{typed.line}\n"
+        content = typed.content or b""
+        if typed.file:
+            files[typed.file] = content
+        else:
+            text += line_about(Kind(tuple(typed.arguments), (), files, content), meet)
+            files = {}
+    assert_as_before(f"bad-{name}", text.replace(str(tmp_path), "FOLDER"))
+
+
+def line_about(kind: Kind, meet: Meet) -> str:
+    """The one readable line, in words of this program, that is all that bad input leads to."""
     outcome, unchanged = meet(kind)
     assert is_one_readable_line(outcome.err), outcome.err[:LONGEST_LINE]
-    assert [word for word in kind.words if word not in outcome.err] == [], outcome.err
-    assert (outcome.code, outcome.out, unchanged) == (2, "", True)
+    assert (outcome.code, outcome.out, unchanged) == (2, "", True), kind.arguments
     assert [word for word in FOREIGN_WORDS if word in without(outcome.err, OURS)] == [], outcome.err
+    return outcome.err
 
 
 def without(text: str, parts: Iterable[str]) -> str:
@@ -169,14 +186,6 @@ def test_long_file_is_refused_in_a_time_in_proportion(name: str, content: str, f
     file.write_text(content)
     with pytest.raises(ProblemError, match=fault):
         reading.read(str(file))
-
-
-def test_exact_proof_is_found_where_denominators_are_beyond_all_doubles(lcp: Lcp, tmp_path: Path) -> None:
-    file = tmp_path / "p.json"
-    file.write_text('{"M": [[0, 0], [0, 0]], "q": [-1e-320, 1e-320]}')
-    outcome = lcp("solve", str(file), "--method", "shi", "--exact", "--format", "json")
-    assert (outcome.code, outcome.err) == (3, "")
-    assert json.loads(outcome.out)["exact"]["y"] is not None
 
 
 @pytest.mark.usefixtures("folder")

@@ -15,10 +15,10 @@ import lcpcli
 from lcpcli import from_game, from_qp, read
 from lcpcli.errors import ProblemError
 
-from ..bad_input.matrix_kinds import archive, mat, npy
+from ..bad_input.kinds import archive, mat, npy
 from ..conftest import Outcome
 from ..far_bounds import FAR
-from .conftest import EXAMPLE, Lcp, assert_refused, record, records
+from .conftest import Lcp, assert_refused, record
 
 MIXED = '{"M": [[2, 1], [1, 2]], "q": [-5.1, -6], "lower": [-1e20, 0.1], "upper": [1e20, 1e400]}'
 REMARK = "lcp: far.json: 6 bounds of 1e20 or more; --infinity 1e20 makes them infinite\n"
@@ -57,31 +57,11 @@ def test_check_inspect_convert_compare_and_bench_read_the_same_problem_as_solve(
     assert lcp("bench", "--resume", "older.json", "-q") == Outcome(0, "", "")
 
 
-def test_exact_bounds_are_the_decimals_but_for_those_that_are_none(lcp: Lcp) -> None:
+def test_far_and_other_bounds_are_told_and_kept_wherever_a_problem_is_read(
+    session: Callable[..., None], lcp: Lcp
+) -> None:
     pytest.importorskip("flint")
-    result = record(lcp("solve", "mixed.json", "--infinity", "1e20", "--exact", "--format", "json"))
-    assert result["exact"]["z"] == ["7/5", "23/10"]
-    both = ("--lower", "1/3", "--upper", "1e20,0.7")
-    result = record(lcp("solve", "mixed.json", *both, "--infinity", "1e19", "--exact", "--format", "json"))
-    assert result["exact"]["z"] == ["11/5", "7/10"]
-    for name in ("far.json", "far.npz"):
-        lcp("convert", "far.json", "-o", "far.npz")
-        result = record(lcp("solve", name, "--infinity", "1e20", "--exact", "--format", "json"))
-        assert result["answer"]["exact"]["x"] == ["3/2", "0"]
-
-
-REMARKED = (
-    *("solve far.json", "solve far.json --exact", "solve far.json --all", "compare far.json --method newton"),
-    *("solve far.json mixed.json", "solve far.json -q", "solve far.json far.json -q", "solve far.json --infinity 1e25"),
-    *("inspect far.json", "inspect far.json --infinity 1e20", "solve far.json mixed.json lcp.json --infinity 1e20"),
-    *(f"solve mixed.json --all {options}" for options in ("", "--infinity 1e20")),
-    "solve far.json --infinity 1e20",
-)
-
-
-def test_the_remark_on_far_bounds_comes_once_wherever_a_problem_is_read(session: Callable[..., None], lcp: Lcp) -> None:
-    pytest.importorskip("flint")
-    session("far-bounds", *(f"{line} --format csv" if "solve far.json" in line else line for line in REMARKED))
+    session("far-bounds")
     assert lcp("bench", "far.json", "--method", "newton", "--budget", "0").err == REMARK
     assert REMARK.split(": ")[2].strip() in lcpcli.inspect(read("far.json")).hints
 
@@ -131,109 +111,22 @@ def test_one_number_is_for_all_in_mat_too_and_none_takes_bounds_away(bounds: Lcp
     assert bounds("--lower", "one.mat") == (-1, [8, 9])
 
 
-def test_bounds_of_programs_and_games_are_refused_and_of_named_unknowns_not(lcp: Lcp, tmp_path: Path) -> None:
-    file = tmp_path / "p.json"
-    for text, hint in (
-        ('{"Q": [[1]], "c": [-1]}', "this is a program; give the bounds of its variables in the file"),
-        ('{"A": [[1]], "B": [[1]]}', "this is a game; leave it out"),
-    ):
-        file.write_text(text)
-        told = f"lcp: --lower: is for problems given by M and q, but {hint}\n"
-        assert_refused(lcp("solve", str(file), "--lower", "1"), told)
-    file.write_text('{"M": [[1]], "q": [-3], "names": ["a"]}')
-    assert "n = 1 (1 boxed)" in lcp("solve", str(file), "--upper", "1").out
-
-
 PROGRAM = {"Q": [[2, 0], [0, 2]], "c": [-3, 1], "A": [[1, 1]], "b": [1]}
 GAME = {"A": [[3, 0], [0, 2]], "B": [[0, 2], [3, 0]], "rows": ["opera", "football"], "columns": ["left", "right"]}
 
 
-def remade(lcp: Lcp, option: str, name: str, *arguments: str) -> list[str]:
-    """The lines that lcp solve prints on the problem that lcp make makes of a file."""
-    assert lcp("make", option, name, "-o", "made.json", "-q") == Outcome(0, "", "")
-    outcome = lcp("solve", "made.json", *arguments)
-    assert (outcome.code, outcome.err) == (0, "")
-    return outcome.out.splitlines()
+BAD = ("--from-qp", "--from-game")
 
 
-def test_the_minimum_is_reported_and_of_a_comparison_by_each_method(lcp: Lcp) -> None:
-    lines = remade(lcp, "--from-qp", "program.json")
-    assert lines[0] == "program: n = 3"
-    assert lines[1].endswith("; objective -2.25")
-    line = lines.index("x = (1.5, 0), y = (0)")
-    assert lines[line + 1] == "x is the unique minimizer, as Q is positive definite"
-    shown = lcp("compare", "made.json", "--method", "newton", "--method", "lemke").out.splitlines()
-    assert {f"{method}: {lines[line]}, objective -2.25" for method in ("newton", "lemke")} <= set(shown)
-    (record,) = records(lcp("compare", EXAMPLE, "--method", "newton", "--format", "json"))
-    assert record["answer"] is None
-
-
-BAD = {
-    "--from-qp": {
-        '{"Q": [[1]], "c": [1], "b": [1]}': "A: is missing; give it with b, or leave both out",
-        '{"Q": [[1]], "c": [1], "A": [[]], "b": [1]}': "A: has empty rows; give a list of rows of numbers",
-        '{"Q": [[1]], "c": [1e999]}': "c[0]: is not a finite number",
-        '{"Q": [[1]], "c": [1], "free": 0}': "free: is a number; give a list of indices",
-        '{"Q": [[1]], "c": [1], "free": [0, 0]}': "free: names an index twice; keep one",
-    },
-    "--from-game": {
-        '{"A": [[1]]}': "B: is missing; add the key B",
-        '{"A": [[1, 2]], "B": [[1]]}': "B: is 1 x 1 but A is 1 x 2; make them agree",
-        '{"A": [[1]], "B": [["x"]]}': "B[0][0]: is the text 'x'; give real numbers",
-        '{"A": [[1e308], [-1e308]], "B": [[1], [2]]}': "A: exceeds the double-precision range; scale the payoffs",
-        '{"A": [[1]], "B": [[1]], "rows": "x"}': "rows: is the text 'x'; give a list of names",
-        '{"A": [[1]], "B": [[1]], "rows": [1]}': "rows[0]: is a number; give a text",
-        '{"A": [[1]], "B": [[1]], "columns": ["x", "y"]}': "columns: has 2 names for 1 strategy; make them agree",
-        '{"A": [[1]], "B": [[1]], "row": ["x"]}': "row: is not a key of a game; did you mean rows?",
-    },
-}
-
-
-@pytest.mark.parametrize(("option", "text"), [(option, text) for option in BAD for text in BAD[option]])
-def test_bad_files_are_reported_in_one_line(option: str, text: str, lcp: Lcp, files: Path) -> None:
-    (files / "bad.json").write_text(text)
-    assert_refused(lcp("make", option, "bad.json", "-o", "made.json"), f"lcp: bad.json: {BAD[option][text]}")
+def test_bad_programs_games_and_origins_and_options_without_effect_are_reported_in_one_line(
+    session: Callable[[str], None], lcp: Lcp, files: Path
+) -> None:
+    session("refused-origins")
     assert not (files / "made.json").exists()
-
-
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        ("--from-qp program.json murty", "FAMILY: has no effect with --from-qp; leave one out"),
-        ("--from-qp program.json -n 3", "-n: has no effect with --from-qp"),
-        ("--from-game game.json --set a=3", "--set: has no effect with --from-game"),
-        ("--from-game game.json --from-qp program.json", "--from-game: has no effect with --from-qp"),
-        ("--list --from-qp program.json", "--from-qp: has no effect with --list"),
-        ("--from-qp gone.json", "gone.json: no such file"),
-    ],
-)
-def test_options_without_effect_are_refused(line: str, words: str, lcp: Lcp) -> None:
-    assert_refused(lcp("make", *line.split()), words)
-
-
-BAD_ORIGINS = {
-    "3": "origin: is a number; give an object with the key kind",
-    "{}": "origin.kind: is missing; add one of qp, game",
-    '{"kind": "lp"}': "origin.kind: is 'lp'; use one of qp, game",
-    '{"kind": 3}': "origin.kind: is a number; use one of qp, game",
-    '{"kind": "qp"}': "origin.variables: is not a number of variables; give a whole number from 1",
-    '{"kind": "qp", "variables": 1.5}': "origin.variables: is not a number of variables",
-    '{"kind": "qp", "variables": 1, "free": [2]}': "origin.free: is not a key",
-    '{"kind": "qp", "variables": 9}': "origin: does not yield this M and q",
-    '{"kind": "qp", "variables": 1}': "origin: does not yield this M and q",
-    '{"kind": "game", "A": [[1]]}': "origin.B: is missing; add the key B",
-}
-
-
-@pytest.mark.parametrize("origin", BAD_ORIGINS)
-def test_bad_origins_are_reported_in_one_line(origin: str, lcp: Lcp, files: Path) -> None:
-    M, q = [[2.0, 1.0], [1.0, 2.0]], [-1.0, -1.0]
-    (files / "bad.json").write_text(f'{{"M": {M}, "q": {q}, "origin": {origin}}}')
-    assert_refused(lcp("solve", "bad.json"), f"lcp: bad.json: {BAD_ORIGINS[origin]}")
-    np.savez(files / "bad.npz", M=M, q=q, origin=origin)
-    assert_refused(lcp("solve", "bad.npz"), f"lcp: bad.npz: {BAD_ORIGINS[origin]}")
-    np.savez(files / "bad.npz", M=M, q=q, origin="{")
-    assert_refused(lcp("solve", "bad.npz"), "lcp: bad.npz: origin: line 1, column 2: ends too early")
+    told = {"3": "is a number; give an object with the key kind", "{": "line 1, column 2: ends too early"}
+    for origin, words in (told | {'{"kind": "qp", "variables": 9}': "does not yield this M and q"}).items():
+        np.savez(files / "bad.npz", M=[[2.0, 1.0], [1.0, 2.0]], q=[-1.0, -1.0], origin=origin)
+        assert_refused(lcp("solve", "bad.npz"), f"lcp: bad.npz: origin: {words}")
 
 
 @pytest.mark.parametrize("place", [(0, 1), (0, 2), (2, 2), (3, 3)])
@@ -247,14 +140,3 @@ def test_a_changed_matrix_no_longer_fits_its_origin(option: str, place: tuple[in
     for changes in ({"M": M}, {"q": problem.q + unit}, {"lower": unit, "upper": np.inf}):
         with pytest.raises(ProblemError, match="origin: does not yield this M and q"):
             replace(problem, **changes)
-
-
-def test_what_is_known_of_a_problem_is_not_known_of_other_bounds(lcp: Lcp, tmp_path: Path) -> None:
-    file = tmp_path / "p.json"
-    file.write_text(json.dumps({"M": [[1]], "q": [-2], "solution": [2]}))
-    for options, z, error in (((), 2, 0), (("--upper", "1"), 1, None), (("--lower", "3"), 3, None)):
-        found = json.loads(lcp("solve", str(file), *options, "--format", "json").out)
-        assert (found["z"], found["error"]) == ([z], error)
-    file.write_text(json.dumps({"M": [[-1]], "q": [-1], "verdict": "infeasible"}))
-    assert "infeasible" in lcp("solve", str(file)).out
-    assert "infeasible" not in lcp("solve", str(file), "--upper", "1").out

@@ -17,7 +17,7 @@ from lcpcli.files import contents, writing
 from lcpcli.solving.minimum import Minimum
 
 from ..solving.test_programs import SEEDS, program
-from .conftest import Lcp, assert_refused, record
+from .conftest import Lcp, record
 
 EXAMPLE = contents.shipped_path("paper-example-2.json")  # z = (0, 15/29, 17/29, 0), w = (14/29, 0, 0, 99/29)
 INFEASIBLE = '{"M": [[0, -0.1], [0, -0.3]], "q": [-0.1, -0.3]}'
@@ -38,58 +38,11 @@ def checked(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Lcp:
     return run
 
 
-EXACT_X = "13/62,41/124,57/124"
-ROUNDED = [",".join(["0", f"{15 / 29:.{digits}f}", f"{17 / 29:.{digits}f}", "0"]) for digits in (6, 9)]
-SAID = (
-    *(f"portfolio {x}" for x in ("0.2,0.3,0.4", "0.3,0.3,0.4", "0.2096774,0.3306452,0.4596774")),
-    "portfolio 0.3,0.3,0.4 --format json",
-    *(f"portfolio {x} --exact" for x in (EXACT_X, f"{EXACT_X},6/775,101/496", "0.2096774193548387,41/124,57/124")),
-    "portfolio 0.2096774,0.3306452,0.4596774 --tol 1e-6",
-    *(f"paper-example-2 '0 1/2 -1/10 2' --exact --format {form}" for form in ("json", "table")),
-    *(f"paper-example-2 {line}" for line in ("0,15/29,17/29,0 --exact -q", "0,0,0,0 -q", *ROUNDED)),
-    *(f"near.json {z}" for z in ("3,3", "1e-6,3")),
-    *(f"minus.json {line}" for line in ("-1,4,0", "--tol 1e-9 -1,1,1", "-.5,1,1 --exact -q", "-1/2,1,1 -q")),
-    *("minus.json -x1", "minus.json -1,4,0 -x", "minus.json -1,4,0 --tol -1 --tol -1"),
-    *("minus.json", "minus.json missing.json", "minus.json 1,1 -q", "minus.json 1,1,1 --exact --tol 0.1"),
-)
-
-
 def test_what_is_said_of_answers_is_the_same_as_before(session: Callable[..., None], folder: Path) -> None:
     (folder / "near.json").write_text('{"M": [[2, 1], [1, 2]], "q": [5, -6]}')
     identity = '{"M": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "q": [1, -4, 1], "lower": [null, 0, 0]}'
     (folder / "minus.json").write_text(identity)
-    session("check", *(f"check {line}" for line in SAID))
-
-
-def test_upper_bound_that_is_violated_is_named(lcp: Lcp) -> None:
-    statement = "x is not feasible: cash is 0.6, 0.1 above its upper bound 0.5; 1 other bound violated"
-    assert lcp("check", PORTFOLIO, "0.2,0.2,0.6").out.splitlines()[2] == statement
-
-
-@pytest.mark.parametrize(
-    "answer",
-    [
-        "0\n15/29\n17/29\n0\n",
-        "z\n0\n15/29\n# the third\n34/58\n0.0\n",
-        "0; 15/29; 17/29; 0e0;",
-        '[0, "15/29", "17/29", 0.00]',
-        '{"z": [0, "15/29", "17/29", 0]}\n{"z": [1, 2, 3, 4]}\n',
-        '{"z": [1, 1, 1, 1], "exact": {"z": ["0", "15/29", "17/29", "0"]}}',
-    ],
-)
-def test_exact_answers_in_every_form(answer: str, checked: Lcp) -> None:
-    assert checked(answer, "--exact").code == 0
-    assert checked(answer).code == 0
-
-
-def test_rounded_answers_stand_in_doubles_alone_to_the_tolerance(lcp: Lcp, checked: Lcp, tmp_path: Path) -> None:
-    answer = "0,0.5172413793103449,0.5862068965517241,0"
-    assert [checked(answer, *options, name="z.csv").code for options in ([], ["--exact"])] == [0, 1]
-    assert [checked("0 0.5172 0.5862 0", *options).code for options in ([], ["--tol", "1e-3"])] == [1, 0]
-    np.savez(tmp_path / "z.npz", z=[0, 15 / 29, 17 / 29, 0])
-    assert lcp("check", EXAMPLE, str(tmp_path / "z.npz")).code == 0
-    (tmp_path / "z.mtx").write_text("%%MatrixMarket matrix array real general\n4 1\n0\n1\n0\n0\n")
-    assert lcp("check", EXAMPLE, str(tmp_path / "z.mtx")).code == 1
+    session("check")
 
 
 def test_results_of_solve_are_accepted_and_any_changed_digit_is_refused(lcp: Lcp, checked: Lcp) -> None:
@@ -116,62 +69,9 @@ def test_at_most_ten_violations_are_listed(lcp: Lcp, tmp_path: Path) -> None:
     assert "the worst 10 of 30" in lcp("check", str(tmp_path / "p.json"), str(tmp_path / "z.txt"), "--exact").out
 
 
-def test_proof_of_infeasibility_is_checked(lcp: Lcp, checked: Lcp, tmp_path: Path) -> None:
-    problem = tmp_path / "infeasible.json"
-    problem.write_text(INFEASIBLE)
-    held = record(lcp("solve", str(problem), "--exact", "--format", "json"))
-    for options in ([], ["--exact"]):
-        outcome = checked(held, *options, problem=str(problem))
-        assert (outcome.code, "proved infeasible" in outcome.out) == (0, True)
-    for y, why in (["0", "-1"], "negative"), (["0", "0"], "q'y"):
-        held["exact"]["y"] = y
-        outcome = checked(held, "--exact", problem=str(problem))
-        assert (outcome.code, "y proves nothing" in outcome.out, why in outcome.out) == (1, True, True)
-    plain = record(lcp("solve", str(problem), "--format", "json"))
-    assert checked(plain, problem=str(problem)).code == 0
-    assert checked(plain, "--exact", problem=str(problem)).code == 0
-
-
-def test_an_answer_without_a_proof_of_this_problem_is_refused(checked: Lcp) -> None:
-    outcome = checked({"z": [0] * 4, "certificate": {"kind": "farkas", "vector": [1, 0, 0, 0]}})
-    assert (outcome.code, "y proves nothing" in outcome.out) == (1, True)
-    outcome = checked({"z": [0] * 4, "certificate": {"kind": "exhaustion", "vector": None}})
-    assert (outcome.code, "has no certificate to check; solve it again" in outcome.out) == (1, True)
-
-
-def test_rounded_proof_is_corrected_and_an_exact_one_is_not(checked: Lcp, tmp_path: Path) -> None:
-    problem = tmp_path / "p.json"
-    problem.write_text('{"M": [[3, -3], [-1, 1]], "q": [-1, 0.25]}')
-    rounded = {"z": [0, 0], "certificate": {"kind": "farkas", "vector": [0.333333333333333, 1]}}
-    assert checked(rounded, problem=str(problem)).code == 0
-    assert checked(rounded, "--exact", problem=str(problem)).code == 0
-    claimed = {"z": [0, 0], "exact": {"y": ["333333333333333/1000000000000000", "1"]}}
-    assert checked(claimed, "--exact", problem=str(problem)).code == 1
-
-
-@pytest.mark.parametrize(
-    ("answer", "words"),
-    [
-        ("0 1 2", "z: has 3 entries for 4 unknowns"),
-        ("0 a 2 3", "line 1, column 2: has 'a', not a number"),
-        ("0 1/0 2 3", "not a fraction"),
-        ("1 2\n3 4\n", "2 rows and 2 columns without a header"),
-        ("# nothing", "contains no numbers"),
-        ("", "is empty"),
-        ("[0, null, 1, 2]", "[1]: is null"),
-        ('{"w": [0]}', "without z"),
-        ('{"z": 3}', "z: is a number"),
-        ('{"z": [1], "exact": {"z": ["1/2"]}}', "exact.z: has 1 entry"),
-        ('{"z": [1], "certificate": {"kind": "farkas", "vector": null}}', "certificate.vector: is null"),
-        ("[1e-999999999, 1, 2, 3]", "keep exponents"),
-        ("0 1e999999999 2 3", "keep exponents"),
-        ("nan\n1\n2\n0\n", "not finite"),
-        ('{"z": [Infinity, 0, 0, 0]}', "not finite"),
-        ("{", "ends too early; is the file cut off?"),
-    ],
-)
-def test_bad_answers_are_reported_in_one_line(answer: str, words: str, checked: Lcp) -> None:
-    assert_refused(checked(answer), words)
+@pytest.mark.usefixtures("folder")
+def test_bad_answers_are_reported_in_one_line(session: Callable[[str], None]) -> None:
+    session("refused-answers")
 
 
 PORTFOLIO = contents.shipped_path("programs/portfolio.json")
@@ -225,29 +125,6 @@ def test_worst_row_is_the_one_violated_most_relative_to_its_terms() -> None:
     assert statement == "x is not feasible: row small is 0.5, 0.5 below its lower bound 1; 1 other bound violated"
 
 
-@pytest.mark.parametrize("keys", ["result", "answer", "x", "x and y"])
-def test_answers_in_json_are_read(keys: str, lcp: Lcp, checked: Lcp) -> None:
-    result = record(lcp("solve", PORTFOLIO, "--format", "json"))
-    answer = result["answer"]
-    held: dict[str, Any] = {
-        "result": result,
-        "answer": {"z": [1.0], "answer": answer},
-        "x": {"x": answer["x"]},
-        "x and y": {"x": answer["x"], "y": answer["y"]},
-    }[keys]
-    outcome = checked(held, problem=PORTFOLIO)
-    assert (outcome.code, outcome.out.splitlines()[2]) == (0, UNIQUE)
-
-
-def test_wrong_lengths_are_reported_in_one_line(checked: Lcp) -> None:
-    for answer, words in (
-        ({"x": [1, 2]}, "x: has 2 entries for 3 unknowns; make them agree"),
-        ({"x": [1, 2, 3], "y": [1]}, "y: has 1 entry for 2 unknowns; make them agree"),
-        ([1, 2], "z: has 2 entries for 6 unknowns; give 3 for x, 5 for x and y or 6 for z"),
-    ):
-        assert_refused(checked(answer, problem=PORTFOLIO), f"answer: {words}")
-
-
 def test_multipliers_of_a_maximum_have_the_sign_of_the_answer_or_of_z_and_wrong_ones_are_told() -> None:
     for bounds in ({"row_upper": [4, 6]}, {"row_lower": [0, -9], "row_upper": [4, 6]}):
         problem = lcpcli.from_qp(None, [3, 2], [[1, 1], [1, 3]], sense="max", **bounds)
@@ -273,58 +150,26 @@ PROVED = {
 
 
 def test_a_proof_is_told_in_terms_of_the_program(session: Callable[..., None], lcp: Lcp, folder: Path) -> None:
-    lines = []
     for name, given_too in PROVED.items():
         (folder / f"{name}.json").write_text(json.dumps(given_too))
         assert lcp("solve", f"{name}.json", "-q", "-o", f"{name}.jsonl").code == 3
-        lines += [
-            f"check {name}.json {name}.jsonl {options}" for options in ("", "--exact", "--format json", "--tol 1e-3")
-        ]
-    session("check-proofs", *lines)
-
-
-def test_of_decimals_that_are_no_doubles_only_what_y_proves_is_told(checked: Lcp) -> None:
-    proof = {"z": None, "certificate": {"kind": "farkas", "vector": [1, 1, 0]}}
-    outcome = checked(proof, "--exact", problem={"c": [-0.1, -0.1], "A": [[0.1, -0.1]], "b": [-0.2]})
-    assert "proved: the program has no minimum: it is infeasible or unbounded below\n" in outcome.out
+    session("check-proofs")
 
 
 NAMED = '{{"name": "{}", "M": [[2, 1], [1, 2]], "q": [-5, {}]}}\n'
 
 
-def test_of_several_results_that_of_the_problem_is_checked_or_none_in_a_log(lcp: Lcp, folder: Path) -> None:
-    lines = [NAMED.format(f"s{i}", -i) for i in range(3)]
-    Path("many.jsonl").write_text("".join(lines))
-    lcp("solve", "many.jsonl", "-o", "log.jsonl")
-    for line in lines:
-        Path("one.json").write_text(line)
-        outcome = lcp("check", "one.json", "log.jsonl")
-        assert (outcome.code, outcome.err) == (0, ""), line
-    Path("other.json").write_text(lines[0].replace("s0", "another"))
-    told = "lcp: log.jsonl: has no results for another; give the line of one as a file of its own\n"
-    assert_refused(lcp("check", "other.json", "log.jsonl", "-q"), told)
-    (folder / "bare.jsonl").write_text('{"z": [1, 2]}\n{"z": [3, 4]}\n')
-    assert "the first of 2 results is checked" in lcp("check", "other.json", "bare.jsonl").err
-    assert lcp("check", "other.json", "bare.jsonl", "-q").err == ""
-
-
-def test_of_results_of_one_name_that_of_the_file_is_checked(lcp: Lcp, folder: Path) -> None:
-    """Also in a log that another program has written again, without blanks."""
-    files = [f"p{i}.json" for i in range(3)]
-    for i, name in enumerate(files):
-        Path(name).write_text(NAMED.format("trial", -i))
-    lcp("solve", *files, "-o", "log.jsonl")
+def test_a_log_that_another_program_has_written_again_without_blanks_is_read(lcp: Lcp, folder: Path) -> None:
+    for i in range(3):
+        (folder / f"p{i}.json").write_text(NAMED.format("trial", -i))
+    lcp("solve", *(f"p{i}.json" for i in range(3)), "-o", "log.jsonl")
     found = [json.loads(line) for line in Path("log.jsonl").read_text().splitlines()]
     Path("bare.jsonl").write_text("".join(json.dumps(record, separators=(",", ":")) + "\n" for record in found))
-    Path("elsewhere").mkdir()
-    for name in files:
-        Path("elsewhere", name).write_text(Path(name).read_text())
-        for file in (name, f"./{name}", str(folder / name), f"elsewhere/{name}"):
-            assert (lcp("check", file, "log.jsonl").code, file) == (0, file)
-        assert lcp("check", name, "bare.jsonl", "-q").code == 0
-    Path("copy.json").write_text(NAMED.format("trial", 0))
-    told = "lcp: log.jsonl: has 3 results for trial; give the line of one as a file of its own\n"
-    assert_refused(lcp("check", "copy.json", "log.jsonl"), told)
+    (folder / "elsewhere").mkdir()
+    for i in range(3):
+        (folder / "elsewhere" / f"p{i}.json").write_text(NAMED.format("trial", -i))
+        assert lcp("check", f"elsewhere/p{i}.json", "log.jsonl").code == 0
+        assert lcp("check", f"p{i}.json", "bare.jsonl", "-q").code == 0
 
 
 @pytest.mark.parametrize("n", [8, 30])

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 import threading
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli import Problem, Status, Trace, clock, interrupts, read, write
+from lcpcli import Problem, Status, Trace, clock, interrupts, read
 from lcpcli.bench.timing import run_method
 from lcpcli.cli import request as timing
 from lcpcli.files import contents
@@ -27,7 +25,7 @@ from lcpcli.solving import driver
 from lcpcli.solving.driver import run, verified
 from lcpcli.verify.point import Criterion, Point
 
-from .conftest import EXAMPLE, Lcp, assert_refused, python, record, records
+from .conftest import EXAMPLE, Lcp, python, record, records
 
 PROBLEM = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
 MOST_REPETITIONS = driver.MOST_REPETITIONS  # before the tests make it less
@@ -48,7 +46,6 @@ class Time:
 
 @pytest.fixture
 def ticking(monkeypatch: pytest.MonkeyPatch) -> Time:
-    """The clock of the process."""
     ticking = Time()
     monkeypatch.setattr("time.perf_counter", ticking)
     return ticking
@@ -258,29 +255,6 @@ def test_a_pause_of_the_processor_is_in_no_curve() -> None:
     assert clock.least_steps(repetitions[2:]) == {0: 0.5}
 
 
-@pytest.fixture
-def unsolved(folder: Path) -> str:
-    """A problem that brings no solution; it has one."""
-    write(Problem([[4.0, -1.0], [-1.0, 4.0]], [-3.0, 2.0], name="own"), folder / "own.json")
-    return "own.json"
-
-
-def compared(lcp: Lcp, *words: str) -> list[dict[str, Any]]:
-    return records(lcp("compare", *words, "--format", "json"))
-
-
-def test_solution_is_computed_where_none_is_known(lcp: Lcp, unsolved: str) -> None:
-    (found,) = compared(lcp, unsolved, "--method", "newton")
-    assert (found["reference"], found["error"] <= 1e-9) == ("exact", True)
-    assert "exact solution (0.75, 0)" in lcp("compare", unsolved, "--method", "newton").out
-    assert {each["reference"] for each in compared(lcp, EXAMPLE)} == {"known"}
-
-
-def test_an_option_of_earlier_versions_is_refused_with_what_to_do_instead(lcp: Lcp) -> None:
-    told = "lcp: --warm: is not an option of lcp compare; it has gone: give a start near the solution by --z0"
-    assert_refused(lcp("compare", EXAMPLE, "--warm", "0.1"), f"{told}\n")
-
-
 def test_claim_is_checked_anew_and_not_believed() -> None:
     honest = lcpcli.run(read(EXAMPLE), "fixed-point")
     assert verified(honest).verified is True
@@ -298,18 +272,3 @@ def test_small_residual_far_from_the_solution_is_remarked() -> None:
     assert "either it is another solution" in outcome.doubt(found)
     assert outcome.doubt(lcpcli.run(only_one, "auto", z0=one)) == ""
     assert outcome.doubt(lcpcli.run(problem, "auto", z0=other)) == ""
-
-
-def test_auto_runs_too_where_neither_method_solves_and_the_exit_code_is_theirs(lcp: Lcp, tmp_path: Path) -> None:
-    file = tmp_path / "infeasible.json"
-    file.write_text('{"M": [[-1]], "q": [-1]}')
-    outcome = lcp("compare", str(file), "--format", "json")
-    found = [json.loads(line) for line in outcome.out.splitlines()]
-    assert [(each["label"], each["status"]) for each in found][2:] == [("auto", "infeasible")]
-    assert outcome.code == 1
-    shown = lcp("compare", str(file)).out
-    assert "try --method auto" not in shown
-    named = lcp("compare", str(file), "--method", "shi", "--method", "fixed-point", "--format", "json").out
-    assert len(named.splitlines()) == 2
-    solved = lcp("compare", EXAMPLE, "--format", "json").out
-    assert len(solved.splitlines()) == 2

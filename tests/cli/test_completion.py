@@ -43,7 +43,6 @@ def items(*words: str) -> list[CompletionItem]:
 
 
 def offered(*words: str) -> list[str]:
-    """The words among them."""
     return [item.value for item in items(*words) if item.type == "plain"]
 
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import io
 import json
 import os
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -20,7 +18,6 @@ from .conftest import Lcp, assert_refused, records
 ONE = '{"M": [[2]], "q": [-1]}'
 FILES = {"b.json": ONE, "a.csv": "2,-1\n", "c.JSON": ONE.replace("2", "4"), "notes.txt": "none"}
 INSIDE = ["inside/a.csv", "inside/b.json", "inside/c.JSON"]
-OTHERS = "lcp: inside: 2 entries left out (folders, or without the suffix of a problem): deeper.json, notes.txt\n"
 
 
 @pytest.fixture(autouse=True)
@@ -39,7 +36,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_solve_takes_its_files_in_the_order_of_their_names(folder: Path, session: Callable[..., None]) -> None:
     (folder / ".hidden.json").write_text(ONE)
-    session("folder", "solve inside ./inside/b.json", "solve inside -q", "solve inside --format csv")
+    session("folder")
 
 
 def test_bench_and_compare_take_the_same_files(lcp: Lcp) -> None:
@@ -47,55 +44,20 @@ def test_bench_and_compare_take_the_same_files(lcp: Lcp) -> None:
     assert [case["file"] for case in json.loads(Path("r.json").read_text())["cases"]] == INSIDE
     outcome = lcp("compare", "inside", "--method", "newton", "--format", "json")
     assert [record["file"] for record in records(outcome)] == INSIDE
-
-
-@pytest.mark.parametrize("command", ["solve", "compare", "bench"])
-def test_one_without_problems_is_refused_and_costs_the_others_nothing(command: str, folder: Path, lcp: Lcp) -> None:
-    empty = folder / "deeper.json"
-    assert_refused(lcp(command, str(empty)), f"{empty}: is a folder without problem files; they end in .json")
+    assert_refused(lcp("solve", "r.json"), "r.json: is a result, not a problem; name the file of the problem")
     Path("wrong.json").write_text("{")
-    options = {"bench": ["--method", "newton", "--budget", "0"]}.get(command, [])
-    outcome = lcp(command, "inside/a.csv", str(empty), "wrong.json", "inside/b.json", *options, "--format", "csv")
-    assert outcome.code == 2
-    solved = {line.split(",")[0].removeprefix("# ").split(".")[0] for line in outcome.out.splitlines()}
-    assert {"a", "b"} <= solved
-    lines = outcome.err.splitlines()
-    assert lines[0].startswith(f"lcp: {empty}: is a folder without problem files")
-    assert lines[1].startswith("lcp: wrong.json: line 1")
-    Path("bad.json").write_text("{")
-    outcome = lcp(command, "wrong.json", "bad.json", "-o", "r.json")
-    assert (outcome.code, outcome.out, Path("r.json").exists()) == (2, "", command != "bench")
-    assert [line.split(": line")[0] for line in outcome.err.splitlines()][:2] == ["lcp: wrong.json", "lcp: bad.json"]
+    assert (
+        lcp("bench", "wrong.json", "inside/deeper.json", "inside", "-q", "--method", "newton", "--budget", "0").code
+        == 2
+    )
+    assert lcp("bench", "wrong.json", "-o", "none.json").code == 2
+    assert not Path("none.json").exists()
 
 
-def test_results_in_a_folder_are_left_out_with_a_remark(folder: Path, lcp: Lcp) -> None:
-    written = {
-        "y.csv": "solve inside/b.json",
-        "y1.csv": "solve inside/b.json inside/a.csv",
-        "y2.csv": "solve inside/b.json --all",
-        "y3.csv": "compare inside/b.json --method newton",
-        "y.json": "solve inside/b.json",
-        "y1.json": "solve inside/b.json --all",
-        "y2.json": "bench inside/b.json --method newton --budget 0 -q",
-    }
-    for name, command in written.items():
-        assert lcp(*command.split(), "-o", name).code == 0
-    assert lcp("solve", "inside/b.json", "--method", "newton", "--trace", "y4.csv", "-q").code == 0
-    for kind, command in (("check", "check inside/b.json 0.5"), ("inspect", "inspect inside/b.json")):
-        Path(f"y-{kind}.json").write_text(lcp(*command.split(), "--format", "json").out)
-    results = sorted(file.name for file in Path().glob("y*"))
-    for name in results:
-        told = f"lcp: {name}: is a result, not a problem; name the file of the problem\n"
-        assert_refused(lcp("solve", name), told)
-        Path(name).rename(folder / name)
-    outcome = lcp("solve", "inside")
-    remark = f"lcp: inside: 10 files left out (results of lcp, not problems): {', '.join(results[:3])}, ...\n"
-    assert (outcome.code, outcome.err) == (0, f"{OTHERS}{remark}lcp: 3 problems: 3 solved\n")
-    assert lcp("solve", "inside", "-q").err == ""
-    for file in folder.iterdir():
-        if file.name[0] != "y" and file.is_file():
-            file.unlink()
-    assert "inside: is a folder without problem files" in lcp("solve", "inside").err
+def test_results_in_a_folder_are_left_out_with_a_remark_and_folders_without_problems_cost_the_others_nothing(
+    session: Callable[[str], None],
+) -> None:
+    session("folder-with-results")
 
 
 BESIDE_M = {
@@ -117,7 +79,7 @@ def test_a_file_after_an_M_is_its_q_if_it_is_nothing_else(
         (folder / name).unlink()
     (folder / "a.csv").write_text("2,1\n1,2\n")
     (folder / "b.csv").write_text(BESIDE_M[kind])
-    session(f"folder-with-{kind.replace(' ', '-')}", "solve inside --jobs 1")
+    session(f"folder-with-{kind.replace(' ', '-')}")
 
 
 def test_a_vector_after_a_problem_leaves_it_and_named_files_go_together(
@@ -126,7 +88,7 @@ def test_a_vector_after_a_problem_leaves_it_and_named_files_go_together(
     (folder / "b1.csv").write_text("1\n2\n3\n")
     for name, text in {"M": "2,1\n1,2\n", "q": "-5,-6\n-1,1\n"}.items():
         Path(f"{name}.csv").write_text(text)
-    session("folder-with-a-vector", "solve inside", "solve M.csv q.csv")
+    session("folder-with-a-vector")
 
 
 PROBLEM = '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}'
@@ -146,36 +108,11 @@ def inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        "solve p.json -o p.json",
-        "solve p.json -o in/../p.json",
-        "solve M.csv q.csv -o q.csv",
-        "solve in -o in/a.json",
-        "solve p.json --x0 v.json -o v.json",
-        "solve p.json --lower v.json -o v.json",
-        "solve p.json --basis v.json -o v.json",
-        "solve p.json --all -o p.json",
-        "solve p.json -o hard.json",
-        "solve p.json -o soft.json",
-        "compare p.json -o p.json",
-        "convert p.json -o p.json",
-        "convert M.csv p.q.mtx -o p.mtx",
-        "make --from-game g.json -o g.json",
-        "bench p.json -o p.json",
-        "bench in -o in/a.json",
-        "path p.json to.json -o to.json",
-    ],
-)
-def test_an_output_that_is_read_is_refused(words: str, lcp: Lcp, inputs: Path) -> None:
+def test_an_output_that_is_read_is_refused(session: Callable[[str], None], inputs: Path) -> None:
     os.link(inputs / "p.json", inputs / "hard.json")
     os.symlink("p.json", inputs / "soft.json")
     before = {file: file.read_bytes() for file in inputs.rglob("*") if file.is_file()}
-    outcome = lcp(*words.split())
-    assert_refused(outcome)
-    faults = ("holds the problem", "is an input of this run")
-    assert any(f"{fault}; choose another file" in outcome.err for fault in faults)
+    session("refused-outputs")
     assert {file: file.read_bytes() for file in inputs.rglob("*") if file.is_file()} == before
 
 
@@ -211,25 +148,8 @@ def test_folder_has_the_same_verdicts_and_keys_in_fewer_pivots_and_columns_are_s
     assert [record["route"] for record in columns] == [["lemke"], ["newton"], ["newton"]]
 
 
-def test_stream_may_change_in_size_and_have_bad_lines(lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    lines = [step(1.0), step(1.1), '{"M": [[2]], "q": [-1]}', "{}", step(1.2), step(1.3, 1.01)]
-    (folder / "lines").write_text("\n".join(lines))
-    with (folder / "lines").open("rb") as stream:
-        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(stream))
-        outcome = lcp("solve", "-", "--sequence", "--format", "json")
-    found = records(outcome)
-    assert [record["status"] for record in found] == ["solved"] * 3 + ["bad_input"] + ["solved"] * 2
-    routes = [record["route"] for record in found if record["route"]]
-    assert routes == [["lemke"], ["newton"], ["newton"], ["lemke"], ["newton"]]
-    assert (outcome.code, outcome.err.splitlines()[-1]) == (2, "lcp: 6 problems: 5 solved, 1 bad input")
-
-
-def test_options_without_effect_are_refused_in_a_line(lcp: Lcp) -> None:
-    lines = ("--method lemke", "--jobs 1", "--cluster tcp://localhost:1", "--trace", "--z0 1,1,1", "--scale", "--p 2")
-    for line in lines:
-        told = f"lcp: {line.split()[0]}: has no effect with --sequence"
-        assert_refused(lcp("solve", "steps", "--sequence", "--format", "json", *line.split()), told)
-    assert_refused(lcp("solve", "steps/0.json", "--sequence", "--all"), "lcp: --sequence: has no effect with --all")
+def test_options_without_effect_are_refused_in_a_line(session: Callable[[str], None]) -> None:
+    session("refused-sequences")
 
 
 def test_interrupted_sequence_goes_on_from_its_log(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -249,14 +169,3 @@ def test_interrupted_sequence_goes_on_from_its_log(lcp: Lcp, monkeypatch: pytest
     found = [json.loads(line) for line in Path("log.jsonl").read_text().splitlines()]
     assert [record["number"] for record in found] == [1, 2, 3, 4]
     assert [record["route"] for record in found] == [["lemke"], ["newton"]] * 2
-
-
-def test_sequence_of_programs_has_answers_and_proofs(lcp: Lcp) -> None:
-    pytest.importorskip("flint")
-    program = {"Q": [[2, 0], [0, 2]], "A": [[1, 1]], "b": [1]}
-    lines = [json.dumps({**program, "c": [-2.0 - k, -3.0]}) for k in range(3)]
-    Path("programs.jsonl").write_text("\n".join(lines))
-    found = records(lcp("solve", "programs.jsonl", "--sequence", "--exact", "--format", "json"))
-    alone = records(lcp("solve", "programs.jsonl", "--exact", "--format", "json"))
-    assert [record["answer"]["x"] for record in found] == [record["answer"]["x"] for record in alone]
-    assert [record["exact"]["z"] for record in found] == [record["exact"]["z"] for record in alone]

@@ -66,7 +66,6 @@ def help_of(lcp: Lcp, name: str) -> str:
 
 
 def sections_of(text: str) -> dict[str, str]:
-    """What stands under each heading."""
     parts = re.split(r"^(\S.*):\n", text, flags=re.MULTILINE)
     assert len(set(parts[1::2])) == len(parts[1::2])
     return dict(zip(parts[1::2], parts[2::2], strict=True))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from lcpcli import Problem, from_game, from_qp, read, write
 from lcpcli.cli import terminal
 from lcpcli.errors import ProblemError
 from lcpcli.files import contents
-from lcpcli.files.formats import COMPLETE, GENERAL_SUFFIXES, WRITTEN
+from lcpcli.files.formats import COMPLETE, GENERAL_SUFFIXES
 from lcpcli.gallery import families as gallery
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import conditions_of
@@ -83,41 +84,19 @@ def test_the_list_shows_every_family_on_narrow_and_wide_screens(lcp: Lcp, monkey
     assert len(lines) == 3 + len(gallery.FAMILIES)
 
 
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        ("", "FAMILY: is missing; name a family"),
-        ("x" * 100_000, "is unknown; lcp make --list shows the families"),
-        ("murty -n 0", "-n: is out of range; give a whole number from 1"),
-        (f"murty -n {10**100}", "-n: is out of range; give a whole number from 1"),
-        ("curtis-han-robinson -n 10", "-n: is 10, and curtis-han-robinson has 3 unknowns; leave it out"),
-        ("murty --seed 1", "--seed: has no effect on murty, which has no random entries; leave it out"),
-        ("lp --seed -1", "--seed: is negative; give a whole number >= 0"),
-        ("contact --set seed=1", "'seed' is not a parameter of contact; choose one of friction, compliance"),
-        ("contact --set frictoin=3", "'frictoin' is not a parameter of contact; did you mean friction?"),
-        ("diagonal --set decades", "--set: 'decades' has no value; write NAME=VALUE"),
-        ("diagonal --set decades=", "--set: '' is not a value of decades; give a whole number"),
-        ("diagonal --set decades=1_0", "--set: '1_0' is not a value of decades; give a whole number"),
-        (f"diagonal --set decades={10**400}", "decades: 1000000000"),
-        ("diagonal --set decades=3 --set decades=4", "--set: decades is set twice; leave one out"),
-        ("harker-pang --set symmetric=maybe", "'maybe' is not a value of symmetric; give true or false"),
-        ("contact --set friction=much", "'much' is not a value of friction; give a number"),
-        ("contact --set friction=nan", "friction: nan is out of range; it must be: 0 <= friction <= 10"),
-        ("--list murty", "FAMILY: has no effect with --list"),
-        ("murty -o own.xyz", "own.xyz: has the unknown suffix .xyz; use .json"),
-        ("murty -o nowhere/own.json", "nowhere/own.json: there is no folder"),
-    ],
-)
-def test_one_line_says_where_what_and_how_to_fix_it(
-    line: str, words: str, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_one_line_says_where_what_and_how_to_fix_it_before_anything_is_made(
+    session: Callable[[str], None], lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    if "-o" in line:
-        monkeypatch.setattr(gallery, "make", lambda *_, **__: pytest.fail("made in vain"))
-    outcome = lcp("make", *line.split())
-    assert_refused(outcome, words)
-    assert len(outcome.err) < 1000
-    assert list(tmp_path.iterdir()) == []
+    files = set(folder.iterdir())
+    session("refused-make")
+    for line in (["x" * 100_000], ["diagonal", "--set", f"decades={10**400}"]):
+        outcome = lcp("make", *line)
+        assert_refused(outcome)
+        assert len(outcome.err) < 1000
+    monkeypatch.setattr(gallery, "make", lambda *_, **__: pytest.fail("made in vain"))
+    assert_refused(lcp("make", "murty", "-o", "own.xyz"), "own.xyz: has the unknown suffix .xyz; use .json")
+    assert_refused(lcp("make", "murty", "-o", "nowhere/own.json"), "nowhere/own.json: there is no folder")
+    assert set(folder.iterdir()) == files
 
 
 PORTFOLIO = contents.shipped_path("programs/portfolio.json")
@@ -167,15 +146,6 @@ def test_programs_are_read_back_as_they_were(ending: str, tmp_path: Path) -> Non
         assert parts(read(tmp_path / f"p.{ending}"), ending != "mps") == parts(problem, ending != "mps")
 
 
-def test_convert_writes_the_keys_of_a_program_and_make_its_conditions(lcp: Lcp, tmp_path: Path) -> None:
-    keys = set(json.loads(lcp("convert", PORTFOLIO).out))
-    assert keys >= {"Q", "c", "A", "row_lower", "row_upper", "upper", "rows", "columns"}
-    assert "M" not in keys
-    assert lcp("make", "--from-qp", PORTFOLIO, "-o", str(tmp_path / "lcp.json")).code == 0
-    assert set(json.loads((tmp_path / "lcp.json").read_text())) >= {"M", "q", "origin"}
-    assert set(json.loads(lcp("convert", str(tmp_path / "lcp.json")).out)) == keys | {"name"}
-
-
 def test_starting_points_and_solutions_keep_the_conditions(lcp: Lcp, tmp_path: Path) -> None:
     problem = read(PORTFOLIO)
     solved = lcpcli.run(problem).z
@@ -188,49 +158,7 @@ def test_starting_points_and_solutions_keep_the_conditions(lcp: Lcp, tmp_path: P
     assert (outcome.code, outcome.err.count("left out: solution")) == (0, 1)
 
 
-PROGRAM = {"Q": [[2, 0], [0, 2]], "c": [-1.0, 3], "columns": ["a", "b"]}
-GAME = {"A": [["1/3", 2], [1, 0]], "B": [[1, 0], ["1/3", 2]]}
-FREE = {"M": [[1.0]], "q": [-1]}
-CONDITIONS = "written as the program's optimality conditions, M, q and bounds; left out: objective, names"
-
-
-@pytest.mark.parametrize(
-    ("data", "output", "told"),
-    [
-        (PROGRAM, "p.csv", CONDITIONS),
-        (GAME, "p.csv", "written as the game's LCP, M, q and bounds; left out: payoffs"),
-        (PROGRAM, "p.mat", "were rounded; .json or .mps or .qps would keep them all"),
-        (FREE, "p.npz", "were rounded; .json or .csv or .mtx would keep them all"),
-        (FREE | {"upper": 1}, "p.npz", "were rounded; .json or .csv would keep them all"),
-    ],
-)
-def test_remarks_name_what_is_left_out_and_the_formats_that_keep_it(
-    data: dict[str, object], output: str, told: str, lcp: Lcp, tmp_path: Path
-) -> None:
-    (tmp_path / "given.json").write_text(json.dumps(data).replace("1.0", "1.00000000000000000001"))
-    outcome = lcp("convert", str(tmp_path / "given.json"), "-o", str(tmp_path / output))
-    assert (outcome.code, f"{told}\n" in outcome.err) == (0, True)
-
-
-def test_names_without_a_place_in_mps_are_changed_and_told(lcp: Lcp, tmp_path: Path) -> None:
-    program = {"c": [1, 2, 3], "A": [[1, 1, 1]], "b": [1], "rows": ["New York"], "columns": ["a b", "a_b", "RHS"]}
-    program["name"] = "m n"
-    (tmp_path / "p.json").write_text(json.dumps(program))
-    outcome = lcp("convert", str(tmp_path / "p.json"), "-o", str(tmp_path / "p.mps"))
-    lines = (tmp_path / "p.mps").read_text().splitlines()
-    assert lines[0] == "NAME m_n"
-    assert [line.split()[0] for line in lines if "New_York 1" in line][:3] == ["a_b", "a_b_", "RHS_"]
-    told = "4 names had to be changed, as MPS needs unique names without spaces or control characters"
-    told += ": 'a b' is 'a_b', and so on"
-    assert (outcome.code, outcome.err) == (0, f"lcp: wrote {tmp_path}/p.mps\nlcp: {tmp_path}/p.mps: {told}\n")
-    (tmp_path / "p.json").write_text(json.dumps(program | {"rows": ["a"], "columns": ["a", "b", "c"], "name": "m"}))
-    assert lcp("convert", str(tmp_path / "p.json"), "-o", str(tmp_path / "p.mps"), "-q").err == ""
-
-
-def test_what_mps_cannot_hold_is_refused_in_one_line(lcp: Lcp, tmp_path: Path) -> None:
-    outcome = lcp("convert", contents.shipped_path("bimatrix.json"), "-o", str(tmp_path / "b.mps"))
-    words = "b.mps: is for programs, and the problem is not made from one; use .json"
-    assert_refused(outcome, words)
+def test_what_mps_cannot_hold_is_refused_in_one_line(tmp_path: Path) -> None:
     with pytest.raises(ProblemError, match=r"upper: has a bound of 1e.20 or more, which means no bound in MPS"):
         write(from_qp(None, [1], upper=1e21), tmp_path / "far.mps")
     assert list(tmp_path.iterdir()) == []
@@ -262,11 +190,3 @@ def test_complete_formats_keep_everything(tmp_path: Path, lcp: Lcp, ending: str,
     assert lcp("convert", str(tmp_path / "a.json"), "-o", str(tmp_path / f"b{ending}")).code == 0
     outcome = lcp("convert", str(tmp_path / f"b{ending}"))
     assert outcome.out.encode() == (tmp_path / "a.json").read_bytes()
-
-
-def test_an_output_of_no_known_format_or_without_its_option_is_refused(tmp_path: Path, lcp: Lcp) -> None:
-    write(RICH, tmp_path / "a.json")
-    made = str(tmp_path / "b.xyz")
-    assert_refused(lcp("convert", str(tmp_path / "a.json"), "-o", made), f"has the unknown suffix .xyz; use {WRITTEN}")
-    assert_refused(lcp("convert", str(tmp_path / "a.json"), str(tmp_path / "b.mat")), "give -o")
-    assert [file.name for file in tmp_path.iterdir()] == ["a.json"]

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import io
 import json
 import os
 import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +23,7 @@ from lcpcli.gallery import families
 from lcpcli.solving import proof
 
 from ..solving.test_exact_solve import FACE
-from .conftest import EXAMPLE, GOOD, INFEASIBLE, Lcp, assert_refused, interrupt, records
+from .conftest import GOOD, INFEASIBLE, Lcp, assert_refused, interrupt, records
 
 MALFORMED = GOOD[:-1]
 
@@ -70,28 +69,6 @@ def test_a_mixture_has_records_a_summary_and_the_exit_code_of_the_worst(jobs: st
         assert np.allclose(record["z"], lcpcli.run(problem).z)
 
 
-@pytest.mark.parametrize(
-    ("files_given", "code"),
-    [
-        ("good.json good.json", 0),
-        ("good.json none.json", 3),
-        ("good.json none.json bad.json", 2),
-        ("nowhere.json good.json", 2),
-        (f"none.json {EXAMPLE} --max-iterations 1", 1),
-    ],
-)
-def test_exit_code_of_solve_and_of_compare(files_given: str, code: int, lcp: Lcp) -> None:
-    """What is unsolved comes before what is without a solution."""
-    assert lcp("solve", *files_given.split()).code == code
-    assert lcp("compare", *files_given.split(), "--method", "auto").code == code
-
-
-def test_a_bad_file_costs_a_comparison_only_its_own_result(lcp: Lcp) -> None:
-    outcome = lcp("compare", "good.json", "bad.json", "good.json", "--method", "auto", "--format", "json")
-    assert [record["status"] for record in records(outcome)] == ["solved", "solved", "bad_input"]
-    assert outcome.err.startswith("lcp: bad.json: line 1, column 38: ends too early")
-
-
 def test_files_of_M_and_q_and_whole_problems_come_in_any_order(lcp: Lcp) -> None:
     np.save("whole.npy", np.array([[2.0, 1, -5], [1, 2, -6]]))
     given = ("M.csv", "q.csv", "good.json", "M.csv", "q.csv", "whole.npy")
@@ -101,30 +78,6 @@ def test_files_of_M_and_q_and_whole_problems_come_in_any_order(lcp: Lcp) -> None
     Path("bad.csv").write_text("2,x\n1,2\n")
     for whole in ("good.json", "bad.csv", "nowhere.csv"):
         assert_refused(lcp("solve", whole, "q.csv"))  # a vector is no problem of its own
-
-
-def test_lines_come_from_standard_input(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    def piped(*words: str) -> Any:
-        text = "\n".join(["", GOOD, "", INFEASIBLE, GOOD])
-        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
-        return lcp("solve", "-", *words)
-
-    outcome = piped("good.json", "--format", "json")
-    found = records(outcome)
-    assert [(record["file"], record["item"]) for record in found] == [
-        *(("standard input", item) for item in (2, 4, 5)),
-        ("good.json", None),
-    ]
-    assert (outcome.code, found[0]["problem"]) == (3, "standard input:2")
-    heading, *rows = piped().out.splitlines()
-    assert {row[heading.index("status") :].split()[0] for row in rows} == {"solved", "infeasible"}
-
-
-def test_a_problem_in_json_over_several_lines_is_one_problem(lcp: Lcp) -> None:
-    Path("wide.json").write_text(json.dumps(json.loads(GOOD), indent=1))
-    assert lcp("solve", "wide.json").out.startswith("wide: n = 2")
-    Path("one.jsonl").write_text(GOOD + "\n")
-    assert lcp("solve", "one.jsonl").out.startswith("one:1: n = 2")
 
 
 def columns(k: int) -> tuple[lcpcli.Problem, Any]:
@@ -160,23 +113,8 @@ def test_bounds_are_those_of_every_problem(lcp: Lcp) -> None:
         assert given[0] == "good.json" or np.allclose(found[1]["z"], lcpcli.solve(problem.M, Q[:, 1], upper=0.1).z)
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ("--plot a.svg", "--plot: draws one problem"),
-        ("--trace a.csv", "--trace: "),
-        ("--trace", "--format json"),
-        ("--format latex", "lcp compare"),
-        ("--every 3", "--every: has no effect"),
-        ("--jobs 2 --cluster tcp://nowhere:1", "--cluster"),
-        ("--resume nowhere/log.jsonl", "create it"),
-        ("--resume q.csv", "q.csv: is not a log of results (line 1)"),
-        ("--resume bad.json", "bad.json: is not a log of results (line 1)"),
-        ("--resume log.jsonl -o b.jsonl", "--output: has no effect with --resume"),
-    ],
-)
-def test_what_many_problems_do_not_have_is_refused_in_a_line(options: str, words: str, lcp: Lcp) -> None:
-    assert_refused(lcp("solve", "good.json", "none.json", *options.split()), words)
+def test_what_many_problems_do_not_have_is_refused_in_a_line(session: Callable[[str], None]) -> None:
+    session("refused-many")
     assert [Path(name).read_text() for name in ("good.json", "bad.json")] == [GOOD, MALFORMED]
 
 
@@ -323,12 +261,6 @@ def test_a_full_disk_is_told_of_the_log(lcp: Lcp, folder: Path) -> None:
     assert_refused(lcp(*BOTH, "-o", "log.jsonl"), told)
 
 
-def test_each_problem_that_an_option_does_not_fit_is_named(lcp: Lcp, folder: Path) -> None:
-    (folder / "one.jsonl").write_text('{"M": [[2]], "q": [-5]}\n')
-    told = "lcp: one.jsonl:1: --z0: has 2 entries for 1 unknown; make them agree\n"
-    assert_refused(lcp("solve", "good.json", "one.jsonl", "--z0", "1,2", "-q"), told)
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="no such locks")
 @pytest.mark.parametrize("option", ["--output", "--resume"])
 def test_a_log_that_another_run_writes_is_left_to_it(option: str, lcp: Lcp, written: Path) -> None:
@@ -336,29 +268,6 @@ def test_a_log_that_another_run_writes_is_left_to_it(option: str, lcp: Lcp, writ
     with atomic_write.open_log("log.jsonl", anew=False):
         assert_refused(lcp(*BOTH, option, "log.jsonl"), "log.jsonl: is being written by another run")
     assert written.read_text() == before
-
-
-def test_programs_without_an_optimum_are_counted_by_what_is_proved_of_them(lcp: Lcp, folder: Path) -> None:
-    unbounded, infeasible = '{"c": [-1, -1], "A": [[1, -1]], "b": [-2]}', '{"c": [1], "A": [[1]], "b": [2], "upper": 1}'
-    (folder / "lps.jsonl").write_text(f"{unbounded}\n{infeasible}\n{GOOD}\n")
-    table = lcp("solve", "lps.jsonl")
-    assert [line.split()[2] for line in table.out.splitlines()[1:]] == ["unbounded", "infeasible", "solved"]
-    summary = "lcp: 3 problems: 1 unbounded, 1 infeasible, 1 solved\n"
-    resumed = (lcp("solve", "lps.jsonl", option, "log.jsonl").err for option in ("-o", "--resume"))
-    assert [table.err, *resumed] == [summary] * 3
-    statuses = [each["status"] for each in records_of((folder / "log.jsonl").read_text())]
-    assert statuses == ["infeasible", "infeasible", "solved"]
-
-
-def test_a_log_that_is_made_has_the_suffix_of_one(lcp: Lcp, folder: Path) -> None:
-    told = "lcp: --resume: there is no log l6.csv; name a log or a new FILE.jsonl\n"
-    assert_refused(lcp(*BOTH, "--resume", "l6.csv"), told)
-    assert not (folder / "l6.csv").exists()
-    assert lcp(*BOTH, "-q", "--resume", "l6.ndjson").code == 3
-    (folder / "l6.ndjson").rename(folder / "l6.csv")
-    assert lcp(*BOTH, "-q", "--resume", "l6.csv").code == 3
-    assert lcp(*BOTH, "-o", "out.jsonl", "--format", "csv").code == 3
-    assert (folder / "out.jsonl").read_text().startswith("problem,component,")  # only JSON is a log
 
 
 def test_a_resumed_run_without_a_proof_has_its_exit_code(

@@ -43,7 +43,6 @@ def lines(k: int) -> list[str]:
 
 
 def until(holds: Any) -> None:
-    """Wait for that."""
     end = time.monotonic() + PATIENCE
     while not holds():
         assert time.monotonic() < end

@@ -21,7 +21,6 @@ mpec = pytest.importorskip("pyomo.mpec")
 
 @pytest.fixture(autouse=True)
 def on_the_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A command lcp on the path."""
     executable = tmp_path / "lcp"
     executable.write_text(f"#!/bin/sh\nexec {sys.executable} -c '{MAIN}' \"$@\"\n")
     executable.chmod(0o755)
@@ -31,7 +30,6 @@ def on_the_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def solved(model: Any, **options: Any) -> str:
-    """The termination condition."""
     return str(pyomo.SolverFactory("asl:lcp").solve(model, options=options).solver.termination_condition)
 
 

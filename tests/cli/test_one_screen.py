@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from .conftest import EXAMPLE, GOOD, Lcp, assert_refused, record, records
+from .conftest import EXAMPLE, GOOD, Lcp, assert_refused, record
 from .test_nl_models import LINEAR, MARKET
 
 
@@ -22,61 +22,8 @@ def tables(folder: Path) -> Path:
 
 
 @pytest.mark.usefixtures("tables")
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("solve",),
-        ("compare", "--method", "newton"),
-        ("check", "4/3,7/3"),
-        ("inspect",),
-        ("convert",),
-        ("path", "--direction", "1,1", "--to", "2"),
-    ],
-    ids=lambda words: words[0],
-)
-def test_q_is_named_by_an_option_or_as_the_second_file(lcp: Lcp, words: tuple[str, ...]) -> None:
-    command, *rest = words
-    form = () if command == "convert" else ("--format", "json")
-    named, second = (lcp(command, "M.csv", *q, *rest, *form) for q in (("--q", "q.csv"), ("q.csv",)))
-    assert (named.code, named.err) == (second.code, second.err) == (0, "")
-    keys = record(second).keys() - {"time", "seconds", "spread"}
-    same = [key for key in keys if "seconds" not in key and record(named)[key] == record(second)[key]]
-    assert {"M", "z", "classes", "accepted", "points"} & {*same}
-
-
-@pytest.mark.usefixtures("tables")
-def test_several_q_are_columns_of_the_file_that_is_named(lcp: Lcp) -> None:
-    named, second = (lcp("solve", "M.csv", *q, "--format", "json") for q in (("--q", "two.csv"), ("two.csv",)))
-    assert [each["item"] for each in records(named)] == [each["item"] for each in records(second)] == [1, 2]
-    assert named.err == "lcp: 2 problems: 2 solved\n"
-    assert "--game" in second.err
-
-
-@pytest.mark.usefixtures("tables")
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
-        (("solve", "M.csv", "q.csv", "--q", "q.csv"), "--q"),
-        (("solve", "M.csv", "--q", "q.csv", "--game"), "--q"),
-        (("compare", "--q", "q.csv"), "--q"),
-        (("path", "M.csv", "q.csv", "--q", "q.csv"), "--q"),
-        (("solve", "good.json", "--q", "q.csv"), "q.csv: is not needed"),
-        (("inspect", "good.json", "none.json"), "none.json: is not needed"),
-        (("solve", "q.csv", "M.csv"), "name M first: M.csv q.csv"),
-        (("solve", "M.csv", "Mq.csv"), "Mq.csv: begins with M of M.csv"),
-        (("solve", "M.csv", "--q", "Mq.csv"), "Mq.csv: begins with M of M.csv"),
-    ],
-)
-def test_what_cannot_be_q_is_refused_in_one_line(lcp: Lcp, words: tuple[str, ...], told: str) -> None:
-    assert_refused(lcp(*words), told)
-
-
-@pytest.mark.usefixtures("tables")
-def test_a_table_that_may_be_a_problem_is_read_as_several_q_with_a_line_that_says_so(lcp: Lcp) -> None:
-    doubtful, named = lcp("solve", "M.csv", "other.csv"), lcp("solve", "M.csv", "--q", "other.csv")
-    assert doubtful.code == named.code == 0
-    assert "other.csv: its 3 columns are 3 q" in doubtful.err
-    assert named.err == "lcp: 3 problems: 3 solved\n"
+def test_what_cannot_be_q_is_refused_in_one_line(session: Callable[[str], None]) -> None:
+    session("refused-q")
 
 
 def test_a_file_beside_the_report_is_announced_unless_it_is_to_be_quiet(lcp: Lcp, folder: Path) -> None:
@@ -92,17 +39,6 @@ def test_a_file_beside_the_report_is_announced_unless_it_is_to_be_quiet(lcp: Lcp
         assert files == {"plot.svg", *(word for word in words if word in ("paths.svg", "trace.csv"))}
         assert all((folder / file).stat().st_size for file in files)
         assert lcp(*name.split(), *words, "--plot", "plot.svg", "--quiet").err == ""
-
-
-@pytest.mark.usefixtures("tables")
-@pytest.mark.parametrize("q", ["q.csv", "two.csv"])
-def test_quiet_before_the_file_of_q_says_how_q_is_named(lcp: Lcp, q: str) -> None:
-    meant, usual = lcp("solve", "M.csv", "-q", q), lcp("solve", "M.csv", q, "-q")
-    assert (meant.code, meant.out) == (usual.code, usual.out) == (0, "")
-    assert f"--q {q}" in meant.err
-    assert usual.err == ""
-    assert "--q q.csv" in lcp("check", "M.csv", "-q", "q.csv", "4/3,7/3").err
-    assert "--q q.csv" in lcp("convert", "M.csv", "-q", "q.csv").err
 
 
 @pytest.mark.parametrize("width", [60, 80, 120])
@@ -143,22 +79,20 @@ def test_a_table_shows_0_for_a_residual_whose_digits_depend_on_the_machine_and_j
     assert not re.search(r"\de-1[3-9]", shown)
 
 
-@pytest.mark.parametrize(
-    ("word", "method"),
-    [
-        ("schafer", "fixed-point"),
-        ("Schaefer", "fixed-point"),
-        ("vector-division", "shi"),
-        ("simplex", "lemke"),
-        ("ipm", "interior"),
-        ("interior-point", "interior"),
-        ("PSOR", "fixed-point"),
-    ],
-)
-def test_a_method_is_suggested_for_another_name(lcp: Lcp, word: str, method: str) -> None:
-    assert_refused(lcp("solve", EXAMPLE, "--method", word), f"did you mean {method}?")
-    helped = lcp("help", word)
-    assert f"did you mean {method}?" in helped.err or method in helped.out
+OTHER_NAMES = {
+    "fixed-point": "schafer Schaefer PSOR",
+    "shi": "vector-division",
+    "lemke": "simplex",
+    "interior": "ipm interior-point",
+}
+
+
+@pytest.mark.parametrize("method", OTHER_NAMES)
+def test_a_method_is_suggested_for_another_name(lcp: Lcp, method: str) -> None:
+    for word in OTHER_NAMES[method].split():
+        assert_refused(lcp("solve", EXAMPLE, "--method", word), f"did you mean {method}?")
+        helped = lcp("help", word)
+        assert f"did you mean {method}?" in helped.err or method in helped.out
 
 
 def test_pages_that_explain_a_word_come_before_those_that_only_have_it(lcp: Lcp) -> None:

@@ -265,7 +265,6 @@ CALLS: dict[str, Callable[..., Any]] = {
 
 @pytest.fixture
 def _interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ctrl-C comes with the first iterate."""
     monkeypatch.setattr(Loop, "_take", interrupt)
     monkeypatch.setattr("lcpcli.solving.direct_run.Session.judged", interrupt)
 

@@ -41,7 +41,6 @@ class Polyhedron(NamedTuple):
     inequalities: list[Row]
 
     def holds(self, hull: Hull) -> bool:
-        """Whether it contains a hull."""
         points = [(*vertex, Fraction(1)) for vertex in hull.vertices]
         rays = [(*ray, Fraction(0)) for ray in hull.rays]
         lines = [(*line, Fraction(0)) for line in hull.lines]
@@ -73,7 +72,6 @@ class Polyhedron(NamedTuple):
 
 
 def maximal(data: Data) -> set[Hull]:
-    """The maximal polyhedra of solutions."""
     n = len(data.q)
     found = [(each, hull) for each in choices(data) if (hull := each.hull(n)) is not None]
     hulls = {hull for _, hull in found}
@@ -194,6 +192,5 @@ def random_problem(generator: np.random.Generator, most: int, least: int = 1) ->
 
 
 def in_fractions(M: Any, q: Any, lower: Any, upper: Any) -> Data:
-    """The same numbers as fractions."""
     bounds = [[Fraction(v) if np.isfinite(v) else None for v in bound.tolist()] for bound in (lower, upper)]
     return Data([tuple(map(Fraction, row)) for row in M.tolist()], tuple(map(Fraction, q.tolist())), *bounds)

@@ -27,7 +27,6 @@ from lcpcli.report import solutions
 
 Lcp = Callable[..., Any]
 SOURCE = Source("best.json")
-MURTY = '{"name": "murty", "M": [[1, 2], [2, 1]], "q": [-1, -1], "names": ["first price", "second"]}'
 
 
 def random_problem(seed: int) -> tuple[lcpcli.Problem, list[int]]:
@@ -135,36 +134,6 @@ def test_expressions_are_sums_of_terms_and_those_of_one_unknown_add_up_whatever_
             coefficients(wrong)
 
 
-def test_the_command_shows_the_best_equilibrium(lcp: Lcp, tmp_path: Path) -> None:
-    file = tmp_path / "game.json"
-    file.write_text('{"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]], "rows": ["opera", "match"]}')
-    shown = lcp("solve", str(file), "--minimize", '"payoff of row" + "payoff of column"', "--exact")
-    assert "row = (opera 3/5, match 2/5)" in shown.out
-    record = json.loads(lcp("solve", str(file), "--maximize", '"payoff of column"', "--format", "json").out)
-    assert (record["value"], record["equilibrium"]["payoffs"], record["equilibrium"]["pure"]) == (3, [2, 3], True)
-    for wrong, words in {
-        '"payoff of row" + opera': "--maximize: has 'opera' beside payoffs",
-        '"payoff of Ann"': "use names of unknowns, or z1 to z4, or 'payoff of row', or 'payoff of column'",
-    }.items():
-        refused = lcp("solve", str(file), "--maximize", wrong)
-        assert (refused.code, words in refused.err) == (2, True), refused.err
-
-
-def test_the_command_shows_it_in_every_form_and_check_accepts_it(lcp: Lcp, tmp_path: Path) -> None:
-    file, table = str(tmp_path / "murty.json"), str(tmp_path / "best.csv")
-    Path(file).write_text(MURTY)
-    shown = lcp("solve", file, "--maximize", '2 "first price" + second', "--exact")
-    assert shown.code == 0
-    assert "optimal: largest value 2 (exact)" in shown.out
-    record = json.loads(lcp("solve", file, "--minimize", "z1 + z2", "--exact", "--format", "json").out)
-    assert (record["status"], record["value"], record["z"], record["gap"]) == ("optimal", "2/3", ["1/3", "1/3"], "0")
-    assert lcp("solve", file, "--minimize", "second", "-o", table).code == 0
-    assert lcp("check", file, table).code == 0
-    Path(file).write_text('{"M": [[0]], "q": [0]}')
-    unbounded = lcp("solve", file, "--maximize", "z1")
-    assert (unbounded.code, "larger and larger objectives without limit" in unbounded.out) == (3, True)
-
-
 @settings(max_examples=40)
 @given(st.integers(-(10**9), 10**9), st.integers(1, 10**9), st.sampled_from(["min", "max"]))
 def test_every_number_that_is_shown_of_an_optimum_is_a_bound(p: int, d: int, sense: str) -> None:
@@ -192,28 +161,6 @@ def test_at_a_limit_the_best_so_far_and_the_bound_are_rounded_apart() -> None:
         assert Fraction(low) <= third
         assert Fraction(high) >= 2 * third
         assert Fraction(record["gap"]) >= third
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (("--minimize", "z9"), "--minimize: names 'z9'; use names of unknowns, or z1 to z2"),
-        (("--minimize", "z1 +"), "--minimize: has '+' in place of a term; write numbers and names"),
-        (("--minimize", "z1", "--all"), "--minimize: has no effect with --all"),
-        (("--minimize", "z1", "--maximize", "z2"), "--maximize: has no effect with --minimize"),
-        (
-            ("--maximize", "z1", "--method", "lemke"),
-            "--method: has no effect with --maximize, which has a method of its own",
-        ),
-        (("--maximize", "z1", "--trace"), "--trace: has no effect with --maximize"),
-    ],
-)
-def test_what_does_not_go_together_is_refused_in_a_line(
-    options: tuple[str, ...], words: str, lcp: Lcp, tmp_path: Path
-) -> None:
-    (tmp_path / "murty.json").write_text(MURTY)
-    done = lcp("solve", str(tmp_path / "murty.json"), *options)
-    assert (done.code, done.err.count("\n"), words in done.err) == (2, 1, True), done.err
 
 
 def test_a_table_of_an_optimum_says_where_it_is_cut(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -63,7 +63,6 @@ NARY: dict[str, tuple[int, Callable[..., float]]] = {
 
 
 def value(expression: Expression, variables: Mapping[str, float]) -> float:
-    """The value of an expression."""
     if isinstance(expression, str):
         return variables[expression]
     if not isinstance(expression, tuple):

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import csv
 import json
-from fractions import Fraction
+from collections.abc import Callable
 from io import StringIO
 from pathlib import Path
 
 import pytest
 
 from lcpcli import Trace, read, run
-from lcpcli.files import beside, contents
+from lcpcli.files import contents
 from lcpcli.report import plotting
 from lcpcli.report.plotting import Panel
-from lcpcli.report.result_csv import PROGRAM_COLUMNS
 
-from ..cli.conftest import Lcp, assert_refused
+from ..cli.conftest import Lcp
 
 EXAMPLE = contents.shipped_path("paper-example-2.json")
 
@@ -42,55 +41,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_check_and_a_start_read_the_csv_of_one_run_or_several_back(lcp: Lcp, folder: Path) -> None:
-    for command in (("solve",), ("compare", "--method", "newton", "--method", "shi:k-star=5")):
-        lcp(*command, EXAMPLE, "-o", "z.csv")
-        assert lcp("check", EXAMPLE, "z.csv").code == 0
-        for start in ("--z0", "--x0"):
-            outcome = lcp("solve", EXAMPLE, "--method", "fixed-point", start, "z.csv", "--format", "json")
-            assert json.loads(outcome.out)["iterations"] == 0
-    assert [(row["method"], row["component"]) for row in table(folder / "z.csv")] == [
-        (run, str(i)) for run in ("newton", "shi:k-star=5") for i in (1, 2, 3, 4)
-    ]
-
-
-READ = {
-    "one column": "0\n15/29\n17/29\n0\n",
-    "one row": "0, 15/29, 17/29, 0\n",
-    "headed": "z\n0\n15/29\n17/29\n0\n",
-    "nodes": "node,z\nA,0\nB,15/29\nC,17/29\nD,0\n",
-    "nodes without a header": "A,0\nB,15/29\nC,17/29\nD,0\n",
-    "index of pandas": ",z\n0,0\n1,15/29\n2,17/29\n3,0\n",
-    "index without a header": "1;0\n2;15/29\n3;17/29\n4;0\n",
-    "index from 0 without a header": "0;0\n1;15/29\n2;17/29\n3;0\n",
-    "decimal commas": "z;w\n0,0;1\n15/29;0\n17/29;0\n0;1,0\n",
-    "w before z": "w,z\n1,0\n0,15/29\n0,17/29\n1,0\n",
-    "sorted by size": "component,z\n3,17/29\n2,15/29\n1,0\n4,0\n",
-}
-
-
-@pytest.mark.parametrize("kind", READ)
-def test_check_reads_the_tables_that_people_have(kind: str, lcp: Lcp, folder: Path) -> None:
-    (folder / "z.csv").write_text(READ[kind])
-    assert beside.of_table(READ[kind].encode())[0].values == [0, Fraction(15, 29), Fraction(17, 29), 0]
-    assert lcp("check", EXAMPLE, "z.csv", "--exact").code == 0
-
-
-REFUSED = {
-    "component,z\n1,0\n2,1\n3,1\n5,0\n": "line 5, column 1: has component '5', while 4 is missing",
-    "component,z\n1,0\n2,1\n2,1\n4,0\n": "line 4, column 1: has component '2' again, while 3 is missing",
-    "node,z\nA,0\nB\nC,1\nD,0\n": "line 3: has 1 column where line 2 has 2",
-    "node,z\nA,0\nB,x\nC,1\nD,0\n": "line 3, column 2: has 'x', not a number",
-    "node,y\nA,0\nB,1\nC,1\nD,0\n": "has no column headed z",
-    "5,0\n7,1\n8,1\n9,0\n": "4 rows and 2 columns without a header",
-    "component,z,w\n1,0,0\n2,1,0\n": "z: has 2 entries for 4 unknowns",
-}
-
-
-@pytest.mark.parametrize("text", REFUSED)
-def test_table_that_leaves_z_in_doubt_is_refused(text: str, lcp: Lcp, folder: Path) -> None:
-    (folder / "z.csv").write_text(text)
-    assert_refused(lcp("check", EXAMPLE, "z.csv"), REFUSED[text])
+@pytest.mark.usefixtures("folder")
+def test_table_that_leaves_z_in_doubt_is_refused(session: Callable[[str], None]) -> None:
+    session("refused-tables")
 
 
 def test_trace_file_has_every_iterate_whatever_is_shown(lcp: Lcp, folder: Path) -> None:
@@ -115,15 +68,6 @@ def test_a_trace_from_which_a_table_is_taken_is_thinned_as_one_that_is_kept_for_
         assert [row.k for row in whole.selected(5, most, None).rows] == [row.k for row in alone.rows]
 
 
-def test_no_file_is_overwritten_that_holds_no_iterates(lcp: Lcp, folder: Path) -> None:
-    (folder / "own.csv").write_text("2,1,-5\n1,2,-6\n")
-    for arguments in (("compare", "--trace", "own.csv"), ("solve", "--trace", "own.csv")):
-        assert_refused(lcp(*arguments), "own.csv")
-    assert (folder / "own.csv").read_text() == "2,1,-5\n1,2,-6\n"
-    for _ in range(2):
-        assert lcp("compare", EXAMPLE, "--method", "newton", "--trace", "t.csv").code == 0
-
-
 def test_figure_can_be_redrawn_from_the_trace(lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By the same clock from the same beginning: its points are rows of the file."""
     drawn: list[Panel] = []
@@ -138,26 +82,6 @@ def test_figure_can_be_redrawn_from_the_trace(lcp: Lcp, folder: Path, monkeypatc
             assert k is not None
             assert (seconds, error) == (float(own[k]["seconds"]), float(own[k]["error"]))
         assert curve.solved == (list(own.values())[-1]["status"] == "solved")
-
-
-def test_csv_of_a_program_names_variables_and_rows_with_their_multipliers(lcp: Lcp, folder: Path) -> None:
-    program = {"c": [3, 2], "A": [[1, 1], [1, 3]], "row_lower": [None, 0], "row_upper": [4, 6], "sense": "max"}
-    names = {"columns": ["wheat; winter", "rye, summer"], "rows": ["New York", "land"]}
-    (folder / "farm.json").write_text(json.dumps(program | names))
-    assert lcp("solve", "farm.json", "-o", "farm.csv").code == 0
-    rows = table(folder / "farm.csv")
-    assert list(rows[0]) == ["component", "z", "w", "state", "name", *PROGRAM_COLUMNS]
-    assert [row["name"] for row in rows] == ["wheat; winter", "rye, summer", "New York", "land", ""]
-    assert [row["part"] for row in rows] == ["x", "x", "y", "y", "s"]
-    assert [float(row["value"]) for row in rows] == [4, 0, 3, 0, 4]
-    assert [float(row["bound_multiplier"]) for row in rows[:2]] == [0, -1]
-    assert [(row["activity"], row["slack"]) for row in rows[1:4]] == [("", ""), ("4.0", "0.0"), ("4.0", "2.0")]
-    assert lcp("check", "farm.json", "farm.csv").code == 0
-    assert lcp("compare", "farm.json", "--method", "lemke", "-o", "all.csv").code == 0
-    assert lcp("check", "farm.json", "all.csv").code == 0
-    (folder / "unfeasible.json").write_text('{"c": [1], "A": [[1]], "row_upper": [-1], "columns": ["a b"]}')
-    assert lcp("solve", "unfeasible.json", "-o", "none.csv").code == 3
-    assert [(row["name"], row["part"]) for row in table(folder / "none.csv")] == [("a b", ""), ("", "")]
 
 
 @pytest.mark.parametrize("exact", [[], ["--exact"]], ids=["rounded", "exact"])
@@ -190,11 +114,3 @@ def test_wrong_solution_among_others_in_csv_is_told_apart(
     outcome = lcp("check", f"{name}.json", "all.csv", "--format", "json")
     correct = [json.loads(line)["accepted"] for line in outcome.out.splitlines()]
     assert (outcome.code, correct.count(False)) == (1, 1)
-
-
-def test_file_without_solutions_or_of_strategies_is_refused_where_a_z_is_asked_for(lcp: Lcp, folder: Path) -> None:
-    assert folder.is_dir()
-    lcp("solve", "none.json", "--all", "--format", "csv", "-o", "none.csv")
-    assert "none.csv: contains a header and no numbers" in lcp("check", "none.json", "none.csv").err
-    lcp("solve", "both.json", "--all", "--format", "csv", "-o", "game.csv")
-    assert "no column headed z" in lcp("solve", "both.json", "--z0", "game.csv").err

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import gzip
 import json
-import re
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,7 @@ from lcpcli.files.games import game_in
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 
-from ..cli.conftest import Lcp, assert_refused
+from ..cli.conftest import Lcp
 from ..conftest import read_exact
 
 HEAD = 'NFG 1 R "a game" { "Alice" "Bob" }\n'
@@ -77,63 +76,10 @@ def test_fractions_are_not_rounded_for_proofs() -> None:
 
 TREE = 'EFG 2 R "a game" { "Ann" "Bob" }\n'
 TWO = TREE + 'p "" 1 1 "" { "a" "b" } 0\n'
-WRONG = [
-    (HEAD.replace('"Bob"', '"Bob" "Cy"') + "{ 1 1 1 } 1 2 3", "is a game of more than two players; its equilibria"),
-    (HEAD.replace('"Bob"', "") + "{ 1 } 1", "is a game of 1 player; give one of two players"),
-    (HEAD + "{ 2 2 } 1 2 3 4 5 6", "ends too early; is it cut off?"),
-    (HEAD + "{ 2 2 } 1 2 3 4 5 6 7", "has an odd number of payoffs; give two for each pair"),
-    (HEAD + "{ 2 2", "has braces that do not match; is it cut off?"),
-    (HEAD + "{ 1 1 }\n1 2\n3 4", "has more than the payoffs of 1 x 1 strategies; remove the others"),
-    (HEAD + "{ 1 1 }\n1 x", "has 'x', not a number; give a number"),
-    (HEAD + "{ 1 1 }\n1 1/0", "has '1/0', not a fraction; give whole numbers, as in 15/29"),
-    (HEAD + '{ 1 1 }\n{ { "" 1 2 } }\n2', "names outcome 2 of 1; name one that is given"),
-    (HEAD + "{ 0 1 }", "has a player without strategies; give each at least one"),
-    (HEAD + "{ 1 1 }\n{ 1 2 }\n1", "has '1' in place of an outcome; give two payoffs in braces"),
-    ("NFG 2 R", "line 1: is not the beginning of a game; begin the file with NFG 1 R"),
-    ("NFG 1 R title", "has no title, players and strategies; write NFG 1 R"),
-    (HEAD + "{ 1 1 }\n1e400 0", "A[0][0]: is not a finite number in double precision"),
-    (TREE.replace('"Bob"', '"Bob" "Cy"'), "is a game of 3 players; give one of two: only its"),
-    (TREE.replace('"Bob"', ""), "is a game of 1 player; give one of two"),
-    ("EFG 1 R", "line 1: is not the beginning of a game tree; begin the file with EFG 2 R"),
-    ('EFG 2 R "title"', "line 1: has no players after the title; write EFG 2 R"),
-    ('EFG 2 R "title" p', "line 1: has no players after the title; write EFG 2 R"),
-    ("EFG 2 R title", "line 1: has 'title' in place of a name; put names in quotes"),
-    (TREE, "ends too early; is it cut off?"),
-    (TWO + 't "" 1 { 1 2 }', "ends too early; is it cut off?"),
-    (TWO + 't "" 1 { 1 2', "ends too early; is it cut off?"),
-    (TWO + 'x "" 0', "line 3: has 'x' in place of a node; begin each node with c for chance, p for a player, t for"),
-    (TREE + 't "" 0\nt "" 0', "line 3: has 't' after the last node of the tree; remove it"),
-    (TWO + 't "" 1', "line 3: names outcome 1 before its payoffs; give them where it is first named"),
-    (TWO + 't "" 1 { 1 2 3 }', "line 3: has 3 payoffs for 2 players; give one for each"),
-    (TWO + 't "" 1 { 1 x }', "line 3: has 'x' in place of a number; give an integer, a decimal or a fraction"),
-    (TWO + 't "" 1 { 1 1/0 }', "line 3: has '1/0' in place of a number"),
-    (TWO + 't "" 1 { 1 1e9999 }', "line 3: has '1e9999' in place of a number"),
-    (TWO + 't "" 1 { 1 -1e301 }', "line 3: has '-1e301', too large for doubles; scale the payoffs"),
-    (TWO + 't "" -1', "line 3: has '-1' in place of the number of an outcome; give a whole number"),
-    (TWO + 't "" 1 { 1 2 } t "" 1 { 1 3 }', "line 3: gives outcome 1 other payoffs than it has; correct one"),
-    (TWO + 't "" 0 { 1 2 }', "line 3: gives outcome 0 other payoffs than it has"),
-    (TREE + 'p "" 3 1 { "a" } 0', "line 2: names player 3 of 2; give 1 or 2"),
-    (TREE + 'p "" 1 1 0', "line 2: names information set 1 of player 1 before its actions; list its actions"),
-    (TREE + 'p "" 1 1 { } 0', "line 2: lists no action for information set 1 of player 1; list at least one"),
-    (TWO + 'p "" 1 1 { "b" "a" } 0', "line 3: lists other actions for information set 1 of player 1 than before"),
-    (
-        TREE + 'c "" 1 "" { "h" 1/2 "t" 1/2 } 0 t "" 1 "" { 1 0 } c "" 1 "" { "h" 1/4 "t" 3/4 } 0',
-        "line 2: lists other probabilities for chance event 1 than before",
-    ),
-    (TREE + 'c "" 1 { "a" 1/3 "b" 1/3 } 0', "line 2: the probabilities of chance event 1 are not at least 0"),
-    (TREE + 'c "" 1 { "a" 2 "b" -1 } 0', "line 2: the probabilities of chance event 1 are not at least 0"),
-    (TREE + 'c "" 1 { "a" } 0', "line 2: has '}' in place of a number"),
-    (TWO + 'p "" 1 1 0 t "" 0 t "" 0 t "" 0', "line 3: has no perfect recall: other own moves lead to information set"),
-]
 
 
-@pytest.mark.parametrize(("text", "message"), WRONG, ids=range(len(WRONG)))
-def test_what_is_wrong_is_said_in_one_line_with_its_place(text: str, message: str) -> None:
-    name = "g.efg" if text.startswith("EFG") else "g.nfg"
-    Path(name).write_text(text)
-    with pytest.raises(errors.ProblemError) as caught:
-        read(name)
-    assert str(caught.value).startswith(f"{name}: {message}")
+def test_what_is_wrong_is_said_in_one_line_with_its_place(session: Callable[[str], None]) -> None:
+    session("refused-games")
 
 
 def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(lcp: Lcp) -> None:
@@ -155,44 +101,6 @@ def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(lcp
     data["M"][0][3] += 1
     Path("m.json").write_text(json.dumps(data))
     assert "origin: does not yield this M and q" in lcp("solve", "m.json").err
-
-
-TABLES = ("A.csv", "B.csv", "--game")
-PAIR = "row = (opera 0.6, box 0.4), column = (left 0.4, right 0.6)"
-
-
-def test_tables_of_payoffs_are_taken_by_every_command_with_their_labels(lcp: Lcp) -> None:
-    assert PAIR in lcp("solve", *TABLES, "--method", "newton").out
-    assert PAIR in lcp("check", *TABLES, "0.6,0.4,0.4,0.6").out
-    assert lcp("check", *TABLES, "3/5,2/5,2/5,3/5", "--exact").code == 0
-    assert lcp("inspect", *TABLES).out.startswith("A: n = 4\n")
-    assert "opera" in lcp("compare", *TABLES, "--method", "newton").out
-    assert lcp("convert", *TABLES, "-o", "game.json").code == 0
-    game = read("game.json").origin
-    assert isinstance(game, Game)
-    assert (game.rows, game.columns) == (("opera", "box"), ("left", "right"))
-
-
-@pytest.mark.parametrize("labels", [True, False])
-def test_csv_has_the_strategies_as_the_table_has_and_check_reads_it(labels: bool, lcp: Lcp) -> None:
-    if not labels:
-        Path("A.csv").write_text("3,0\n0,2\n")
-    assert lcp("solve", *TABLES, "--method", "newton", "-o", "z.csv").code == 0
-    rows = list(csv.DictReader(line for line in Path("z.csv").read_text().splitlines() if not line.startswith("#")))
-    names = ["opera", "box", "left", "right"] if labels else ["x1", "x2", "y1", "y2"]
-    assert [row["name"] for row in rows] == names
-    assert [row["player"] for row in rows] == ["row", "row", "column", "column"]
-    assert [round(float(row["probability"]), 9) for row in rows] == [0.6, 0.4, 0.4, 0.6]
-    assert [round(float(row["payoff"]), 9) for row in rows] == [1.2] * 4
-    assert lcp("check", *TABLES, "z.csv").code == 0
-    for form in ("markdown", "latex") if labels else ():
-        text = lcp("solve", *TABLES, "--format", form).out
-        assert all(name in text for name in (*names, "row gets", "column gets"))
-
-
-def test_csv_of_an_iterate_without_strategies_has_empty_cells(lcp: Lcp) -> None:
-    out = lcp("solve", *TABLES, "--method", "fixed-point", "--max-iterations", "0", "--format", "csv").out
-    assert out.splitlines()[-1] == "4,0.0,-1.0,right,column,,"
 
 
 GAMES = {
@@ -220,13 +128,6 @@ def test_two_tables_that_may_be_a_game_get_a_hint(kind: str, lcp: Lcp) -> None:
         assert lcp(command, "A.csv", "B.csv", "--game").err == "" or kind in NO_GAMES
 
 
-def test_every_command_gives_the_hint_unless_it_is_quiet(lcp: Lcp) -> None:
-    put(*GAMES["square"])
-    for command in (["compare", "--method", "newton"], ["convert"], ["solve", "--all"]):
-        assert lcp(*command, "A.csv", "B.csv").err.count(ADD) == 1, command
-    assert ADD not in lcp("solve", "A.csv", "B.csv", "-q").err
-
-
 @pytest.mark.parametrize(
     ("first", "second", "rows", "columns"),
     [
@@ -244,43 +145,6 @@ def test_labels_of_strategies_are_kept(
     origin = game_in(["A.csv", "B.csv"]).read().origin
     assert isinstance(origin, Game)
     assert (origin.rows, origin.columns) == (rows, columns)
-
-
-@pytest.mark.parametrize(
-    ("second", "words"),
-    [
-        ("left,rihgt\n2,0\n0,3\n", "B.csv: has 'rihgt' among the columns where the other table has 'right'; give both"),
-        ("left,middle,right\n2,0,1\n0,3,1\n", "B: is 2 x 3 but A is 2 x 2"),
-        ("left,right\n2,0\n0,1/0\n", "B.csv: line 3, column 2: is '1/0', a division by 0; give a number"),
-        ("right,left\n2,0\n0,3\n", "B.csv: has 'right' among the columns where the other table has 'left'; give both"),
-    ],
-)
-def test_another_table_is_refused(second: str, words: str, lcp: Lcp) -> None:
-    Path("B.csv").write_text(second)
-    assert_refused(lcp("solve", *TABLES), words)
-
-
-def test_check_says_what_tolerance_accepts_rounded_strategies_and_how_many_there_are(lcp: Lcp) -> None:
-    put("3,0,1\n0,2,1\n", "1,0,0\n0,2,0\n")
-    rounded = "0.6666667,0.3333333,0.4,0.6,0"
-    refused = lcp("check", *TABLES, rounded)
-    assert refused.code == 1
-    (told,) = re.findall(r"; --tol (\S+) accepts it", refused.out)
-    assert float(told) <= 1e-6
-    assert lcp("check", *TABLES, rounded, "--tol", told).code == 0
-    assert "accepts it" not in lcp("check", *TABLES, "0.7,0.3,0.4,0.6,0").out
-    assert "z: has 4 entries for 2 and 3 strategies; make them agree" in lcp("check", *TABLES, "1,0,0,1").err
-
-
-def test_players_of_a_file_are_named(lcp: Lcp) -> None:
-    Path("g.nfg").write_text('NFG 1 R "g" { "Ann" "Bob" } { { "up" "down" } { "left" "right" } } 3 2 0 0 0 0 2 3')
-    out = lcp("solve", "g.nfg", "--method", "newton").out
-    assert "Ann = (up 0.6, down 0.4), Bob = (left 0.4, right 0.6), payoffs 1.2 and 1.2" in out
-    assert "Ann gets Bob gets" in out
-    assert "by a best response Ann would gain 0, Bob 0" in out
-    assert lcp("convert", "g.nfg", "-o", "g.json").code == 0
-    assert json.loads(Path("g.json").read_text())["players"] == ["Ann", "Bob"]
-    assert "Ann gets  Bob gets" in lcp("solve", "g.nfg", "--all").out
 
 
 @pytest.mark.parametrize("last", [1, 0])
@@ -386,33 +250,3 @@ def test_a_deep_tree_costs_no_recursion() -> None:
     tree = f'{TREE}{row}t "" 0 ' + 't "" 0 ' * 399
     problem = lcpcli.from_efg(tree)
     assert (problem.n, lcpcli.run(problem).answer.gains) == (2 * 399 + 4 + 399, (0.0, 0.0))
-
-
-def test_all_equilibria_and_the_best_one_are_strategies_and_payoffs(lcp: Lcp) -> None:
-    source = "threat.efg"
-    Path(source).write_text(THREAT)
-    lines = [line.split() for line in lcp("solve", source, "--all").out.splitlines() if "-" * 9 not in line]
-    assert lines[4] == ["piece", "L", "R", "l", "r", "Ann", "gets", "Bob", "gets"]
-    assert [line[-2:] for line in lines[5:8]] == [["2", "1"], ["1", "2"], ["1", "2"]]
-    for options in ((), ("--exact",)):
-        every = json.loads(lcp("solve", source, "--all", "--format", "json", *options).out)
-        best = json.loads(lcp("solve", source, "--maximize", "z2", "--format", "json", *options).out)
-        kind = str if options else float
-        assert best["equilibrium"]["payoffs"] == [kind(2), kind(1)]
-        for own in (*(each["equilibrium"] for each in every["solutions"]), best["equilibrium"]):
-            assert own["players"] == ["Ann", "Bob"]
-            assert {type(value) for plan in own["plans"] for value in plan} == {kind}
-    answer = json.loads(lcp("solve", source, "--exact", "--format", "json").out)["answer"]
-    assert {type(value) for plan in answer["exact"]["plans"] for value in plan} == {str}
-    assert "payoffs Ann 2, Bob 1" in lcp("solve", source, "--maximize", "z2").out
-    table = lcp("solve", source).out
-    assert "method k       Ann         L         R       Bob         l         r cost of Ann" in table
-
-
-THREAT = """EFG 2 R "threat" { "Ann" "Bob" }
-p "" 1 1 "a" { "L" "R" } 0
-p "" 2 1 "b" { "l" "r" } 0
-t "" 1 "" { 2 1 }
-t "" 2 "" { 0 0 }
-t "" 3 "" { 1 2 }
-"""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import conditions_of
 from lcpcli.model.program import Program, ProgramData
 
-from ..cli.conftest import Lcp, assert_refused
+from ..cli.conftest import Lcp
 
 INF = np.inf
 TRIANGLE = " bread bread 2\n bread milk -1\n milk milk 4\n"
@@ -202,42 +203,9 @@ def test_what_is_written_in_another_way_is_read(name: str, tmp_path: Path) -> No
         assert other.origin == plain.origin
 
 
-NEEDED = "has a bound of 1e20 or more, which means no bound, where one is needed"
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        (" L fat", " L fat\n L fat", "line 6: declares 'fat' a second time; give each row a name of its own"),
-        ("milk fat 1", "milk fat 1\n bread protein 1", "line 10: gives 'bread' a second entry in 'protein'; keep one"),
-        (" G protein", " X protein", "line 4: has 'X protein' in ROWS; is the heading"),
-        (" UP b", " UQ b", "line 13: has a bound of the type 'UQ'; use UP, LO, FX, FR, MI or PL"),
-        ("ROWS", "ROWZ", "line 2: has the heading 'ROWZ'; the sections are ROWS, COLUMNS"),
-        ("r protein 36 fat 5", "r protein 36\n r protein 37", "line 12: has 'protein' a second time; keep one"),
-        ("BOUNDS", "RANGES\n r cost 4\nBOUNDS", "line 13: gives a range to 'cost'; only rows L, G and E have one"),
-        ("ENDATA", "SOS\n S1 s\n s bread 1\nENDATA", "line 14: has the heading 'SOS'; the sections are"),
-        ("ENDATA", "QMATRIX\n bread milk 3\nENDATA", "has a QMATRIX that is not symmetric"),
-        ("ENDATA", "QUADOBJ\n bread milk 1\n milk bread 5\nENDATA", "line 16: gives 'milk' a second entry in 'bread'"),
-        ("L fat", "L fat of all", "line 5: has a name with spaces; write it without"),
-        (
-            "ENDATA",
-            "QSECTION fat\nENDATA",
-            "line 14: has a quadratic part of row 'fat'; only an objective may have one",
-        ),
-        (
-            "bread 4",
-            "bread -3",
-            "line 13: gives 'bread' the upper bound -3, below its lower bound 0; give a lower bound",
-        ),
-        ("fat 5", "fat -1e20", NEEDED),
-        ("bread 4", "bread -1e21", NEEDED),
-        (UP, " LO b bread 1e20", NEEDED),
-    ],
-)
-def test_bad_programs_are_refused_in_our_words(old: str, new: str, message: str, lcp: Lcp, tmp_path: Path) -> None:
-    outcome = lcp("solve", str(written(tmp_path, DIET.replace(old, new), "diet.mps")))
-    assert_refused(outcome, f"diet.mps: {message}" if message.startswith("line") else message)
-    assert "HiGHS" not in outcome.err
+@pytest.mark.usefixtures("in_folder")
+def test_bad_programs_are_refused_in_our_words(session: Callable[[str], None]) -> None:
+    session("refused-mps")
 
 
 def test_sides_are_read_back_as_the_doubles_that_they_were(tmp_path: Path) -> None:

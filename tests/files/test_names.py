@@ -4,7 +4,7 @@ by these in another order are refused; a model may have its q elsewhere."""
 from __future__ import annotations
 
 import json
-from fractions import Fraction
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +15,10 @@ from scipy.io import savemat
 from lcpcli import Problem, from_qp, read, write
 from lcpcli.errors import ProblemError
 
-from ..cli.conftest import Lcp, assert_refused
-from ..conftest import Outcome
+from ..cli.conftest import Lcp
 
 NAMES = ["a", "b", "c"]
 M = {"M": [[4, -1, 0], [-1, 4, -1], [0, -1, 4]], "names": NAMES}
-RIGHT = [0.25, 0.0, 0.75]  # for q = (-1, 2, -3)
 WHOLE = ",a,b,c,q\na,4,-1,0,-1\nb,-1,4,-1,2\nc,0,-1,4,-3\n"
 MATRIX = ",a,b,c\na,4,-1,0\nb,-1,4,-1\nc,0,-1,4\n"
 Q = ",q\na,-1\nb,2\nc,-3\n"
@@ -29,7 +27,6 @@ Q = ",q\na,-1\nb,2\nc,-3\n"
 NAMED: dict[str, Any] = {"name": "market", "M": [[2, 1], [1, 2]], "q": [-5, -6], "names": ["north sea", "süd"]}
 MODEL: dict[str, Any] = {"M": [[2, 1], [1, 2]], "names": ["wheat", "price n0"], "lower": [0, -1], "upper": 1}
 COORDINATES = {"format": "coo", "shape": [2, 2], "rows": [0, 0, 1, 1], "cols": [0, 1, 0, 1], "values": [2, 1, 1, 2]}
-FILE = "market.json"
 
 
 @pytest.fixture(autouse=True)
@@ -50,51 +47,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize(
-    "names",
-    [
-        "whole",
-        "short",
-        "bounded",
-        "matrix q",
-        "m q",
-        "m row",
-        "m blank",
-        "m numbered",
-        "m others",
-        "m ended",
-        "m indexed",
-    ],
-)
-def test_labels_may_be_the_names_of_the_unknowns_in_their_order(names: str, lcp: Lcp) -> None:
-    files = [f"{name}.{'json' if name == 'm' else 'csv'}" for name in names.split()]
-    record = json.loads(lcp("solve", *files, "--exact", "--format", "json").out)
-    assert record["z"] == pytest.approx(RIGHT)
-    assert record["exact"]["z"] == ["1/4", "0", "3/4"]
-
-
-@pytest.mark.parametrize("line", ["solve mixed.csv", "solve m.json swapped.csv", "solve m.json other.csv"])
-def test_labels_that_would_put_numbers_elsewhere_are_refused(line: str, lcp: Lcp, folder: Path) -> None:
-    for labels in ("cab", "abd", "abca"):
-        (folder / "other.csv").write_text(",q\n" + "".join(f"{label},1\n" for label in labels))
-        told = "has 4 labels for 3 unknowns" if len(labels) > 3 and "other" in line else "in the place of "
-        assert_refused(lcp(*line.split()), told, "put the labels in the order of the unknowns, or leave them out")
-
-
-@pytest.mark.parametrize(
-    "line", ["solve p.json --upper", "solve p.json --z0", "check p.json", "path p.json --to 2 --direction"]
-)
-def test_bounds_starts_directions_and_answers_keep_the_order_too(line: str, lcp: Lcp, folder: Path) -> None:
-    (folder / "v.csv").write_text(",z\na,0.25\nb,0\nc,0.75\n")
-    assert lcp(*line.split(), "v.csv").code == 0
-    (folder / "v.csv").write_text(",z\nc,0.75\na,0.25\nb,0\n")
-    assert_refused(lcp(*line.split(), "v.csv"), "has the label 'c' in the place of 'a'")
-
-
-def test_a_sign_or_a_fraction_that_is_no_number_is_said_as_what_it_is(lcp: Lcp, folder: Path) -> None:
-    for number, hint in (("\u22121", "write the minus sign as -"), ("1/3", "write the fraction as a decimal")):
-        (folder / "p.csv").write_text(f"2,1,{number}\n1,2,-6\n", encoding="utf-8")
-        assert lcp("solve", "p.csv").err.endswith(f"not a number; {hint}\n")
+def test_labels_and_names_keep_numbers_in_their_places_or_are_refused(session: Callable[[str], None]) -> None:
+    session("names-in-files")
 
 
 @pytest.mark.parametrize("ending", ["json", "npz", "mat"])
@@ -118,30 +72,11 @@ def test_several_q_belong_to_a_file_of_M_with_bounds_and_names(ending: str, lcp:
     assert [json.loads(line)["exact"]["z"] for line in alone] == [["1/4", "0", "1/2"], ["-1/4", "0", "1/2"]]
 
 
-def test_a_first_column_that_may_be_an_index_is_remarked(lcp: Lcp, folder: Path) -> None:
-    (folder / "p.csv").write_text("1,4,-1,0\n2,-1,4,-1\n3,0,-1,4\n")
-    assert lcp("solve", "p.csv", "--quiet").err == ""
-    line = "lcp: p.csv: the first column of M is 1, 2, 3, ...; if it numbers the rows, add a header with an empty first"
-    assert lcp("solve", "p.csv").err.startswith(line)
-    for text in ("1,4,-1\n2,1,0\n", "a,b,c,q\n1,4,-1,0\n2,-1,4,-1\n3,0,-1,4\n", "1,4,-1,0\n2,-1,4,-1\n4,0,-1,4\n"):
-        (folder / "p.csv").write_text(text)
-        assert lcp("solve", "p.csv").err == ""
-
-
 def test_a_link_to_nothing_is_a_file_that_is_missing(lcp: Lcp, folder: Path) -> None:
     (folder / "nightly").mkdir()
     (folder / "nightly" / "a.json").symlink_to(folder / "gone.json")
     (folder / "nightly" / "p.json").write_text((folder / "p.json").read_text())
     assert "nightly/a.json: no such file; " in lcp("solve", "nightly").err
-
-
-def test_bounds_beside_an_index_may_be_absent(lcp: Lcp, folder: Path) -> None:
-    (folder / "p.csv").write_text(",a,b,q,lower,upper\na,2,1,-5,,1\nb,1,2,-6,0,\n")
-    problem = read("p.csv")
-    assert problem.lower.tolist() == [-np.inf, 0]
-    assert problem.upper.tolist() == [1, np.inf]
-    (folder / "p.csv").write_text(",a,b,q,lower,upper\na,2,1,,0,1\nb,1,2,-6,0,1\n")
-    assert "line 2, column 4: is empty" in lcp("solve", "p.csv").err
 
 
 def test_columns_of_one_name_leave_the_rows_where_they_are(folder: Path) -> None:
@@ -174,70 +109,12 @@ def test_a_header_names_the_unknowns_unless_it_is_a_title_or_numbers(text: str, 
     assert (list(problem.names), problem.M.tolist(), problem.q.tolist()) == (names, [[2, 1], [1, 2]], [-5, -6])
 
 
-def test_a_header_with_a_name_too_many_is_refused(folder: Path) -> None:
-    (folder / "p.csv").write_text("a,b,c,q\n2,1,-5\n1,2,-6\n")
-    with pytest.raises(ProblemError, match="line 1: has 4 names above 3 columns"):
-        read("p.csv")
-
-
-@pytest.mark.parametrize("ending", [".md", ".tex", ".txt"])
-def test_tables_have_all_names_and_are_not_read_back(ending: str, lcp: Lcp) -> None:
-    Path(FILE).write_text(json.dumps(NAMED | {"names": ["a name longer than a column", "süd"]}))
-    for more in ([], ["--all"]):
-        assert lcp("solve", FILE, *more, "-o", f"z{ending}").code == 0
-        text = Path(f"z{ending}").read_text(encoding="utf-8")
-        assert "süd" in text
-        assert "a name longer than a column" in text or (more and ending == ".txt")
-        for command in (["check", FILE], ["solve"]):
-            assert_refused(lcp(*command, f"z{ending}"), "is a result of lcp as a table, which it does not read")
-
-
-def test_wrong_names_are_reported_in_one_line(lcp: Lcp) -> None:
-    for names, words in (
-        (["a"], "names: has 1 name for 2 unknowns; make them agree"),
-        (["a", 2], "names[1]: is a number; give a text (indices count from 0)"),
-        ("ab", "names: is the text 'ab'; give a list of names"),
-    ):
-        Path(FILE).write_text(json.dumps(NAMED | {"names": names}))
-        assert lcp("solve", FILE) == Outcome(2, "", f"lcp: {FILE}: {words}\n")
-
-
 def test_a_workspace_may_have_other_names_and_a_program_has_its_own() -> None:
     savemat("w.mat", {"M": NAMED["M"], "q": NAMED["q"], "names": [1.0, 2.0, 3.0]})
     assert list(read("w.mat").names) == ["", ""]
     program = from_qp(None, [1], columns=["x"])
     with pytest.raises(ProblemError, match="names: is given beside origin"):
         Problem(program.M, program.q, origin=program.origin, names=["z"])
-
-
-@pytest.mark.parametrize("model", ["model.json", "sparse.json", "model.npz"])
-def test_a_model_takes_q_from_another_file_and_keeps_its_bounds_and_names(model: str, lcp: Lcp) -> None:
-    whole, parts = read("whole.json"), read(model, "plain.csv")
-    assert (parts.q.tolist(), list(parts.names)) == (whole.q.tolist(), ["wheat", "price n0"])
-    assert [parts.box.lower.tolist(), parts.box.upper.tolist()] == [[0, -1], [1, 1]]
-    exact = ("--exact", "--format", "json")
-    shown, expected = (json.loads(lcp("solve", *files, *exact).out) for files in ([model, "plain.csv"], ["whole.json"]))
-    assert shown["exact"]["z"] == expected["exact"]["z"]
-    assert shown["names"] == ["wheat", "price n0"]
-    assert lcp("check", model, "plain.csv", "1,-1", "-q").code == 0
-    assert lcp("inspect", model, "plain.csv").code == 0
-
-
-def test_the_digits_of_q_in_its_own_file_count_in_exact_arithmetic(lcp: Lcp) -> None:
-    Path("model.json").write_text('{"M": [[1]], "names": ["x"]}')
-    Path("plain.csv").write_text("-0.1000000000000000000000000000001\n")
-    exact = json.loads(lcp("solve", "model.json", "plain.csv", "--exact", "--format", "json").out)["exact"]["z"]
-    assert list(map(Fraction, exact)) == [Fraction("0.1000000000000000000000000000001")]
-
-
-def test_q_may_be_the_only_key_of_an_object_or_one_of_several_columns(lcp: Lcp) -> None:
-    Path("q.json").write_text('{"q": [-5, 3.3]}')
-    assert read("model.json", "q.json").q.tolist() == [-5, 3.3]
-    assert lcp("solve", "model.json", "q.json", "-q").code == 0
-    Path("M.json").write_text('{"M": [[2, 1], [1, 2]]}')
-    Path("three.csv").write_text("low,mid,high\n-5,1,-1\n3.3,2,-2\n")
-    lines = lcp("solve", "M.json", "three.csv", "--format", "json").out.splitlines()
-    assert [json.loads(line)["problem"] for line in lines] == ["low", "mid", "high"]
 
 
 HEADINGS = [["wheat", "price n0"], ["wheat", "q"], ["wheat", "Lower"], ["wheat", "1st"], ["a,b", "c"], ["wheat", ""]]

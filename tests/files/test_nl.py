@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 import struct
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -256,25 +256,6 @@ def test_names_are_in_the_file_beside(tmp_path: Path) -> None:
 
 
 ONE = [((5, 1, 1), {0: 1}, ("exp", "v0"))]
-REFUSED: Mapping[str, tuple[bytes, str]] = {
-    "integers": (model(1, ONE, [NONNEGATIVE], header={7: " 1 2 0 0 0"}), "has 3 integer variables"),
-    "logic": (model(1, ONE, [NONNEGATIVE], header={2: " 1 1 1 0 0 2"}), "has 2 logical constraints"),
-    "inequality": (model(1, [((1, 5), {0: 1}, 0)], [NONNEGATIVE]), "C0: is an inequality that complements no variable"),
-    "range": (model(1, [((0, 1, 5), {0: 1}, 0)], [NONNEGATIVE]), "C0: is an inequality that complements no variable"),
-    "few": (model(2, ONE, [NONNEGATIVE, FREE]), "has 0 equations for 1 variable that no row complements"),
-    "bounds": (model(1, [(EQUATION, {0: 1}, 0)], [NONNEGATIVE]), "v0: has bounds but no row that it complements"),
-    "kinds": (model(1, ONE, [(1, 2)]), "v0: is complemented with a lower bound, but has an upper bound"),
-    "lost": (model(1, [], [BOXED]), r"has 0 equations for 1 variable .* as by inequality\(\) in Pyomo"),
-    "crossed by a tie": (
-        model(2, [((5, 1, 1), {0: 1}, "v0"), (EQUATION, {0: 1, 1: -1}, 0)], [NONNEGATIVE, (1, -1)]),
-        "v0: has the bounds 0 and -1 by its complementarity condition",
-    ),
-    "twice": (model(2, [*ONE, *ONE], [NONNEGATIVE] * 2), "C1: complements v0, and so does C0"),
-    "crossed": (model(1, ONE, [(0, 2, 1)]), "v0: has the bounds 2 and 1"),
-    "division": (model(1, [((5, 1, 1), {0: 1}, ("/", "v0", 0))], [NONNEGATIVE]), "C0: divides by the constant 0"),
-    "text": (b"g3 1 1\nhello\n", "line 2: has not the 5 counts of the header"),
-    "no model": (b"hello\n", "line 1: is not the beginning of an .nl file"),
-}
 LINEAR = [((5, 1, 1), {0: 1}, -1)]
 
 
@@ -300,39 +281,9 @@ def test_objective_has_its_decimals_and_its_constant() -> None:
     assert Model(model(1, LINEAR, [NONNEGATIVE], objective=7), "m.nl").objective is None
 
 
-CONTENT = model(1, ONE, [NONNEGATIVE])
-REPLACED = {
-    "o99": ("o44", "line 12: has the unknown operator o99"),
-    "o13": ("o44", r"line 12: has the operator floor \(o13\); functions that jump are not solved"),
-    "o2\nn-inf\nv0": ("o44\nv0", "C0: computes with the constant -inf, so that it is finite nowhere"),
-    "f0 1": ("o44", "line 12: has an imported function"),
-    "F0 1 1 besselj\nC0": ("C0", "line 11: imports the function 'besselj'"),
-    "v7": ("v0", "line 13: names v7, which is not defined before it"),
-    "C3": ("C0", "line 11: names row 3, counted from 0, of 1"),
-    "Q3": ("C0", "line 11: has 'Q' in place of a segment"),
-    "x1\n0 one": ("x0", "line 18: has 'one' in place of a number"),
-    "\n9\n": ("\n5\n", "line 19: has '9' in place of the kind of a bound"),
-    "J0\n2": ("J0\n1", "line 29: ends too early; is it cut off"),
-    " 0 0 0 1\n 0 0 0 0 0\n 2 0\n": (
-        " 0 0 0 1\n 0 0 0 0 0\n 1 0\n",
-        r"has 1 entries of rows \(J\), but its header says 2; is it cut off",
-    ),
-}
-
-
-def replaced(new: str, old: str) -> bytes:
-    assert CONTENT.count(old.encode()) >= 1
-    return CONTENT.replace(old.encode(), new.encode(), 1)
-
-
-WRONG = [*REFUSED.values(), *((replaced(new, old), fault) for new, (old, fault) in REPLACED.items())]
-
-
-@pytest.mark.parametrize(("content", "fault"), WRONG, ids=[*REFUSED, *REPLACED])
-def test_what_is_no_square_continuous_problem_is_refused_in_words(content: bytes, fault: str, tmp_path: Path) -> None:
-    (tmp_path / "model.nl").write_bytes(content)
-    with pytest.raises(ProblemError, match=f"model.nl: {fault}"):
-        read(tmp_path / "model.nl")
+@pytest.mark.usefixtures("in_folder")
+def test_what_is_no_square_continuous_problem_is_refused_in_words(session: Callable[[str], None]) -> None:
+    session("refused-nl")
 
 
 @pytest.mark.parametrize("binary", [False, True])

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import io
 import json
-import pickle
 import sys
 import zipfile
 from collections.abc import Callable
@@ -30,7 +29,6 @@ MARK = b"\xef\xbb\xbf"
 
 
 def feed(monkeypatch: pytest.MonkeyPatch, content: bytes) -> None:
-    """Put content on standard input."""
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(content)))
 
 
@@ -217,37 +215,16 @@ def test_numbers_are_typed_in_any_usual_way_unless_a_file_has_their_name(
     assert (beside.typed_numbers("1"), beside.typed_numbers("2"), beside.typed_numbers("p.csv")) == (None, ["2"], None)
 
 
-THREE_PLAYERS = "is a game of more than two players; its equilibria are not the solutions of an LCP"
+SHEET = archive("[Content_Types].xml", "xl/workbook.xml")
 FOREIGN = [
-    (
-        "p.csv",
-        b"id,z1,z2,q\n11,2,-1,-1\n12,-0.5,2,0.25\n",
-        "has 2 rows of 4 columns; give n rows of n + 1 columns (M and q)",
-    ),
-    ("p.xlsx", archive("[Content_Types].xml", "xl/workbook.xml"), "is a spreadsheet; save it as CSV"),
-    ("p.csv", archive("[Content_Types].xml", "xl/workbook.xml"), "is a spreadsheet; save it as CSV"),
-    ("p.ods", b"no matter what", "is a spreadsheet; save it as CSV"),
-    ("p.xls", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "is a spreadsheet; save it as CSV"),
-    ("p.gbt", b"gambit", "is a document of Gambit's graphical interface; save the game there as .efg or .nfg"),
-    ("p.mat", b"MATLAB 7.3 MAT-file", "is a MATLAB file of version 7.3; save it with -v7"),
-    ("p.h5", b"\x89HDF\r\n\x1a\n", "is HDF5; save M and q with numpy.savez"),
-    ("p.pkl", pickle.dumps([1]), "is a pickle, which may run any code when it is read"),
-    ("p.json.gz", b"\x1f\x8b\x08", "cannot be uncompressed, as it is cut off; compress it again"),
+    ("p.xlsx", SHEET, "is a spreadsheet; save it as CSV"),
+    ("p.csv", SHEET, "is a spreadsheet; save it as CSV"),
     ("p.zip", archive("p.json"), "is compressed; uncompress it first"),
-    ("p.parquet", b"PAR1", "is a binary table; save it as CSV"),
-    ("p.pdf", b"%PDF-1.7", "is a document; copy M and q into a CSV file"),
-    ("p.m", b"M = [2 1; 1 2];", "is a script or a model, which lcp does not run"),
-    ("p.json", b"<!DOCTYPE html>", "is HTML or XML; was a web page saved in place of the file?"),
-    ("p.mat", b"MATLAB 5.0 MAT-file", "is not a MAT file"),
     ("p.mat", mat(A=M, b=Q), "M: is missing; call the matrix M and the vector q; the file holds A, b"),
     ("p.mat", mat(M=np.array(M) * 1j, q=Q), "M: is complex (complex128); give real numbers"),
     ("p.npy", npy(np.column_stack((M, Q)) * 1j), "q: is complex (complex128); give real numbers"),
     ("p.npy", npy(np.array([1, "a"], dtype=object)), "is an array of objects"),
     ("p.npy", npy(M)[:-8], "is declared as 2 x 2 of float64 but has 24 bytes; save it again with numpy.save"),
-    ("p.json", b'{"M": [[2, "z1*z2"]], "q": [1]}', "M[0][1]: is the text 'z1*z2'; give real numbers; lcp solves"),
-    ("p.json", b'{"F": ["z1^2 - 1"]}', "is a nonlinear problem; give M and q of a linear one, or a .nl model"),
-    ("p.json", b'{"A": [[1]], "B": [[1]], "C": [[1]]}', THREE_PLAYERS),
-    ("p.json", b'{"A": [[[1, 2]]], "B": [[1]]}', THREE_PLAYERS),
 ]
 
 
@@ -257,31 +234,11 @@ def test_what_is_not_read_is_refused_by_name(tmp_path: Path, lcp: Lcp, name: str
     outcome = lcp("solve", str(tmp_path / name))
     assert outcome.err.startswith(f"lcp: {tmp_path / name}: {words}"), outcome.err
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
-    is_indexed = content.startswith(b"id,")
-    assert outcome.err.endswith("an index? leave the first cell of the header empty\n") == is_indexed
 
 
-@pytest.mark.parametrize(
-    ("of_M", "of_q", "is_refused"),
-    [
-        ("2,5;1\n1;2\n", "-5,5\n-6,5\n", True),
-        ("x\ty\n2,5\t1\n1\t2\n", "-5,5\n-6,5E0\n", True),
-        ("2.5;1\n1;2\n", "-5,5\n-6,5\n", False),
-        ("2,5;1\n1;2\n", "-5.5,5\n-6,5\n", False),
-        ("2,5;1\n1;2\n", "mon,tue\n-5,5\n-6,5\n", False),
-        ("2,5;1\n1;2\n", "q\n-5,5\n-6,5\n", False),
-    ],
-)
-def test_lines_of_q_that_are_two_numbers_or_one_with_a_decimal_comma_are_refused(
-    of_M: str, of_q: str, is_refused: bool, lcp: Lcp, tmp_path: Path
-) -> None:
-    (tmp_path / "M.csv").write_text(of_M)
-    (tmp_path / "q.csv").write_text(of_q)
-    outcome = lcp("solve", str(tmp_path / "M.csv"), str(tmp_path / "q.csv"))
-    assert outcome.code == 2 * is_refused
-    hint = "add a header: q if the comma is a decimal mark, else two names"
-    refusal = f"lcp: {tmp_path / 'q.csv'}: q: has two columns, and M has decimal commas; {hint}\n"
-    assert (outcome.err == refusal) is is_refused
+@pytest.mark.usefixtures("in_folder")
+def test_texts_of_other_programs_are_refused_by_name(session: Callable[[str], None]) -> None:
+    session("refused-files")
 
 
 FOLDER = Path(contents.shipped_path("paper-example-1.json")).parent
@@ -350,26 +307,3 @@ def test_every_command_that_reads_a_problem_takes_the_names(elsewhere: Path, lcp
         outcome = lcp(*line.split())
         assert (outcome.code, outcome.err) == (0, ""), line
     assert (elsewhere / "portfolio.mat").exists()
-
-
-def test_a_file_of_that_name_is_read_instead_and_a_suffix_has_a_remark(
-    elsewhere: Path, lcp: Callable[..., Any]
-) -> None:
-    remark = "lcp: hs21.json: no such file; the problem that ships under this name is read\n"
-    assert lcp("solve", "hs21.json").err == lcp("inspect", "hs21.json").err == remark
-    assert lcp("solve", "hs21.json", "-q").err == ""
-    (elsewhere / "hs21.json").write_text('{"name": "own", "M": [[2]], "q": [-1]}')
-    assert lcp("solve", "hs21.json").out.startswith("own: ")
-    assert lcp("solve", "hs21").out.startswith("hs21: ")
-
-
-NEAR = {"bimatrx": "bimatrix", "paper-exmple-1.json": "paper-example-1", "problems/bimatrix.json": "bimatrix"}
-NEAR |= {"nowhere/klee-minty.mps": "klee-minty"}
-
-
-def test_an_unknown_name_is_told_a_near_one(elsewhere: Path, lcp: Callable[..., Any]) -> None:
-    assert not list(elsewhere.iterdir())
-    told = {given: lcp("solve", given).err for given in NEAR}
-    assert told == {
-        given: f"lcp: {given}: no such file; did you mean {meant}, which is shipped?\n" for given, meant in NEAR.items()
-    }

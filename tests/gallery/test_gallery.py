@@ -12,7 +12,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lcpcli import Problem, Status, run
-from lcpcli.errors import OptionError
 from lcpcli.gallery import families as gallery
 from lcpcli.inspection.verdict import NO, YES, classify
 from lcpcli.linalg.matrices import dense, is_sparse
@@ -178,36 +177,3 @@ def test_families_say_what_they_are_and_auto_comes_to_what_is_known(name: str) -
         grain = GRAINS.get(name, 2)
         assert abs(gallery.make(name, 100).n - 100) <= grain / 2
         assert gallery.make(name, 1).n <= max(grain, 4)
-
-
-@pytest.mark.parametrize(
-    ("name", "arguments", "words"),
-    [
-        ("nothing", {}, "lcp make --list shows the families"),
-        ("murty", {"decades": 3}, "'decades' is not a parameter of murty; leave it out"),
-        ("diagonal", {"decades": 151}, "decades: 151 is out of range"),
-        ("ill-scaled", {"decades": 51}, "0 <= decades <= 50"),
-        ("journal-bearing", {"eccentricity": 1.0}, "0 < eccentricity < 1"),
-        ("american-put", {"rate": float("nan")}, "rate: nan is out of range"),
-        ("american-put", {"volatility": 0.001}, "small compared with the square of the volatility"),
-        ("ben-gharbia-gilbert", {"alpha": 1.0}, "1 < alpha"),
-        ("near-singular", {"epsilon": 0.0}, "1e-12 <= epsilon"),
-        ("contact", {"friction": -1.0}, "0 <= friction"),
-        ("planted", {"entries": -1}, "0 <= entries"),
-        ("contact", {"compliance": float("inf")}, "0 <= compliance"),
-        ("rigid-boxes", {"kind": "towr"}, "kind: 'towr' is unknown; did you mean tower"),
-        ("rigid-boxes", {"friction": -1.0}, "0 <= friction"),
-        ("frontier", {"target": 1.5}, "0 <= target <= 1"),
-        ("frontier", {"weight": -1.0}, "0 <= weight"),
-        ("lasso", {"penalty": 3.0}, "0 <= penalty <= 2"),
-        ("lasso", {"samples": 0}, "1 <= samples"),
-        ("two-obstacles", {"load": float("nan")}, "|load| <= 1e6"),
-        ("spatial-prices", {"tax": float("inf")}, "|tax| <= 1e6"),
-        ("american-put", {"strike": 3.0}, "0.5 <= strike <= 2"),
-        ("all-cones", {"t": float("inf")}, "|t| <= 1e15"),
-    ],
-)
-def test_what_cannot_be_made_is_refused(name: str, arguments: dict[str, Any], words: str) -> None:
-    with pytest.raises(OptionError, match=r".") as refusal:
-        gallery.make(name, **arguments)
-    assert words in str(refusal.value)

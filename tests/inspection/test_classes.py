@@ -298,23 +298,19 @@ Rows = list[list[Fraction]]
 
 
 def rational(M: Any) -> Rows:
-    """The floats of M as the rationals that they are."""
     return [[Fraction(float(value)) for value in row] for row in M]
 
 
 def minor(A: Rows, indices: tuple[int, ...]) -> Fraction:
-    """The principal minor."""
     return exact.determinant([[A[i][j] for j in indices] for i in indices])
 
 
 def minors(A: Rows) -> list[Fraction]:
-    """All principal minors."""
     n = len(A)
     return [minor(A, P) for size in range(1, n + 1) for P in combinations(range(n), size)]
 
 
 def form(A: Rows, v: Any) -> Fraction:
-    """v'Av."""
     x = [Fraction(float(value)) for value in v]
     return sum((x[i] * A[i][j] * x[j] for i in range(len(x)) for j in range(len(x))), Fraction(0))
 

@@ -14,7 +14,6 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Problem, Status, from_qp, from_qpsolvers, read, run, solve, write
-from lcpcli.errors import OptionError, ProblemError
 from lcpcli.model.changes import composed, scale, shifted
 from lcpcli.model.far_bounds import relaxed, with_infinity
 from lcpcli.solving.minimum import Minimum
@@ -92,22 +91,6 @@ def test_bounds_of_z_are_none_from_infinity_on_wherever_they_are_given() -> None
     assert same(from_qpsolvers(M, q, G, h, lb=lower, infinity=1e20), from_qpsolvers(M, q, G, [INF, 5.0]))
     x = lcpcli.solve_qp(M, [-4.0, -2.0], G, h, ub=1e25, infinity=1e20)
     assert x.tolist() == [2, 0]
-
-
-def test_what_cannot_be_no_bound_is_refused() -> None:
-    with pytest.raises(
-        ProblemError, match=r"^lower\[1\]: is infinite, as it is 1e\+20 and infinity begins at 1e\+15; "
-    ):
-        Problem(np.eye(2), [0, 0], lower=[0, 1e20], upper=1e21, infinity=1e15)
-    with pytest.raises(ProblemError, match=r"^row_upper\[0\]: is minus infinity, as it is -1e\+30 and"):
-        with_infinity(from_qp(None, [1], [[1]], row_upper=[-1e30]), 1e20)
-    with pytest.raises(ProblemError, match=r"^h\[0\]: is minus infinity, as it is -1e\+20"):
-        from_qpsolvers(None, [1], [[1]], [-1e20], infinity=1e20)
-    for infinity in (0, -1, np.nan, "1e20", None):
-        with pytest.raises(OptionError, match=r"^infinity: .* is out of range; it must be: size > 0$"):
-            Problem(np.eye(1), [0], upper=1, infinity=infinity)
-    with pytest.raises(OptionError, match=r"^infinity: has no effect on Problems"):
-        lcpcli.solve_many([Problem(np.eye(1), [0])], infinity=1e20)
 
 
 def test_a_minimum_at_a_far_bound_is_found_where_nobody_takes_it_for_none() -> None:

@@ -158,8 +158,3 @@ def test_a_result_is_a_frame_with_a_row_for_each_unknown(monkeypatch: pytest.Mon
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(lcpcli.errors.ParameterError, match="to_frame: needs pandas; pip install pandas"):
         result.to_frame()
-
-
-def test_an_argument_that_belongs_to_the_problem_says_where_it_goes() -> None:
-    with pytest.raises(ValueError, match=r"names: belongs to the problem; write Problem\(M, q, names=\.\.\.\)"):
-        lcpcli.solve(M, Q, names=["a", "b"])

@@ -8,18 +8,16 @@ from array import array
 from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import replace
-from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy import sparse
-from scipy.sparse.linalg import aslinearoperator
 
 import lcpcli
 from lcpcli import Problem, run
-from lcpcli.errors import LCPError, ProblemError
+from lcpcli.errors import ProblemError
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.box import ORTHANT
 from lcpcli.model.right_hand_sides import Columns, like_with
@@ -103,26 +101,6 @@ def test_integers_become_floats_and_single_precision_is_taken_as_it_is() -> None
     assert numbers(Problem(np.array([[tenth]]), np.array([tenth]))) == ([[float(tenth)]], [float(tenth)])
 
 
-OTHER_THAN_REAL = {
-    "complex": np.array([[2, 0], [0, 2]], dtype=complex),
-    "bool": np.array([[True, False], [False, True]]),
-    "str": np.array([["2", "0"], ["0", "2"]]),
-    "bytes": np.array([[b"2", b"0"], [b"0", b"2"]]),
-    "datetime64": np.array([["2004-07-01", "2012-02-01"]] * 2, dtype="datetime64[D]"),
-}
-
-
-@pytest.mark.parametrize("kind", OTHER_THAN_REAL)
-def test_other_than_real_numbers_are_refused_by_name(kind: str) -> None:
-    matrix = OTHER_THAN_REAL[kind]
-    given = [("M", {"M": matrix}), ("solution", {"solutions": [matrix[0]]})]
-    given += [(name, {name: matrix[0]}) for name in ("q", "x0", "x1")]
-    given += [("M", {"M": sparse.csr_array(matrix)})] if kind in ("complex", "bool") else []
-    for field, own in given:
-        with pytest.raises(ProblemError, match=rf"^{field}: .*{kind}.*; give real numbers"):
-            Problem(**{"M": M, "q": Q} | own)
-
-
 @pytest.mark.parametrize("diagonal", [1.0, 0.0, 1e-70])
 def test_the_sizes_of_a_large_matrix_are_those_of_its_rows(diagonal: float) -> None:
     M = np.random.default_rng(0).standard_normal((150, 150))
@@ -138,13 +116,6 @@ def test_the_sizes_of_a_large_matrix_are_those_of_its_rows(diagonal: float) -> N
 
 A, B = np.array([[2.0, 1], [1, 2]]), np.array([-5.0, -6])
 SOLUTION = [4 / 3, 7 / 3]
-
-
-class Broken:
-    """A tensor that is not in memory, for instance."""
-
-    def __array__(self, dtype: Any = None, copy: Any = None) -> Any:
-        raise RuntimeError("in words of its own")
 
 
 VECTORS: dict[str, Callable[[Any], Any]] = {
@@ -177,62 +148,6 @@ def test_vectors_are_taken_in_any_form(wrap: Callable[[Any], Any]) -> None:
 def test_sequences_of_other_types_are_lists() -> None:
     assert lcpcli.solve([range(2, 0, -1), range(1, 3)], range(-2, 0)).solved
     assert lcpcli.solve(A, B, upper=Arrayish(3)).solved
-
-
-def large(entry: float, order: Any) -> Any:
-    matrix = np.eye(150, order=order)
-    matrix[7, 33] = entry
-    return matrix
-
-
-TWICE = sparse.coo_array(([LARGEST, LARGEST], ([1, 1], [0, 0])), shape=(2, 2))
-REFUSED = [
-    (lambda: lcpcli.solve(np.array([[2, 0], [0, np.nan]]), B), "M[1][1]: "),
-    (lambda: lcpcli.solve(sparse.csr_array([[2, 0], [0, np.nan]]), B), "M[1][1]: "),
-    (lambda: lcpcli.solve(TWICE, B), "M[1][0]: "),
-    (lambda: lcpcli.solve(large(np.nan, "C"), np.ones(150)), "M[7][33]: "),
-    (lambda: lcpcli.solve(large(np.inf, "F"), np.ones(150)), "M[7][33]: "),
-    (lambda: lcpcli.solve(large(-np.inf, "C"), np.ones(150)), "M[7][33]: "),
-    (lambda: lcpcli.solve(np.ones((2, 3)), B), "M: is 2 x 3"),
-    (lambda: lcpcli.solve(sparse.csc_array(np.ones((3, 3))), B), "M: is 3 x 3"),
-    (lambda: lcpcli.solve(np.ones(2), B), "M: has 1 dimension; "),
-    (lambda: lcpcli.solve(np.ones((2, 2, 2)), B), "M: has 3 dimensions; "),
-    (lambda: lcpcli.solve([[10**400, 0], [0, 1]], B), "M: contains a number beyond"),
-    (lambda: lcpcli.solve([[True, 0], [0, 1]], B), "M[0][0]: is true"),
-    (lambda: lcpcli.solve([[1, 0], [np.False_, 1]], B), "M[1][0]: is false"),
-    (lambda: lcpcli.solve({"a": 1}, B), "M: is an object"),
-    (lambda: lcpcli.solve(A, np.ones((2, 2))), "q: has 2 dimensions; give a flat list of numbers"),
-    (lambda: lcpcli.solve(A, np.float64(1)), "q: "),
-    (lambda: lcpcli.solve(A, iter(B)), "q: "),
-    (lambda: lcpcli.solve(A, "12"), "q: is the text '12'; give a list of numbers"),
-    (lambda: lcpcli.solve(A, None), "q: is null; give a list of numbers"),
-    (lambda: lcpcli.solve(aslinearoperator(A), B), "M: is of type MatrixLinearOperator, a linear operator; give"),
-    (lambda: lcpcli.solve(A, sparse.csr_array([B])), "q: is sparse; give a dense array, as by toarray()"),
-    (lambda: lcpcli.solve(Broken(), B), "M: is of type Broken, and gives no array; give a list of rows of numbers"),
-    (lambda: lcpcli.solve(A, Broken()), "q: is of type Broken, and gives no array; give a list of numbers"),
-    (lambda: lcpcli.solve([A[0], A[1][:1]], B), "M[1]: has 1 entry where M[0] has 2"),
-    (lambda: lcpcli.solve([A[:, :1], A[:, 1:]], B), "M[0]: has 2 dimensions; give a row"),
-    (lambda: lcpcli.solve([1, 2], B), "M[0]: is a number; give a row"),
-    (lambda: lcpcli.solve(A, {1.0, 2.0}), "q: is of type set; give a list of numbers"),
-    (lambda: lcpcli.solve(A, b"12"), "q: is of type bytes; give a list of numbers"),
-    (lambda: lcpcli.solve(A, np.array([None, 1])), "q[0]: is null; give real numbers"),
-    (lambda: lcpcli.solve(A, [Decimal("0.1"), 1]), "q[0]: is of type Decimal; give real numbers"),
-    (lambda: lcpcli.solve(A, B, upper=Broken()), "upper: is of type Broken, and gives no array"),
-    (lambda: lcpcli.solve_many(A, ["a", "b"]), "Q[0]: is the text 'a'; give real numbers"),
-    (lambda: lcpcli.solve_many(A, Arrayish(B)), "Q: has 1 dimension; give one vector in each column"),
-    (lambda: lcpcli.solve_many(A, aslinearoperator(A)), "Q: is of type MatrixLinearOperator, a linear operator"),
-    (lambda: lcpcli.solve_many(A, A, upper=[[1], [1, 2]]), "upper[1]: has 2 entries where upper[0] has 1"),
-    (lambda: lcpcli.Problem(A, B, solutions=7), "solutions: is a number; give a list of solutions"),
-    (lambda: lcpcli.Solver(np.eye(2), upper=[1, 1]).update(np.eye(3)), "M: has 3 rows for 2 bounds"),
-    (lambda: lcpcli.check(lcpcli.Problem(A, B), [1, 2, Fraction(1, 3)]), "z: has 3 entries for 2 unknowns"),
-]
-
-
-@pytest.mark.parametrize(("call", "said"), REFUSED, ids=range(len(REFUSED)))
-def test_what_is_no_array_is_refused_by_its_field(call: Callable[[], Any], said: str) -> None:
-    with pytest.raises(LCPError) as refusal:
-        call()
-    assert str(refusal.value).startswith(said)
 
 
 def test_fractions_are_numbers_and_a_solution_of_them_is_verified_exactly() -> None:

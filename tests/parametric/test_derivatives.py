@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import pickle
 from fractions import Fraction
-from functools import partial
 from itertools import product
 from typing import Any
 
@@ -21,7 +20,7 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Batch, Problem, Result
-from lcpcli.errors import DerivativeError, OptionError, ProblemError
+from lcpcli.errors import DerivativeError, OptionError
 from lcpcli.gallery import families
 from lcpcli.linalg.matrices import dense
 from lcpcli.typing import Vector
@@ -69,57 +68,6 @@ def test_gradient_is_the_adjoint_of_the_derivative(seed: int, sparse: bool) -> N
     assert abs(pairing(gradient, change) - g @ derivative.z) <= 1e-11 * terms
     w = dense(change["dM"]) @ result.z + change["dq"] + problem.M @ derivative.z
     assert np.abs(w - derivative.w).max() <= 1e-11 * np.abs(w).max(initial=1.0)
-
-
-def bad(**given: Any) -> None:
-    result = lcpcli.solve(np.eye(3), [1, 2, 3], lower=[0, None, 1], upper=[None, None, 1])
-    (result.gradient if "g" in given else result.derivative)(**given)
-
-
-def bad_batch(**changes: Any) -> None:
-    batch: Any = lcpcli.solve_many([np.eye(2), 2 * np.eye(2)], [[-1, -2], [-3, 4]])
-    batch.derivative(**changes)
-
-
-BAD = {
-    "g: has 2 entries for 3 unknowns": partial(bad, g=[1, 2]),
-    "g: has 2 entries for 1 row of J": partial(bad, g=[1, 2], J=[[1, 2, 3]]),
-    "J: has shape (1, 2); give rows of 3 numbers": partial(bad, g=[1], J=[[1, 2]]),
-    "dM: is 2 x 2 but q has 3 entries": partial(bad, dM=np.eye(2)),
-    "dq: has 2 entries for 3 unknowns": partial(bad, dq=[1, 2]),
-    "dq[1]: is not a finite number": partial(bad, dq=[1, np.nan, 2]),
-    "dlower[1]: is -1, but there is no such bound": partial(bad, dlower=[0, -1, 0]),
-    "dupper[0]: is 2, but there is no such bound": partial(bad, dupper=[2, 0, 0]),
-    "dlower[2]: is 1 and dupper[2] is 0, but lower[2] = upper[2]": partial(bad, dlower=[0, 0, 1]),
-    "dq: has shape (3, 2); give shape (2, 2)": partial(bad_batch, dq=np.ones((3, 2))),
-    "dM: has shape (2,); give shape (2, 2, 2)": partial(bad_batch, dM=np.ones(2)),
-    "dupper[1][1]: is 1, but there is no such bound; give 0": partial(bad_batch, dupper=[[0, 0], [0, 1]]),
-    "J: has shape (2, 3); give shape (2, k, 2)": partial(bad_batch, J=np.ones((2, 3))),
-}
-
-
-@pytest.mark.parametrize("message", BAD)
-def test_what_cannot_be_used_is_one_clear_error(message: str) -> None:
-    with pytest.raises(ProblemError) as caught:
-        BAD[message]()
-    assert str(caught.value).startswith(message)
-    assert "\n" not in str(caught.value)
-
-
-def test_result_that_is_not_solved_has_no_derivative() -> None:
-    result = lcpcli.solve([[0, 1], [1, 0]], [-1, 1])
-    with pytest.raises(DerivativeError, match="no derivative, as the problem is not solved: has no solution"):
-        result.derivative(dq=[1, 0])
-    with pytest.raises(DerivativeError, match="not solved"):
-        result.gradient([1, 0])
-
-
-def test_fixed_variables_move_with_both_bounds_and_the_sides_of_the_gradient_add_up() -> None:
-    result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6], lower=[1, 0], upper=[1, None])
-    found = result.derivative(dlower=[2, 0], dupper=[2, 0])
-    assert found.z.tolist() == [2.0, -1.0]
-    gradient = result.gradient([0, 1])
-    assert (gradient.lower + gradient.upper).tolist() == [-0.5, 0.0]
 
 
 @pytest.mark.parametrize("method", ["shi", "fixed-point", "interior", "auto"])
@@ -196,50 +144,6 @@ def test_at_kinks_the_derivative_is_that_of_the_piece_on_which_they_stay_at_thei
     assert np.abs(at_bound.z - beside.z).max() <= 1e-12 * np.abs(beside.z).max()
 
 
-def solved_at(z: list[float], problem: Problem) -> Result:
-    """The result with this solution of the problem, of which there may be others."""
-    result = lcpcli.run(problem, z0=z, max_iterations=1) if np.any(z) else lcpcli.run(problem)
-    assert result.solved
-    assert result.z.tolist() == z
-    return result
-
-
-@pytest.mark.parametrize(
-    ("z", "M", "q", "upper"),
-    [
-        ([0], [[-1]], [0], np.inf),  # no solution or several, for nearby data
-        ([0], [[0]], [0], np.inf),
-        ([0, 0], [[1, 1], [1, 1]], [0, 0], np.inf),
-        ([1, 0], [[1, 1], [1, 0]], [-1, -1], np.inf),
-        ([1, 1], [[2, 3], [3, 2]], [-5, -5], 1.0),
-    ],
-)
-def test_solution_that_is_not_strongly_regular_has_no_one_sided_derivative(
-    z: list[float], M: Any, q: list[float], upper: float
-) -> None:
-    """It is not the only one nearby, or for nearby data."""
-    result = solved_at(z, Problem(M, q, upper=upper))
-    with pytest.raises(DerivativeError, match="not strongly regular"):
-        result.derivative(dq=np.ones(len(z)), one_sided=True)
-
-
-def test_a_direction_in_which_problems_have_no_solution_near_has_no_derivative() -> None:
-    result = lcpcli.solve([[2, -1], [-2, 1]], [-2, 2], lower=-1, upper=1)
-    with pytest.raises(DerivativeError, match="no derivative was found in this direction: has no solution"):
-        result.derivative(dM=np.ones((2, 2)), dq=[1, -2], one_sided=True)
-
-
-@pytest.mark.parametrize("singular", ["exactly", "but for rounding"])
-def test_singular_solution_has_neither_derivative_nor_gradient(singular: str) -> None:
-    if singular == "exactly":
-        result = solved_at([0.5, 0.5], Problem([[1, 1], [1, 1]], [-1, -1]))
-    else:
-        result = lcpcli.solve([[0.1, 0.3], [0.3, 0.9]], [-0.1, -0.3], lower=-np.inf)
-    for call in (lambda: result.derivative(dq=[1, 0]), lambda: result.gradient([1, 0])):
-        with pytest.raises(DerivativeError, match="variables between their bounds is singular"):
-            call()
-
-
 def test_at_many_kinks_whose_matrix_is_not_classified_the_direction_is_not_called_proved() -> None:
     random = np.random.default_rng(0)
     M, d = exact.p_matrix(random, 16), random.normal(size=16)
@@ -271,14 +175,6 @@ def test_components_that_are_nearly_at_a_kink_are_not(power: int) -> None:
     assert found.strongly_regular
 
 
-def test_what_is_kept_for_J_does_not_answer_where_z_is_not_determined() -> None:
-    result = lcpcli.solve([[1, 1], [1, 1]], [-2, -2], lower=None)
-    assert result.gradient([1.0], J=[[1, 1]]).q.sum() == pytest.approx(-1.0)
-    for derive in (lambda: result.gradient([1, 0]), lambda: result.derivative(dq=[1, 1])):
-        with pytest.raises(DerivativeError):
-            derive()
-
-
 @pytest.mark.parametrize("M", [[[0, 1], [1, 0]], [[1, 1], [1, 1]]])  # without a solution, and with several
 def test_a_function_that_does_not_depend_on_z_has_the_gradient_0(M: Any) -> None:
     result = lcpcli.solve(M, [-1, 1] if M[0][0] == 0 else [-1, -1])
@@ -293,7 +189,6 @@ def test_a_function_that_does_not_depend_on_z_has_the_gradient_0(M: Any) -> None
 
 B = 10
 ARRAYS = ("q", "M", "lower", "upper")
-NAN = float("nan")
 
 
 def batch_of(M: Any, q: Any, **bounds: Any) -> Batch:
@@ -479,13 +374,3 @@ def test_an_unsolved_problem_of_a_batch_has_the_gradient_0_of_a_function_that_le
     found = batch.gradient(np.array([[1.0], [0.0]]), unsolved=unsolved)
     for values, expected in ((found.q, [-1, 0]), (found.M, [-1, 0]), (found.lower, [0, 0])):
         assert values.ravel().tolist() == expected
-
-
-@pytest.mark.parametrize("J", [[1, 0, 0, 0], [0, 0, 0, 1], [1, 1, 1, 0]])
-def test_J_z_has_a_derivative_only_if_no_direction_of_several_changes_it(J: list[float]) -> None:
-    """z1 + z2 and z3 + z4 are determined, and no more."""
-    result = lcpcli.solve(np.kron(np.diag([1.0, 2.0]), np.ones((2, 2))), [-1, -1, -4, -4], "interior")
-    assert (result.z > 0.1).all()
-    assert result.derivative(dq=[1, 1, 0, 0], J=[[1, 1, 0, 0], [0, 0, 1, 1]]).z == pytest.approx([-1, 0])
-    with pytest.raises(DerivativeError, match="several solutions, which differ in J z"):
-        result.derivative(dq=[1, 1, 0, 0], J=[J])

@@ -5,7 +5,6 @@ criterion of `solve` for the problem at its t; and corners of paths: starts amon
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
@@ -16,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lcpcli
-from lcpcli import Path, Problem, errors, from_qp, path, run, solutions
+from lcpcli import Path, Problem, from_qp, path, run, solutions
 from lcpcli.gallery import families as gallery
 from lcpcli.parametric import following
 from lcpcli.parametric.following import basic_states
@@ -99,20 +98,6 @@ def test_t_stands_still_where_the_solution_of_a_linear_program_jumps() -> None:
     assert sorted(found(0.5)[:, 0].tolist()) == [0, 1]
     assert found(0.25)[0] == 1
     assert found(0.75)[0] == 0
-
-
-def test_problems_that_differ_in_m_or_in_kinds_of_bounds_are_refused() -> None:
-    problem = Problem([[2, 1], [1, 2]], [1, 1])
-    with pytest.raises(errors.ProblemError, match="M"):
-        path(problem, Problem([[2, 1], [1, 3]], [1, 1]))
-    with pytest.raises(errors.ProblemError, match=r"upper\[0\]"):
-        path(problem, Problem([[2, 1], [1, 2]], [1, 1], upper=[1, math.inf]))
-    with pytest.raises(errors.ProblemError, match="n: is 2 and 1"):
-        path(problem, Problem([[2]], [1]))
-    with pytest.raises(errors.OptionError, match="start"):
-        path(problem, problem, start=1, stop=1)
-    with pytest.raises(errors.OptionError, match="give a t there"):
-        path(problem, problem)(2)
 
 
 @pytest.mark.parametrize("exact", [False, True])

@@ -33,7 +33,6 @@ PEERS = ("piqp", "clarabel", "quantecon", "osqp", "daqp")
 
 
 def convergence(*panels: Panel) -> Figure:
-    """The figure of error against run time and iteration."""
     with style.context():
         return run_figures.draw_convergence(list(panels))
 
@@ -43,7 +42,6 @@ def bench(
     panels: Sequence[Panel] = (),
     *growths: dict[str, list[Growth]],
 ) -> Figure:
-    """The figure of a benchmark."""
     with style.context():
         return run_figures.draw_bench(
             profiles, panels, {family: own for each in growths for family, own in each.items()}

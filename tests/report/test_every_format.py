@@ -107,14 +107,6 @@ def test_a_command_has_the_format_on_the_screen_or_in_an_output_file(
         assert lcp(*COMMANDS[name], "-q", "-o", file).err == ""
 
 
-@pytest.mark.parametrize("name", ["result.pdf", "result.xlsx"])
-def test_an_unknown_suffix_is_refused_unless_the_format_is_given(name: str, lcp: Lcp) -> None:
-    refused = lcp("solve", EXAMPLE, "-o", name)
-    assert refused.code == 2
-    assert "is not a format; use .txt, .json, .csv, .md" in refused.err
-    assert lcp("solve", EXAMPLE, "-o", name, "--format", "json").code == 0
-
-
 def test_a_file_has_the_whole_reason_of_a_failure(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     """A wide table is folded or wrapped, and no cell is cut."""
     monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)  # without a figure
@@ -176,15 +168,6 @@ def test_a_page_leads_with_the_answer(lcp: Callable[..., Any], tmp_path: Path) -
     assert "<figure>" not in page[: page.index("slack")]
 
 
-def test_json_has_null_where_a_number_is_not_finite(lcp: Lcp, tmp_path: Path) -> None:
-    file = tmp_path / "own.json"
-    file.write_text('{"M": [[1e300]], "q": [-1e300], "x0": [1e300]}')
-    outcome = lcp("solve", str(file), "--format", "json", "--trace", "--max-iterations", "0")
-    record = json.loads(outcome.out, parse_constant=lambda name: pytest.fail(name))
-    assert record["residual"] == 2e300
-    assert record["w"] == [None]
-
-
 def table(text: str) -> list[dict[str, str]]:
     """The rows of a CSV text, without the comments before its header."""
     return list(csv.DictReader(line for line in StringIO(text) if not line.startswith("#")))
@@ -204,13 +187,6 @@ def test_csv_parses_back_to_every_digit(lcp: Lcp) -> None:
     assert {row["step"] for row in rows if row["method"] == "shi"} >= {"1", "2.2", "2.4"}
 
 
-def test_csv_of_problems_of_different_sizes_is_one_table(lcp: Lcp) -> None:
-    arguments = ("--format", "csv", "--trace", "--max-iterations", "3")
-    rows = table(lcp("compare", EXAMPLE, contents.shipped_path("bimatrix.json"), *arguments).out)
-    assert all(None not in row and None not in row.values() for row in rows)
-    assert rows[0]["z5"] == ""
-
-
 def test_latex_and_markdown_escape_what_they_must() -> None:
     assert escape_latex("a_b & 50% | <x> --y 1e-3") == (
         r"a\_b \& 50\% \textbar{} \textless{}x\textgreater{} -{}-y 1e-3"
@@ -222,16 +198,6 @@ def test_latex_and_markdown_escape_what_they_must() -> None:
 
 def text_of(form: str, *tables: Table, verdict: str = "") -> str:
     return typeset(Document("t", [Section("t", verdict, True, tables=tables)]), form)
-
-
-def test_names_are_no_numbers_and_no_units_in_LaTeX(lcp: Lcp, tmp_path: Path) -> None:
-    file = tmp_path / "p.json"
-    file.write_text('{"M": [[2, 1], [1, 2]], "q": [-5, -6], "names": ["us", "1e5"]}')
-    for options in ((), ("--all",), ("--minimize", "us")):
-        text = lcp("solve", str(file), *options, "--format", "latex").out
-        assert re.search(r"\bus (&|\d)", text)
-        assert re.search(r"\b1e5 (&|\d)", text)
-        assert "10^{5}" not in text
 
 
 def test_columns_of_numbers_stay_aligned_beside_a_star() -> None:

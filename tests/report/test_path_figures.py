@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,7 @@ from lcpcli.report.plotting import Curve, Panel
 from lcpcli.solving.driver import run
 from lcpcli.solving.trace import Trace
 
-from ..cli.conftest import Lcp, assert_refused
+from ..cli.conftest import Lcp
 
 SKEW = Problem([[1, 3], [-3, 1]], [-4, 3], name="skew", x0=[-2, -1])
 TWO = Problem([[2, 1], [1, 2]], [-5, -6], name="two")
@@ -111,20 +112,8 @@ def test_both_commands_write_the_picture(lcp: Lcp, folder: Path) -> None:
         assert (folder / name).read_bytes().startswith(magic)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ("solve paper-example-1 --paths a.svg", ["two unknowns", "n = 4"]),
-        ("solve bound.json --paths a.svg", ["two unknowns", "n = 2"]),
-        ("solve two.json --paths a.txt", ["--paths", "a.txt", ".svg"]),
-        ("solve two.json two.json --paths a.svg", ["--paths", "one problem only", "lcp compare"]),
-        ("solve two.json --all --paths a.svg", ["--paths", "no effect with --all"]),
-        ("compare" + 7 * " two.json" + " --paths a.svg", ["7 problems", "room for 6"]),
-        ("solve two.json --paths a.svg --plot a.svg", ["--paths", "same file as --plot"]),
-    ],
-)
-def test_what_has_no_paths_is_refused(arguments: str, words: list[str], lcp: Lcp, folder: Path) -> None:
-    assert_refused(lcp(*arguments.split()), *words)
+def test_what_has_no_paths_is_refused(session: Callable[[str], None], folder: Path) -> None:
+    session("refused-figures-of-iterates")
     assert not (folder / "a.svg").exists()
 
 

@@ -28,7 +28,6 @@ def text_of(path: Path, form: str = "table", at: Any = (), width: int | None = N
 
 
 def table(path: Path, *at: Any, width: int | None = None) -> list[list[str]]:
-    """The lines of the table as words."""
     return [line.split() for line in text_of(path, "table", at, width).splitlines()]
 
 

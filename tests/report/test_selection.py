@@ -17,7 +17,7 @@ from lcpcli.report import outcome
 from lcpcli.report.figures import run_figures
 from lcpcli.report.wording import places
 
-from ..cli.conftest import Lcp, assert_refused
+from ..cli.conftest import Lcp
 
 NAMES = ["price n0", "price n1", "flow", "", "price *"]
 MARKET = {"M": [[2, 0, 0], [1, 2, 0], [0, 1, 2]], "q": [-2, -3, -3], "names": ["price n0", "flow", "price n1"]}
@@ -45,30 +45,18 @@ def test_a_name_of_none_is_refused(pattern: str) -> None:
         places(NAMES, [pattern])
 
 
-SHOWN = (
-    *(f"{line} market.json --show 'price *'" for line in ("solve", "solve --all", "compare --method newton")),
-    "solve market.json --all --show 'price *' --format csv",
-    "solve game.json --all --show 'row *'",
-    "solve game.json --all --show 'column de' --format csv",
-    *(f"path from.json market.json --show flow --format {form}" for form in ("table", "csv")),
-    "solve market.json --show flow",
-    "solve market.json --show flow --format csv",
-    "solve market.json --method newton --trace --show 'price n1' --format csv",
-)
 PROGRAM = {"Q": [[2, 0], [0, 2]], "A": [[1, 2]], "row_upper": [1], "rows": ["wood"], "columns": ["a", "b"]}
 
 
 def test_tables_and_csv_have_the_chosen_unknowns_alone(session: Callable[..., None]) -> None:
     Path("from.json").write_text(json.dumps(MARKET | {"q": [4, 5, 4]}))
-    session("show", *SHOWN)
+    session("show")
 
 
 def test_a_multiplier_is_called_as_its_row_or_with_y_by_every_command(session: Callable[..., None]) -> None:
     for file, c in (("p.json", [-2, -5]), ("to.json", [-2, -6])):
         Path(file).write_text(json.dumps(PROGRAM | {"c": c}))
-    commands = ("path p.json to.json", "solve p.json", "solve p.json --all", "solve p.json --minimize a")
-    lines = (f"{command} --show '{name}'" for command in commands for name in ("y wood", "y steel"))
-    session("show-multipliers", *lines, "solve p.json --all --show wood")
+    session("show-multipliers")
 
 
 def test_a_figure_of_a_path_has_the_chosen_lines_alone_and_multipliers_too() -> None:
@@ -88,24 +76,9 @@ def lines_of(path: lcpcli.Path, *names: str) -> dict[str, float]:
     return {label: line.get_ydata()[0] for label, line in zip(labels, lines, strict=True)}
 
 
-UNKNOWN = "'flows' is not the name of an unknown; did you mean flow?"
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ("solve market.json --show flow --format json", "has no effect on json, which has all"),
-        ("solve market.json game.json --show flow", "chooses the unknowns of one problem only"),
-        ("compare market.json --sweep p=1,10 --show flow --format csv", "has no effect where no unknowns are shown"),
-        ("solve market.json --show flows", UNKNOWN),
-        ("solve market.json --all --show flows", UNKNOWN),
-        ("compare market.json --show flows", UNKNOWN),
-        ("path market.json --direction 1,1,1 --to 9 --show flows", UNKNOWN),
-    ],
-)
-def test_show_is_refused_at_first(arguments: str, words: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_show_is_refused_at_first(session: Callable[[str], None], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("lcpcli.parametric.following.follow", None)
-    assert_refused(lcp(*arguments.split()), f"lcp: --show: {words}")
+    session("refused-show")
 
 
 def test_digits_under_the_pointer_are_those_that_a_page_shows(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -126,17 +99,6 @@ MIXED = {
     "name": "mixed",
 }
 SIZE = "n = 3 (1 free, 1 lower bound, 1 boxed)"
-
-
-def test_next_step_begins_with_the_basis_in_json(lcp: Lcp, tmp_path: Path) -> None:
-    contact = {"M": [[2, 2, -1], [2, 2, -1], [1, 1, 0]], "q": [-1, -1, 0.5]}  # the impulses are not unique
-    for name, q in (("first", [-1, -1, 0.5]), ("next", [-1.1, -1.1, 0.5])):
-        (tmp_path / f"{name}.json").write_text(json.dumps(contact | {"q": q}))
-    result = tmp_path / "result.jsonl"
-    assert lcp("solve", str(tmp_path / "first.json"), "-o", str(result)).code == 0
-    assert json.loads(result.read_text())["basis"] == run(Problem(**contact)).basis
-    found = json.loads(lcp("solve", str(tmp_path / "next.json"), "--basis", str(result), "--format", "json").out)
-    assert (found["solved"], found["iterations"]) == (True, 1)
 
 
 def test_long_basis_is_counted_in_the_table(lcp: Lcp, tmp_path: Path) -> None:

@@ -111,7 +111,6 @@ class Worker:
         return json.loads(line)
 
     def end(self) -> None:
-        """End the process."""
         self._process.stdin.close()
         self._process.wait()
 

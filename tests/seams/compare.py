@@ -24,7 +24,6 @@ SHOWN = 20  # differences that are printed for each field
 
 
 def main() -> None:
-    """Compare two records."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("before")
     parser.add_argument("after")
@@ -57,7 +56,6 @@ def read(path: str) -> tuple[dict[str, Any], dict[str, Entry]]:
 
 
 def differing(a: Entry, b: Entry) -> list[str]:
-    """Return the fields that differ."""
     return [field for field in dict.fromkeys([*a, *b]) if not equal(a.get(field), b.get(field))]
 
 

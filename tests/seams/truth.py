@@ -65,7 +65,6 @@ class Units(NamedTuple):
 
 
 def bounds(problem: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return the bounds of the problem as arrays."""
     lower, upper = (
         np.array(np.broadcast_to(bound, problem.n), dtype=float) for bound in (problem.lower, problem.upper)
     )

@@ -55,7 +55,6 @@ class Liar:
     def run(
         self, problem: Problem, steps: Any = (), ending: Any = None, declaration: Any = None, **options: Any
     ) -> Result:
-        """The result of a run of it on a problem."""
         self.register(problem, steps, ending, **(declaration or {}))
         method: Any = "liar"
         return run(problem, method, **options)

@@ -5,8 +5,6 @@ contacts is, has one solution, the empty vector.
 
 from __future__ import annotations
 
-import json
-import math
 import re
 from collections.abc import Callable
 from functools import partial
@@ -20,10 +18,9 @@ from scipy.sparse import coo_matrix, csr_array
 
 import lcpcli
 from lcpcli import Problem, Result, Status
-from lcpcli.errors import OptionError, ProblemError
+from lcpcli.errors import ProblemError
 from lcpcli.methods.registry import METHODS, Method, options_of, parameters_of
 from lcpcli.options import Option
-from lcpcli.report.document import FORMATS
 from lcpcli.solving.call import COMMON_OPTIONS, NonlinearOptions, RunOptions, SolverOptions
 
 from ..conftest import Outcome
@@ -76,70 +73,6 @@ def test_options_for_type_checkers_are_those_of_the_calls_and_of_the_registry() 
     assert all(re.search(rf"\b{name}\b", lcpcli.solve.__doc__) for name in COMMON_OPTIONS)
     assert all(re.search(rf"\b{name}\b", lcpcli.solve_mcp.__doc__) for name in NonlinearOptions.__annotations__)
     assert all(re.search(rf"\b{name}\b", lcpcli.Solver.__doc__) for name in SolverOptions.__annotations__)
-
-
-@pytest.mark.parametrize(
-    "call",
-    [
-        partial(lcpcli.solve, M, Q),
-        partial(lcpcli.run, lcpcli.Problem(M, Q)),
-        partial(lcpcli.solve_many, M, np.transpose([Q])),
-        partial(lcpcli.solve_qp, M, Q),
-        partial(lcpcli.Solver, M),
-        partial(lcpcli.solve_mcp, lambda z: z - 1.0, x0=[0.0]),
-    ],
-    ids=lambda call: call.func.__name__,
-)
-@pytest.mark.parametrize("value", [3, None])
-def test_misspelt_option_is_refused_with_the_one_that_is_meant(call: Any, value: Any) -> None:
-    with pytest.raises(OptionError, match=r"^time_limt: is not an option of .*; did you mean time_limit\?$"):
-        call(time_limt=value)
-
-
-def test_truth_of_a_result_is_refused() -> None:
-    result = lcpcli.solve(M, Q)
-    assert result.success is result.solved is True
-    with pytest.raises(TypeError, match=r"ask for result\.solved"):
-        bool(result)
-
-
-WRONG: list[tuple[Any, dict[str, Any], str]] = [
-    ("shi", {"rho": 0.4, "sigma": 0.2}, r"^sigma: 0.2 is out of range"),
-    ("shi", {"k_star": 0}, r"^k_star: 0 is out of range; it must be: whole number >= 1$"),
-    ("shi", {"K_star": 3}, "^K_star: .*did you mean k_star"),
-    ("shi", {"%": 3}, "^%: .*it has x1, p, k_star, rho, sigma, x0, z0, basis, tol"),
-    ("shi", {"omega": 2.0}, "^omega: has no effect with the method shi"),
-    ("fixed-point", {"omgea": 2.0}, "^omgea: is not an option of fixed-point; did you mean omega"),
-    ("newton", {"p": 3}, r"^p: has no effect with the method newton"),
-    ("newtn", {}, "'newtn' is unknown; did you mean newton"),
-    ("auto", {"every": 2}, r"^every: is not an option of auto"),
-    ("auto", {"max_iteration": 3}, "^max_iteration: .*did you mean max_iterations"),
-]
-OUT_OF_RANGE: dict[str, dict[str, tuple[Any, ...]]] = {
-    "auto": {"threads": (0,), "time_limit": (0.0,), "max_iterations": (-1,), "tol": (0.0, 1.0, math.nan)},
-    "reflections": {"beta": (2.0, 0.0), "walkers": (0,), "seed": (-1,)},
-    "fixed-point": {"omega": (0.0, "best", True), "anderson": (-1, 0.5, "auto")},
-    "interior": {"start_slack": (-1,), "regularization": (2,)},
-    "shi": {"p": (-1, 0.0, math.inf, math.nan), "rho": (0.5, 0.0), "sigma": (1.0, 1e-4)},
-}
-WRONG += [
-    (method, {name: value}, f"^{name}: {value} is out of range")
-    for method, options in OUT_OF_RANGE.items()
-    for name, values in options.items()
-    for value in values
-]
-
-
-@pytest.mark.parametrize(("method", "given", "message"), WRONG, ids=[message for *_, message in WRONG])
-def test_wrong_option_is_refused_whether_or_not_the_start_is_a_solution(
-    method: Any, given: dict[str, Any], message: str
-) -> None:
-    for q in (1, -1):
-        with pytest.raises(OptionError, match=message):
-            lcpcli.solve([[1]], [q], method, **given)
-        for columns in (1, 6):
-            with pytest.raises(OptionError, match=message):
-                lcpcli.solve_many([[1]], [[q] * columns], method=method, **given)
 
 
 def test_methods_may_share_an_option_and_no_name_belongs_to_two() -> None:
@@ -219,40 +152,3 @@ def test_files_hold_it_but_for_csv(tmp_path: Path, M: Any) -> None:
     with pytest.raises(ProblemError, match=r"p\.csv: cannot hold a problem without unknowns; write \.json$"):
         lcpcli.write(Problem(M, []), tmp_path / "p.csv")
     assert not (tmp_path / "p.csv").exists()
-
-
-def test_one_of_both_alone_is_refused_when_it_is_empty() -> None:
-    for M, q, message in (
-        ([[1]], [], "^M: is 1 x 1 but q has 0 entries; make them agree$"),
-        ([], [1], "^M: is 0 x 0 but q has 1 entry; make them agree$"),
-        ([[]], [], "^M: is 1 x 0; make it square$"),
-        (csr_array((2, 2)), [], "^M: is 2 x 2 but q has 0 entries"),
-    ):
-        with pytest.raises(ProblemError, match=message):
-            lcpcli.solve(M, q)
-
-
-@pytest.mark.parametrize("form", FORMATS)
-def test_commands_solve_it_in_every_format(lcp: Lcp, form: str, file: str) -> None:
-    for arguments in (("solve", file), ("solve", "--all", file), ("compare", file)):
-        outcome = lcp(*arguments, "--format", form)
-        assert (outcome.code, outcome.err, bool(outcome.out)) == (0, "", True)
-
-
-def test_commands_check_convert_follow_and_prove_it_and_figures_of_its_components_are_refused(
-    tmp_path: Path, lcp: Lcp, file: str
-) -> None:
-    result, other, figure = (str(tmp_path / name) for name in ("result.json", "other.npz", "figure.svg"))
-    assert lcp("solve", file, "--trace", "--method", "shi", "-o", result).code == lcp("check", file, result).code == 0
-    assert lcp("convert", file, "-o", other).code == lcp("path", file, file).code == 0
-    record = json.loads(lcp("solve", other, "--bound", "--format", "json").out)
-    known = [record[key] for key in ("status", "z", "residual", "relative_residual", "error_bound", "others")]
-    assert known == ["solved", [], 0, 0, 0, False]
-    assert json.loads(lcp("inspect", file, "--format", "json").out)["density"] is None
-    pytest.importorskip("matplotlib")
-    for arguments in (("compare", "--paths"), ("solve", "--all", "--plot")):
-        outcome = lcp(arguments[0], file, *arguments[1:], figure)
-        assert (outcome.code, outcome.err.count("\n"), "n = 0" in outcome.err) == (2, 1, True)
-    pytest.importorskip("flint")
-    assert "exact z = ()\nexact w = ()\nproof: z >= 0" in lcp("solve", file, "--exact").out
-    assert lcp("solve", file, "--all", "--exact").code == lcp("path", file, file, "--exact").code == 0

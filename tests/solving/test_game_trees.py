@@ -4,13 +4,11 @@ strategies, and strategies that are given to be checked.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from functools import cache
 from itertools import product
 from math import prod
-from pathlib import Path
 from random import Random
 from typing import Any
 
@@ -89,7 +87,6 @@ def payoffs(tree: GameTree, strategies: Sequence[Strategy]) -> list[Fraction]:
 
 
 def pure_strategies(tree: GameTree, player: int) -> Iterator[Strategy]:
-    """All pure strategies of a player."""
     sizes = [len(own.actions) for own in tree.players[player].sets]
     for moves in product(*map(range, sizes)):
         yield [[Fraction(k == move) for k in range(size)] for size, move in zip(sizes, moves, strict=True)]
@@ -134,12 +131,6 @@ def small_games() -> list[lcpcli.Problem]:
         for each in map(tree_of, range(60))
     )
     return [problem for problem, pure in numbers if max(pure) <= MOST_PURE]
-
-
-@pytest.fixture
-def entry(tmp_path: Path) -> str:
-    (tmp_path / "entry.efg").write_text(ENTRY)
-    return str(tmp_path / "entry.efg")
 
 
 def test_no_pure_strategy_gains_in_an_equilibrium_in_fractions() -> None:
@@ -189,47 +180,6 @@ def test_games_of_the_gallery_are_solved_in_fractions_and_kuhns_poker_has_its_va
     assert (one == KUHN or n != 40, one == -two or n > 100) == (True, True)
     assert answer.statement.startswith("an equilibrium")
     assert np.allclose(answer.payoffs, [float(one), float(two)])
-
-
-def test_every_equilibrium_of_a_small_tree_is_among_all_solutions(lcp: Lcp, entry: str) -> None:
-    found = json.loads(lcp("solve", entry, "--all", "--exact", "--format", "json").out)
-    plans = {tuple(each["z"][:6]) for each in found["solutions"]}
-    assert ("1", "1", "0", "1", "0", "1") in plans  # in, share
-    assert ("1", "0", "1", "1", "1", "0") in plans  # out, fight: a threat, no equilibrium of the subgame
-    assert found["complete"]
-
-
-def test_strategies_are_checked_by_best_responses(lcp: Lcp, entry: str) -> None:
-    threat, wrong = lcp("check", entry, "0,1,1/2,1/2", "--exact"), lcp("check", entry, "1,0,1,0")
-    refused = lcp("check", entry, "1,0,1,1")
-    assert (threat.code, wrong.code) == (0, 1)
-    assert "the strategies are an equilibrium: by a best response entrant would gain 0, incumbent 0" in threat.out
-    assert "not an equilibrium to the tolerance: by a best response entrant would gain 1, incumbent 2" in wrong.out
-    assert (refused.code, refused.err.count("\n")) == (2, 1)
-    assert "information set 1 of incumbent: has 1, 1 as the probabilities of its actions" in refused.err
-
-
-def test_a_result_is_checked_and_its_strategies_alone(lcp: Lcp, tmp_path: Path, entry: str) -> None:
-    result, own = (str(tmp_path / name) for name in ("result.json", "own.json"))
-    assert lcp("solve", entry, "--exact", "-o", result).code == lcp("check", entry, result, "--exact").code == 0
-    answer = json.loads(Path(result).read_text())["answer"]
-    Path(own).write_text(json.dumps(answer["exact"]))
-    assert "the strategies are an equilibrium" in lcp("check", entry, own, "--exact").out
-    Path(own).write_text(json.dumps({"information_sets": answer["information_sets"][:1]}))
-    assert "has 2 entries" in lcp("check", entry, own).err
-
-
-def test_tables_have_a_row_for_each_information_set_and_csv_the_probabilities(lcp: Lcp, tmp_path: Path) -> None:
-    game, table = str(tmp_path / "entry.efg"), str(tmp_path / "entry.csv")
-    Path(game).write_text(ENTRY.replace('2 1 ""', '2 1 "after entry"'))
-    out = lcp("solve", game, "--exact").out
-    assert "payoffs entrant 1, incumbent 1" in out
-    assert [line.split() for line in out.splitlines() if line.startswith("incumbent ")] == [
-        ["incumbent", "after", "entry", "1", "share", "1"]
-    ]
-    assert lcp("solve", game, "--exact", "-o", table).code == 0
-    assert "6,1,0,basic,incumbent: after entry: share,incumbent,1,1" in Path(table).read_text()
-    assert lcp("check", game, table, "--exact").code == 0
 
 
 def test_an_unsolved_game_has_no_strategies() -> None:
@@ -287,16 +237,6 @@ def test_solved_trees_are_equilibria_by_fractions_and_check_agrees() -> None:
             for each in result.answer.information_sets:
                 own[tree.names().index(each.player)].append(shares(each.probabilities))
             assert gains_little(gains(tree, own), list(map(abs, payoffs(tree, own))))
-
-
-@pytest.mark.parametrize("options", [(), ("--exact",)], ids=["doubles", "exact"])
-def test_a_forbidden_move_is_solved_by_exact_arithmetic(options: tuple[str, ...], lcp: Lcp, tmp_path: Path) -> None:
-    (tmp_path / "tree.efg").write_text(FORBIDDEN)
-    solved = lcp("solve", str(tmp_path / "tree.efg"), *options, "--format", "json")
-    record = json.loads(solved.out)
-    assert (solved.code, record["route"], record["answer"]["payoffs"]) == (0, ["lemke", "exact"], [-3, -1])
-    (tmp_path / "result.json").write_text(solved.out)
-    assert lcp("check", str(tmp_path / "tree.efg"), str(tmp_path / "result.json")).code == 0
 
 
 def test_a_method_by_name_is_stalled_there_and_check_refuses_its_z() -> None:

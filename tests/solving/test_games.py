@@ -4,10 +4,8 @@ to equilibria: pure ones by a look at the payoffs, others by Lemke and Howson's 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,35 +24,6 @@ from ..methods.stages import through
 
 Lcp, File = Callable[..., Any], Callable[..., str]
 
-LONG = "0.1234567890123456789012345"
-SEXES = {"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]], "rows": ["opera", "box"]}
-OPTIONS = pytest.mark.parametrize("options", [(), ("--exact",)], ids=["doubles", "exact"])
-
-
-@pytest.fixture
-def file(tmp_path: Path) -> Callable[..., str]:
-    """Write a file, an object as JSON, and return where it is."""
-
-    def write(given: Any, name: str = "game.json") -> str:
-        (tmp_path / name).write_text(given if isinstance(given, str) else json.dumps(given))
-        return str(tmp_path / name)
-
-    return write
-
-
-@pytest.fixture
-def sexes(file: File) -> str:
-    """The battle of the sexes."""
-    return file(SEXES, "sexes.json")
-
-
-def test_payoffs_of_more_digits_than_decimals_have_by_default_give_an_equilibrium(file: File, lcp: Lcp) -> None:
-    constant = file('{"A": [[1e28, 1e28], [1e28, 1e28]], "B": [[1e28, 0], [0, 1e28]]}')
-    assert "an equilibrium: by a best response" in lcp("solve", constant).out
-    found = json.loads(lcp("solve", constant, "--all", "--format", "json").out)
-    assert (found["complete"], len(found["solutions"])) == (True, 4)
-    assert lcp("solve", constant, "--exact", "--quiet").code == 0
-
 
 @pytest.mark.parametrize("size", [1e28, 1e300, 1e-300])
 def test_costs_of_equal_payoffs_are_one(size: float) -> None:
@@ -62,84 +31,6 @@ def test_costs_of_equal_payoffs_are_one(size: float) -> None:
     M, _ = game.conditions()
     assert M[0, 1:].tolist() == [1, 1]
     assert game.cost_constants()[0] == Fraction(repr(size)) + 1
-
-
-def test_digits_beyond_doubles_in_json_decide(lcp: Lcp, file: File) -> None:
-    game = file(f'{{"A": [[{LONG}6], [{LONG}7]], "B": [[1], [1]]}}')
-    (only,) = json.loads(lcp("solve", game, "--all", "--exact", "--format", "json").out)["solutions"]
-    assert only["equilibrium"]["row"] == ["0", "1"]
-    assert Fraction(only["equilibrium"]["payoffs"][0]) == Fraction(f"{LONG}7")
-    single = json.loads(lcp("solve", game, "--exact", "--format", "json").out)
-    assert single["answer"]["exact"]["row"] == ["0", "1"]
-
-
-@OPTIONS
-def test_the_strategies_of_an_equilibrium_are_accepted_and_others_with_what_each_player_would_gain_refused(
-    options: tuple[str, ...], sexes: str, lcp: Lcp
-) -> None:
-    for pair in ("0.6,0.4,0.4,0.6", "0 1 0 1", "3/5,2/5,2/5,3/5"):
-        checked = lcp("check", sexes, pair, *options)
-        assert checked.code == 0
-        assert "the strategies are an equilibrium: by a best response the row player would gain 0" in checked.out
-    refused = lcp("check", sexes, "0.5,0.5,0.4,0.6", "--format", "json", *options)
-    record = json.loads(refused.out)
-    assert refused.code == 1
-    assert "are not an equilibrium" in record["message"]
-    assert [float(Fraction(gain)) for gain in record["strategies"]["gains"]] == pytest.approx([0, 0.2])
-    assert record["violated"] == 1  # the column that is played and no best response
-    assert record["violations"][0]["index"] == 2
-
-
-def test_printed_digits_are_divided_by_their_sum(lcp: Lcp, file: File) -> None:
-    A = np.array([[0, -1, 1], [1, 0, -1], [-1, 1, 0]])
-    checked = lcp("check", file({"A": A.tolist(), "B": (-A).tolist()}), ",".join(6 * ["0.3333333"]))
-    assert checked.code == 0
-    assert "the strategies, divided by their sums, are an equilibrium" in checked.out
-
-
-@OPTIONS
-def test_what_solve_has_written_of_a_game_is_checked(
-    options: tuple[str, ...], sexes: str, lcp: Lcp, file: File
-) -> None:
-    one = lcp("check", sexes, file(lcp("solve", sexes, "--format", "json", *options).out, "one.json"), *options)
-    assert one.code == 0
-    assert "as strategies, an equilibrium" in one.out
-    written = lcp("solve", sexes, "--all", "--format", "json", "--exact").out
-    every = lcp("check", sexes, file(written, "all.json"), *options)
-    assert every.code == 0
-    assert all(f"solution {k} of 3: the strategies are" in every.out for k in (1, 2, 3))
-    wrong = json.loads(written)
-    wrong["solutions"][1]["equilibrium"]["row"] = ["1/2", "1/2"]
-    refused = lcp("check", sexes, file(wrong, "wrong.json"), "--format", "json", *options)
-    assert refused.code == 1
-    assert [json.loads(line)["accepted"] for line in refused.out.splitlines()] == [True, False, True]
-
-
-FAULTS: list[tuple[Any, Any, str]] = [
-    (SEXES, {"row": [0.6, 0.5], "column": [0.4, 0.6]}, "s.json: row: has the sum 1.1"),
-    (SEXES, {"row": [0.6, 0.4], "column": [1.4, -0.4]}, "s.json: column: has a negative entry"),
-    (SEXES, {"row": [0.6], "column": [0.4, 0.4, 0.6]}, "s.json: row: has 1 entry for 2 strategies"),
-    (SEXES, {"row": "0.6", "column": [0.4, 0.6]}, "s.json: row: is the text"),
-    (SEXES, {"solutions": []}, "s.json: solutions: is empty"),
-    (SEXES, {"solutions": [3]}, "s.json: solutions[0]: is a number"),
-    ({"M": [[1]], "q": [-1]}, {"row": [1], "column": [1]}, "row: is a strategy, but the problem is not a game; give z"),
-    ('{"A": [[1e-4000]], "B": [[1]]}', [1, 1], "has the payoff '1e-4000'; write it with at most 1000 digits"),
-]
-
-
-@pytest.mark.parametrize(("game", "given", "fault"), FAULTS, ids=[fault for *_, fault in FAULTS])
-def test_what_are_no_strategies_gets_a_line(game: Any, given: Any, fault: str, lcp: Lcp, file: File) -> None:
-    refused = lcp("check", file(game), file(given, "s.json"))
-    assert refused.code == 2
-    assert fault in refused.err
-
-
-def test_strategies_whose_z_is_beyond_doubles_are_verified_in_exact_arithmetic(lcp: Lcp, file: File) -> None:
-    tiny = file('{"A": [[1e-310, 0], [0, 2e-310]], "B": [[2e-310, 0], [0, 3e-310]]}')
-    refused = lcp("check", tiny, "1,0,1,0")
-    assert refused.code == 2
-    assert "z: of these strategies exceeds the double-precision range; scale the payoffs" in refused.err
-    assert lcp("check", tiny, "1,0,1,0", "--exact").code == 0
 
 
 def test_payoff_that_is_not_met_hides_no_gain() -> None:

@@ -5,7 +5,6 @@ and as asked for.
 from __future__ import annotations
 
 import pickle
-import re
 from itertools import count, islice
 from typing import Any
 
@@ -18,7 +17,6 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Problem, Result
-from lcpcli.errors import OptionError, ProblemError
 from lcpcli.solving import many
 from lcpcli.typing import Vector
 
@@ -244,42 +242,6 @@ def test_no_problems_are_an_empty_batch_and_those_without_unknowns_are_solved() 
         assert batch.solved.all()
         assert batch.z.shape == batch.w.shape == batch.gradient(np.zeros((3, 0))).lower.shape == (3, 0)
         assert batch.derivative(dq=np.zeros((3, 0))).z.shape == (3, 0)
-
-
-I2 = np.eye(2)
-BAD: dict[str, tuple[tuple[Any, ...], dict[str, Any]]] = {
-    "Q: has 1 dimension; give": ((I2, [1.0, 2.0]), {}),
-    "Q: has shape (3, 2), but M is 2 x 2; give": ((I2, np.ones((3, 2))), {}),
-    "Q: has 3 dimensions": ((I2, np.ones((2, 2, 2))), {}),
-    "Q[0][1]: is not a finite number": ((I2, [[1.0, np.nan], [1.0, 2.0]]), {}),
-    "Q: is sparse; give a dense array": ((I2, csr_array(I2)), {}),
-    "M: is 1 x 2; make it square": ((I2[:1], I2), {}),
-    "Q: is missing": ((I2,), {}),
-    "problem: is a number; make it by Problem(M, q)": (([1.0],), {}),
-    "lower: has shape (2, 3), but Q has (2, 2)": ((I2, I2), {"lower": np.ones((2, 3))}),
-    "lower: has 3 entries for 2 unknowns": ((I2, I2), {"lower": [0.0, 0.0, 0.0]}),
-    "column 1: lower[0]: is 0, above upper[0] = -1": ((I2, I2), {"upper": [[1.0, -1.0], [1.0, 1.0]]}),
-    "upper: has no effect on Problems": (([],), {"upper": 1.0}),
-    "tolerance: is not an option of auto": ((I2, I2), {"tolerance": 0.1}),
-    "nonsense: is not an option of auto": ((M, Q), {"nonsense": 1}),
-    "M: has shape (2, 2, 3); give one square matrix": ((np.ones((2, 2, 3)), Q), {}),
-    "M[1][0][1]: is not a finite number": (([M[0], [[1, np.nan], [0, 1]]], Q), {}),
-    "M[1]: has shape (1, 1) where M[0] has (2, 2)": (([M[0], [[1]]], Q), {}),
-    "q: has shape (2, 3); give shape (2, 2)": ((M, np.ones((2, 3))), {}),
-    "q: has 1 dimension; give shape (2, 2)": ((M, [1, 2]), {}),
-    "q[1][0]: is the text 'x'": ((M, [[1, 2], ["x", 1]]), {}),
-    "lower: has shape (3, 2); give shape (2, 2)": ((M, Q), {"lower": np.zeros((3, 2))}),
-    "upper: has 3 entries for 2 unknowns": ((M, Q), {"upper": [1, 2, 3]}),
-    "problem 1: lower[0]: is 2, above upper[0] = 1": ((M, Q), {"lower": [[0, 0], [2, 0]], "upper": 1}),
-}
-
-
-@pytest.mark.parametrize("message", BAD)
-def test_what_cannot_be_used_is_one_clear_error(message: str) -> None:
-    given, options = BAD[message]
-    with pytest.raises((ProblemError, OptionError), match="^" + re.escape(message)) as caught:
-        list(lcpcli.solve_many(*given, **options))
-    assert "\n" not in str(caught.value)
 
 
 def test_each_problem_of_a_batch_that_is_solved_in_parts_has_its_own_matrix() -> None:

@@ -3,7 +3,7 @@ verdicts of separate runs, from the states and factors of the last one."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,6 @@ from scipy.sparse import csr_array, diags_array
 
 import lcpcli
 from lcpcli import Problem, Solver, run, solve_many
-from lcpcli.errors import OptionError, ProblemError
 from lcpcli.gallery import families
 from lcpcli.linalg import factors
 
@@ -79,26 +78,9 @@ def test_bounds_and_m_may_change_from_step_to_step() -> None:
 
 
 GOOD = Problem([[2, 1], [1, 2]], [-5, -6])
-MISTAKES: list[tuple[type[Exception], str, Callable[[], Any]]] = [
-    (ProblemError, "M", lambda: Solver([[1, 2, 3], [4, 5, 6]])),
-    (ProblemError, "M", lambda: Solver(None)),
-    (ProblemError, "M", lambda: Solver(GOOD.M, upper=[1, 1]).update([[4]])),
-    (ProblemError, "q", lambda: Solver(GOOD.M).solve([1, 2, 3])),
-    (OptionError, "tol", lambda: Solver([[1]], tol=2)),
-    (OptionError, "method", lambda: solve_many(GOOD.M, iter([GOOD.q]), "lemke")),
-    (OptionError, "method", lambda: solve_many([GOOD], sequence=True, method="lemke")),
-    (OptionError, "x0", lambda: solve_many([GOOD], sequence=True, x0=[1, 1])),
-    (OptionError, "trace", lambda: solve_many([GOOD], sequence=True, trace=True)),
-    (OptionError, "p", lambda: solve_many([GOOD], sequence=True, p=2)),
-    (OptionError, "sequence", lambda: solve_many(GOOD.M, np.eye(2), sequence=True)),
-    (ProblemError, "problem", lambda: list(solve_many([GOOD, "p.json"], sequence=True))),
-]
 
 
-def test_mistakes_are_named_and_limits_hold_for_every_step() -> None:
-    for kind, name, call in MISTAKES:
-        with pytest.raises(kind, match=f"^{name}: "):
-            call()
+def test_limits_hold_for_every_step() -> None:
     problem = families.make("murty", 12)
     alone, (result,) = run(problem, max_iterations=3), solve_many([problem], sequence=True, max_iterations=3)
     assert result.status is Solver(problem.M, max_iterations=3).solve(problem.q).status is alone.status

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli import Problem, Trace, from_qp, read, run, solve_mcp
-from lcpcli.errors import LCPError, OptionError, ProblemError
+from lcpcli import Problem, Trace, from_qp, run, solve_mcp
 from lcpcli.files import contents, writing
 from lcpcli.gallery import families
 from lcpcli.gallery.systems import american_put
@@ -27,7 +26,6 @@ EXAMPLE = contents.shipped_path("paper-example-1.json")
 
 
 def record(lcp: Lcp, method: str, *options: str) -> dict[str, Any]:
-    """The result for the first example."""
     outcome = lcp("solve", EXAMPLE, "--method", method, *options, "--format", "json")
     assert outcome.err == ""
     return json.loads(outcome.out)
@@ -57,25 +55,6 @@ def test_z0_takes_the_place_of_both_points_of_a_problem(paper_example: Problem) 
     own = Problem(paper_example.M, paper_example.q, x0=np.zeros(4), x1=np.ones(4))
     assert run(own, "shi").options["x1"] is not None
     assert run(own, "shi", z0=np.ones(4)).options["x1"] is None, "as it goes with the first"
-
-
-def test_two_starts_and_one_of_another_length_are_refused() -> None:
-    with pytest.raises(OptionError, match=r"z0.*x0.*leave one out"):
-        run(read(EXAMPLE), "shi", x0=np.zeros(4), z0=np.zeros(4))
-    with pytest.raises(ProblemError, match="z0: has 2 entries for 4 unknowns"):
-        run(read(EXAMPLE), "shi", z0=[1, 2])
-
-
-@pytest.mark.parametrize(("method", "start"), [("lemke", "x0"), ("milp", "z0")])
-def test_a_start_for_methods_that_use_none_is_refused(lcp: Lcp, method: str, start: str) -> None:
-    fault = f"has no effect with {method}, which uses no starting point; leave it out"
-    with pytest.raises(OptionError, match=f"{start}: {fault}"):
-        run(read(EXAMPLE), method, **{start: np.ones(4)})
-    alone = lcp("solve", EXAMPLE, "--method", method, f"--{start}", "1,1,1,1")
-    assert (alone.code, alone.err) == (2, f"lcp: --{start}: {fault}\n")
-    both = lcp("compare", EXAMPLE, "--method", "lemke", "--method", "milp", f"--{start}", "1,1,1,1")
-    assert "has no effect with lemke and milp, which use no starting point" in both.err
-    assert lcp("compare", EXAMPLE, "--method", method, "--method", "newton", f"--{start}", "1,1,1,1").code == 0
 
 
 def test_a_start_that_violates_a_row_in_small_units_is_not_called_a_solution() -> None:
@@ -181,52 +160,6 @@ def test_auto_solves_what_has_a_singular_basis() -> None:
     contact = families.make("contact", 100, 1)
     result = run(contact, basis=["basic" if z > 0 else "lower" for z in run(contact).z])
     assert (result.solved, result.route[-1]) == (True, "lemke")
-
-
-@pytest.mark.parametrize(
-    ("basis", "said"),
-    [
-        (["basic", "basic"], "basis: has 2 entries for 4 unknowns"),
-        (["basic", "top", "lower", "lower"], "basis[1]: is the text 'top'"),
-        (["basic", 1, "lower", "lower"], "basis[1]: is a number"),
-        (["upper", "upper", "lower", "lower"], "basis[0]: is upper, but there is no such bound"),
-        (["lower", "upper", "lower", "lower"], "basis[0]: is lower, but there is no such bound"),
-        (["basic", "upper", "lower", "basic"], "basis[3]: is basic, but that variable is fixed"),
-        ("basic", "basis: is the text 'basic'"),
-        (7, "basis: is a number"),
-    ],
-)
-def test_wrong_states_are_refused(basis: Any, said: str) -> None:
-    M = [[2, 1, 0, 0], [1, 2, 1, 0], [0, 1, 3, 0], [0, 0, 0, 1]]
-    problem = Problem(M, [-5, -6, 4, 1], lower=[-np.inf, 0, -1, 2], upper=[np.inf, 2, np.inf, 2])
-    assert run(problem, basis=["basic", "upper", "lower", "lower"]).solved
-    with pytest.raises(LCPError) as refusal:
-        run(problem, basis=basis)
-    assert str(refusal.value).startswith(said)
-
-
-REFUSED = {
-    "basic,upper,lower,basic": "--basis[1]: is upper, but there is no such bound",
-    "missing.json": "--basis: 'missing.json' is neither a file nor states",
-    "Basic,basic,basic,basic": "--basis[0]: is the text 'Basic'",
-    "basic,basic,basic,basic --z0 1,1,1,1": "gives the starting point, and so does",
-    "basic,basic,basic,basic --method lemke": "uses no starting point",
-}
-
-
-@pytest.mark.parametrize("options", REFUSED)
-def test_command_refuses_in_one_line(lcp: Lcp, options: str) -> None:
-    outcome = lcp("solve", EXAMPLE, "--basis", *options.split())
-    assert (outcome.code, outcome.err.count("\n"), REFUSED[options] in outcome.err) == (2, 1, True)
-
-
-@pytest.mark.parametrize("content", ['{"x": 1}', '{"basis": 3}', "3", "{", '{"basis": ["basic"]}', "z\n1"])
-def test_file_without_states_is_named(lcp: Lcp, tmp_path: Path, content: str) -> None:
-    for suffix in (".json", ".csv", ".npy"):
-        path = tmp_path / f"states{suffix}"
-        path.write_text(content)
-        outcome = lcp("solve", EXAMPLE, "--basis", str(path))
-        assert (outcome.code, outcome.err.count("\n"), path.name in outcome.err) == (2, 1, True)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,23 @@
+"""Sessions in an empty folder: all that commands print, one after the other, is the same as before."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+SESSIONS = """answers-in-every-form answers-among-several proofs-checked equilibria-checked game-trees games-in-files
+objectives others-said wrong-solutions starts-refused without-unknowns verdicts-on-decimals
+comparisons basis-of-the-last-step names-and-numbers-in-formats long-tables
+decimal-commas names-of-what-is-shipped remarks-of-convert a-stream-of-steps
+q-by-its-option many-problems answers-in-tables runs-refused"""
+
+
+@pytest.mark.parametrize("name", SESSIONS.split())
+def test_a_session_is_the_same_as_before(
+    name: str, session: Callable[[str], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("flint")
+    monkeypatch.chdir(tmp_path)
+    session(f"session-{name}")
