@@ -21,7 +21,6 @@ from lcpcli.files.contents import decode, refuse_mostly_absent
 from lcpcli.files.fields import BOUNDS, KEYS, MATRICES, STARTS, kind_of, refuse_unknown
 from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.patterns import outside
 from lcpcli.model.arrays import as_vector
 from lcpcli.typing import Matrix, Vector
 
@@ -129,6 +128,8 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
     """Return the sparse matrix, after checking that its indices fit its shape, which is n x n unless n is None."""
+    from lcpcli.linalg.patterns import outside
+
     refuse_unknown(field, given, OF_COORDINATES)
     for key in OF_COORDINATES:
         refuse(key not in given, f"{field}.{key}", "is missing", f"add the key {key}")
@@ -150,6 +151,7 @@ def of_coordinates(field: str, values: Vector, rows: Any, cols: Any, shape: tupl
 
     rows, cols : the places of the values, counted from `first`.
     """
+    from lcpcli.linalg.patterns import outside
 
     def refuse(key: str, at: int, fault: str, hint: str) -> None:
         where = field if first else f"{field}.{key}[{at}]"  # which Matrix Market has not
