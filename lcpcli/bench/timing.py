@@ -23,9 +23,8 @@ from lcpcli.errors import ParameterError
 from lcpcli.files.contents import memory
 from lcpcli.interrupts import hides_interrupt
 from lcpcli.linalg import matrices, threads
-from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import are_moderate, is_finite
-from lcpcli.linalg.matrices import FEWEST_SHARED_ROWS, is_sparse
+from lcpcli.linalg.matrices import FEWEST_SHARED_ROWS, accurate_residual, is_sparse
 from lcpcli.methods import registry as methods
 from lcpcli.methods import variants
 from lcpcli.model.evaluations import Evaluations

@@ -15,7 +15,7 @@ from numba.core.dispatcher import Dispatcher
 
 ANNOUNCEMENT = "lcpcli: compiling the kernels of the extra fast, once on a machine, which takes about a minute"
 PACKAGE = Path(__file__).parents[1]
-KERNELS = 16  # that the module `compiled` uses
+KERNELS = 15  # that the module `compiled` uses
 ROOMS = ("kernels", "basis", "verify")  # with files of functions that are compiled
 # Files with functions that kernels of other files use: numba's cache knows of changes in the file of a kernel alone.
 USED = ("basis/exchanges", "methods/direct", "linalg/units", "verify/enclosure", "kernels/overloads")

@@ -21,14 +21,12 @@ Vectors = tuple[Vector, ...]
 NUMBERS_AT_ONCE = 1 << 18  # in the systems that are solved before Ctrl-C can take effect
 COVER = seeded_cover(0, 2 * MOST_COMPILED)  # the covering vector of any number of unknowns is its beginning
 LOWEST, HIGHEST = np.zeros(MOST_COMPILED), np.full(MOST_COMPILED, np.inf)  # bounds of LCPs
-MOST_WITH_UNITS = 100  # unknowns up to which the units of M take microseconds, so that it matters little who needs them
 MOST_JUDGED_ENTRIES = 1_000_000  # of a sparse M: for more, Ctrl-C would have to wait for the end of the judgement
 
 with announced():
     from lcpcli.kernels.kernels import pivot_blocks, solve_one, solve_rows
     from lcpcli.kernels.measure_kernels import FAILS, SOLVES, compressed, judgement, on_bounds, reference_of
     from lcpcli.kernels.measure_kernels import surely_solves as surely_solves
-    from lcpcli.kernels.measure_kernels import units_of as units_of
     from lcpcli.kernels.pivoting_kernels import basic_solution, exponents, given_states, kept, path, reduced
     from lcpcli.kernels.pivoting_kernels import follow as follow
 
@@ -128,21 +126,9 @@ def judged_by_entries(problem: Problem, z: Vector, tol: float) -> tuple[bool | N
     ends = conditions_of(problem)[2:]
     answer, rows, found = judgement(*rows_of(problem), problem.q, *ends, tol, np.ascontiguousarray(z))
     if found[-1]:
-        problem.knowing(units=_units(*found))
+        rho, gamma, parts, count = found
+        problem.knowing(units=Units(rho, gamma, parts[: problem.n], parts[problem.n :], count))
     return {SOLVES: True, FAILS: False}.get(answer), Rows(*rows) if len(rows) else None
-
-
-def with_units(problem: Problem) -> Problem:
-    """Return a problem with moderate numbers, for which `Problem.units` is known unless M is large."""
-    M = problem.M
-    if "units" in vars(problem) or (M.nnz > MOST_JUDGED_ENTRIES if is_sparse(M) else problem.n > MOST_WITH_UNITS):
-        return problem
-    found = _units(*units_of(*rows_of(problem)))
-    return problem.knowing(units=found) if found.parts else problem
-
-
-def _units(rho: Vector, gamma: Vector, parts: Indices, count: int) -> Units:
-    return Units(rho, gamma, parts[: rho.size], parts[rho.size :], count)
 
 
 def direct_many(M: Vector, Q: Vector, largest: Vector, tol: float) -> tuple[Vector, Indices]:

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.linalg.doubles import are_moderate
-from lcpcli.linalg.matrices import absolute_product, is_sparse, product, row_errors
+from lcpcli.linalg.matrices import absolute_product, accurate_residual, is_sparse, product, row_errors
 from lcpcli.model.box import Box
 from lcpcli.typing import Indices, Matrix, Vector
 
@@ -62,8 +61,6 @@ def reference(M: Matrix, q: Vector, box: Box) -> Reference:
             continue
         part = M[rows]
         if all(map(are_moderate, (part.data if is_sparse(M) else part, q_i[rows], z_i))):
-            with imports:
-                from lcpcli.linalg.accurate import accurate_residual
             w_i[rows] = 0.0 - accurate_residual(part, z_i, -q_i[rows])
             errors_i[rows] = 0.0
     return Reference(z, w, errors)

@@ -287,7 +287,6 @@ def _by_first_stages(session: Session, dense: Problem, fast: ModuleType | None, 
     structure, start = Structure(dense, np.zeros(dense.n), made_before), session.start
     if fast is not None:
         structure.follow = fast.follow
-        dense = fast.with_units(dense)
     structure.reduced = session.reduced
     turns, route = Turns(structure.x0), list[str]()
     stages = in_rounds(structure, FIRST)

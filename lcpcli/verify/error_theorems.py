@@ -53,7 +53,7 @@ from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL, sizes
 from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.krylov import bicgstab, identity, norm
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import accurate_residual, is_sparse
 from lcpcli.linalg.units import half_power
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.box import BASIC, Box

@@ -19,10 +19,10 @@ import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.linalg import matrices
-from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import EPS, ROUNDING, distinct
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import linprog
+from lcpcli.linalg.matrices import accurate_residual
 from lcpcli.linalg.units import equilibrate
 from lcpcli.model import changes
 from lcpcli.model.box import BASIC, LOWER, UPPER

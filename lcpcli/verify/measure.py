@@ -45,7 +45,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.linalg.doubles import LARGEST_DOUBLE, ROUNDING, ROW_ROUNDING, SMALLEST_NORMAL, are_moderate
 from lcpcli.linalg.logarithms import mean_logarithms
-from lcpcli.linalg.matrices import absolute_product, is_sparse, product, row_errors
+from lcpcli.linalg.matrices import absolute_product, accurate_residual, is_sparse, product, row_errors
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 
@@ -268,8 +268,6 @@ def rounded_once(problem: Problem, z: Vector, rows: Indices) -> Vector | list[fl
     """Return (M z + q)_i for some rows, computed exactly and then rounded; infinite beyond the largest double."""
     M, q = problem.M[rows], problem.q[rows]
     if are_moderate(M.data if is_sparse(M) else M) and are_moderate(z) and are_moderate(q):
-        with imports:
-            from lcpcli.linalg.accurate import accurate_residual
         return np.asarray(0.0 - accurate_residual(M, z, -q))
     with imports:
         from lcpcli.rational import numbers

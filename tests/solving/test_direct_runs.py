@@ -196,7 +196,7 @@ def test_kernels_are_refused_where_they_have_no_effect_or_are_missing(monkeypatc
 
 
 def test_kernels_are_compiled_when_they_are_loaded_and_not_during_a_run() -> None:
-    made = [compiled.path, compiled.follow, compiled.solve_one, compiled.basic_solution, compiled.units_of]
+    made = [compiled.path, compiled.follow, compiled.solve_one, compiled.basic_solution, compiled.judgement]
     before = [len(kernel.signatures) for kernel in made]
     for problem in (families.make("contact", 24, 0), families.make("boxes", 10, 0), families.make("harker-pang", 8, 0)):
         for M in (problem.M, np.asfortranarray(problem.M), problem.M.copy()):

@@ -23,7 +23,7 @@ from scipy.io import savemat
 import lcpcli
 from lcpcli import Problem, Result, Status, read
 from lcpcli.files import contents
-from lcpcli.linalg.accurate import accurate_residual
+from lcpcli.linalg.matrices import accurate_residual
 from lcpcli.options import Limits
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving import proof
