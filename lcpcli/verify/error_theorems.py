@@ -48,7 +48,6 @@ from itertools import islice
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL, sizes
 from lcpcli.linalg.factors import SingularMatrix, Solve
@@ -83,8 +82,6 @@ def in_range(A: Matrix, smallest: float = 0.0) -> bool:
 
 def residual(problem: Problem, z: Vector) -> Vector | None:
     """Return M z + q to a relative error of EPS in each row, for M in range; None if z or this is out of range."""
-    with imports:
-        from lcpcli.linalg.accurate import accurate_residual
     with suppress(OverflowError, ValueError):
         if in_range(z) and in_range(w := -accurate_residual(problem.M, z, -problem.q)):
             return w
