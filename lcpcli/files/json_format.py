@@ -151,22 +151,22 @@ def of_coordinates(field: str, values: Vector, rows: Any, cols: Any, shape: tupl
 
     rows, cols : the places of the values, counted from `first`.
     """
+    from scipy.sparse import coo_array
+
     from lcpcli.linalg.patterns import outside
 
-    def refuse(key: str, at: int, fault: str, hint: str) -> None:
+    def refuse_entry(key: str, at: int, fault: str, hint: str) -> None:
         where = field if first else f"{field}.{key}[{at}]"  # which Matrix Market has not
-        raise ProblemError(where, f"has the entry ({rows[at]:g}, {cols[at]:g}) {fault}", hint)
+        raise ProblemError(where, f"has the entry ({rows[at]:.15g}, {cols[at]:.15g}) {fault}", hint)
 
     for key, places, size in (("rows", rows, shape[0]), ("cols", cols, shape[1])):
         for at in outside(places - first, size)[:1]:
             hint = f"give whole numbers from {first} to {size - 1 + first}" if size else "leave it empty"
-            refuse(key, at, f"and is {shape[0]} x {shape[1]}", hint)
+            refuse_entry(key, at, f"and is {shape[0]} x {shape[1]}", hint)
     order = np.lexsort((cols, rows))
     again = np.flatnonzero((np.diff(rows[order]) == 0) & (np.diff(cols[order]) == 0))
     for at in order[again[:1] + 1]:
-        refuse("rows", at, "again", f"give every entry once (indices count from {first})")
-    from scipy.sparse import coo_array
-
+        refuse_entry("rows", at, "again", f"give every entry once (indices count from {first})")
     return coo_array((values, (rows.astype(np.intp) - first, cols.astype(np.intp) - first)), shape=shape)
 
 

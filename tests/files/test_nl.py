@@ -174,6 +174,19 @@ def test_nothing_is_enclosed_where_a_function_is_not_defined_everywhere(name: st
     assert not np.isfinite([found.F_lower, found.F_upper]).any()
 
 
+@pytest.mark.parametrize("relation", ["<", "<=", "=", ">=", ">", "!="])
+def test_an_enclosure_holds_where_a_comparison_is_of_something_undefined_in_a_part_of_the_box(relation: str) -> None:
+    problem = functions_of(
+        [("if", (relation, ("log", "v0"), 0), "v0", ("*", -3, "v0")), (relation, ("log", "v0"), 0)], 2
+    )
+    assert problem.interval is not None
+    found = problem.interval(np.array([-1.0, 0.0]), np.array([2.0, 0.0]))
+    with np.errstate(all="ignore"):
+        values = np.array([problem.F(np.array([x, 0.0])) for x in (-0.5, 0.5, 1.0, 2.0)])
+    assert not (values < found.F_lower).any()
+    assert not (values > found.F_upper).any()
+
+
 def test_enclosures_take_decimals_as_written() -> None:
     problem = functions_of([("-", ("*", "v0", "v0"), ("*", 0.1, "v0"))], 1)
     assert problem.interval is not None
