@@ -107,11 +107,10 @@ def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
 def as_square(field: str, values: Any, n: int, other: str = "q") -> tuple[Matrix, tuple[float, float]]:
     """Return `as_matrix` of values, of shape (n, n) to fit a vector called `other`, and bounds as of `_as_finite`."""
     M = _as_rows(field, values)
-    shape = f"is {M.shape[0]} x {M.shape[1]}"
-    if M.shape[0] != M.shape[1]:
-        raise ProblemError(field, shape, "make it square")
-    if M.shape[0] != n:
-        raise ProblemError(field, f"{shape} but {other} has {count(n, 'entry')}", "make them agree")
+    if M.shape != (n, n):
+        shape, is_square = f"is {M.shape[0]} x {M.shape[1]}", M.shape[0] == M.shape[1]
+        fault = f"{shape} but {other} has {count(n, 'entry')}" if is_square else shape
+        raise ProblemError(field, fault, "make them agree" if is_square else "make it square")
     return _as_finite(field, M)
 
 

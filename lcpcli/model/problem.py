@@ -123,16 +123,22 @@ class Problem:
             if not isinstance(text, str):
                 raise ProblemError(field, f"is {kind(text)}", "give a text")
         bounds, (least_q, largest_q) = bounds_of(lower, upper, n, infinity), sizes(vector_q)
-        starts = {key: None if x is None else as_vector(key, x, n) for key, x in (("x0", x0), ("x1", x1))}
+        x0 = None if x0 is None else as_vector("x0", x0, n)
+        x1 = None if x1 is None else as_vector("x1", x1, n)
         known = as_solutions(solutions, n) if type(solutions) is not tuple or solutions else ()
         is_moderate = min(least_row, least_q) >= 1 / FAR_FROM_ONE and max(largest_entry, largest_q) <= FAR_FROM_ONE
-        self.knowing(M=own_matrix(matrix, M), q=vector_q, n=n, solutions=known, reference=reference, origin=None)
-        self.knowing(largest=largest_entry, sizes_of_q=(least_q, largest_q), is_moderate=is_moderate)
+        fields = self.__dict__  # set one by one, as that takes least time
+        fields["M"], fields["q"], fields["n"], fields["x0"], fields["x1"] = own_matrix(matrix, M), vector_q, n, x0, x1
+        fields.update(texts_of, solutions=known, reference=reference, origin=None)
+        fields["largest"], fields["sizes_of_q"], fields["is_moderate"] = (
+            largest_entry,
+            (least_q, largest_q),
+            is_moderate,
+        )
         if bounds is None:
-            self.knowing(lower=0.0, upper=math.inf, box=ORTHANT, reference_z=None, q_ref=vector_q, q_error=0.0)
+            fields.update(lower=0.0, upper=math.inf, box=ORTHANT, reference_z=None, q_ref=vector_q, q_error=0.0)
         else:
-            self.knowing(lower=bounds[0], upper=bounds[1], box=Box(*bounds))
-        self.knowing(**texts_of, **starts)
+            fields.update(lower=bounds[0], upper=bounds[1], box=Box(*bounds))
         if origin is not None or len(names):
             with imports:
                 from lcpcli.model.origins import origin_of

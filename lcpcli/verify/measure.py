@@ -129,12 +129,15 @@ class Measure:
         worst, least = self.data.box.excess(z, rows.w) + rows.error, np.abs(self.data.q_ref)
         if self.data.reference_z is not None:  # else the terms include it
             least = np.minimum(least, rows.terms)
-        solved: Mask = np.asarray((worst <= tol * least).all(axis=-1))
+        closed = worst <= tol * least
+        if np.count_nonzero(closed) == closed.size:
+            return np.ones(closed.shape[:-1], dtype=bool)
+        solved: Mask = np.asarray(closed.all(axis=-1))
         if solved.ndim and not isinstance(self.data, Problem) and solved.any():
-            if (some := (~solved).nonzero()[0]).size:
-                solved[some] = Measure(self.data.part(some)).surely_solves(z[some], rows.part(some), tol)
+            some = (~solved).nonzero()[0]
+            solved[some] = Measure(self.data.part(some)).surely_solves(z[some], rows.part(some), tol)
             return solved
-        return solved if solved.all() else self.allows(worst, z, rows, tol)
+        return self.allows(worst, z, rows, tol)
 
     def allows(self, violations: Vector, z: Vector, rows: Rows, tol: float, factor: float = 1.0) -> Mask:
         """Return whether violations are at most a factor times what is `allowed`, with caps only if it matters whether
