@@ -7,6 +7,8 @@ Sherman and W. J. Morrison, Annals of Mathematical Statistics 21 (1950) 124-127)
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 import numpy as np
 
 from lcpcli.clock import imports
@@ -19,7 +21,7 @@ MOST_CHANGES = 64  # after which factors are computed from scratch
 NOTHING: tuple[int, Vector] = -1, np.zeros(0)  # the solution for no column
 
 
-class ChangingSystem:
+class ChangingSystem(ABC):
     """What both kinds of systems share.
 
     moved : column n of A, which is c; the others are those of M. age : the changes since factors were computed from
@@ -30,29 +32,29 @@ class ChangingSystem:
     def __init__(self, M: Matrix, moved: Vector) -> None:
         self.n, self.moved, self.age = moved.size, moved, 0
         self._column_of_M = column_reader(M)
-        self._place_of: Indices = np.full(2 * self.n + 1, -1)  # of columns of J, -1 where they have none
         self._solved = NOTHING  # the last column that was solved for, with the solution
 
     def column(self, col: int) -> Vector:
         """Return a column of A, shape (n,)."""
         return self.moved if col == self.n else self._column_of_M(col)
 
-    def has(self, col: int) -> bool:
-        """Return whether a column is in C."""
-        return bool(self._place_of[col] >= 0)
+    @abstractmethod
+    def refresh(self) -> None:
+        """Compute the factors from scratch; raise SingularMatrix if A_RC is singular."""
 
 
 class DenseSystem(ChangingSystem):
     """The inverse of A_RC, of order k, and the columns of A in C, each of shape (n,).
 
     Where the pivot of an update is not clearly different from 0, the inverse is computed from scratch when it is next
-    asked to be accurate. In place of a unit column, the row that is in R has a place.
+    asked to be accurate.
     """
 
     def __init__(self, M: Matrix, moved: Vector) -> None:
         super().__init__(M, moved)
         n, self.k = self.n, 0
         self._rows, self._cols = np.zeros((2, n + 1), dtype=np.intp)
+        self._row_of, self._col_of = np.full((2, n + 1), -1)
         self._columns, self._inverse = np.zeros((n + 1, n)), np.zeros((n + 1, n + 1))  # takes memory as it is used
 
     @property
@@ -65,9 +67,22 @@ class DenseSystem(ChangingSystem):
         """Return C."""
         return self._cols[: self.k]
 
+    def has(self, col: int) -> bool:
+        """Return whether a column is in C."""
+        return bool(self._col_of[col] >= 0)
+
+    @property
+    def inverse(self) -> Vector:
+        return self._inverse[: self.k, : self.k]
+
+    @property
+    def columns(self) -> Vector:
+        """Return the columns of A in C, shape (k, n)."""
+        return self._columns[: self.k]
+
     def solve(self, b: Vector) -> Vector:
         """Return the x with A_RC x = b_R, for b of shape (n,)."""
-        return np.asarray(self._inverse[: self.k, : self.k] @ b[self.rows])
+        return np.asarray(self.inverse @ b[self.rows])
 
     def solve_column(self, col: int) -> Vector:
         """Return the x with A_RC x = a_R for the column a, which may be the next one to come into C."""
@@ -76,72 +91,106 @@ class DenseSystem(ChangingSystem):
 
     def solve_unit(self, row: int) -> Vector:
         """Return the x with A_RC x = e_row."""
-        return np.array(self._inverse[: self.k, self._place_of[self.n + 1 + row]])
+        return np.array(self._inverse[: self.k, self._row_of[row]])
 
     def multipliers(self, col: int) -> Vector:
         """Return the y of shape (n,), zero outside R, with y'A_C = e_col."""
-        y = np.zeros(self.n)
-        y[self.rows] = self._inverse[self._place_of[col], : self.k]
+        y = np.zeros(self._columns.shape[1])
+        y[self.rows] = self._inverse[self._col_of[col], : self.k]
         return y
 
     def times(self, x: Vector) -> Vector:
         """Return A_C x in all rows, shape (n,)."""
-        return np.asarray(x @ self._columns[: self.k])
+        return np.asarray(x @ self.columns)
 
     def exchange(self, old: int, new: int) -> None:
-        """Put a column of J in the place of another one, or the new values of column n in its place.
+        """Put a column of J in the place of another one, or the new values of column n in its place."""
+        row, other = old - self.n - 1, new - self.n - 1
+        if row < 0:
+            self._replace_column(old, new) if other < 0 else self._drop(other, old)
+        elif other < 0:
+            self._add(row, new)
+        else:
+            self._replace_row(other, row)
 
-        Where X is the inverse, y the solution for a column a that comes into C, and r a row that comes into R, this is
-        an exchange in T = [X, -y; r X, a_r - r y], of x_old or b_new, which have rows, for b_old or x_new.
-        """
-        n, k, adds_row, drops_row = self.n, self.k, old > self.n, new > self.n
-        i, j = k if adds_row else self._place_of[old], self._place_of[new] if drops_row else k
-        T = self._inverse[: k + adds_row, : k + 1 - drops_row]
-        if not drops_row:
-            column, (solved, y) = self.column(new), self._solved
-            T[:k, k] = -(y if solved == new else self.solve(column))
-        if adds_row:
-            T[k] = self._columns[:k, old - n - 1] @ T[:k]
-            T[k, k:] += 0.0 if drops_row else column[old - n - 1]
-            self._rows[j] = old - n - 1
-        self._solved = NOTHING
-        self._pivot(T, i, j)
-        if not drops_row:
-            self._cols[i], self._columns[i] = new, column
-        elif not adds_row:
-            last = k - 1
-            T[:, j], T[i] = T[:, last], T[last]
-            self._rows[j], self._cols[i], self._columns[i] = self._rows[last], self._cols[last], self._columns[last]
-        self._settle(k + adds_row - drops_row)
+    def _add(self, row: int, col: int) -> None:
+        """Add a row to R and a column to C."""
+        k, X, column = self.k, self.inverse, self.column(col)
+        r = self._columns[:k, row]
+        y, v = self._coming(col), r @ X
+        pivot = self._pivot(column[row] - r @ y, abs(column[row]) + np.abs(r) @ np.abs(y))
+        X += np.outer(y, v / pivot)
+        self._inverse[:k, k], self._inverse[k, :k], self._inverse[k, k] = y / -pivot, v / -pivot, 1 / pivot
+        self._put(k, row, col, column)
+        self.k, self.age = k + 1, self.age + 1
 
-    def _pivot(self, T: Vector, i: int, j: int) -> None:
-        """Exchange row i for column j; have the inverse computed from scratch if the pivot is too small."""
-        pivot, others = T[i, j], T[:, j].copy()
+    def _drop(self, row: int, col: int) -> None:
+        """Take a row from R and a column from C."""
+        p, q, X = self._row_of[row], self._col_of[col], self.inverse
+        pivot = self._pivot(X[q, p], max(np.abs(X[q]).max(), np.abs(X[:, p]).max()))
+        X -= np.outer(X[:, p], X[q] / pivot)
+        last = self.k - 1
+        X[:, p], X[q] = X[:, last], X[last]
+        self._row_of[row] = self._col_of[col] = -1
+        self.k, self.age = last, self.age + 1
+        if p != last:
+            self._rows[p] = self._rows[last]
+            self._row_of[self._rows[p]] = p
+        if q != last:
+            self._cols[q], self._columns[q] = self._cols[last], self._columns[last]
+            self._col_of[self._cols[q]] = q
+
+    def _replace_column(self, old: int, new: int) -> None:
+        """Put another column in the place of one in C, or its new values in the place of column n."""
+        q, X, column = self._col_of[old], self.inverse, self.column(new)
+        b = column[self.rows]
+        y = self._coming(new)
+        X[q] /= self._pivot(y[q], float(np.abs(X[q]) @ np.abs(b)))
+        y[q] = 0.0
+        X -= np.outer(y, X[q])
+        self._col_of[old] = -1
+        self._cols[q], self._columns[q], self._col_of[new] = new, column, q
         self.age += 1
-        if not abs(pivot) > LEAST_PIVOT * max(np.abs(T[i]).max(), np.abs(others).max()):
-            self.age = MOST_CHANGES + 1
-            return
-        row = T[i] / -pivot
-        row[j], others[i], T[:, j] = 1 / pivot, 0.0, 0.0
-        T += np.outer(others, row)
-        T[i] = row
 
-    def _settle(self, k: int) -> None:
-        self.k, self._place_of[:] = k, -1
-        self._place_of[self.cols] = self._place_of[self.n + 1 + self.rows] = np.arange(k)
+    def _replace_row(self, old: int, new: int) -> None:
+        """Put another row in the place of one in R."""
+        p, X, r = self._row_of[old], self.inverse, self._columns[: self.k, new]
+        v = r @ X
+        X[:, p] /= self._pivot(v[p], float(np.abs(r) @ np.abs(X[:, p])))
+        v[p] = 0.0
+        X -= np.outer(X[:, p], v)
+        self._row_of[old] = -1
+        self._rows[p], self._row_of[new] = new, p
+        self.age += 1
 
     def refresh(self) -> None:
-        """Compute the inverse from scratch; raise SingularMatrix if A_RC is singular."""
-        self._inverse[: self.k, : self.k] = np.linalg.inv(self._columns[: self.k, self.rows].T)
+        block = self.columns[:, self.rows].T
+        self._inverse[: self.k, : self.k] = np.linalg.inv(block)
         self.age = 0
 
     def begin(self, basic: Indices) -> None:
         """Set R and C to some indices; raise SingularMatrix if A_RC is singular."""
-        self._rows[: basic.size] = self._cols[: basic.size] = basic
         for k, at in enumerate(basic.tolist()):
-            self._columns[k] = self.column(at)
-        self._settle(basic.size)
+            self._put(k, at, at, self.column(at))
+        self.k = basic.size
         self.refresh()
+
+    def _coming(self, col: int) -> Vector:
+        """Return the x with A_RC x = a_R for a column that comes into C, from the last solve if that was for it."""
+        last, x = self._solved
+        self._solved = NOTHING
+        return x.copy() if last == col else self.solve(self.column(col))
+
+    def _put(self, k: int, row: int, col: int, column: Vector) -> None:
+        self._rows[k], self._cols[k], self._columns[k] = row, col, column
+        self._row_of[row] = self._col_of[col] = k
+
+    def _pivot(self, value: float, terms: float) -> float:
+        """Return a pivot, or 1 and have the inverse computed from scratch if it is too small."""
+        if abs(value) > LEAST_PIVOT * terms:
+            return value
+        self.age = MOST_CHANGES
+        return 1.0
 
 
 class SparseSystem(ChangingSystem):
@@ -154,7 +203,8 @@ class SparseSystem(ChangingSystem):
         super().__init__(M, moved)
         self._M = M
         self._slots: Indices = np.arange(self.n + 1, 2 * self.n + 1)  # the column of J in each place
-        self._place_of[self._slots] = np.arange(self.n)
+        self._place_of: Indices = np.append(np.full(self.n + 1, -1), np.arange(self.n))
+        self._changes: list[tuple[int, Vector]] = []
 
     @property
     def rows(self) -> Indices:
@@ -163,6 +213,9 @@ class SparseSystem(ChangingSystem):
     @property
     def cols(self) -> Indices:
         return self._slots[self._slots <= self.n]
+
+    def has(self, col: int) -> bool:
+        return bool(self._place_of[col] >= 0)
 
     def solve(self, b: Vector) -> Vector:
         return np.asarray(self._solution(b)[self._slots <= self.n])
@@ -189,14 +242,16 @@ class SparseSystem(ChangingSystem):
         with imports:
             from scipy.sparse import csc_array, eye_array, hstack
         cols, rows = self.cols, self.rows
-        self._slots = np.arange(self.n + 1, 2 * self.n + 1)
-        self._slots[cols[cols < self.n]] = cols[cols < self.n]  # the diagonal of M in its places, as far as it is there
+        self._slots = np.arange(
+            self.n + 1, 2 * self.n + 1
+        )  # with the diagonal of M in its places, as far as it is there
+        self._slots[cols[cols < self.n]] = cols[cols < self.n]
         if self.has(self.n):
             self._slots[rows[self._slots[rows] > self.n]] = self.n
         self._place_of[self._slots] = np.arange(self.n)
         J = hstack([csc_array(self._M), csc_array(self.moved[:, np.newaxis]), eye_array(self.n)], format="csc")
         self._lu = factors.sparse_lu(symmetric=False)(J[:, self._slots].tocsr())
-        self._changes, self.age = list[tuple[int, Vector]](), 0
+        self._changes, self.age = [], 0
 
     def begin(self, basic: Indices) -> None:
         self._slots[basic], self._place_of[basic], self._place_of[self.n + 1 + basic] = basic, basic, -1

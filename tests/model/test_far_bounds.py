@@ -14,7 +14,7 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Problem, Status, from_qp, from_qpsolvers, read, run, solve, write
-from lcpcli.model.changes import composed, scale, shifted
+from lcpcli.model.changes import Composed, composed, scale, shifted
 from lcpcli.model.far_bounds import relaxed, with_infinity
 from lcpcli.solving.minimum import Minimum
 from lcpcli.verify.certificate import proves_infeasible
@@ -134,7 +134,8 @@ def test_changes_are_made_in_turn_and_undone_in_reverse() -> None:
     """Numbers that doubles have exactly: nothing is rounded on either way."""
     problem = Problem([[256.0, 1], [-1, 64]], [3.0, -5], lower=[-4, 2], upper=[INF, 8])
     change = composed(problem, shifted, scale)
-    first, second = change.changes
+    assert isinstance(change, Composed)
+    first, second = change.first, change.second
     assert second.original is first.problem
     assert change.problem is second.problem
     assert not change.is_identity
