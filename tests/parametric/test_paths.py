@@ -249,6 +249,19 @@ def test_a_ray_consists_of_solutions() -> None:
     assert met >= 3
 
 
+def test_a_path_is_verified_where_a_row_has_one_variable_that_becomes_0() -> None:
+    """The last row is y >= 0, for a multiplier y: what rounding leaves of 0 would be large beside its terms."""
+    Q = np.array([[14, 9, -13], [9, 13, -12], [-13, -12, 14]]) / 100
+    M = np.zeros((5, 5))
+    M[:3, :3], M[:3, 3], M[3, :3], M[3, 4], M[4, 3] = Q, -1, 1, -1, 1
+    first, last = (
+        Problem(M, [0, 0, 0, b, 0], lower=[0, 0, 0, -np.inf, 0], upper=[np.inf, 0.5, np.inf, np.inf, 0.09])
+        for b in (-0.07, 0.5)
+    )
+    found = path(first, last)
+    assert (found.end, found.verified) == ("ray", True)
+
+
 def test_a_proof_at_a_ray_is_right() -> None:
     for seed in range(1, 100, 4):
         first, last = integers(seed)
