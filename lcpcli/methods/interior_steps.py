@@ -26,6 +26,7 @@ from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.krylov import gmres
 from lcpcli.linalg.matrices import is_sparse, multiplier
 from lcpcli.linalg.shifted_systems import Systems
+from lcpcli.linalg.units import units
 from lcpcli.model.changes import Change
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Matrix, Vector
@@ -34,6 +35,8 @@ from lcpcli.verify.certificate import Certificate, first_proof
 from lcpcli.verify.farkas import Multiplied
 
 RUIZ_ROUNDS, RUIZ_CLOSE = 12, 0.1  # at most; it ends when the largest entries are so close to 1
+RUIZ_FARTHEST = 1e8  # the factor by which Ruiz's scaling may change the start: half of the digits
+ENTRIES_FAR_APART = 60.0  # binary digits between entries of M: more than a double has
 DIVERGED_SIZE = 1e2  # in scaled units, in which solutions are about 1: what diverges is at least that large
 COARSE_ENTRY = 1e-3  # relative to the largest entry of y: smaller ones are left out first
 CLEAR_MARGIN = 1e-10  # relative to the sum of |y|: by how much a proof has to be negative, far above rounding
@@ -98,12 +101,18 @@ def slack_form(problem: Problem) -> SlackForm:
 
 
 def _ruiz(M: Matrix, symmetric: bool) -> Vector:
-    """Return Ruiz's scaling; symmetric : whether |M| is."""
-    d = np.ones(M.shape[0])
+    """Return Ruiz's scaling; symmetric : whether |M| is. If entries are far apart, it stays near a D for which all of D
+    M D are about 1: Ruiz's is not unique for bipartite parts of M."""
+    start, numbers = np.ones(M.shape[0]), M.data if is_sparse(M) else M
+    sizes = np.log2(np.abs(numbers[numbers != 0]))
+    if sizes.size and np.ptp(sizes) > ENTRIES_FAR_APART:
+        found = units(M)
+        start = np.exp2(np.rint((found.rows + found.columns) / 2))
+    d = start
     for _ in range(RUIZ_ROUNDS):
         sizes = np.maximum(*matrices.row_and_column_maxima(M, d, d, symmetric))
         sizes[sizes == 0] = 1.0
-        d /= np.sqrt(sizes)
+        d = np.clip(d / np.sqrt(sizes), start / RUIZ_FARTHEST, start * RUIZ_FARTHEST)
         if (np.abs(sizes - 1) < RUIZ_CLOSE).all():
             break
     return np.exp2(np.rint(np.log2(d)))  # so that nothing is rounded, and symmetry is kept

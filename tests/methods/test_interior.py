@@ -158,3 +158,19 @@ def test_superlu_takes_the_order_that_qdldl_has_found(monkeypatch: pytest.Monkey
     monkeypatch.setattr("lcpcli.linalg.shifted_systems.MOST_PER_ENTRY", 0.0)
     assert run(gallery.make("control", 100), "interior").solved
     assert set(orders) == {"NATURAL"}
+
+
+def test_convex_programs_in_units_that_are_far_apart_are_solved() -> None:
+    """The variables are in units of up to 2^25, and down to 2^-25, so that entries of Q differ by up to 30 digits."""
+    k, m = 200, 80
+    for seed in range(3):
+        random = np.random.default_rng(seed)
+        A, R = (random.integers(-2, 3, (rows, k)) * (random.random((rows, k)) < 4 / k) for rows in (m, k))
+        x = random.random(k) * (random.random(k) < 0.5)
+        y = random.random(m) * (random.random(m) < 0.5)
+        c = A.T @ y - R.T @ (R @ x) + np.where(x > 0, 0.0, random.random(k))
+        b = A @ x - np.where(y > 0, 0.0, random.random(m))
+        d = np.append(2.0 ** random.integers(-25, 26, k), np.ones(m))
+        M = np.block([[R.T @ R, -A.T], [A, np.zeros((m, m))]]) * d[:, np.newaxis] * d
+        result = run(Problem(csr_array(M), d * np.append(c, -b)), "interior")
+        assert result.solved
