@@ -60,8 +60,7 @@ def solver(A: Matrix) -> TwoWay:
     """Return a solver solve(b, transposed=False) of systems with A, which may be overwritten, or its transpose; this
     function or the solver raises SingularMatrix if A is singular."""
     if not is_sparse(A):
-        is_small = A.shape[0] <= MOST_NUMPY_ROWS and LAPACK not in sys.modules
-        return invert(A) if is_small else dense_factors().lu(A)
+        return invert(A) if A.shape[0] <= MOST_NUMPY_ROWS else dense_factors().lu(A)
     if (definite := definite_solver(A)) is not None:
         return lambda b, transposed=False: definite(b)  # noqa: ARG005 (A is symmetric)
     lu = sparse_lu(symmetric=False)(A)
