@@ -67,7 +67,7 @@ def test_check_reports_what_the_command_does_and_verifies_proofs(lcp: Callable[.
 
 
 def test_what_cannot_be_used_is_refused_as_before() -> None:
-    said, names = list[str](), dict[str, Any]()
+    said, names = list[str](), dict[str, Any](__name__="session")
     for line in (FOLDER / "refused-in-python.txt").read_text(encoding="utf-8").split("\n"):
         if line.startswith(">>> "):
             with redirect_stdout(io.StringIO()) as output:

@@ -129,12 +129,20 @@ def _equal(a: Vector, b: Vector) -> Vector:
 
 def _chosen(condition: Vector) -> Vector:
     """Return 1 or 0; where the condition is open the whole line, as the function may jump."""
-    return _line_where((condition[0] == 0) & (condition[1] != 0), condition)
+    holds, fails = _decided(condition)
+    found = _line_where(~holds & ~fails, np.stack([holds, holds]).astype(float))
+    return _defined(found, condition)
 
 
 def _if(condition: Vector, a: Vector, b: Vector) -> Vector:
     either = np.stack([np.minimum(a[0], b[0]), np.maximum(a[1], b[1])])
-    return np.where(condition[0] > 0, a, np.where(condition[1] == 0, b, either))
+    holds, fails = _decided(condition)
+    return np.where(holds, a, np.where(fails, b, either))
+
+
+def _decided(condition: Vector) -> tuple[Mask, Mask]:
+    """Return where a condition, any number, is surely not 0, and where it is surely 0."""
+    return (condition[0] > 0) | (condition[1] < 0), (condition[0] == 0) & (condition[1] == 0)
 
 
 class Operator(NamedTuple):
@@ -248,7 +256,7 @@ OPERATORS = {
     "!=": Operator(lambda a, b: (a != b).astype(float), lambda a, b: 1.0 - _equal(a, b)[::-1]),
     "sign": Operator(np.sign, lambda a: np.stack([np.where(a[0] > 0, 1.0, -1.0), np.where(a[1] < 0, -1.0, 1.0)])),
     "chosen": Operator(lambda c: (c != 0).astype(float), _chosen),
-    "rejected": Operator(lambda c: (c == 0).astype(float), lambda c: _chosen(1.0 - c[::-1])),
+    "rejected": Operator(lambda c: (c == 0).astype(float), lambda c: 1.0 - _chosen(c)[::-1]),
 }
 DOUBLES: Functions = {name: operator.doubles for name, operator in OPERATORS.items()}
 INTERVALS: Functions = {name: operator.intervals for name, operator in OPERATORS.items()}

@@ -20,6 +20,7 @@ from lcpcli.typing import Matrix, Vector
 FROM_0 = "(indices count from 0)"  # what the index of a field in a message is
 NUMBERS, ROWS, ROW = "a list of numbers", "a list of rows of numbers", "a row, a list of numbers"
 SOLUTIONS = "a list of solutions, each a list of numbers"
+NOT_FINITE = ("is not a finite number in double precision", f"give a finite number {FROM_0}")
 DENSE_HINT = "give a dense array, as by toarray()"
 TEXTS = (str, bytes, bytearray)
 
@@ -210,8 +211,16 @@ def as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
         with np.errstate(over="ignore"):
             return np.asarray(values, dtype=np.float64)
     except OverflowError:
-        fault = "contains a number beyond the range of double precision"
-        raise ProblemError(field, fault, "scale the problem") from None
+        place = next(i for i, value in enumerate(values) if _overflows(value))
+        raise ProblemError(f"{field}[{place}]", *NOT_FINITE) from None
+
+
+def _overflows(value: Any) -> bool:
+    try:
+        float(value)
+    except OverflowError:
+        return True
+    return False
 
 
 def _refuse_other_types(field: str, values: Any) -> None:
@@ -230,7 +239,7 @@ def as_nested(field: str, values: Any, most: int, expected: str = NUMBERS, exact
         return as_floats(field, values, expected)
     if most == 1 or not (exactly or any(isinstance(part, (list, tuple)) or np.ndim(part) for part in values)):
         refuse_other_than_numbers(field, values)
-        return as_floats(field.partition("[")[0], values)
+        return as_floats(field, values)
     parts = list[Vector]()
     for i, part in enumerate(values):
         own = as_nested(f"{field}[{i}]", part, most - 1, f"{ROW} {FROM_0}", exactly)
@@ -271,5 +280,4 @@ def refuse_infinite(field: str, values: Vector, places: Callable[[], Any] | None
         return
     wrong = np.argwhere(~np.isfinite(values))[0]
     place = "".join(f"[{i}]" for i in (wrong if places is None else places()[wrong[0]]))
-    fault = "is not a finite number in double precision"
-    raise ProblemError(f"{field}{place}", fault, f"give a finite number {FROM_0}")
+    raise ProblemError(f"{field}{place}", *NOT_FINITE)

@@ -146,7 +146,7 @@ class _Reading:
     """The words of a text that are left to be read, and what has been read so far."""
 
     def __init__(self, text: str) -> None:
-        self.words: list[str] = [*TOKEN.findall(text), ""]
+        self.words: list[str] = [*TOKEN.findall(text), "", ""]
         self.text, self.place = text, 0
         self.outcomes = {0: NOTHING}
         self.sets: dict[int, list[InformationSet]] = {CHANCE: [], 0: [], 1: []}

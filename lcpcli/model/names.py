@@ -12,13 +12,16 @@ from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program
 from lcpcli.typing import Vector
 
+NO_NAMES = "the problem has no names; take z, with its indices"
+
 
 def component(problem: Problem, name: str, z: Vector) -> Vector:
     """Return the component of z with this name, or of each z in an array of shape (m, n); of a program to be maximized
     its multiplier in that sense. Raise KeyError if there is none, with a likely name, or several."""
     names = list(problem.names)
     if not name or name not in names:
-        raise KeyError(f"{name!r} is not the name of an unknown; {likely(str(name), list(filter(None, names)))}")
+        hint = likely(str(name), own) if (own := list(filter(None, names))) else NO_NAMES
+        raise KeyError(f"{name!r} is not the name of an unknown; {hint}")
     if (times := names.count(name)) > 1:
         raise KeyError(f"{name!r} is the name of {times} unknowns; take z, with their indices")
     found: Vector = z[..., i := names.index(name)]

@@ -212,7 +212,8 @@ def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
         raise ProblemError(field, "is missing", f"give it with {present[0]}, or leave both out")
     if not present:
         raise ProblemError(next(iter(bounds)), "is missing", f"give it with {field}, or leave both out")
-    is_row = isinstance(given, (list, tuple, np.ndarray)) and len(given) > 0 and np.ndim(given[0]) == 0
+    is_array = isinstance(given, np.ndarray) and given.ndim == 1 and given.size > 0
+    is_row = is_array or (isinstance(given, (list, tuple)) and len(given) > 0 and np.ndim(given[0]) == 0)
     matrix = as_matrix(field, [given] if is_row else given)
     if matrix.shape[1] != k:
         fault = f"has {count(matrix.shape[1], 'column')} for {count(k, 'variable')}"

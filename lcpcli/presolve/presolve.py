@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -64,9 +63,6 @@ class Presolved(Change):
     removed: dict[str, int]
     keeps_all: bool
     never_rounds: bool = False
-
-    def __getstate__(self) -> dict[str, Any]:  # without the ways back, which are functions
-        return {**vars(self), "steps": None}
 
     @property
     def is_worthwhile(self) -> bool:

@@ -13,6 +13,8 @@ Redheffer, Volterra multipliers, SIAM J. Algebraic Discrete Methods 6 (1985) 592
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -94,20 +96,27 @@ def rows_that_are_bounds(system: System) -> Iterator[Step]:
     in_rows = entries.part(mask_of(system.n, r)[entries.rows] & ~mask_of(system.n, k)[entries.columns])
     in_columns = entries.part(mask_of(system.n, j)[entries.columns] & ~mask_of(system.n, i)[entries.rows])
     q = system.q[r] + b * own
-
-    def fill(z: Vector) -> None:  # let z_k make w_j 0 where z_j is at the new bound and w_j has the sign for it
-        change = -(q + in_rows.times(z)[r]) / b
-        z[k] = own + np.where(active & (z[j] == at) & (sign * change > 0), change, 0.0)
-
-    def carry(y: Vector) -> None:  # let (M'y)_j be 0 where it has the sign with which the new bound counts
-        share = -in_columns.transposed_times(y)[j] / a
-        y[i] = np.where(active & (sign * share > 0), share, 0.0)
-
+    fill = partial(_fill_multipliers, (j, k, r), (q, b, own, sign, active, at), in_rows)
+    carry = partial(_carry_bounds, (i, j), (a, sign, active), in_columns)
     system.pair(r, j)
     system.q[r] = q
     system.terms[r] += np.abs(b * own)
     system.remove(k)
     yield Step(are_integers(at), fill, carry)
+
+
+def _fill_multipliers(places: tuple[Any, ...], of_row: tuple[Any, ...], in_rows: Entries, z: Vector) -> None:
+    """Let z_k make w_j 0 where z_j is at the new bound and w_j has the sign for it."""
+    (j, k, r), (q, b, own, sign, active, at) = places, of_row
+    change = -(q + in_rows.times(z)[r]) / b
+    z[k] = own + np.where(active & (z[j] == at) & (sign * change > 0), change, 0.0)
+
+
+def _carry_bounds(places: tuple[Any, ...], of_row: tuple[Any, ...], in_columns: Entries, y: Vector) -> None:
+    """Let (M'y)_j be 0 where it has the sign with which the new bound counts."""
+    (i, j), (a, sign, active) = places, of_row
+    share = -in_columns.transposed_times(y)[j] / a
+    y[i] = np.where(active & (sign * share > 0), share, 0.0)
 
 
 def _bound_rows(system: System) -> tuple[Indices, Indices, Indices, Indices, Vector, Vector]:
@@ -372,6 +381,8 @@ def _assign(system: System) -> None:
                 system.pair(rows, columns)
                 settled[columns] = True
                 break
+        else:
+            return
 
 
 def _alike(system: System, settled: Mask, of: Callable[[Vector], Vector]) -> tuple[Indices, Indices]:

@@ -8,6 +8,7 @@ of free variables are equations, and which of these belongs to which free variab
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -57,17 +58,35 @@ def unchanged(_: Vector) -> None:
     """Change nothing."""
 
 
+def put(columns: Indices, values: Vector, z: Vector) -> None:
+    z[columns] = values
+
+
 class Step(NamedTuple):
     """What a rule has done at one time, with both ways back, which change vectors of shape (n,) in place.
 
     keeps_integers : whether integers have remained integers, so that nothing was rounded.
     fill : sets the z_j of the columns that were removed, from those that were left.
     carry : turns Farkas' y of the rows after the step, 0 for the removed ones, into that of the rows before it.
+    They are functions of a module, with their first arguments, as a step is pickled.
     """
 
     keeps_integers: bool
     fill: Callable[[Vector], None] = unchanged
     carry: Callable[[Vector], None] = unchanged
+
+
+def _solve(rows: Indices, columns: Indices, pivots: Vector, q: Vector, in_rows: Entries, z: Vector) -> None:
+    z[columns] = -(q + in_rows.times(z)[rows]) / pivots
+
+
+def _balance(rows: Indices, columns: Indices, pivots: Vector, in_columns: Entries, y: Vector) -> None:
+    """Let (M'y)_j be 0."""
+    y[rows] = -in_columns.transposed_times(y)[columns] / pivots
+
+
+def _scale(factors: Vector, y: Vector) -> None:
+    y *= factors
 
 
 ROUNDING = 8 * EPS  # relative to the terms of a sum
@@ -137,17 +156,13 @@ class System:
         proof."""
         if rows is not None:
             self.pair(rows, columns)
-
-        def fill(z: Vector) -> None:
-            z[columns] = values
-
         z = np.zeros(self.n)
-        fill(z)
+        put(columns, values, z)
         terms = self.entries.values * z[self.entries.columns]
         self.q += summed(self.entries.rows, terms, self.n)
         self._add_terms(summed(self.entries.rows, np.abs(terms), self.n))
         self.remove(columns)
-        return Step(are_integers(values), fill)
+        return Step(are_integers(values), partial(put, columns, values))
 
     def pivot(self, rows: Indices, columns: Indices, pivots: Vector) -> Step:
         """Solve equations a z_j + (other terms) + q = 0, which have no entry in the column of another's variable, each
@@ -158,13 +173,7 @@ class System:
         in_rows, in_columns = of_row[self.entries.rows] >= 0, of_column[self.entries.columns] >= 0
         others, own = self.entries.part(in_rows & ~in_columns), self.entries.part(in_columns & ~in_rows)
         q = self.q[rows]
-
-        def fill(z: Vector, in_rows: Entries = others) -> None:
-            z[columns] = -(q + in_rows.times(z)[rows]) / pivots
-
-        def carry(y: Vector) -> None:  # so that (M'y)_j is 0
-            y[rows] = -own.transposed_times(y)[columns] / pivots
-
+        ways = partial(_solve, rows, columns, pivots, q, others), partial(_balance, rows, columns, pivots, own)
         self.pair(rows, columns)
         self.remove(columns)
         place = of_column[own.columns]
@@ -178,18 +187,14 @@ class System:
         if source.size:
             values = np.repeat(factor, times) * others.values[source]
             self._add(Entries(np.repeat(own.rows, times), others.columns[source], values))
-        return Step(bool((np.abs(pivots) == 1).all()), fill, carry)
+        return Step(bool((np.abs(pivots) == 1).all()), *ways)
 
     def multiply(self, factors: Vector) -> Step:
         """Multiply rows by factors, those of bounded variables by positive ones; shape (n,)."""
         entries = self.entries
         self.entries, self.q = entries._replace(values=entries.values * factors[entries.rows]), self.q * factors
         self.factors, self.terms = self.factors * factors, self.terms * np.abs(factors)
-
-        def carry(y: Vector) -> None:
-            y *= factors
-
-        return Step(bool((np.abs(factors) == 1).all()), carry=carry)
+        return Step(bool((np.abs(factors) == 1).all()), carry=partial(_scale, factors))
 
     def _add_terms(self, sizes: Vector) -> None:
         """Take note of the sizes of what was added to q; where only rounding is left of it, it is 0."""

@@ -228,8 +228,10 @@ class Doubles:
         is_short = len(text) <= SURE_DIGITS and "e" not in text.casefold()
         return self._of(None if is_short or repr(double) == text else fraction(text), double)
 
-    def of(self, value: Fraction) -> float:
-        """Return the double that stands for a number."""
+    def of(self, value: Fraction | float) -> float:
+        """Return the double that stands for a number; infinities and NaN remain unchanged."""
+        if isinstance(value, float):
+            return value
         return self._of(value, float(rounded([value])[0]))
 
     def _of(self, value: Fraction | None, nearest: float) -> float:

@@ -76,7 +76,7 @@ class Criterion:
     def reference_solves(self) -> bool:
         """Return whether the reference point of the problem solves it, whatever the rounding errors in its w are."""
         problem = self.problem
-        return not (problem.box.excess(problem.reference_point, problem.q_ref) + problem.q_error > 0).any()
+        return bool((problem.box.excess(problem.reference_point, problem.q_ref) + problem.q_error <= 0).all())
 
     @cached_property
     def _caps(self) -> Vector:

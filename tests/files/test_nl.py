@@ -187,6 +187,19 @@ def test_an_enclosure_holds_where_a_comparison_is_of_something_undefined_in_a_pa
     assert not (values > found.F_upper).any()
 
 
+@pytest.mark.parametrize("ends", [(-2.0, 0.0), (-2.0, -1.0), (0.0, 0.0), (-1.0, 2.0), (1.0, 3.0)])
+def test_an_enclosure_holds_for_conditions_that_are_numbers(ends: tuple[float, float]) -> None:
+    """An if takes its first branch wherever the condition is not 0, as in AMPL."""
+    problem = functions_of([("if", "v0", ("*", 2, "v1"), ("*", -3, "v1")), ("if", "v0", "v0", 1)], 2)
+    assert problem.interval is not None
+    found = problem.interval(np.array([ends[0], 1.0]), np.array([ends[1], 1.0]))
+    for x in np.linspace(*ends, 5):
+        z = np.array([x, 1.0])
+        F, J = problem.F(z), problem.jacobian(z)
+        assert ((found.F_lower <= F) & (found.F_upper >= F)).all()
+        assert ((found.J_lower <= J) & (found.J_upper >= J)).all()
+
+
 def test_enclosures_take_decimals_as_written() -> None:
     problem = functions_of([("-", ("*", "v0", "v0"), ("*", 0.1, "v0"))], 1)
     assert problem.interval is not None

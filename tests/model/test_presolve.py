@@ -4,6 +4,7 @@ knows whether it may have rounded; that conditions of programs as models write t
 from __future__ import annotations
 
 import os
+import pickle
 from fractions import Fraction
 from typing import Any
 
@@ -14,11 +15,12 @@ from scipy.sparse import block_array, csr_array, kron
 
 import lcpcli
 from lcpcli import Problem
+from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.methods.direct import MOST_PIVOTED
 from lcpcli.model.box import BASIC
 from lcpcli.model.changes import shifted
-from lcpcli.presolve.presolve import ALL, DEFINITIONS, Presolved, Refuted, presolved, substituted
+from lcpcli.presolve.presolve import ALL, DEFINITIONS, SIGNS, Presolved, Refuted, presolved, substituted
 from lcpcli.presolve.rules import repeated_equations, signs_of_equations
 from lcpcli.presolve.system import System
 from lcpcli.rational.exact_problem import ExactProblem
@@ -181,6 +183,19 @@ def test_what_presolve_finds_is_in_the_inspection() -> None:
     assert "cannot have its sign" in " ".join(refuted.split())
     assert lcpcli.inspect(Problem(np.eye(2), [-1, 1])).presolve is None
     assert presolved(Problem(np.array([[2.0, 1], [1, 2]]), [-1, -1])) is None, "no bounds but zero"
+
+
+def test_solutions_and_proofs_come_back_from_what_was_pickled() -> None:
+    problems = [linear_program(0, written) for written in ("plainly", "signs", "disorder", "units")]
+    problems += [random_problem(generator(seed)) for seed in range(40)]
+    changes = [presolved(given, rules) for given in problems for rules in ONE_BY_ONE]
+    found = [change for change in changes if isinstance(change, Presolved)]
+    assert {*ALL} - {DEFINITIONS, SIGNS} == set[str]().union(*(change.removed for change in found))
+    for change in found:
+        x, again = generator(1).standard_normal(change.problem.n), pickle.loads(pickle.dumps(change))
+        assert again.back(x).tolist() == change.back(x).tolist()
+        assert again.multipliers(x).tolist() == change.multipliers(x).tolist()
+        assert (again.is_exact, again.has_new_rows) == (change.is_exact, change.has_new_rows)
 
 
 def test_rounding_of_fixed_values_is_no_contradiction() -> None:
