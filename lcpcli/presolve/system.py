@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
@@ -70,7 +70,6 @@ class Step(NamedTuple):
     carry: Callable[[Vector], None] = unchanged
 
 
-ROUNDING = 8 * EPS  # relative to the terms of a sum
 CANCELLED = 1e-14  # relative to the sum of their sizes: what rounding leaves of entries that cancel
 
 
@@ -194,7 +193,7 @@ class System:
     def _add_terms(self, sizes: Vector) -> None:
         """Take note of the sizes of what was added to q; where only rounding is left of it, it is 0."""
         self.terms += sizes
-        small = np.abs(self.q) <= ROUNDING * self.terms
+        small = np.abs(self.q) <= ROW_ROUNDING * self.terms
         self.keeps_all &= not self.q[small].any()
         self.q[small] = 0.0
 
