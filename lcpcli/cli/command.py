@@ -69,7 +69,10 @@ def option(heading: str, names: str, meaning: str, **attributes: Any) -> Callabl
     """Declare an option under a heading: its names, and that of its value in capitals unless it is a flag or has a
     type; the rest is as for `click.option`."""
     *flags, last = names.split()
-    attributes |= {"metavar": last} if last.isupper() else {"is_flag": "type" not in attributes}
+    if last.isupper():
+        attributes["metavar"] = last
+    elif "type" not in attributes:  # is_flag=False would let an option stand without its value
+        attributes["is_flag"] = True
     attributes |= {"shell_complete": Candidates(files=True)} if "FILE" in last else {}
     flags += [last] * (not last.isupper())
     return click.option(*flags, cls=CommandOption, heading=heading, help=meaning, **attributes)

@@ -13,13 +13,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 
 LARGEST_INTEGER = 2.0**50  # sums of a few are exact
 LARGEST_ENTRY = 2.0**25  # of integers in M: products of two are exact
+
+CANCELLED = 1e-14  # relative to the sum of their sizes: what rounding leaves of entries that cancel
 
 
 def mask_of(n: int, indices: Indices) -> Mask:
@@ -87,10 +89,6 @@ def _balance(rows: Indices, columns: Indices, pivots: Vector, in_columns: Entrie
 
 def _scale(factors: Vector, y: Vector) -> None:
     y *= factors
-
-
-ROUNDING = 8 * EPS  # relative to the terms of a sum
-CANCELLED = 1e-14  # relative to the sum of their sizes: what rounding leaves of entries that cancel
 
 
 class Contradiction(Exception):
@@ -199,7 +197,7 @@ class System:
     def _add_terms(self, sizes: Vector) -> None:
         """Take note of the sizes of what was added to q; where only rounding is left of it, it is 0."""
         self.terms += sizes
-        small = np.abs(self.q) <= ROUNDING * self.terms
+        small = np.abs(self.q) <= ROW_ROUNDING * self.terms
         self.keeps_all &= not self.q[small].any()
         self.q[small] = 0.0
 

@@ -178,7 +178,8 @@ class Terms(Ends):
                 if not points:
                     share = (t - a) / (b - a)
                     points = [[(1 - share) * one + share * other for one, other in zip(first, last, strict=True)]]
-                own += [row for row in points if row not in own]
+                for row in points:  # of a path of one point twice the same
+                    own += [row] * (row not in own)
             found += [(t, row[:n], row[n:]) for row in own]
         return Points(*map(list, zip(*found, strict=True))) if found else Points([], [], [])
 

@@ -197,6 +197,7 @@ def test_kernels_are_forgotten_that_are_older_than_the_files_they_use(
     with announcement.announced():
         pass
     assert sorted(path.name for path in cache.iterdir()) == ["new.nbi", "old.nbc"]
+    assert "linalg/doubles" in announcement.USED  # what counts as rounding
 
 
 def test_a_violation_is_not_small_in_the_units_of_another_row() -> None:

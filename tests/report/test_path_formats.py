@@ -123,3 +123,9 @@ def test_range_of_a_row_has_the_name_of_the_row() -> None:
     terms = Terms(lcpcli.path(first, last))
     assert terms.names() == ["shares", "bonds", "cash", "y budget", "y return", "s return"]
     assert str(terms.moving) == "return: at most 0.09 to 0.08"
+
+
+def test_a_path_of_one_point_has_it_once() -> None:
+    first, last = lcpcli.Problem(np.zeros((1, 1)), [0]), lcpcli.Problem(np.zeros((1, 1)), [-1])
+    path = lcpcli.path(first, last)
+    assert (path.t.size, Terms(path).at_all([0.0]).t) == (1, [0.0])
