@@ -73,7 +73,7 @@ rng = np.random.default_rng(0)
 """
 IN_HIGHS = "A = rng.standard_normal((300, 300)); call = lambda: linprog(rng.random(300), A, -rng.random(300))"
 IN_SUPERLU = "A = families.make('dominant', 3000, 0).M; lu = factors.sparse_lu(False); call = lambda: lu(A)"
-IN_LAPACK = "A = rng.random((4000, 4000)); factorize = factors.factorizer(A); call = lambda: factorize(1.0)"
+IN_LAPACK = "A = rng.random((4000, 4000)); call = lambda: factors.checked_solver(A, 1.0)"
 
 
 @pytest.mark.slow("waits for calls of seconds")
