@@ -82,7 +82,7 @@ NOISE = 2.0**-43  # relative to the largest number of its kind, in equilibrated 
 STANDSTILL = 2.0**-40  # of the change of the equations along an edge: the share of t that counts as 0
 LARGE_CORRECTION = 2.0**-26  # relative to z: after a larger one the inverse is computed from scratch
 DOUBTFUL_PIVOT = 2.0**-26  # relative to the direction: a smaller pivot is computed once more by a new inverse
-CANCELLED = 2.0**-50  # relative: what rounding leaves of a difference of equal numbers
+CANCELLED = 2.0**-46  # relative: what rounding leaves of a difference of equal numbers, or of 0
 NEAR_END = 2.0**-38  # relative to the size of z: by how much a form may be negative at the end of the range of s
 
 
@@ -286,7 +286,8 @@ class Pivoting:
                 w -= system.times(correction)
             w[system.rows] = 0.0
             values = np.append(self.z, self.t)
-            values[system.cols] = np.where(np.abs(x - correction) <= CANCELLED * np.abs(x), 0.0, x - correction)
+            terms = np.where((x == 0) & (size <= NOISE * self._size), size, np.abs(x))
+            values[system.cols] = np.where(np.abs(x - correction) <= CANCELLED * terms, 0.0, x - correction)
             self.z, self.t, self.w = values[:-1], float(values[-1]), w
             if is_refreshed or size <= LARGE_CORRECTION * self._size:
                 return
