@@ -211,6 +211,7 @@ class Problem:
 
     @property
     def start(self) -> Vector:
+        """Return the x from which a run starts by default."""
         return np.zeros(self.n) if self.x0 is None else self.x0
 
     @property

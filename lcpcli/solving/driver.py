@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from lcpcli.methods.stages import Iterate, Stage
     from lcpcli.model.start import Start
     from lcpcli.solving.loop import Loop
-    from lcpcli.solving.trace import Callback, Observe, Trace
+    from lcpcli.solving.trace import Callback, Observe, Observer, Trace
 
 BRIEF = 0.02  # seconds of a first run up to which it is repeated, for as long: the wait goes unnoticed
 LONGEST_REPEATED = 1.0  # seconds of a compared run; in a longer run, pauses of the machine hardly count
@@ -107,15 +107,17 @@ def run(
             known = {"tried": session.tried} if given is None else given.known_to_auto
         stage = session.replay or partial(_stage, method, change, start, in_force | known, finish, session.interrupted)
         stopwatch.count("setup")
-        observer = None
-        if observe is not None:
-            with imports:
-                from lcpcli.solving.trace import Observer
-            observer = Observer(observe, method)
+        observer = None if observe is None else _observer(observe, method)
         criterion = Criterion(problem, limits.tol, judge=direct_run.judge if compiled else None)
         loop = Loop(criterion, method, limits, (trace, curve), stopwatch, observer, start, session.callback or callback)
         loop.interrupted = session.interrupted  # also if the start is a solution, so that no stage begins
         return _of(original, ended(loop, stage, in_force | additions), compiled)
+
+
+def _observer(observe: Observe, method: str) -> Observer:
+    with imports:
+        from lcpcli.solving import trace
+    return trace.Observer(observe, method)
 
 
 def _without_loop(
