@@ -1,13 +1,13 @@
-"""The compiled form of `methods.direct`, and of the first stages of `auto` on mixed problems of few unknowns, by the
-extra `fast`: to import it takes half a second, or seconds if numba has to compile its kernels, once on a machine."""
+"""The compiled form of `methods.direct`, by the extra `fast`: to import it takes half a second, or seconds if numba has
+to compile its kernels, once on a machine."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from lcpcli.basis import free_variables, tableau
+from lcpcli.basis import tableau
 from lcpcli.kernels.announcement import announced
-from lcpcli.linalg.matrices import dense, is_sparse
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import Units
 from lcpcli.methods.direct import CERTAIN, MOST_COMPILED, DirectAnswer
 from lcpcli.methods.final_states import Confirmed, confirmed
@@ -24,10 +24,10 @@ LOWEST, HIGHEST = np.zeros(MOST_COMPILED), np.full(MOST_COMPILED, np.inf)  # bou
 MOST_JUDGED_ENTRIES = 1_000_000  # of a sparse M: for more, Ctrl-C would have to wait for the end of the judgement
 
 with announced():
-    from lcpcli.kernels.kernels import pivot_blocks, solve_one, solve_rows
-    from lcpcli.kernels.measure_kernels import FAILS, SOLVES, compressed, judgement, on_bounds, reference_of
+    from lcpcli.kernels.kernels import solve_one, solve_rows
+    from lcpcli.kernels.measure_kernels import FAILS, SOLVES, compressed, judgement, on_bounds
     from lcpcli.kernels.measure_kernels import surely_solves as surely_solves
-    from lcpcli.kernels.pivoting_kernels import basic_solution, exponents, given_states, kept, path, reduced
+    from lcpcli.kernels.pivoting_kernels import basic_solution, exponents, path
     from lcpcli.kernels.pivoting_kernels import follow as follow
 
 
@@ -58,35 +58,6 @@ def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnsw
         return None
     found = judged(problem, rows_of(problem), box, basic_solution(M, q, *box, states), tol, states)
     return None if found is None else DirectAnswer(found.z, True, 1, "lemke", pivots, found.basis)
-
-
-def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
-    """Return the solution of a mixed problem at which newton or Lemke's path ends; None where neither is one beyond
-    doubt, or a bound is far from 0."""
-    rows, q = rows_of(problem), problem.q
-    box = lower, upper = np.ascontiguousarray(problem.lower), np.ascontiguousarray(problem.upper)
-    is_solution, reference, t = reference_of(*rows, q, lower, upper)
-    if not t.size:
-        return None
-    if is_solution and surely_solves(*rows, q, lower, upper, tol, reference):
-        return DirectAnswer(reference, True, 0)
-    steps, z = pivot_blocks(*rows, q, lower, upper, t)
-    found = judged(problem, rows, box, z, tol) if z.size else None
-    if found is not None:
-        return DirectAnswer(found.z, True, steps)
-    M = np.ascontiguousarray(dense(problem.M))
-    own = kept(M, lower, upper)
-    try:
-        K, k, d = reduced(M, q, lower, upper, own, *free_variables.scaled(own.A, exponents(own.A)))
-    except np.linalg.LinAlgError:
-        return None
-    steps = min(steps, 0)
-    end, pivots, states = path(K, k, d, COVER[: k.size], max(LEAST_REFRESHED, k.size))
-    if end != tableau.SOLVED:
-        return None
-    states = given_states(own, q.size, states)
-    found = judged(problem, rows, box, basic_solution(M, q, lower, upper, states), tol, states)
-    return None if found is None else DirectAnswer(found.z, True, 1 - steps, "lemke", pivots - steps, found.basis)
 
 
 def rows_of(problem: Problem) -> Vectors:

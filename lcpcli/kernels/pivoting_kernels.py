@@ -1,5 +1,4 @@
-"""Lemke's path, the basic solution at its end, and the reduction of a mixed problem to bounded variables, compiled by
-numba."""
+"""Lemke's path and the basic solution at its end, compiled by numba."""
 
 from __future__ import annotations
 
@@ -21,13 +20,6 @@ follow = njit(FOLLOWED, cache=True, **OPTIONS)(tableau.follow)
 overload(tableau.follow, strict=False)(lambda *_: lambda *arguments: follow(*arguments))
 path = njit((MATRIX, VECTOR, VECTOR, VECTOR, types.int64), cache=True, **OPTIONS)(tableau.path)
 exponents = njit((MATRIX,), cache=True, **OPTIONS)(free_variables.exponents)
-
-OWN_MATRIX = types.Array(types.float64, 2, "C")
-NUMBERS, INDICES, OWN_STATES = (types.Array(each, 1, "C") for each in (types.float64, types.int64, types.int8))
-KEPT = types.NamedTuple((OWN_MATRIX, INDICES, NUMBERS, INDICES, INDICES), free_variables.Kept)
-kept = njit((MATRIX, VECTOR, VECTOR), cache=True, **OPTIONS)(free_variables.kept)
-reduced = njit((MATRIX, *3 * (VECTOR,), KEPT, NUMBERS, NUMBERS), cache=True, **OPTIONS)(free_variables.reduced)
-given_states = njit((KEPT, types.int64, OWN_STATES), cache=True, **OPTIONS)(free_variables.given_states)
 
 
 @njit((MATRIX, VECTOR, VECTOR, VECTOR, STATES), cache=True, **OPTIONS)

@@ -269,7 +269,7 @@ def _answers(
 def mixed_answer(problem: Problem, tol: float) -> DirectAnswer | None:
     """Return the answer of the kernels to a mixed problem with few unknowns; None where they find none."""
     with imports:
-        from lcpcli.kernels.compiled import mixed
+        from lcpcli.kernels.compiled_mixed import mixed
     return mixed(problem, tol)
 
 
