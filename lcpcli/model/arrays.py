@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from copy import copy
+from itertools import chain
 from numbers import Rational
 from typing import Any
 
@@ -240,6 +242,9 @@ def as_nested(field: str, values: Any, most: int, expected: str = NUMBERS, exact
     if most == 1 or not (exactly or any(isinstance(part, (list, tuple)) or np.ndim(part) for part in values)):
         refuse_other_than_numbers(field, values)
         return as_floats(field, values)
+    if most == 2 and _are_rows_of_numbers(values):
+        with suppress(OverflowError):  # whose place is looked for below
+            return np.asarray(values, dtype=np.float64)
     parts = list[Vector]()
     for i, part in enumerate(values):
         own = as_nested(f"{field}[{i}]", part, most - 1, f"{ROW} {FROM_0}", exactly)
@@ -256,6 +261,12 @@ def as_nested(field: str, values: Any, most: int, expected: str = NUMBERS, exact
                 )
             raise ProblemError(f"{field}[{i}]", fault, f"{same} {FROM_0}")
     return np.array(parts)
+
+
+def _are_rows_of_numbers(values: Sequence[Any]) -> bool:
+    """Return whether these are lists of equal lengths of int and float, as most are, which numpy takes at once."""
+    are_lists = {*map(type, values)} <= {list, tuple} and len({*map(len, values)}) == 1
+    return are_lists and {*map(type, chain.from_iterable(values))} <= {int, float}
 
 
 def is_number_in_array(value: Any) -> bool:

@@ -155,7 +155,8 @@ class Point:
         tol, is_plain, decided = criterion.tol, self._beyond is None and not self.negligible, None
         if is_plain and criterion.judge is not None:
             decided, rows = criterion.judge(problem, self.z, tol)
-            self._plain = self._plain if rows is None else rows
+            if rows is not None:
+                self._plain = rows
         if decided is None and self._beyond is None and not np.count_nonzero(problem.from_reference(self.z)):
             decided = criterion.reference_solves or (False if problem.reference_z is None else None)
         has_bounds = problem.is_moderate and problem.n > FEW_UNKNOWNS and not is_sparse(problem.M)
