@@ -40,7 +40,7 @@ def convex_program(problem: Problem) -> Stage:
     if S is None or not (S < 0).any() or problem.M.diagonal().min() < 0:
         return Breakdown("the problem is not that of a convex program")
     try:
-        run = Run(problem)
+        run = Run(problem, by_units=True)
         if _most_operations(problem.M, S < 0) > MOST_OPERATIONS and operations(run.systems) > MOST_OPERATIONS:
             return Breakdown("a factorization takes long")
     except (ProblemError, SingularMatrix):

@@ -141,8 +141,8 @@ class Run:
     """The attempts on one problem; ProblemError is raised if numbers overflow in its units, which are as in
     `slack_form`."""
 
-    def __init__(self, problem: Problem) -> None:
-        self._given, self._within, self._count = problem, slack_form(problem), 0
+    def __init__(self, problem: Problem, by_units: bool = False) -> None:
+        self._given, self._within, self._count = problem, slack_form(problem, by_units), 0
         self._is_solved = False  # by the last basic solution
 
     @cached_property

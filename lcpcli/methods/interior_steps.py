@@ -76,9 +76,12 @@ class SlackForm(Change):
 
 
 @np.errstate(over="ignore", under="ignore", invalid="ignore")
-def slack_form(problem: Problem) -> SlackForm:
+def slack_form(problem: Problem, by_units: bool = False) -> SlackForm:
     """Scale symmetrically: D M D has largest entries of about 1 in rows and columns (D. Ruiz, A scaling algorithm to
     equilibrate both rows and columns norms in matrices, RAL-TR-2001-034); q and the bounds are divided by the largest.
+
+    by_units : whether D are the units by which solutions are verified, which takes no time of its own; for S M
+        symmetric, where they are the same for rows and columns.
     """
     given = conditions_of(problem)
     kept = np.flatnonzero(given.lower < given.upper)
@@ -87,7 +90,8 @@ def slack_form(problem: Problem) -> SlackForm:
         fixed = np.where(lower == upper, lower, 0.0)
         q, M = (problem.q + M @ fixed)[kept], matrices.principal(M, kept)
         lower, upper = lower[kept], upper[kept]
-    d = _ruiz(M, problem.signs is not None)
+    has_units = by_units and problem.signs is not None
+    d = problem.units.diagonals()[0][kept] if has_units else _ruiz(M, problem.signs is not None)
     M = matrices.scaled(M, d, d)
     q, lower, upper = q * d, lower / d, upper / d
     finite = [v[np.isfinite(v)] for v in (lower, upper)]

@@ -165,7 +165,9 @@ def _bounds(lower: Any, upper: Any, free: Any, k: int, infinity: float) -> Inter
     if not isinstance(free, (list, tuple, range, np.ndarray)):
         raise ProblemError("free", f"is {kind(free)}", "give a list of indices")
     indices = as_vector("free", list(free))
-    if indices.size and (upper is not None or not (isinstance(lower, (int, float)) and lower == 0)):
+    if not indices.size:
+        return low, high
+    if upper is not None or not (isinstance(lower, (int, float)) and lower == 0):
         other = "lower" if upper is None else "upper"
         raise ProblemError("free", f"is given beside {other}", f"leave it out, and give null for no bound in {other}")
     for i in np.flatnonzero((indices < 0) | (indices >= k) | (indices != np.floor(indices)))[:1].tolist():
