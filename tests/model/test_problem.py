@@ -54,7 +54,7 @@ ARRAYS = {
     "big-endian": np.array(M, dtype=">f8"),
     "columns-first": np.array(M, order="F"),
     "slice": np.kron(M, np.ones((2, 3)))[::2, ::3],
-    "matrix-of-numpy": np.asmatrix(M),
+    "matrix-of-numpy": np.array(M).view(np.matrix),
     "csr-matrix": sparse.csr_matrix(M),
     **{kind: sparse.coo_array(M).asformat(kind) for kind in ("csr", "csc", "coo", "lil", "dok", "dia", "bsr")},
     "coo-with-duplicates": sparse.coo_array(
