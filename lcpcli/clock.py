@@ -57,7 +57,7 @@ class Stopwatch:
         """Count the time since the last call as part of the run."""
         now = self._clock()
         self.parts[part] += now - self._last
-        if len(self.laps) < self._most_laps:
+        if self._most_laps and len(self.laps) < self._most_laps:
             self.laps.append((part, now - self._last))
         self._last = now
 

@@ -49,7 +49,8 @@ def with_limited_threads(function: Function) -> Function:
 
     @wraps(function)
     def limited_function(problem: Any, *given: Any, **named: Any) -> Any:
-        number = _number(problem, named.get(options.THREADS.name))
+        is_small = 2 * problem.n < FEWEST_THREADED_ROWS and options.THREADS.name not in named
+        number = None if is_small else _number(problem, named.get(options.THREADS.name))
         if number is None:
             return function(problem, *given, **named)
         with limited(number):

@@ -23,7 +23,14 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROUNDED_ZERO, ROW_ROUNDING, row_sizes
 from lcpcli.linalg.factors import each_product, principal_inverses
 from lcpcli.linalg.matrices import TINY_TERMS, is_narrow, is_sparse, row_errors
-from lcpcli.methods.final_states import HIDDEN_TERM, LONG_NUMBER, confirmed, hides_term_of_row, without_rounding
+from lcpcli.methods.final_states import (
+    HIDDEN_TERM,
+    LONG_NUMBER,
+    confirmed,
+    hides_term_of_row,
+    is_doubtful,
+    without_rounding,
+)
 from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program
@@ -209,35 +216,37 @@ def direct(
     made : receives the basic solutions.
     """
     answer = _exchanged(problem, tol, basic, made)
-    found = None if answer is None else confirmed(problem, answer.z)
-    if answer is None or found is None or found.z is answer.z:
+    if answer is None or not is_doubtful(problem, answer.z):
+        return answer
+    found = confirmed(problem, answer.z)
+    if found is None or found.z is answer.z:
         return None if found is None else answer
     return answer._replace(z=found.z, is_certain=False, end=found.basis)
 
 
 def _exchanged(problem: Problem, tol: float, basic: Mask | None, made: list[Made] | None) -> DirectAnswer | None:
-    M, q = problem.M, problem.q
-    is_start, basic = basic is not None, q < 0 if basic is None else basic.copy()
+    M, q, n, minus_q = problem.M, problem.q, problem.n, -problem.q
+    is_start, basic = basic is not None, q < 0.0 if basic is None else basic.copy()
     guard: Safeguard | None = None
-    steps, is_single, last = 0, False, np.zeros(problem.n, np.bool_)
+    fewest, steps, is_single, last = n + 1, 0, False, None
     while True:
         P = basic.nonzero()[0]
-        z = np.zeros(problem.n)
+        z = np.zeros(n)
         if not P.size:
-            wrong = q < 0
-            if not np.count_nonzero(wrong):
+            wrong = q < 0.0
+            if not number_of(wrong):
                 return DirectAnswer(z, True, steps)
             w, is_start = q, False
         else:
-            block = M[P[:, np.newaxis], P]
+            block = M.take(P, 0).take(P, 1)  # by functions that take a fraction of the time of operators
             try:
-                z[P] = np.linalg.solve(block, -q[P])
+                z[P] = np.linalg.solve(block, minus_q[P])
             except np.linalg.LinAlgError:
                 if not is_start:
                     return None
-                is_start, basic = False, q < 0
+                is_start, basic = False, q < 0.0
                 continue
-            w = M @ z
+            w = M.dot(z)
             w += q
             own = w[P]
             w[P] = 0.0
@@ -245,22 +254,27 @@ def _exchanged(problem: Problem, tol: float, basic: Mask | None, made: list[Made
         steps += 1
         if made is not None:
             made.append((z, w, is_single))
-        count = np.count_nonzero(wrong)
-        if is_start and count > MOST_WRONG * problem.n:
-            is_start, basic = False, q < 0
+        count = number_of(wrong)
+        if is_start and count > MOST_WRONG * n:
+            is_start, basic = False, q < 0.0
             continue
         is_start = False
         if not count:
             return _judged(problem, z, P, block, own, w, tol, steps)
-        if guard is None:
-            guard = Safeguard(problem.n, FEW_INDEX_STEPS)
-        if not guard.choose(wrong, count):
-            if np.array_equal(wrong, last) and is_rounding(problem, z, w):
+        if guard is None and count < fewest:
+            fewest = count
+        elif not (guard := guard or Safeguard(fewest - 1, FEW_INDEX_STEPS)).choose(wrong, count):
+            if last is not None and np.array_equal(wrong, last) and is_rounding(problem, z, w):
                 return DirectAnswer(np.maximum(z, 0.0), False, steps)
-            if guard.left < 0 or guard.is_hopeless(problem.n) or (guard.single and M.diagonal().min() <= 0.0):
+            if guard.left < 0 or guard.is_hopeless(n) or (guard.single and M.diagonal().min() <= 0.0):
                 return None
-        is_single, last = guard.single, wrong
+        is_single, last = guard is not None and guard.single, wrong
         basic ^= wrong
+
+
+def number_of(mask: Mask) -> int:
+    """Return how many entries of a small mask are true, in half the time of numpy's function."""
+    return mask.tobytes().count(1)
 
 
 def _judged(
@@ -269,19 +283,25 @@ def _judged(
     """Return the answer z, refined once if its residual `own`, w_P, is more than rounding; w has zeros in its place."""
     M, q = problem.M, problem.q
     size, absolute = np.abs(q), np.abs(M)
-    terms = absolute @ z
+    terms = absolute.dot(z)
     terms += size
-    if np.count_nonzero(np.abs(own) > ROW_ROUNDING * terms[P]):
+    errors, violations = ROW_ROUNDING * terms, np.abs(own)
+    if number_of(violations > errors[P]):
         z[P] -= np.linalg.solve(block, own)
         np.maximum(z, 0.0, out=z)
-        w = M @ z
+        w = M.dot(z)
         w += q
         own = w[P]
-        terms = absolute @ z + size
+        terms = absolute.dot(z)
+        terms += size
+    else:
+        least = min(size.tolist())
+        if least > TINY_TERMS and max(errors.tolist()) + max(violations.tolist()) <= tol * least:
+            return DirectAnswer(z, True, steps)
     np.negative(w, out=w)
     w[P] = np.abs(own)
     w += row_errors(M, z, terms)
-    return DirectAnswer(z, np.count_nonzero(w <= tol * size) == q.size, steps)
+    return DirectAnswer(z, number_of(w <= tol * size) == q.size, steps)
 
 
 def is_rounding(problem: Problem, z: Vector, w: Vector) -> bool:

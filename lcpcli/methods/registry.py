@@ -321,4 +321,6 @@ def options_in_force(name: str, problem: Problem, chosen: Mapping[str, Any]) -> 
                 module = import_module(load(name).__module__)
             value = getattr(module, option.derived)(problem)
         values[option.name] = value
-    return values | {switch: chosen.get(switch, True) for switch in method.switches}
+    for switch in method.switches:
+        values[switch] = chosen.get(switch, True)
+    return values

@@ -14,12 +14,12 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, kind, quoted
-from lcpcli.linalg.doubles import FAR_FROM_ONE, are_moderate, size, sizes
+from lcpcli.linalg.doubles import FAR_FROM_ONE, are_moderate, size
 from lcpcli.linalg.factors import Latest
 from lcpcli.linalg.matrices import is_sparse, product, row_maxima
 from lcpcli.linalg.units import Units, units
 from lcpcli.model import views
-from lcpcli.model.arrays import SOLUTIONS, as_solutions, as_square, as_vector, own_matrix, plain
+from lcpcli.model.arrays import SOLUTIONS, as_sized_vector, as_solutions, as_square, as_vector, own_matrix, plain
 from lcpcli.model.box import NO_BOUND, ORTHANT, Box, bounds_of
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
@@ -109,32 +109,29 @@ class Problem:
         infinity: float = math.inf,
         names: Sequence[str] = (),
     ) -> None:
-        if hasattr(M, "columns"):
+        if type(M) is not np.ndarray and hasattr(M, "columns"):
             with imports:
                 from lcpcli.model.labels import by_label, texts
             names = names if len(names) or origin is not None else texts(M.columns)
             solutions = [by_label(M, solution=solution)[0] for solution in plain("solutions", solutions, SOLUTIONS)]
             M, q, lower, upper, x0, x1 = by_label(M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1)
-        vector_q = as_vector("q", q)
+        vector_q, (least_q, largest_q) = as_sized_vector("q", q)
         n = vector_q.size
         matrix, (least_row, largest_entry) = as_square("M", M, n)
         texts_of = {"name": name, "verdict": verdict, "source": source, "note": note}
-        for field, text in texts_of.items():
+        are_texts = type(name) is type(verdict) is type(source) is type(note) is str
+        for field, text in () if are_texts else texts_of.items():
             if not isinstance(text, str):
                 raise ProblemError(field, f"is {kind(text)}", "give a text")
-        bounds, (least_q, largest_q) = bounds_of(lower, upper, n, infinity), sizes(vector_q)
+        bounds = bounds_of(lower, upper, n, infinity)
         x0 = None if x0 is None else as_vector("x0", x0, n)
         x1 = None if x1 is None else as_vector("x1", x1, n)
         known = as_solutions(solutions, n) if type(solutions) is not tuple or solutions else ()
         is_moderate = min(least_row, least_q) >= 1 / FAR_FROM_ONE and max(largest_entry, largest_q) <= FAR_FROM_ONE
         fields = self.__dict__  # set one by one, as that takes least time
         fields["M"], fields["q"], fields["n"], fields["x0"], fields["x1"] = own_matrix(matrix, M), vector_q, n, x0, x1
-        fields.update(texts_of, solutions=known, reference=reference, origin=None)
-        fields["largest"], fields["sizes_of_q"], fields["is_moderate"] = (
-            largest_entry,
-            (least_q, largest_q),
-            is_moderate,
-        )
+        fields.update(texts_of, solutions=known, reference=reference, origin=None, is_moderate=is_moderate)
+        fields["largest"], fields["sizes_of_q"] = largest_entry, (least_q, largest_q)
         if bounds is None:
             fields.update(lower=0.0, upper=math.inf, box=ORTHANT, reference_z=None, q_ref=vector_q, q_error=0.0)
         else:

@@ -16,6 +16,7 @@ import numpy as np
 from lcpcli.clock import Stopwatch, imports, seconds
 from lcpcli.errors import ParameterError
 from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import direct
 from lcpcli.methods.direct import MOST_COMPILED, MOST_PIVOTED, DirectAnswer, Made
 from lcpcli.methods.final_states import MOST_DECIDED, accepted, without_rounding
@@ -124,7 +125,7 @@ class Session:
 
     @property
     def is_in_time(self) -> bool:
-        return self.stopwatch.total < self.limits.time_limit
+        return self.limits.time_limit == math.inf or self.stopwatch.total < self.limits.time_limit
 
     def point(self, z: Vector, problem: Problem | None = None) -> Point:
         """Return the point of a z, for the problem or another form of it."""
@@ -199,7 +200,8 @@ def solved_directly(session: Session) -> Result | None:
             return session.of_answer(answer)
     if problem.n > MOST_PIVOTED or problem.may_have_far_bounds:
         return None
-    dense = problem if fast is None and direct.is_full_band(problem.M) else direct.as_dense(problem)
+    is_kept = not is_sparse(problem.M) or (fast is None and direct.is_full_band(problem.M))
+    dense = problem if is_kept else direct.as_dense(problem)
     if start is not None and start.z is not None:
         if start.gap <= NEARLY_SOLVED * problem.sizes_of_q[1]:
             point, box = session.point(start.z, dense), dense.box
@@ -224,7 +226,7 @@ def _answers(
 
     lost : receives the basic solutions of exchanges in numpy without a start, if they found none."""
     tol, start, keep = session.limits.tol, session.start, session.keep
-    basic, has_diagonal = None if start is None else start.basis == BASIC, problem.M.diagonal().all()
+    basic, has_diagonal = None if start is None else start.basis == BASIC, 0.0 not in problem.M.diagonal().tolist()
     if not has_diagonal and start is None and problem.n > 1 and not problem.M[0, 0]:
         with imports:
             from lcpcli.methods.bimatrix import costs, pure

@@ -18,7 +18,7 @@ from lcpcli.errors import OptionError, ParameterError, kind
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import as_sparse, may_be_program, stored
+from lcpcli.methods.direct import MOST_NARROW_AS_DENSE, as_sparse, may_be_program, stored
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.changes import Change, composed, shifted
 from lcpcli.model.changes import scale as in_natural_units
@@ -80,10 +80,13 @@ def run(
     stopwatch = Stopwatch(clock, clock() if began is None else began, MOST_LAPS if keeps else 0)
     limits = limits or DEFAULTS
     has_start = not (x0 is z0 is basis is None)
-    additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
-    _refuse_other(method, additions, compiled, callback)
+    additions: dict[str, Any] = {}
+    if scale or finish:
+        additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
+    if method != "auto" or additions or callback is not None:
+        _refuse_other(method, additions, compiled, callback)
     compiled, original = direct_run.uses_kernels(compiled, 1) and method == "auto", problem
-    if method == "auto":
+    if method == "auto" and problem.n > MOST_NARROW_AS_DENSE:
         problem = as_sparse(problem, stored(problem.M))
     given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
     session = Session(problem, limits, {}, stopwatch, compiled, given, {} if given is None else None)
@@ -137,8 +140,11 @@ def _without_loop(
     kept: list[tuple[Iterate, float]] = []
     if callback is not None:
         session.keep = lambda iterate: kept.append((iterate, session.stopwatch.elapsed()))
+    result = None
     try:
-        result = next((found for attempt in attempts if (found := attempt(session)) is not None), None)
+        for attempt in attempts:
+            if (result := attempt(session)) is not None:
+                break
     except KeyboardInterrupt:
         session.interrupted = True
         return None
@@ -158,7 +164,7 @@ def _of(problem: Problem, result: Result, compiled: bool) -> Result:
     result = result if result.problem is problem else replace(result, problem=problem)
     if compiled:
         result.options["compiled"] = True
-    if not (result.solved and hasattr(problem.origin, "exact_conditions")):
+    if problem.origin is None or not (result.solved and hasattr(problem.origin, "exact_conditions")):
         return result
     with imports:
         from lcpcli.solving.minimum import checked

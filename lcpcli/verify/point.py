@@ -39,13 +39,21 @@ class Criterion:
     is_linear = True  # whether exact arithmetic may decide
 
     def __init__(self, problem: Problem, tol: float = 1e-10, literal: bool = False, judge: Judge | None = None) -> None:
-        self.problem, self.tol = problem, tol
-        is_judged = problem.is_moderate and problem.is_mixed and is_sparse(problem.M)
-        self.judge = judge if is_judged else None
-        self.units = changes.Scaled(problem, problem)
-        if not (problem.is_moderate or literal) and (units := changes.scale(problem)).is_exact:
-            self.units = units
-        self.data = self.units.problem  # in the units in which residuals are measured
+        self.problem, self.tol, self._is_literal, self.judge = problem, tol, literal, None
+        if judge is not None and problem.is_moderate and problem.is_mixed and is_sparse(problem.M):
+            self.judge = judge
+
+    @cached_property
+    def units(self) -> changes.Scaled:
+        problem = self.problem
+        if not (problem.is_moderate or self._is_literal) and (units := changes.scale(problem)).is_exact:
+            return units
+        return changes.Scaled(problem, problem)
+
+    @cached_property
+    def data(self) -> Problem:
+        """Return the problem in the units in which residuals are measured."""
+        return self.units.problem
 
     @cached_property
     def measure(self) -> Measure:
