@@ -1,5 +1,5 @@
-"""Equilibria of games: what a best response to strategies would gain. In extensive form it is computed on the tree,
-backward over a player's information sets, not from the sequence form."""
+"""Equilibria of games: what a best response to strategies would gain. In extensive form it is computed from the ends of
+the tree, backward over a player's information sets, not from the matrices of the sequence form."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.model.extensive import ExtensiveGame, moves_of
-from lcpcli.model.game_tree import TERMINAL, GameTree, Player
+from lcpcli.model.game_tree import GameTree, Player
 from lcpcli.model.origins import Game
 from lcpcli.typing import Vector
 
@@ -61,22 +61,23 @@ class Behavior(_Statement):
     @classmethod
     def of(cls, game: ExtensiveGame, strategies: Sequence[Strategy]) -> Behavior:
         """Return what these strategies are, in the numbers that they have."""
-        one, two = (plan_of(player, own) for player, own in zip(game.tree.players, strategies, strict=True))
+        tree, players = game.tree, game.tree.players
+        one, two = map(plan_of, players, strategies)
         exact = not any(isinstance(value, float) for value in (*one, *two))
-        one, two = (list(map(Fraction if exact else float, plan)) for plan in (one, two))
-        tree, payoffs, gains = _Ends.of(game.tree, exact), list[Any](), list[Any]()
+        number: Any = Fraction if exact else float
+        one, two = list(map(number, one)), list(map(number, two))
+        ends, payoffs, gains = _ends(tree, number), list[Any](), list[Any]()
         for player, (own, other) in enumerate(((one, two), (two, one))):
-            best = plan_of(game.tree.players[player], tree.best_response(player, other))
-            now, then = tree.expected(player, own, other), tree.expected(player, best, other)
+            best = _best_plan(players[player], ends, player, other)
+            now, then = (_expected(ends, player, plan, other) for plan in (own, best))
             gain, rounding = then[0] - now[0], 0 if exact else ROW_ROUNDING * (now[1] + then[1])
             payoffs.append(now[0])
             gains.append(gain if gain > rounding else 0 * abs(gain))
-        names = game.tree.names()
-        each = zip(names, game.tree.players, strategies, tree.reached((one, two)), strict=True)
+        names = tree.names()
         sets = [
             InformationSetStrategy(name, label, moves_of(own.actions), *values)
-            for name, player, strategy, numbers in each
-            for label, own, *values in zip(player.labels(), player.sets, strategy, numbers, strict=True)
+            for name, player, *both in zip(names, players, strategies, _reached(tree, (one, two), number), strict=True)
+            for label, own, *values in zip(player.labels(), player.sets, *both, strict=True)
         ]
         return cls(names, sets, (one, two), (payoffs[0], payoffs[1]), (gains[0], gains[1]))
 
@@ -86,31 +87,25 @@ class Behavior(_Statement):
 
     def are_best(self, game: ExtensiveGame, allowed: float) -> bool:
         """Return whether no player gains more than `allowed` of the terms of its gain, counted from what it gets."""
-        tree, own = _Ends.of(game.tree, exact=False), [list(map(float, plan)) for plan in self.plans]
+        ends, plans = _ends(game.tree, float), [list(map(float, plan)) for plan in self.plans]
         for player, gain in enumerate(self.gains):
-            centre, other = float(self.payoffs[player]), own[1 - player]
-            plans = own[player], plan_of(game.tree.players[player], tree.best_response(player, other))
-            if not gain <= allowed * sum(tree.expected(player, plan, other, centre)[1] for plan in plans):
+            centre, other = float(self.payoffs[player]), plans[1 - player]
+            both = plans[player], _best_plan(game.tree.players[player], ends, player, other)
+            if not gain <= allowed * sum(_expected(ends, player, plan, other, centre)[1] for plan in both):
                 return False
         return True
 
 
 def point_of(game: ExtensiveGame, x: Plan, y: Plan) -> list[Any]:
     """Return the z with these plans, and with the costs of best responses to them, in the numbers that they have."""
-    return [*x, *y, *_costs(game, 0, y), *_costs(game, 1, x)]
-
-
-def _costs(game: ExtensiveGame, player: int, other: Plan) -> list[Any]:
-    """Return by the sequence form the least costs against a plan, of the game and behind each information set."""
-    own, exact = game.tree.players[player], not any(isinstance(value, float) for value in other)
-    at: Plan = [0] * own.sequences
-    for pair, cost in game.costs[player].at.items():
-        at[pair[player]] += (cost if exact else float(cost)) * other[pair[1 - player]]
-    least: list[Any] = []
-    for i in range(len(own.sets) - 1, -1, -1):
-        least.append(min(at[sequence] for sequence in own.moves(i)))
-        at[own.before[i]] += least[-1]
-    return [at[0], *reversed(least)]
+    z = [*x, *y]
+    for player, other in ((0, y), (1, x)):
+        own, exact = game.tree.players[player], not any(isinstance(value, float) for value in other)
+        behind: Plan = [0] * own.sequences
+        for pair, cost in game.costs[player].at.items():
+            behind[pair[player]] -= (cost if exact else float(cost)) * other[pair[1 - player]]
+        z += [0 - value for value in _best_response(own, behind)[1]]
+    return z
 
 
 def plan_of(player: Player, strategy: Strategy) -> Plan:
@@ -131,69 +126,49 @@ def strategy_of(player: Player, plan: Plan) -> Strategy:
     return found
 
 
-@dataclass(frozen=True, eq=False)
-class _Ends:
-    """A tree with the chance of each node, and with the sum of payoffs from the root to it, as doubles or fractions."""
+def _ends(tree: GameTree, number: Any) -> list[tuple[tuple[int, int], Any, list[Any]]]:
+    """Return the ends of a tree with their numbers as doubles or fractions."""
+    return [(at, number(chance), list(map(number, payoffs))) for at, chance, payoffs in tree.ends]
 
-    tree: GameTree
-    chances: list[Any]
-    totals: list[tuple[Any, Any]]
 
-    @classmethod
-    def of(cls, tree: GameTree, exact: bool) -> _Ends:
-        number: Any = Fraction if exact else float
-        totals = [(number(one), number(two)) for one, two in tree.totals()]
-        return cls(tree, list(map(number, tree.chances())), totals)
+def _expected(ends: Sequence[Any], player: int, own: Plan, other: Plan, centre: Any = 0) -> tuple[Any, Any]:
+    """Return the expected payoff of a player less the centre, and the sum of the sizes of its terms."""
+    weights = ((chance * own[at[player]] * other[at[1 - player]], payoffs) for at, chance, payoffs in ends)
+    terms = [weight * (payoffs[player] - centre) for weight, payoffs in weights if weight]
+    zero = 0 * ends[0][1]
+    return sum(terms, zero), sum(map(abs, terms), zero)
 
-    def expected(self, player: int, own: Plan, other: Plan, centre: Any = 0) -> tuple[Any, Any]:
-        """Return the expected payoff of a player less the centre, and the sum of the sizes of its terms."""
-        value = terms = self.chances[0] * 0
-        each = zip(self.tree.nodes, self.tree.sequences, self.chances, self.totals, strict=True)
-        for node, sequences, chance, total in each:
-            if node.owner == TERMINAL and (weight := chance * own[sequences[player]] * other[sequences[1 - player]]):
-                term = weight * (total[player] - centre)
-                value, terms = value + term, terms + abs(term)
-        return value, terms
 
-    def best_response(self, player: int, other: Plan) -> Strategy:
-        """Return a pure best response to the plan of the other player: at each information set the first action with
-        the largest payoff. Those behind more of the player's own moves are decided first: with perfect recall all nodes
-        of one lie behind the same moves, so that the payoffs below their actions are known then."""
-        tree, nodes = self.tree, self.tree.nodes
-        layers, depths, children = list[list[int]](), list[int](), [list[int]() for _ in nodes]
-        for i, node in enumerate(nodes):
-            depths.append(depths[node.parent] + (nodes[node.parent].owner == player) if i else 0)
-            if depths[i] == len(layers):
-                layers.append([])
-            layers[depths[i]].append(i)
-            if i:
-                children[node.parent].append(i)
-        zero = self.chances[0] * 0
-        values = [zero] * len(nodes)  # the payoffs below each node, times what chance and the other player do
-        chosen, sums = dict[int, int](), [[zero] * len(own.actions) for own in tree.players[player].sets]
-        for layer in reversed(layers):
-            own_nodes = [i for i in layer if nodes[i].owner == player]
-            for i in own_nodes:
-                for move, child in enumerate(children[i]):
-                    sums[nodes[i].where][move] += values[child]
-            decided = {nodes[i].where for i in own_nodes}
-            chosen |= {j: max(range(len(sums[j])), key=sums[j].__getitem__) for j in decided}
-            for i in reversed(layer):
-                if nodes[i].owner == player:
-                    values[i] = values[children[i][chosen[nodes[i].where]]]
-                elif nodes[i].owner != TERMINAL:
-                    values[i] = sum(values[child] for child in children[i])
-                elif weight := self.chances[i] * other[tree.sequences[i][1 - player]]:
-                    values[i] = weight * self.totals[i][player]
-        return [[int(move == chosen[j]) for move in range(len(own))] for j, own in enumerate(sums)]
+def _best_plan(own: Player, ends: Sequence[Any], player: int, other: Plan) -> Plan:
+    """Return the plan of a pure best response to the plan of the other player."""
+    behind: Plan = [0 * ends[0][1]] * own.sequences
+    for at, chance, payoffs in ends:
+        if weight := chance * other[at[1 - player]]:
+            behind[at[player]] += weight * payoffs[player]
+    return plan_of(own, _best_response(own, behind)[0])
 
-    def reached(self, plans: tuple[Plan, Plan]) -> tuple[list[Any], list[Any]]:
-        """Return for each information set of both players the probability that it is reached."""
-        found = tuple([self.chances[0] * 0] * len(player.sets) for player in self.tree.players)
-        for node, (one, two), chance in zip(self.tree.nodes, self.tree.sequences, self.chances, strict=True):
-            if node.owner >= 0:
-                found[node.owner][node.where] += chance * plans[0][one] * plans[1][two]
-        return found[0], found[1]
+
+def _best_response(own: Player, behind: Plan) -> tuple[Strategy, list[Any]]:
+    """Return a pure best response, with the first action of the largest payoff at each information set, and the payoff
+    of the game and of what follows each information set. behind : what each sequence gets where the game then ends.
+    Information sets behind other ones of the player come later, and are decided first."""
+    behind, strategy, largest = [*behind], list[list[Any]](), list[Any]()
+    for i in range(len(own.sets) - 1, -1, -1):
+        payoffs = [behind[sequence] for sequence in own.moves(i)]
+        largest.append(max(payoffs))
+        chosen = payoffs.index(largest[-1])
+        strategy.append([int(move == chosen) for move in range(len(payoffs))])
+        behind[own.before[i]] += largest[-1]
+    return strategy[::-1], [behind[0], *reversed(largest)]
+
+
+def _reached(tree: GameTree, plans: tuple[Plan, Plan], number: Any) -> list[list[Any]]:
+    """Return for each information set of both players the probability that it is reached."""
+    found = [[number(0)] * len(player.sets) for player in tree.players]
+    for node, (one, two), chance in zip(tree.nodes, tree.sequences, tree.chances(), strict=True):
+        if node.owner >= 0:
+            found[node.owner][node.where] += number(chance) * plans[0][one] * plans[1][two]
+    return found
 
 
 @dataclass(frozen=True, eq=False)

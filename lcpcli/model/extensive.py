@@ -20,7 +20,7 @@ from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, kind, refuse_unknown
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import compressed
-from lcpcli.model.game_tree import MOST_BITS, TERMINAL, GameTree, distinct_labels, tree_of
+from lcpcli.model.game_tree import MOST_BITS, GameTree, distinct_labels, tree_of
 from lcpcli.model.program import Conditions
 
 MOST_DENSE = 200  # unknowns up to which M is dense, as pivoting is fast there
@@ -76,10 +76,7 @@ class ExtensiveGame:
 
     @cached_property
     def costs(self) -> tuple[Costs, Costs]:
-        of_nodes = zip(self.tree.nodes, self.tree.sequences, self.tree.chances(), self.tree.totals(), strict=True)
-        ends = [(at, chance, total) for node, at, chance, total in of_nodes if node.owner == TERMINAL and chance]
-        one, two = (_costs([(at, chance, total[player]) for at, chance, total in ends]) for player in (0, 1))
-        return one, two
+        return _costs(self.tree, 0), _costs(self.tree, 1)
 
     @property
     def is_rounded(self) -> bool:
@@ -167,12 +164,12 @@ def moves_of(actions: Sequence[str]) -> list[str]:
     return distinct_labels(actions, range(1, len(actions) + 1))
 
 
-def _costs(ends: Sequence[tuple[tuple[int, int], Fraction, Fraction]]) -> Costs:
-    """Return the costs of a player, for the sequences, chance and payoff of each end that chance does not exclude."""
-    largest, least = (extreme(payoff for *_, payoff in ends) for extreme in (max, min))
+def _costs(tree: GameTree, player: int) -> Costs:
+    """Return the costs of a player."""
+    largest, least = (extreme(payoffs[player] for *_, payoffs in tree.ends) for extreme in (max, min))
     constant, at = largest + ((largest - least) or 1), dict[tuple[int, int], Fraction]()
-    for sequences, chance, payoff in ends:
-        at[sequences] = at.get(sequences, 0) + chance * (constant - payoff)
+    for sequences, chance, payoffs in tree.ends:
+        at[sequences] = at.get(sequences, 0) + chance * (constant - payoffs[player])
     greatest, common = max(at.values()), 1
     for cost in at.values():
         if common.bit_length() <= MOST_BITS:

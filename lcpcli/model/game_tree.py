@@ -20,6 +20,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from itertools import islice
 from typing import NamedTuple, TypeVar
 
@@ -114,6 +115,13 @@ class GameTree:
             found.append(above if own is NOTHING else own)
         return found
 
+    @cached_property
+    def ends(self) -> list[tuple[tuple[int, int], Fraction, Payoffs]]:
+        """Return for each end of the game that chance does not exclude the sequences that lead there, its chance, and
+        the sums of the payoffs."""
+        each = zip(self.nodes, self.sequences, self.chances(), self.totals(), strict=True)
+        return [(at, chance, total) for node, at, chance, total in each if node.owner == TERMINAL and chance]
+
 
 def _brief(value: Fraction, of: str) -> Fraction:
     """Return a number of moderate length; raise ProblemError for any other, which would make all that follows slow."""
@@ -205,55 +213,48 @@ class _Reading:
             only = "only its equilibria are the solutions of an LCP"
             raise ProblemError("", f"is a game of {count(len(players), 'player')}", f"give one of two: {only}")
         self.comments()
-        nodes, places = self.nodes()
+        both = Player(players[0], self.sets[0], [], []), Player(players[1], self.sets[1], [], [])
+        nodes, at = self.nodes(both)
         self.comments()
         if word := self.word():
             raise self.fault(f"has {quoted(word)} after the last node of the tree", "remove it, or correct the nodes")
-        both = Player(players[0], self.sets[0], [], []), Player(players[1], self.sets[1], [], [])
-        at = self.sequences(nodes, places, both)
         return GameTree(self.text, title, both, self.sets[CHANCE], nodes, at)
-
-    def sequences(self, nodes: list[Node], places: list[int], players: tuple[Player, Player]) -> list[tuple[int, int]]:
-        """Return for each node, as `GameTree` has them, the sequences of both players' moves that lead there, and add
-        those of the information sets, which are in the order of their first nodes, to the players."""
-        at, size = list[tuple[int, int]](), [1, 1]
-        for node, place in zip(nodes, places, strict=True):
-            own, above = list(at[node.parent]) if at else [0, 0], nodes[node.parent]
-            if at and above.owner >= 0:
-                own[above.owner] = players[above.owner].first[above.where] + node.move
-            at.append((own[0], own[1]))
-            if node.owner < 0:
-                continue
-            player = players[node.owner]
-            if node.where == len(player.before):
-                player.before.append(own[node.owner])
-                player.first.append(size[node.owner])
-                size[node.owner] += len(player.sets[node.where].actions)
-            elif player.before[node.where] != own[node.owner]:
-                named = f"information set {player.sets[node.where].number} of player {node.owner + 1}"
-                fault = f"has no perfect recall: other own moves lead to {named} than before"
-                raise self.fault(fault, "give an information set to each history of a player's own moves", place)
-        return at
 
     def comments(self) -> None:
         while self.next_is_text:
             self.place += 1
 
-    def nodes(self) -> tuple[list[Node], list[int]]:
-        found, places = list[Node](), list[int]()
-        pending = [(-1, 0)]
+    def nodes(self, players: tuple[Player, Player]) -> tuple[list[Node], list[tuple[int, int]]]:
+        """Return the nodes and the sequences that lead to each, as `GameTree` has them, and add those that lead to the
+        information sets, which are in the order of their first nodes, to the players."""
+        found, at, pending = list[Node](), list[tuple[int, int]](), [(-1, 0)]
+        letters = ", ".join(f"{letter} for {what}" for letter, what in NODES.items())
         while pending:
-            places.append(self.place)
-            letters = ", ".join(f"{letter} for {what}" for letter, what in NODES.items())
+            place, (parent, move) = self.place, pending.pop()
             word = self.word("|".join(NODES), "a node", f"begin each node with {letters}")
             self.name()
             owner = {"c": CHANCE, "t": TERMINAL}.get(word) or self.player()
             index = self.information_set(owner) if owner != TERMINAL else -1
             moves = len(self.sets[owner][index].actions) if owner != TERMINAL else 0
-            parent, move = pending.pop()
             pending += [(len(found), k) for k in range(moves - 1, -1, -1)]
+            own = list(at[parent]) if found else [0, 0]
+            if found and (above := found[parent]).owner >= 0:
+                own[above.owner] = players[above.owner].first[above.where] + move
             found.append(Node(parent, move, owner, index, self.outcome()))
-        return found, places
+            at.append((own[0], own[1]))
+            if owner >= 0:
+                self.recall(owner, players[owner], index, own[owner], place)
+        return found, at
+
+    def recall(self, owner: int, player: Player, index: int, before: int, place: int) -> None:
+        """Take note of the sequence before an information set, which has to be the same at all of its nodes."""
+        if index == len(player.before):
+            player.before.append(before)
+            player.first.append(player.first[-1] + len(player.sets[index - 1].actions) if index else 1)
+        elif player.before[index] != before:
+            named = f"information set {player.sets[index].number} of player {owner + 1}"
+            fault = f"has no perfect recall: other own moves lead to {named} than before"
+            raise self.fault(fault, "give an information set to each history of a player's own moves", place)
 
     def player(self) -> int:
         if (number := self.whole("a player")) not in (1, 2):

@@ -69,9 +69,7 @@ class Game:
             raise ProblemError("B", f"is {shapes[0]} but A is {shapes[1]}", "make them agree")
         m, k = one.shape
         names = names_of("rows", rows, m, "strategy"), names_of("columns", columns, k, "strategy")
-        exact = None
-        if exact_one is not None or exact_other is not None:
-            exact = exact_one or _decimals(one), exact_other or _decimals(other)
+        exact = (exact_one or _decimals(one), exact_other or _decimals(other)) if exact_one or exact_other else None
         return cls(one, other, *names, exact, names_of("players", players, 2, "player"))
 
     def negated(self) -> Game:
@@ -95,9 +93,10 @@ class Game:
     def conditions(self) -> tuple[Vector, Vector]:
         """Return M and q."""
         m, k = self.A.shape
-        M = np.zeros((m + k, m + k))
+        M, both = np.zeros((m + k, m + k)), (self.A.tolist(), self.B.tolist())
+        A, B = self.written or ([[Decimal(repr(value)) for value in row] for row in own] for own in both)
         with localcontext(EXACT_CONTEXT):
-            M[:m, m:], M[m:, :m] = _costs("A", self._numbers(0)), _costs("B", self._numbers(1)).T
+            M[:m, m:], M[m:, :m] = _costs("A", A), _costs("B", B).T
         return M, -np.ones(m + k)
 
     def exact_conditions(self) -> tuple[list[dict[int, Fraction]], list[Fraction]]:
@@ -109,20 +108,12 @@ class Game:
 
     def payoffs(self) -> tuple[Payoffs, Payoffs]:
         """Return A and B as exact numbers."""
-        A, B = ([[Fraction(value) for value in row] for row in self._numbers(player)] for player in (0, 1))
-        return A, B
+        return self.written or (_decimals(self.A), _decimals(self.B))
 
     def cost_constants(self) -> tuple[Fraction, Fraction]:
         """Return the numbers from which the payoffs of the row and of the column player are subtracted."""
-        with localcontext(EXACT_CONTEXT):
-            r, c = (Fraction(_constant(self._numbers(player))) for player in (0, 1))
+        r, c = map(_constant, self.payoffs())
         return r, c
-
-    def _numbers(self, player: int) -> Any:
-        """Return the payoffs of the row player (0) or the column player (1), as fractions or decimals."""
-        if self.written is not None:
-            return self.written[player]
-        return [[Decimal(repr(value)) for value in row] for row in (self.A, self.B)[player].tolist()]
 
     def names(self, n: int) -> Sequence[str]:  # noqa: ARG002 (as in every origin)
         """Return the names of the strategies, "" where they have none."""
