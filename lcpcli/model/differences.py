@@ -69,7 +69,7 @@ class Slopes:
     def is_uneven(self) -> bool:
         """Return whether the quotients by the first two steps differ from J by more than those of a smooth F do."""
         first = self._first or [self._quotient(step * self._direction()) for step in STEPS[:2]]
-        return any(bool((own.gap > UNEVEN * own.terms).any()) for own in first)
+        return any((own.gap > UNEVEN * own.terms).any() for own in first)
 
     @property
     def refuted(self) -> Mask:
@@ -150,8 +150,7 @@ def noise(values: Values, box: Box, z: Vector, is_noisy: Mask) -> tuple[Vector, 
     (found, last), is_known = np.zeros((2, z.size)), np.zeros(z.size, dtype=bool)
     sizes, thirds = np.abs(values(z)), list[Vector]()
     for spacing in SPACINGS:
-        F = _line(values, box, z, spacing)
-        level, is_noise, third = _level(F)
+        F, level, is_noise, third = _level(values, box, z, spacing)
         sizes = np.fmax(sizes, np.where(np.isfinite(F), np.abs(F), 0.0).max(axis=0))
         apart = np.maximum(level, last) > ALIKE * np.minimum(level, last)
         is_found = is_noise & ~apart & ~is_known
@@ -171,13 +170,13 @@ def _oscillates(values: Values, box: Box, z: Vector, found: Vector, thirds: list
     that are not looked at. thirds : those differences by the first spacings."""
     finest, resolved, is_open = SPACINGS.index(RESOLVED), np.zeros(z.size, dtype=bool), found > 0
     if is_open.any() and len(thirds) <= finest:
-        is_open &= _level(_line(values, box, z, RESOLVED))[2] < found / ALIKE
+        is_open &= _level(values, box, z, RESOLVED)[-1] < found / ALIKE
     last = np.zeros(z.size)  # no fall
     for k in range(1, finest + 1):
         if not is_open.any():
             break
         if k == len(thirds):
-            thirds.append(_level(_line(values, box, z, SPACINGS[k]))[2])
+            thirds.append(_level(values, box, z, SPACINGS[k])[-1])
         fall = np.where(thirds[k - 1] > ALIKE * found, 0.0, thirds[k - 1] / thirds[k])  # of the noise, not of curvature
         resolved |= is_open & (last >= LEAST_FALL) & (fall >= CUBIC[0]) & (fall <= CUBIC[1])
         is_open &= ~resolved & (fall <= CUBIC[1])
@@ -193,10 +192,9 @@ def rounding(values: Values, box: Box, z: Vector, most: float) -> Vector:
     found, is_known, closest = np.zeros(z.size), np.zeros(z.size, dtype=bool), np.full(z.size, np.inf)
     finest = 48 - int(np.floor(np.log2(min(size(z) or 1.0, 1.0))))
     for power in range(finest, 0, -6):
-        F = _line(values, box, z, 2.0**-power)
+        F, level, is_noise, third = _level(values, box, z, 2.0**-power)
         if not np.isfinite(F).all():
             break
-        level, is_noise, third = _level(F)
         closest = np.where(third > 0, np.fmin(closest, third), closest)
         is_noise &= level <= most * np.abs(F).max(axis=0)
         found = np.where(is_noise & ~is_known, np.minimum(level, ALIKE * closest), found)
@@ -206,30 +204,26 @@ def rounding(values: Values, box: Box, z: Vector, most: float) -> Vector:
     return found
 
 
-def _line(values: Values, box: Box, z: Vector, spacing: float) -> Vector:
-    """Return F at ORDERS + 1 points from z on, in their rows, with a spacing relative to z, or to 1 if z is smaller."""
+def _level(values: Values, box: Box, z: Vector, spacing: float) -> tuple[Vector, Vector, Mask, Vector]:
+    """Return F at ORDERS + 1 points from z on, in their rows, with a spacing relative to z, or to 1 if z is smaller;
+    the noise of each row that its differences show, and whether that is what they show: they change sign, few are 0,
+    more than one is large, and those of successive orders agree; and the noise by differences of third order, in which
+    a smooth F is next to nothing."""
     above, below = box.upper - z, z - box.lower
     up = np.where(above == below, generator(0).random(z.size) < 0.5, above > below)
     moves = np.where(up, spacing, -spacing) * np.maximum(np.abs(z), 1.0)
-    return np.array([values(box.project(z + k * moves)) for k in range(ORDERS + 1)])
-
-
-def _level(values: Vector) -> tuple[Vector, Mask, Vector]:
-    """Return the noise of each row from its values at equally spaced points, shape (ORDERS + 1, n), and whether that
-    is what they show: the differences change sign, few are 0, more than one is large, and those of successive orders
-    agree; also the noise by differences of third order, in which a smooth F is next to nothing."""
-    levels, changes, table = list[Vector](), list[Mask](), values
-    first = np.diff(values, axis=0)
+    F = table = np.array([values(box.project(z + k * moves)) for k in range(ORDERS + 1)])
+    levels, changes, first = list[Vector](), list[Mask](), np.diff(F, axis=0)
     sorted_changes = np.sort(np.abs(first - np.median(first, axis=0)), axis=0)
     few = ((first == 0).mean(axis=0) <= MOST_EQUAL) & (sorted_changes[-2] >= JUMP * sorted_changes[-1])  # no jump
     for order in range(1, ORDERS):
         table = np.diff(table, axis=0)
         levels.append(np.sqrt((table**2).mean(axis=0) / comb(2 * order, order)))
         changes.append((table.min(axis=0) < 0) & (table.max(axis=0) > 0))
-    level, is_noise = np.zeros(values.shape[1]), np.zeros(values.shape[1], dtype=bool)
+    level, is_noise = np.zeros(z.size), np.zeros(z.size, dtype=bool)
     for k in range(len(levels) - 2):
         three = np.array(levels[k : k + 3])
         agree = (three.max(axis=0) <= ALIKE * three.min(axis=0)) & changes[k] & few
         level = np.where(agree & ~is_noise, levels[k], level)
         is_noise |= agree
-    return level, is_noise, levels[2]
+    return F, level, is_noise, levels[2]

@@ -175,34 +175,32 @@ class Evaluations:
         return f"J[{i}, {j}] is {J[i, j]:.6g} there, but {BY_DIFFERENCES} {ways[0][i, j]:.6g} {FROM_0}"
 
     @cached_property
-    def _pattern(self) -> Matrix | None:
-        """Return the places of J that may differ from 0 as a csc array, where F_i changes with z_j at x0, or is nan
-        where z_j is; None if it is to be dense."""
-        n, pattern = self.problem.n, self._given
-        if pattern is None and n <= MOST_DENSE:
+    def _rows(self) -> list[Indices] | None:
+        """Return the rows of each column of J that may differ from 0, where F_i changes with z_j at x0, or is nan where
+        z_j is; None if it is to be dense."""
+        n, rows = self.problem.n, list[Indices]()
+        if self._given is not None:
+            with imports:
+                from scipy.sparse import csc_array
+            pattern = csc_array(self._given)
+            return np.split(pattern.indices, pattern.indptr[1:-1])
+        if n <= MOST_DENSE:
             return None
-        with imports:
-            from scipy.sparse import csc_array
-        if pattern is not None:
-            return csc_array(pattern)
         z, F = self.problem.x0, self.values(self.problem.x0)
-        rows = list[Indices]()
         for j in range(n):
             moved, undefined = z.copy(), z.copy()
             moved[j], undefined[j] = z[j] + self._steps(z)[j], np.nan
             rows.append(((self.values(moved) != F) | np.isnan(self.values(undefined))).nonzero()[0])
-        places = np.concatenate(rows), np.repeat(np.arange(n), list(map(len, rows)))
-        return csc_array((np.ones(places[0].size), places), shape=(n, n))
+        return rows
 
     @cached_property
     def _groups(self) -> list[Indices]:
         """Return groups of columns, none with a common row, each found greedily."""
-        pattern, n = self._pattern, self.problem.n
-        if pattern is None:
+        n = self.problem.n
+        if self._rows is None:
             return [np.array([j]) for j in range(n)]
-        rows_of, last, color = pattern.indices, np.full((n, 0), False), np.full(n, -1)
-        for j in range(n):
-            own = rows_of[pattern.indptr[j] : pattern.indptr[j + 1]]
+        last, color = np.full((n, 0), False), np.full(n, -1)
+        for j, own in enumerate(self._rows):
             free = (~last[own].any(axis=0)).nonzero()[0]
             if not free.size:
                 last, free = np.hstack([last, np.full((n, 1), False)]), np.array([last.shape[1]])
@@ -223,18 +221,14 @@ class Evaluations:
     def _differences(self, z: Vector, steps: Vector) -> Matrix:
         """Return J by forward differences, by backward ones where those are undefined."""
         F = self.known_values(z)
-        quotients = [self._quotient(z, F, steps, group) for group in self._groups]
-        pattern, n = self._pattern, self.problem.n
-        if pattern is None:
+        quotients, rows, n = [self._quotient(z, F, steps, group) for group in self._groups], self._rows, self.problem.n
+        if rows is None:
             return np.array(quotients).T
-        data = np.empty(pattern.nnz)
-        for group, own in zip(self._groups, quotients, strict=True):
-            for j in group.tolist():
-                place = slice(pattern.indptr[j], pattern.indptr[j + 1])
-                data[place] = own[pattern.indices[place]]
         with imports:
             from scipy.sparse import csc_array
-        return csc_array((data, pattern.indices, pattern.indptr), shape=(n, n)).tocsr()
+        of_column = {j: own for group, own in zip(self._groups, quotients, strict=True) for j in group.tolist()}
+        data = np.concatenate([of_column[j][own] for j, own in enumerate(rows)])
+        return csc_array((data, np.concatenate(rows), np.cumsum([0, *map(len, rows)])), shape=(n, n)).tocsr()
 
     def _quotient(self, z: Vector, F: Vector, steps: Vector, group: Indices) -> Vector:
         """Return the change of F with the components of a group, each row divided by the step of its component."""
@@ -250,8 +244,7 @@ class Evaluations:
 
     def _divisors(self, moves: Vector, group: Indices) -> Vector:
         """Return for each row the move of the component of the group that it depends on; 1 without one."""
-        divisors, pattern = np.ones(self.problem.n), self._pattern
+        divisors = np.ones(self.problem.n)
         for j in group.tolist():
-            rows = slice(None) if pattern is None else pattern.indices[pattern.indptr[j] : pattern.indptr[j + 1]]
-            divisors[rows] = moves[j] or 1.0
+            divisors[slice(None) if self._rows is None else self._rows[j]] = moves[j] or 1.0
         return divisors

@@ -3,7 +3,7 @@ large ones that stand for infinite ones."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,18 +16,13 @@ from lcpcli.typing import Indices, Matrix, Vector
 CANCELLATION = 1000
 
 
-@dataclass(frozen=True, eq=False)
-class Reference:
+class Reference(NamedTuple):
     """The reference point z of one problem, shape (n,), or of each of m problems, shape (m, n); M z + q there, kept as
     `q`, and bounds on its rounding errors. Where all reference points are 0, as for LCPs, z is None and the error 0."""
 
     z: Vector | None
     q: Vector
     error: Vector | float
-
-    def moved(self, z: Vector) -> Vector:
-        """Return each z minus its reference point."""
-        return z if self.z is None else z - self.z
 
     def part(self, rows: Indices | int) -> Reference:
         if self.z is None or isinstance(self.error, float) or not self.z[rows].any():

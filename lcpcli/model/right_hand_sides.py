@@ -37,7 +37,14 @@ class Columns:
         if has_columns("lower", lower) or has_columns("upper", upper):
             self._bounds = _bounds_of_each(self._rows_of, lower, upper, (self.k, self.n), infinity, "column")
             lower, upper = 0.0, math.inf
-        self.like = _problem(M, self.Q, lower, upper, infinity)
+        shape = tuple[int, ...](getattr(M, "shape", ()))
+        if isinstance(M, (list, tuple)):
+            shape = len(M), *{len(row) for row in M if isinstance(row, (list, tuple))}
+        if len(shape) == 2 and self.n != shape[0] == shape[1]:
+            transposed = ", as Q.T here" if self.k == shape[0] else ""
+            fault = f"has shape {self.Q.shape}, but M is {shape[0]} x {shape[0]}"
+            raise ProblemError("Q", fault, f"give one right-hand side in each column{transposed}")
+        self.like = Problem(M, np.zeros(self.n), lower=lower, upper=upper, infinity=infinity)
         self.M = dense(self.like.M) if self.n <= MOST_NUMPY_ROWS else self.like.M
 
     def _rows_of(self, field: str, bound: Any) -> Vector | None:
@@ -87,18 +94,6 @@ def _copy(rows: Vector) -> Vector:
     return own(np.array(rows, dtype=np.float64, order="C"), [])
 
 
-def _problem(M: Any, Q: Vector, lower: Any, upper: Any, infinity: float) -> Problem:
-    """Return the problem with q = 0, or raise a ProblemError that names Q if its shape does not fit M."""
-    n, shape = Q.shape[0], tuple[int, ...](getattr(M, "shape", ()))
-    if isinstance(M, (list, tuple)):
-        shape = len(M), *{len(row) for row in M if isinstance(row, (list, tuple))}
-    if len(shape) == 2 and n != shape[0] == shape[1]:
-        transposed = ", as Q.T here" if Q.shape[1] == shape[0] else ""
-        fault = f"has shape {Q.shape}, but M is {shape[0]} x {shape[0]}"
-        raise ProblemError("Q", fault, f"give one right-hand side in each column{transposed}")
-    return Problem(M, np.zeros(n), lower=lower, upper=upper, infinity=infinity)
-
-
 def _bounds_of_each(
     rows_of: Callable[[str, Any], Vector | None],
     lower: Any,
@@ -135,17 +130,16 @@ class Block:
     q : shape (m, n). box : the bounds, of shape (m, n) unless they are z >= 0.
     """
 
-    def __init__(self, columns: Columns, q: Vector, box: Box) -> None:
+    def __init__(self, columns: Columns, q: Vector, box: Box, references: Reference | None = None) -> None:
         self.columns, self.q, self.box = columns, q, box
         self.like, self.M = columns.like, columns.M
-        self.units = self.like.units
+        self.units, self.references = self.like.units, references or reference(self.M, q, box)
+        self.reference_z, self.q_ref, self.q_error = self.references
         self._fields = {**self.like.known_of_M(), "lower": self.like.lower, "upper": self.like.upper, "box": box}
         self._fields.update(reference_z=None, q_error=0.0)
 
     def part(self, rows: Indices) -> Block:
-        some = Block(self.columns, self.q[rows], self.box.part(rows))
-        some.references = self.references.part(rows)
-        return some
+        return Block(self.columns, self.q[rows], self.box.part(rows), self.references.part(rows))
 
     def times_M(self, z: Vector) -> Vector:
         return np.asarray(product(self.M, z.T).T)
@@ -155,7 +149,7 @@ class Block:
 
     def w(self, z: Vector) -> Vector:
         """Return w = M z + q for each row z, computed from the reference point."""
-        return self.times_M(self.references.moved(z)) + self.references.q
+        return self.times_M(z if self.reference_z is None else z - self.reference_z) + self.q_ref
 
     @cached_property
     def _sizes_of_q(self) -> tuple[Vector, Vector]:
@@ -169,39 +163,18 @@ class Block:
 
     @cached_property
     def _fields_of_q(self) -> list[tuple[tuple[float, float], bool]]:
-        least, largest = self._sizes_of_q
-        return list(zip(zip(least.tolist(), largest.tolist(), strict=True), self.are_moderate.tolist(), strict=True))
-
-    @property
-    def reference_z(self) -> Vector | None:
-        return self.references.z
-
-    @property
-    def q_ref(self) -> Vector:
-        return self.references.q
-
-    @property
-    def q_error(self) -> Vector | float:
-        return self.references.error
+        sizes_of_q = zip(*(own.tolist() for own in self._sizes_of_q), strict=True)
+        return list(zip(sizes_of_q, self.are_moderate.tolist(), strict=True))
 
     def problem(self, i: int) -> Problem:
         """Return the problem of row i, which takes about a microsecond, as nothing is computed or validated."""
         q, (sizes_of_q, is_moderate) = self.q[i], self._fields_of_q[i]
         problem = Problem.of_fields(self._fields, q=q, sizes_of_q=sizes_of_q, is_moderate=is_moderate, q_ref=q)
-        if self._alike:
+        if self.reference_z is None and self.box is self.like.box:  # they differ in q alone, as LCPs do
             return problem
         box, own = self.box.part(i), self.references.part(i)
         problem.knowing(box=box, lower=box.lower, upper=box.upper)
         return problem.knowing(reference_z=own.z, q_ref=own.q, q_error=own.error)
-
-    @cached_property
-    def _alike(self) -> bool:
-        """Return whether the problems differ in q alone, as LCPs do."""
-        return self.references.z is None and self.box is self.like.box
-
-    @cached_property
-    def references(self) -> Reference:
-        return reference(self.M, self.q, self.box)
 
 
 class Stack:

@@ -27,17 +27,14 @@ class Start:
     gap : the natural residual at z; infinite if no z is given.
     """
 
-    def __init__(self, problem: Problem, basis: States | None = None, x: Vector | None = None) -> None:
-        self.problem, self._basis, self._x = problem, basis, x
-        self.z: Vector | None = None
-        self.gap = math.inf
-
-    @classmethod
-    def at(cls, problem: Problem, z: Vector) -> Start:
-        start, w = cls(problem), problem.w(z)
-        start.z, start.gap = z, size(problem.box.gaps(z, w))
-        refuse_infinite("M z0 + q", w)
-        return start
+    def __init__(
+        self, problem: Problem, basis: States | None = None, x: Vector | None = None, z: Vector | None = None
+    ) -> None:
+        self.problem, self._basis, self._x, self.z, self.gap = problem, basis, x, z, math.inf
+        if z is not None:
+            w = problem.w(z)
+            self.gap = size(problem.box.gaps(z, w))
+            refuse_infinite("M z0 + q", w)
 
     @property
     def is_near(self) -> bool:
@@ -73,7 +70,7 @@ def start_at(problem: Problem, x0: VectorLike | None, z0: VectorLike | None, bas
         return Start(problem, basis_of_words(problem, basis))
     x0, z0 = by_names(lambda: problem.names, x0=x0, z0=z0)
     if z0 is not None:
-        return Start.at(problem, as_vector("z0", z0, problem.n))
+        return Start(problem, z=as_vector("z0", z0, problem.n))
     return Start(problem, x=as_vector("x0", x0, problem.n))
 
 
