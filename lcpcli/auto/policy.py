@@ -253,7 +253,8 @@ def all_stages(
         rows = LATER
     given = in_rounds(structure, rows)
     with imports:
-        from lcpcli.presolve.presolve import Presolved, Refuted, presolved
+        from lcpcli.presolve.presolve import Presolved, presolved
+        from lcpcli.presolve.system import Refuted
     change = None
     if may_gain_by_presolve(structure):
         change = presolved(problem)

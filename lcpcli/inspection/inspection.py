@@ -30,7 +30,8 @@ from lcpcli.model.far_bounds import relaxed
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import INSPECTION_SECONDS
-from lcpcli.presolve.presolve import Presolved, Refuted, presolved
+from lcpcli.presolve.presolve import Presolved, presolved
+from lcpcli.presolve.system import Refuted
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 

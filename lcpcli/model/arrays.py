@@ -15,7 +15,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import REAL, ProblemError, count, kind
-from lcpcli.linalg.doubles import FAR_FROM_ONE, MOST_LOOPED_ENTRIES, is_finite, largest, sizes
+from lcpcli.linalg.doubles import FAR_FROM_ONE, LARGEST_DOUBLE, MOST_LOOPED_ENTRIES, is_finite, largest, sizes
 from lcpcli.linalg.matrices import is_sparse, row_maxima
 from lcpcli.typing import Matrix, Vector
 
@@ -223,16 +223,8 @@ def as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
         with np.errstate(over="ignore"):
             return np.asarray(values, dtype=np.float64)
     except OverflowError:
-        place = next(i for i, value in enumerate(values) if _overflows(value))
+        place = next(i for i, value in enumerate(values) if abs(value) > LARGEST_DOUBLE)
         raise ProblemError(f"{field}[{place}]", *NOT_FINITE) from None
-
-
-def _overflows(value: Any) -> bool:
-    try:
-        float(value)
-    except OverflowError:
-        return True
-    return False
 
 
 def _refuse_other_types(field: str, values: Any) -> None:
@@ -263,13 +255,10 @@ def as_nested(field: str, values: Any, most: int, expected: str = NUMBERS, exact
             raise ProblemError(f"{field}[{i}]", f"has {count(most, 'dimension')}", f"give {ROW} {FROM_0}")
         have, first = parts[i].shape, parts[0].shape
         if have != first:
-            fault, same = f"has shape {have} where {field}[0] has {first}", "make all of them the same"
-            if len(have) == len(first) == 1:
-                fault, same = (
-                    f"has {count(have[0], 'entry')} where {field}[0] has {first[0]}",
-                    "make all rows the same length",
-                )
-            raise ProblemError(f"{field}[{i}]", fault, f"{same} {FROM_0}")
+            are_rows = len(have) == len(first) == 1
+            size, other = (count(have[0], "entry"), first[0]) if are_rows else (f"shape {have}", first)
+            same = "rows the same length" if are_rows else "of them the same"
+            raise ProblemError(f"{field}[{i}]", f"has {size} where {field}[0] has {other}", f"make all {same} {FROM_0}")
     return np.array(parts)
 
 

@@ -149,13 +149,11 @@ class Box:
 
     def basis_of(self, x: Vector) -> States:
         """Return the states that x stands for: at the lower bound where 2x <= l, at the upper bound where 2x >= u."""
-        return self._basis_of_t(x + x)
+        return self.basis_at(x + x)
 
     def basis_at(self, z: Vector, w: Vector | None = None) -> States:
         """Return the states of z and w, by default 0: the basis of their x, whose halves may underflow."""
-        return self._basis_of_t(z if w is None else self._t_of(z, w))
-
-    def _basis_of_t(self, t: Vector) -> States:
+        t = z if w is None else self._t_of(z, w)
         above = t > self.lower
         if not self._has_upper:
             return of_masks(above)

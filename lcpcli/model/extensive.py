@@ -129,30 +129,27 @@ class ExtensiveGame:
         low = np.array([-np.inf if bound is None else 0.0 for bound in lower])
         return Conditions(M, np.array(q, dtype=float), low, np.full(len(q), np.inf))
 
-    def names(self, n: int) -> Sequence[str]:  # noqa: ARG002 (as in every origin)
-        """Return the names of the components of z: of a sequence by its last move, of a cost by its information set."""
-        plans, values = list[str](), list[str]()
+    def _names(self) -> list[tuple[str, str, str]]:
+        """Return three names of each component of z, from the shortest one on: of a sequence by its last move, of a
+        cost by its information set."""
+        plans, values = list[tuple[str, str, str]](), list[str]()
         for who, player in zip(self.tree.names(), self.tree.players, strict=True):
-            labels = player.labels()
-            sets = zip(labels, player.sets, strict=True)
-            plans += [who, *(f"{who}: {label}: {move}" for label, own in sets for move in moves_of(own.actions))]
-            values += [f"cost of {who}", *(f"cost of {who}: {label}" for label in labels)]
-        return [*plans, *values]
+            plans.append((who, who, who))
+            values.append(f"cost of {who}")
+            for label, own in zip(player.labels(), player.sets, strict=True):
+                moves = ((move, f"{label}: {move}") for move in moves_of(own.actions))
+                plans += [(move, longer, f"{who}: {longer}") for move, longer in moves]
+                values.append(f"cost of {who}: {label}")
+        return [*plans, *((name, name, name) for name in values)]
+
+    def names(self, n: int) -> Sequence[str]:  # noqa: ARG002 (as in every origin)
+        return [name for *_, name in self._names()]
 
     @property
     def headings(self) -> list[str]:
-        """Return the shortest names of the components that differ, for tables: a sequence's is its last move."""
-        full = [*self.names(0)]
-        short, longer = full.copy(), full.copy()
-        i = 0
-        for player in self.tree.players:
-            for label, own in zip(player.labels(), player.sets, strict=True):
-                for move in moves_of(own.actions):
-                    i += 1
-                    short[i], longer[i] = move, f"{label}: {move}"
-            i += 1
-        times = Counter([*short, *full])
-        times_longer = Counter(longer)
+        """Return the shortest names of the components that differ, for tables."""
+        short, longer, full = zip(*self._names(), strict=True)
+        times, times_longer = Counter([*short, *full]), Counter(longer)
         return [
             one if times[one] == 1 or one == name else two if times_longer[two] == 1 else name
             for one, two, name in zip(short, longer, full, strict=True)

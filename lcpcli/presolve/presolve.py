@@ -23,7 +23,7 @@ from lcpcli.model.changes import Change
 from lcpcli.model.problem import Problem
 from lcpcli.presolve import rules
 from lcpcli.presolve.rules import signs_of_equations
-from lcpcli.presolve.system import LARGEST_INTEGER, Contradiction, Step, System
+from lcpcli.presolve.system import LARGEST_INTEGER, Refuted, Step, System
 from lcpcli.typing import Indices, Mask, Vector
 
 Rule = Callable[[System], Iterator[Step]]
@@ -101,8 +101,8 @@ class Presolved(Change):
     def _as_before(self) -> Mask:
         """Return which of the columns that are kept have the rows and bounds that they had."""
         inner, outer = self.problem.box.vectors(self.problem.n), self.original.box.vectors(self.original.n)
-        pairs = ((bound[: self.kept.size], given[self.kept]) for bound, given in zip(inner, outer, strict=True))
-        return np.asarray(np.logical_and.reduce([self.rows == self.kept, *(own == given for own, given in pairs)]))
+        same = [own[: self.kept.size] == given[self.kept] for own, given in zip(inner, outer, strict=True)]
+        return np.asarray((self.rows == self.kept) & same[0] & same[1])
 
     def residual(self, F: Vector) -> Vector:
         """Return F of the original problem, 0 for the rows that are left out."""
@@ -116,16 +116,10 @@ class Presolved(Change):
         return _carried(self.original, whole, self.steps)
 
 
-@dataclass(frozen=True, eq=False)
-class Refuted:
-    """What presolve finds if a row cannot have its sign: y, shape (n,), a proof if it holds for the problem."""
-
-    y: Vector
-
-
 @np.errstate(all="ignore")  # a Problem is refused if numbers have overflowed
 def presolved(given: Problem, only: Collection[str] = ALL) -> Presolved | Refuted | None:
-    """Return the problem after presolve by these rules, or why it has no solution; None if they change nothing."""
+    """Return the problem after presolve by these rules; or with y, a proof if it holds for the problem, that a row
+    cannot have its sign; None if they change nothing."""
     system, steps, removed = System(given), list[Step](), dict[str, int]()
     try:
         for _ in range(MOST_ROUNDS):
@@ -144,8 +138,9 @@ def presolved(given: Problem, only: Collection[str] = ALL) -> Presolved | Refute
         if SIGNS in only:
             check()
             steps += signs_of_equations(system)
-    except Contradiction as found:
-        return Refuted(_carried(given, found.y, steps))
+    except Refuted as found:
+        found.y = _carried(given, found.y, steps)
+        return found.with_traceback(None)
     kept = system.columns
     rows = system.row_of[kept]
     if not steps and np.array_equal(rows, np.arange(given.n)):

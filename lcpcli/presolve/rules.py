@@ -1,6 +1,6 @@
 """The rules of presolve: each looks for its pattern in what is left of a mixed problem, and removes what it can.
 
-A rule takes a `System` and yields its steps; it raises Contradiction where it sees that there is no solution.
+A rule takes a `System` and yields its steps; it raises Refuted where it sees that there is no solution.
 
 The signs of equations are chosen last: factors of rows, and an assignment of equations to free variables, with which a
 matrix shows that it is monotone. The conditions of a program have M = [Q -A'; A 0] with Q positive semidefinite, but
@@ -21,7 +21,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import generator
-from lcpcli.presolve.system import Contradiction, Entries, Step, System, are_integers, mask_of, summed
+from lcpcli.presolve.system import Entries, Refuted, Step, System, are_integers, mask_of, summed
 from lcpcli.typing import Indices, Mask, Vector
 
 CLEAR = 1e-9  # relative to the terms of a row: what is called positive, or inside bounds, is far above rounding
@@ -45,7 +45,7 @@ def rows_of_one_sign(system: System) -> Iterator[Step]:
     signs = sign[system.row_of[columns]]
     values = np.where(signs > 0, system.lower[columns], system.upper[columns])
     for at in np.flatnonzero(np.isinf(values))[:1].tolist():
-        raise Contradiction(system.n, system.row_of[columns[at]], -signs[at])
+        raise Refuted(system.n, system.row_of[columns[at]], -signs[at])
     if columns.size:
         yield system.know(columns, values)
 
@@ -84,7 +84,7 @@ def rows_that_are_bounds(system: System) -> Iterator[Step]:
     end = np.where(from_below, np.abs(most), np.abs(least))
     margin = CLEAR * np.maximum(system.terms[i] / np.abs(a), np.where(np.isinf(end), 0.0, end))
     for crossed in np.flatnonzero(beyond > margin)[:1].tolist():
-        raise Contradiction(system.n, i[crossed], sign[crossed])
+        raise Refuted(system.n, i[crossed], sign[crossed])
     system.keeps_all &= not (beyond > 0).any()
     at = np.where(beyond > 0, np.where(from_below, most, least), at)
     active = np.where(from_below, at > least, at < most)
@@ -208,7 +208,7 @@ def repeated_equations(system: System) -> Iterator[Step]:
     difference = system.q[again] - factors * system.q[first]
     for at in np.flatnonzero(np.abs(difference) > CLEAR * terms)[:1].tolist():
         y = np.array([-factors[at], 1.0])  # the last counts, if a row without entries is both
-        raise Contradiction(system.n, [first[at], again[at]], y if difference[at] < 0 else -y)
+        raise Refuted(system.n, [first[at], again[at]], y if difference[at] < 0 else -y)
     spare = _multiples(columns, rows, values, free, system.n)[0] if again.size else again
     number = min(again.size, spare.size)
     if number:

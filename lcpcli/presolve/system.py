@@ -90,7 +90,7 @@ def _scale(factors: Vector, y: Vector) -> None:
     y *= factors
 
 
-class Contradiction(Exception):
+class Refuted(Exception):
     """Some rows cannot have the signs that are asked for, whatever z is; y : Farkas' vector for all n rows."""
 
     def __init__(self, n: int, rows: Any, values: Any) -> None:

@@ -14,7 +14,8 @@ from lcpcli.inspection.theory import MOST_WITH_NORM, Rate, Spread
 from lcpcli.inspection.verdict import title
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import TOL
-from lcpcli.presolve.presolve import Presolved, Refuted
+from lcpcli.presolve.presolve import Presolved
+from lcpcli.presolve.system import Refuted
 from lcpcli.report import result_formats, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.result_formats import Report

@@ -20,9 +20,9 @@ from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.methods.direct import MOST_PIVOTED
 from lcpcli.model.box import BASIC
 from lcpcli.model.changes import shifted
-from lcpcli.presolve.presolve import ALL, DEFINITIONS, SIGNS, Presolved, Refuted, presolved, substituted
+from lcpcli.presolve.presolve import ALL, DEFINITIONS, SIGNS, Presolved, presolved, substituted
 from lcpcli.presolve.rules import repeated_equations, signs_of_equations
-from lcpcli.presolve.system import System
+from lcpcli.presolve.system import Refuted, System
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.tree import first_solution
