@@ -27,15 +27,6 @@ def by_names(names: Callable[[], Sequence[str]], **fields: Any) -> list[Any]:
     return [_in_order(field, values, labels, "the names of the unknowns") for field, values in fields.items()]
 
 
-def program_by_label(Q: Any, c: Any, A: Any, b: Any, row_lower: Any, row_upper: Any, lower: Any, upper: Any) -> Any:
-    """Return the arguments of `from_qp` with variables as in the columns of Q, or else A, and rows as in A."""
-    ends = by_label(A, "the rows of A", b=b, row_lower=row_lower, row_upper=row_upper)
-    of, table = ("the columns of Q", Q) if hasattr(Q, "columns") else ("the columns of A", A)
-    (A,) = by_label(table, of, "columns", A=A)
-    Q, c, *bounds = by_label(table, of, Q=Q, c=c, lower=lower, upper=upper)
-    return Q, c, A, *ends, *bounds
-
-
 def payoffs_by_label(A: Any, B: Any) -> Any:
     """Return B with its strategies in the order of those of A, where both have labels."""
     if not (_is_table(A) and _is_table(B)):

@@ -14,9 +14,9 @@ from lcpcli.linalg.doubles import distinct
 from lcpcli.linalg.matrices import compressed, is_sparse, is_symmetric, stack
 from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector
 from lcpcli.model.box import NO_BOUND, as_intervals
-from lcpcli.model.labels import by_label, program_by_label
+from lcpcli.model.labels import by_label
 from lcpcli.model.problem import Problem
-from lcpcli.model.program import SENSES, Program, ProgramData, constant_of, names_of, sense_of
+from lcpcli.model.program import Program, ProgramData, constant_of, names_of, sense_of
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 Interval: TypeAlias = tuple[Vector, Vector]
@@ -67,9 +67,12 @@ def from_qp(
     >>> answer.x.tolist(), answer.y.tolist(), answer.objective
     ([1.0, 0.0], [-1.0], -2.0)
     """
-    Q, c, A, b, row_lower, row_upper, lower, upper = program_by_label(Q, c, A, b, row_lower, row_upper, lower, upper)
+    b, row_lower, row_upper = by_label(A, "the rows of A", b=b, row_lower=row_lower, row_upper=row_upper)
+    of, table = ("the columns of Q", Q) if hasattr(Q, "columns") else ("the columns of A", A)
+    (A,) = by_label(table, of, "columns", A=A)
+    Q, c, lower, upper = by_label(table, of, Q=Q, c=c, lower=lower, upper=upper)
     quadratic, linear = _objective("Q", Q, "c", c)
-    k, sign = linear.size, SENSES[sense_of(sense)]
+    k, sense = linear.size, sense_of(sense)
     bounds = _bounds(lower, upper, free, k, infinity)
     if b is not None and row_lower is not None:
         raise ProblemError("b", "is short for row_lower, which is given too", "leave one out")
@@ -78,8 +81,7 @@ def from_qp(
     m = matrix.shape[0]
     ends = as_intervals((field, "row_upper"), row_low, row_upper, m, "row", infinity)
     names = names_of("rows", rows, m, "row"), names_of("columns", columns, k, "variable")
-    data = _program(quadratic, linear, matrix, ends, bounds, sign)
-    return _problem(data, texts, sense, constant_of(constant), *names)
+    return _problem(quadratic, linear, matrix, ends, bounds, texts, sense, constant_of(constant), *names)
 
 
 def from_qpsolvers(
@@ -125,7 +127,7 @@ def from_qpsolvers(
     if is_sparse(equal):
         below = compressed(below)
     ends = np.concatenate((least, value)), np.concatenate((most, value))
-    return _problem(_program(quadratic, linear, stack([[below], [equal]]), ends, bounds), texts)
+    return _problem(quadratic, linear, stack([[below], [equal]]), ends, bounds, texts)
 
 
 def from_osqp(
@@ -157,7 +159,7 @@ def from_osqp(
     k = linear.size
     matrix = _rows("A", A, k, {"l": l, "u": u})
     ends = as_intervals(("l", "u"), l, u, matrix.shape[0], "row", NO_BOUND)
-    return _problem(_program(quadratic, linear, matrix, ends, (np.full(k, -np.inf), np.full(k, np.inf))), texts)
+    return _problem(quadratic, linear, matrix, ends, (np.full(k, -np.inf), np.full(k, np.inf)), texts)
 
 
 def _bounds(lower: Any, upper: Any, free: Any, k: int, infinity: float) -> Interval:
@@ -223,17 +225,17 @@ def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
     return matrix
 
 
-def _program(Q: Matrix | None, c: Vector, A: Matrix, ends: Interval, bounds: Interval, sign: float = 1) -> ProgramData:
-    """Return the program to be minimized, with sparse matrices if one is, or if it is large without any."""
+def _problem(
+    Q: Matrix | None, c: Vector, A: Matrix, ends: Interval, bounds: Interval, texts: Mapping[str, Any], *of: Any
+) -> Problem:
+    """Return the conditions of a program, with sparse matrices if one is, or if it is large without any.
+    of : its sense, constant and names, as in `Program`."""
     k = c.size
     if is_sparse(A) or is_sparse(Q) or (Q is None and k > MOST_DENSE_VARIABLES):
         Q, A = compressed((k, k) if Q is None else Q), compressed(A)
     Q = np.zeros((k, k)) if Q is None else Q
-    return ProgramData(*((Q, c) if sign > 0 else (-Q, -c)), A, *ends, *bounds)
-
-
-def _problem(data: ProgramData, texts: Mapping[str, Any], *named: Any) -> Problem:
+    data = ProgramData(*((-Q, -c) if "max" in of[:1] else (Q, c)), A, *ends, *bounds)
     M, q, lower, upper = data.conditions()
     problem = Problem(M, q, lower=lower, upper=upper, **texts)
     # `Problem` would check whether the origin fits, but it has just made them
-    return problem.knowing(origin=Program(data.c.size, int(data.ranges.sum()), *named))
+    return problem.knowing(origin=Program(k, int(data.ranges.sum()), *of))
