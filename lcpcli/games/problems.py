@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from lcpcli.errors import ProblemError, quoted
+from lcpcli.model.arrays import payoffs_by_label, texts
 from lcpcli.model.extensive import ExtensiveGame
-from lcpcli.model.labels import payoffs_by_label, texts
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
 

@@ -1,6 +1,6 @@
 """The judgement of a point by the whole measure, and the entries of M other than 0, compiled by numba.
 
-These are `reference_point.reference`, `Measure.surely_solves` and `linalg.units.units` once more, for moderate numbers
+These are `box.reference`, `Measure.surely_solves` and `linalg.units.units` once more, for moderate numbers
 and M in compressed sparse rows with sorted columns: begin, columns, values. Where they find no solution beyond doubt,
 the methods themselves decide. As numba's cache knows of changes in this file alone, it uses no kernels of others.
 """
@@ -15,8 +15,7 @@ from numba import njit, types
 from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING, SMALL_DISTANCE
 from lcpcli.linalg.logarithms import FEW_CG_STEPS, SETTLED_ERROR
 from lcpcli.linalg.matrices import TINY_TERMS
-from lcpcli.model.box import NO_BOUND
-from lcpcli.model.reference_point import CANCELLATION
+from lcpcli.model.box import CANCELLATION, NO_BOUND
 from lcpcli.verify.measure import DROWNED, FINEST
 
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}

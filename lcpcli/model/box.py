@@ -4,6 +4,9 @@ with z = mid(l, u, 2x) and w = z - 2x.
 For every x, z lies within its bounds and w has the signs that these ask for: w_i >= 0 where z_i < u_i and w_i <= 0
 where z_i > l_i. For l = 0 and u infinite, z = |x| + x and w = |x| - x.
 
+A residual that is measured from the reference point is hidden neither by bounds far from 0 nor by very large ones that
+stand for infinite ones.
+
 Validation of bounds: infinity means no bound; no lower one exceeds the upper one, or a ProblemError says where.
 """
 
@@ -18,12 +21,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli.errors import ProblemError, kind
-from lcpcli.linalg.doubles import LARGEST_DOUBLE, largest
+from lcpcli.linalg.doubles import LARGEST_DOUBLE, are_moderate, largest
+from lcpcli.linalg.matrices import absolute_product, accurate_residual, is_sparse, product, row_errors
 from lcpcli.model import arrays
 from lcpcli.model.arrays import FROM_0, as_floats, own, plain
 from lcpcli.options import INFINITY
-from lcpcli.typing import Indices, Mask, States, Vector
+from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 
+CANCELLATION = (
+    1000  # terms of a row of M z + q that exceed their sum by this factor are summed exactly at the reference
+)
 NO_BOUND = 1e20  # a bound of this size or more means none, by the convention of MPS files and of OSQP
 LARGEST_X = LARGEST_DOUBLE / 2  # up to this |x|, z and w are finite
 LOWER, BASIC, UPPER = -1, 0, 1  # states: z_i = l_i and w_i >= 0, w_i = 0, z_i = u_i and w_i <= 0
@@ -246,6 +253,57 @@ class Box:
 ORTHANT = Box(np.array(0.0), np.array(np.inf))
 
 
+class Reference(NamedTuple):
+    """The reference point z of one problem, shape (n,), or of each of m problems, shape (m, n); M z + q there, kept as
+    `q`, and bounds on its rounding errors. Where all reference points are 0, as for LCPs, z is None and the error 0."""
+
+    z: Vector | None
+    q: Vector
+    error: Vector | float
+
+    def part(self, rows: Indices | int) -> Reference:
+        if self.z is None or isinstance(self.error, float) or not self.z[rows].any():
+            return Reference(None, self.q[rows], 0.0)
+        return Reference(self.z[rows], self.q[rows], self.error[rows])
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def reference(M: Matrix, q: Vector, box: Box) -> Reference:
+    """Return the z within the bounds nearest to 0, or with every z_i at a finite bound, whichever leaves the smaller
+    residual; 0 if w overflows at both. Rows of w that cancel there are summed exactly. q : shape (n,), or (m, n)."""
+    z, corner = box.project(np.zeros(q.shape)), box.corner
+    differ = np.count_nonzero(z != corner)
+    if not differ and not np.count_nonzero(z):
+        return Reference(None, q, 0.0)
+    w = product(M, z.T).T + q
+    if differ:
+        other = product(M, corner.T).T + q
+        better = _largest(box.gaps(corner, other)) < _largest(box.gaps(z, w))
+        z, w = np.where(better, corner, z), np.where(better, other, w)
+    usable = np.isfinite(w).all(axis=-1, keepdims=True)
+    z, w = np.where(usable, z, 0.0), np.where(usable, w, q)
+    if not z.any():
+        return Reference(None, q, 0.0)
+    terms = absolute_product(M, np.abs(z).T).T + np.abs(q)
+    errors = row_errors(M, z, terms)
+    each = zip(*map(np.atleast_2d, (z, w, q, terms, errors)), strict=True)
+    for z_i, w_i, q_i, terms_i, errors_i in each:  # views
+        rows = np.flatnonzero(terms_i > CANCELLATION * np.abs(w_i))
+        if not rows.size:
+            continue
+        part = M[rows]
+        if all(map(are_moderate, (part.data if is_sparse(M) else part, q_i[rows], z_i))):
+            w_i[rows] = 0.0 - accurate_residual(part, z_i, -q_i[rows])
+            errors_i[rows] = 0.0
+    return Reference(z, w, errors)
+
+
+def _largest(gaps: Vector) -> Vector:
+    """Return the largest size in each row, infinite where a number is not finite; shape (m, 1), or (1,)."""
+    sizes: Vector = np.abs(gaps).max(axis=-1, keepdims=True)
+    return np.where(np.isfinite(sizes), sizes, np.inf)
+
+
 def bounds_of(lower: Any, upper: Any, n: int, infinity: float) -> tuple[Vector, Vector] | None:
     """Return l and u, of shape (n,), None if they are the bounds 0 and infinity of an LCP; or raise ProblemError."""
     if type(lower) in (int, float) and lower == 0 and (upper is None or (type(upper) is float and upper == math.inf)):
@@ -313,3 +371,32 @@ def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
     if (wrong := np.flatnonzero(np.isnan(v))).size:
         raise ProblemError(f"{field}[{wrong[0]}]", "is not a number", f"give inf for no bound {FROM_0}")
     return v
+
+
+def bounds_of_each(
+    rows_of: Callable[[str, Any], Vector | None],
+    lower: Any,
+    upper: Any,
+    shape: tuple[int, int],
+    infinity: float,
+    of: str,
+) -> tuple[Vector, Vector] | None:
+    """Return both bounds of m problems, of this shape; None if they are 0 and infinity, the bounds of an LCP. rows_of :
+    returns those of each problem, or None for a bound that is the same for all. of : what a problem is in messages."""
+    ends = []
+    for field, bound, absent in (("lower", lower, -math.inf), ("upper", upper, math.inf)):
+        rows = rows_of(field, bound)
+        rows = as_bound(field, bound, shape[1], "unknown", absent) if rows is None else rows
+        ends.append(np.broadcast_to(with_infinity(rows, infinity), shape))
+    low, high = ends
+    refuse_crossed(low, high, of)
+    return (low, high) if low.any() or (high < math.inf).any() else None
+
+
+def refuse_crossed(low: Vector, high: Vector, name: str, first: int = 0) -> None:
+    """Raise ProblemError if bounds of shape (m, n), for columns or others, numbered from `first`, leave no number."""
+    for j in np.flatnonzero(~((low <= high) & (low < np.inf) & (high > -np.inf)).all(axis=1))[:1]:
+        try:
+            as_intervals(("lower", "upper"), low[j], high[j], low.shape[1])
+        except ProblemError as error:
+            raise error.inside(f"{name} {first + j}") from None

@@ -18,15 +18,14 @@ from lcpcli.linalg.doubles import FAR_FROM_ONE, are_moderate, size
 from lcpcli.linalg.factors import Latest
 from lcpcli.linalg.matrices import is_sparse, product, row_maxima
 from lcpcli.linalg.units import Units, units
-from lcpcli.model import views
-from lcpcli.model.arrays import SOLUTIONS, as_sized_vector, as_solutions, as_square, as_vector, own_matrix, plain
-from lcpcli.model.box import NO_BOUND, ORTHANT, Box, bounds_of
+from lcpcli.model import arrays, views
+from lcpcli.model.arrays import as_sized_vector, as_solutions, as_square, as_vector, own_matrix
+from lcpcli.model.box import NO_BOUND, ORTHANT, Box, Reference, bounds_of, reference
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 if TYPE_CHECKING:
     from lcpcli.model.origins import Origin
     from lcpcli.model.program import Conditions, Program
-    from lcpcli.model.reference_point import Reference
 
 REMARKS = ("name", "solutions", "verdict", "source", "note", "reference", "origin")  # fields that are no data
 # What depends on M alone, and what names and starts a problem whatever its q and bounds are: a problem with the same M
@@ -110,11 +109,9 @@ class Problem:
         names: Sequence[str] = (),
     ) -> None:
         if type(M) is not np.ndarray and hasattr(M, "columns"):
-            with imports:
-                from lcpcli.model.labels import by_label, texts
-            names = names if len(names) or origin is not None else texts(M.columns)
-            solutions = [by_label(M, solution=solution)[0] for solution in plain("solutions", solutions, SOLUTIONS)]
-            M, q, lower, upper, x0, x1 = by_label(M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1)
+            names = names if len(names) or origin is not None else arrays.texts(M.columns)
+            solutions = [arrays.by_label(M, solution=z)[0] for z in arrays.plain("solutions", solutions, arrays.SOLUTIONS)]
+            M, q, lower, upper, x0, x1 = arrays.by_label(M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1)
         vector_q, (least_q, largest_q) = as_sized_vector("q", q)
         n = vector_q.size
         matrix, (least_row, largest_entry) = as_square("M", M, n)
@@ -241,13 +238,11 @@ class Problem:
 
     @cached_property
     def _reference(self) -> Reference:
-        with imports:
-            from lcpcli.model.reference_point import reference
         return reference(self.M, self.q, self.box)
 
     @cached_property
     def reference_z(self) -> Vector | None:
-        """Return the reference point (see `reference_point.reference`); None if it is 0, as for an LCP."""
+        """Return the reference point (see `box.reference`); None if it is 0, as for an LCP."""
         return self._reference.z
 
     @property

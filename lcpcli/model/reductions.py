@@ -12,9 +12,8 @@ from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count, kind
 from lcpcli.linalg.doubles import distinct
 from lcpcli.linalg.matrices import compressed, is_sparse, is_symmetric, stack
-from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector
+from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector, by_label
 from lcpcli.model.box import NO_BOUND, as_intervals
-from lcpcli.model.labels import by_label
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program, ProgramData, constant_of, names_of, sense_of
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import cached_property
 from typing import Any
 
@@ -14,11 +14,9 @@ from lcpcli.linalg.doubles import FAR_FROM_ONE, are_moderate, is_finite, row_siz
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, each_product, well_conditioned_inverse
 from lcpcli.linalg.matrices import absolute_product, dense, product
 from lcpcli.model import arrays
-from lcpcli.model.arrays import FROM_0, own
-from lcpcli.model.box import NO_BOUND, ORTHANT, Box, as_bound, as_intervals, has_columns, with_infinity
-from lcpcli.model.labels import by_label
+from lcpcli.model.arrays import FROM_0, by_label, own
+from lcpcli.model.box import NO_BOUND, ORTHANT, Box, Reference, bounds_of_each, has_columns, reference, refuse_crossed
 from lcpcli.model.problem import Problem
-from lcpcli.model.reference_point import Reference, reference
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 
@@ -35,7 +33,7 @@ class Columns:
         self.n, self.k = self.Q.shape
         self._bounds = None
         if has_columns("lower", lower) or has_columns("upper", upper):
-            self._bounds = _bounds_of_each(self._rows_of, lower, upper, (self.k, self.n), infinity, "column")
+            self._bounds = bounds_of_each(self._rows_of, lower, upper, (self.k, self.n), infinity, "column")
             lower, upper = 0.0, math.inf
         shape = tuple[int, ...](getattr(M, "shape", ()))
         if isinstance(M, (list, tuple)):
@@ -92,35 +90,6 @@ def like_with(like: Problem, q: Vector, box: Box) -> Problem:
 
 def _copy(rows: Vector) -> Vector:
     return own(np.array(rows, dtype=np.float64, order="C"), [])
-
-
-def _bounds_of_each(
-    rows_of: Callable[[str, Any], Vector | None],
-    lower: Any,
-    upper: Any,
-    shape: tuple[int, int],
-    infinity: float,
-    of: str,
-) -> tuple[Vector, Vector] | None:
-    """Return both bounds of m problems, of this shape; None if they are 0 and infinity, the bounds of an LCP. rows_of :
-    returns those of each problem, or None for a bound that is the same for all. of : what a problem is in messages."""
-    ends = []
-    for field, bound, absent in (("lower", lower, -math.inf), ("upper", upper, math.inf)):
-        rows = rows_of(field, bound)
-        rows = as_bound(field, bound, shape[1], "unknown", absent) if rows is None else rows
-        ends.append(np.broadcast_to(with_infinity(rows, infinity), shape))
-    low, high = ends
-    refuse_crossed(low, high, of)
-    return (low, high) if low.any() or (high < math.inf).any() else None
-
-
-def refuse_crossed(low: Vector, high: Vector, name: str, first: int = 0) -> None:
-    """Raise ProblemError if bounds of shape (m, n), for columns or others, numbered from `first`, leave no number."""
-    for j in np.flatnonzero(~((low <= high) & (low < np.inf) & (high > -np.inf)).all(axis=1))[:1]:
-        try:
-            as_intervals(("lower", "upper"), low[j], high[j], low.shape[1])
-        except ProblemError as error:
-            raise error.inside(f"{name} {first + j}") from None
 
 
 class Block:
@@ -198,7 +167,7 @@ class Stack:
         self.like = Problem(self.M[0] if m else np.eye(n), self.q[0] if m else np.zeros(n), **bounds)
         self.box = self.like.box.mapped(lambda bound: np.broadcast_to(bound, (m, n)))
         if of_each:
-            ends = _bounds_of_each(self._rows_of, lower, upper, (m, n), infinity, "problem")
+            ends = bounds_of_each(self._rows_of, lower, upper, (m, n), infinity, "problem")
             self.box = ORTHANT if ends is None else Box(*map(_copy, ends))
 
     def _rows_of(self, field: str, bound: Any) -> Vector | None:

@@ -11,9 +11,8 @@ import numpy as np
 
 from lcpcli.errors import ParameterError, ProblemError, count, kind
 from lcpcli.linalg.doubles import size
-from lcpcli.model.arrays import FROM_0, as_vector, refuse_infinite
+from lcpcli.model.arrays import FROM_0, as_vector, by_names, refuse_infinite
 from lcpcli.model.box import BASIC, UPPER, WORDS
-from lcpcli.model.labels import by_names
 from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector, VectorLike
 

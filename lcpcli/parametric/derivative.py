@@ -44,9 +44,8 @@ from lcpcli.linalg.factors import SingularMatrix, TwoWay, each_product, principa
 from lcpcli.linalg.matrices import absolute_product, column_maxima, dense, product, scaled
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.linalg.units import LEAST_DIGITS, PseudoInverse
-from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector
+from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector, by_names
 from lcpcli.model.box import Box
-from lcpcli.model.labels import by_names
 from lcpcli.model.problem import Problem
 from lcpcli.model.right_hand_sides import Stack, as_stack
 from lcpcli.solving.derivatives import BatchDerivative, BatchGradient, Derivative, Gradient

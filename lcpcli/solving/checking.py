@@ -21,9 +21,8 @@ from lcpcli import options
 from lcpcli.errors import ParameterError, count
 from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import absolute_product, product, row_maxima, scaled
-from lcpcli.model.arrays import as_vector
+from lcpcli.model.arrays import as_vector, by_names
 from lcpcli.model.extensive import ExtensiveGame
-from lcpcli.model.labels import by_names
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem, conditions_of

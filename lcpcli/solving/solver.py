@@ -24,9 +24,8 @@ from lcpcli.methods.direct import MOST_PIVOTED, as_dense, as_sparse, stored
 from lcpcli.methods.lemke import reduced
 from lcpcli.methods.stages import FAULTS
 from lcpcli.methods.z_matrix import of_tridiagonal
-from lcpcli.model.arrays import as_vector
+from lcpcli.model.arrays import as_vector, by_names
 from lcpcli.model.box import ORTHANT, Box, bounds_of, of_masks
-from lcpcli.model.labels import by_names
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.right_hand_sides import like_with
 from lcpcli.model.start import Start
