@@ -122,7 +122,7 @@ def auto(
 def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -> Stage:
     """Solve the problem without its far bounds, if it has any, by all methods but milp, and then as given."""
     with imports:
-        from lcpcli.model.far_bounds import relaxed
+        from lcpcli.model.changes import relaxed
     change, turns = relaxed(problem), Turns(x0)
     if not change.is_identity:
         first = partial(small, search=partial(search, milp=False), states=states)

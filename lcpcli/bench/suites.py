@@ -206,7 +206,7 @@ def _files(asked: Sequence[str], tell: Tell, infinity: float | None) -> Sequence
     """Return the files of the problem that begins with the first file, after reading them."""
     from lcpcli.files import reading
     from lcpcli.files.inputs import nonlinear_in
-    from lcpcli.model import far_bounds
+    from lcpcli.model import changes
     from lcpcli.verify.point import without_wrong_solutions
 
     path, known = asked[0], (*SUITES, ALL)
@@ -222,7 +222,7 @@ def _files(asked: Sequence[str], tell: Tell, infinity: float | None) -> Sequence
             raise ParameterError("infinity", "has no effect on a nonlinear model", "leave it out")
         return asked[:1]
     problem, files = reading.read_next(asked, infinity or math.inf)
-    far = far_bounds.remark(problem) if infinity is None else ""
+    far = changes.remark(problem) if infinity is None else ""
     for remark in filter(None, [*without_wrong_solutions(problem)[1], far]):
         tell(f"{path}: {remark}")
     return files

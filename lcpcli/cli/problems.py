@@ -177,9 +177,9 @@ class Inputs(NamedTuple):
                 return
             single, notes = self._single(work), []
             if single.problem.may_have_far_bounds and self.infinity is None:
-                from lcpcli.model import far_bounds
+                from lcpcli.model import changes
 
-                notes.append(far_bounds.remark(single.problem))
+                notes.append(changes.remark(single.problem))
             is_file = len(work.contents) == 1 and work.line is None
             if is_file and formats.form_of(work.paths[0], work.contents[0]) == "csv_format":
                 from lcpcli.files import csv_format

@@ -67,7 +67,7 @@ def with_bounds(
         problem = _with_bounds(problem, values, given)
     if given["infinity"] is None:
         return problem
-    from lcpcli.model.far_bounds import with_infinity
+    from lcpcli.model.changes import with_infinity
 
     return within("--infinity", with_infinity, problem, given["infinity"])
 

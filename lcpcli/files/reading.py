@@ -50,7 +50,7 @@ def read(
     problem = problem_of(paths, contents_of(paths))
     if infinity == math.inf:
         return problem
-    from lcpcli.model.far_bounds import with_infinity
+    from lcpcli.model.changes import with_infinity
 
     return within(place(paths[0]), lambda: with_infinity(problem, infinity))
 

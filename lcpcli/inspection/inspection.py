@@ -24,9 +24,8 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import equilibrate
-from lcpcli.model import far_bounds, views
-from lcpcli.model.changes import composed, shifted
-from lcpcli.model.far_bounds import relaxed
+from lcpcli.model import changes, views
+from lcpcli.model.changes import composed, relaxed, shifted
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import INSPECTION_SECONDS
@@ -165,7 +164,7 @@ def inspect(
         smoothing=theory.smoothing(problem),
         guarantees=guarantees(classes, problem),
         obvious=_obvious(problem, classes),
-        hints=list(filter(None, [far_bounds.remark(problem)])),
+        hints=list(filter(None, [changes.remark(problem)])),
     )
     with suppress(TimeIsUp), within(end - clock.seconds()):
         check()

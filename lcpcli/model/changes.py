@@ -1,24 +1,29 @@
 """Changes of variables, each with the way back: a problem in other units, or with its reference point moved to 0, and
-several changes in turn; others are in `far_bounds` and `presolve`. And a mixed problem as an LCP, for methods that
-accept only z >= 0: finite lower bounds are shifted to 0, variables with only an upper bound are mirrored, free ones are
-split by one common extra column, z_F = p - t e (which keeps M positive semidefinite if it is), and a box gets its upper
-bound as a row, with a multiplier v: [M I; -I 0]. Fixed variables are left out.
+several changes in turn; others are in `presolve`. And a mixed problem as an LCP, for methods that accept only z >= 0:
+finite lower bounds are shifted to 0, variables with only an upper bound are mirrored, free ones are split by one common
+extra column, z_F = p - t e (which keeps M positive semidefinite if it is), and a box gets its upper bound as a row,
+with a multiplier v: [M I; -I 0]. Fixed variables are left out.
+
+Bounds so far from 0 that they most likely stand for infinite ones, as 1e20 and 1e30 do, become infinite if the user
+says so. Otherwise they count, but their size leaves no digits for anything beside them: a method does better if it
+first solves the problem `relaxed`, whose solutions within the bounds are also solutions of the problem.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from lcpcli.errors import count
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import are_moderate, in_range
 from lcpcli.linalg.matrices import is_sparse, unit_columns
 from lcpcli.linalg.units import LARGEST_POWER, equilibrate
-from lcpcli.model.box import LARGEST_X, Box, moved
-from lcpcli.model.problem import Problem
+from lcpcli.model.box import LARGEST_X, NO_BOUND, Box, as_intervals, moved
+from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, Vector
 
 MODERATE_POWER = 300  # the power of two up to which R q is usually left unchanged
@@ -291,3 +296,71 @@ def standard_form(given: Problem) -> StandardForm:
         zero = matrices.compressed((boxed.size, boxed.size)) if is_sparse(M) else np.zeros((boxed.size, boxed.size))
         M, q = matrices.stack([[M, E], [-E.T, zero]]), np.append(q, box.upper[boxed] - box.lower[boxed])
     return StandardForm(Problem(M, q, name=given.name), given, kept, boxed, sign)
+
+
+def with_infinity(problem: Problem, infinity: float) -> Problem:
+    """Return the problem without bounds of at least that size and, for a program, without such sides of rows.
+
+    Raises ProblemError for a lower bound of at least `infinity`, or an upper bound of at most minus that.
+    """
+    origin, before, kept = problem.origin, conditions_of(problem), np.arange(problem.n)
+    if (own := problem.program_origin) is not None and (program := own.program(before)) is not None:
+        changed, first = program.with_infinity(infinity), problem.n - own.ranges
+        after = changed.conditions()
+        kept = np.append(kept[:first], first + np.flatnonzero(changed.ranges[program.ranges]))
+        origin = replace(own, ranges=kept.size - first)
+    else:
+        low, high = as_intervals(("lower", "upper"), before.lower, before.upper, problem.n, infinity=infinity)
+        after = before._replace(lower=low, upper=high)
+    if all(map(np.array_equal, after[1:], before[1:])):
+        return problem
+    starts = {name: start[kept] for name in ("x0", "x1") if (start := getattr(problem, name)) is not None}
+    solutions = tuple(z[kept] for z in problem.solutions)
+    return replace(problem, **after._asdict(), origin=origin, verdict="", solutions=solutions, **starts)
+
+
+def remark(problem: Problem) -> str:
+    """Return how many bounds of 1e20 or more there are and what to do if they stand for infinite ones; "" if none."""
+    if (sides := _far_sides(problem)) is None:
+        return ""
+    number = sum(int(np.count_nonzero(side)) for side in sides)
+    return f"{count(number, 'bound')} of 1e20 or more; --infinity 1e20 makes them infinite"
+
+
+def _far_sides(problem: Problem) -> tuple[Mask, Mask, Mask] | None:
+    """Return where z has a far lower bound, where it has a far upper bound, and where it is the multiplier of a row
+    whose only bound is far; None if there are no far bounds."""
+    if not problem.may_have_far_bounds:
+        return None
+    (_, q, low, high), rows = conditions_of(problem), np.zeros(problem.n, dtype=bool)
+    if (origin := problem.program_origin) is not None:
+        y = slice(origin.variables, problem.n - origin.ranges)
+        from_below, from_above = (low == 0) & (high == np.inf), (low == -np.inf) & (high == 0)
+        rows[y] = ((from_below & (q >= NO_BOUND)) | (from_above & (q <= -NO_BOUND)))[y]
+    sides = (low <= -NO_BOUND) & (low > -np.inf), (high >= NO_BOUND) & (high < np.inf), rows
+    return sides if any(side.any() for side in sides) else None
+
+
+@dataclass(eq=False, repr=False)
+class Relaxed(Change):
+    """A problem without far bounds, in the variables of the original one, where the multipliers of `rows` without
+    any other bound are fixed at 0. The two problems share only the solutions within the bounds."""
+
+    rows: Mask
+
+    def start(self, x: Vector) -> Vector:
+        return np.where(self.rows, 0.0, x)
+
+    def back(self, x: Vector) -> Vector:
+        return np.where(self.rows, x - self.original.q / 2, x)
+
+
+def relaxed(problem: Problem) -> Change:
+    """Return the problem without far bounds. Where it has none, nothing changes."""
+    if (sides := _far_sides(problem)) is None:
+        return Change(problem, problem)
+    _, q, low, high = conditions_of(problem)
+    lower, upper, rows = sides
+    low[lower], high[upper] = -np.inf, np.inf
+    low[rows], high[rows] = 0.0, 0.0
+    return Relaxed(Problem(problem.M, np.where(rows, 0.0, q), lower=low, upper=high), problem, rows)

@@ -191,14 +191,14 @@ class Problem:
         """Return S = +-1 with S M symmetric, as for programs; None if there is none, or M is dense."""
         if not is_sparse(self.M):
             return None
-        if self._program is not None:
-            return self._program.signs(self.n)
+        if self.program_origin is not None:
+            return self.program_origin.signs(self.n)
         with imports:
             from lcpcli.linalg.patterns import signs
         return signs(self.M)
 
     @property
-    def _program(self) -> Program | None:
+    def program_origin(self) -> Program | None:
         with imports:
             from lcpcli.model.program import Program
         return self.origin if isinstance(self.origin, Program) else None
@@ -210,7 +210,7 @@ class Problem:
 
     @property
     def may_have_far_bounds(self) -> bool:
-        """Return whether `far_bounds` has to look for bounds that may stand for infinite ones."""
+        """Return whether `changes` has to look for bounds that may stand for infinite ones."""
         return self.box.is_far or (self.origin is not None and self.sizes_of_q[1] >= NO_BOUND)  # a far side of a row
 
     @property
@@ -234,7 +234,7 @@ class Problem:
 
     @cached_property
     def units(self) -> Units:
-        return units(self.M, None if self._program is None else self.signs)
+        return units(self.M, None if self.program_origin is None else self.signs)
 
     @cached_property
     def _reference(self) -> Reference:

@@ -14,8 +14,7 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Problem, Status, from_qp, from_qpsolvers, read, run, solve, write
-from lcpcli.model.changes import Composed, composed, scale, shifted
-from lcpcli.model.far_bounds import relaxed, with_infinity
+from lcpcli.model.changes import Composed, composed, relaxed, scale, shifted, with_infinity
 from lcpcli.solving.minimum import Minimum
 from lcpcli.verify.certificate import proves_infeasible
 
