@@ -42,13 +42,9 @@ def _around(ends: Vector) -> Vector:
     return _outward(ends[0] * (1.0 - signs[0]), ends[1] * (1.0 + signs[1]))
 
 
-def _unless(undefined: Any, found: Vector) -> Vector:
-    return np.where(undefined, np.nan, found)
-
-
 def _defined(found: Vector, *given: Vector) -> Vector:
     """Return the values of a function, nan where one of its arguments is."""
-    return _unless(np.logical_or.reduce([np.isnan(each).any(axis=0) for each in given]), found)
+    return np.where(np.logical_or.reduce([np.isnan(each).any(axis=0) for each in given]), np.nan, found)
 
 
 def _line_where(condition: Any, ends: Vector) -> Vector:
@@ -82,12 +78,6 @@ def power(a: Vector, exponent: int) -> Vector:
         return _around(np.power(a, float(exponent)))
     lower, upper = _around(np.power(absolute(a), float(exponent)))
     return np.stack([np.maximum(lower, 0.0), upper])
-
-
-def general_power(a: Vector, b: Vector) -> Vector:
-    """Return a to the power of b, for a >= 0."""
-    found: Vector = INTERVALS["exp"](product(b, INTERVALS["log"](a)))
-    return found
 
 
 def _passes(turns: Vector) -> Mask:
@@ -171,7 +161,7 @@ def _monotone(
 
     def enclosed(a: Vector) -> Vector:
         found = _around(function(np.clip(a, low, high))[::sign])
-        return _unless((a[0] < low) | (a[1] > high), np.clip(found, least, greatest))
+        return np.where((a[0] < low) | (a[1] > high), np.nan, np.clip(found, least, greatest))
 
     return Operator(function, enclosed, partials)
 
@@ -220,7 +210,7 @@ OPERATORS = {
     ),
     "quotient": Operator(np.divide, quotient, lambda g, _, b, v: [*_over(g, b), _minus(g, g.apply("quotient", v, b))]),
     "power": Operator(np.power, power),  # with an integer as exponent
-    "^": Operator(np.power, general_power, _of_power),
+    "^": Operator(np.power, lambda a, b: INTERVALS["exp"](product(b, INTERVALS["log"](a))), _of_power),  # for a >= 0
     "exp": _monotone(np.exp, lambda _, __, v: [v], least=0.0),
     "log": _monotone(np.log, lambda g, a, _: _over(g, a), 0.0),
     "log10": _monotone(np.log10, lambda g, a, _: _over(g, g.apply("product", a, g.apply("log", g.number(10.0)))), 0.0),
@@ -424,9 +414,8 @@ class Graph:
         for argument, factor in zip(arguments, reversed(values), strict=True):
             if factor is not None:
                 return self.sum([(argument, factor)])
-        return (
-            self._power(arguments[0], 2) if arguments[0] == arguments[1] else self._add(Operation(operator, arguments))
-        )
+        is_square = arguments[0] == arguments[1]
+        return self._power(arguments[0], 2) if is_square else self._add(Operation(operator, arguments))
 
     def _over(self, argument: int, divisor: Constant) -> int:
         if not divisor:
@@ -447,11 +436,8 @@ class Graph:
 
     def gradient(self, row: int) -> dict[int, int]:
         """Return the derivatives of a node, as nodes, by the unknowns on which it depends otherwise than by jumps."""
-        if row not in self._gradients:
-            self._gradients[row] = self._gradient(row)
-        return self._gradients[row]
-
-    def _gradient(self, row: int) -> dict[int, int]:
+        if row in self._gradients:
+            return self._gradients[row]
         if all(part < self.n for part, _ in self.parts(row).terms):
             return {x: self.constant(factor) for x, factor in self.parts(row).terms}
         terms = defaultdict[int, list[tuple[int, Constant]]](list, {row: [(self.constant(1), 1)]})
@@ -467,7 +453,8 @@ class Graph:
                     terms[part].append((adjoint, partial))
                 elif partial is not None and self.value(part) is None:
                     terms[part].append((self.apply(product, adjoint, partial), 1))
-        return {x: self.sum(own) for x, own in terms.items()}
+        found = self._gradients[row] = {x: self.sum(own) for x, own in terms.items()}
+        return found
 
     def _partials(self, node: Operation, value: int) -> Sequence[tuple[int, int | None]]:
         """Return the arguments of an operator with the derivatives of its value by them, None for jumps."""

@@ -7,6 +7,7 @@ of sparse Jacobian matrices, IMA Journal of Applied Mathematics 13 (1974) 117-11
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -157,7 +158,7 @@ class Evaluations:
         J = self.jacobian(z)
         if self.problem.J is None or (self.problem.n > MOST_DENSE and not is_sparse(J)):
             return ""
-        other = Evaluations(self.problem.without_jacobian(), J if self.problem.n > MOST_DENSE else None)
+        other = Evaluations(replace(self.problem, J=None), J if self.problem.n > MOST_DENSE else None)
         other.adapt(z)
         steps, F = other._steps(z), self.known_values(z)
         ways = [dense(other._differences(z, way)) for way in (steps, self.problem.box.project(z - steps) - z)]

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from dataclasses import field as declared
 from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
@@ -63,7 +63,7 @@ class NonlinearProblem:
 
     origin: ClassVar[None] = None  # as of a Problem that is given by its numbers
 
-    n: int
+    n: int = declared(init=False)
     F: Callable[[Vector], Any]
     J: Callable[[Vector], Any] | None
     lower: Vector
@@ -74,7 +74,7 @@ class NonlinearProblem:
     names: Sequence[str]
     interval: Interval | None
     solutions: tuple[Vector, ...]
-    box: Box
+    box: Box = declared(init=False)
 
     def __init__(
         self,
@@ -110,15 +110,7 @@ class NonlinearProblem:
 
     def starting_at(self, z: VectorLike) -> NonlinearProblem:
         """Return the problem with another start, moved within the bounds."""
-        return self._with(x0=own(self.box.project(as_vector("z0", z, self.n))))
-
-    def without_jacobian(self) -> NonlinearProblem:
-        return self._with(J=None)
-
-    def _with(self, **fields: Any) -> NonlinearProblem:
-        other = copy(self)
-        vars(other).update(fields)
-        return other
+        return replace(self, x0=as_vector("z0", z, self.n))
 
     def values(self, z: Vector) -> Vector:
         """Return F(z), shape (n,), with nan where F is undefined; raise ProblemError if F returns anything else."""
