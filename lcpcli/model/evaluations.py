@@ -182,8 +182,8 @@ class Evaluations:
         n, rows = self.problem.n, list[Indices]()
         if self._given is not None:
             with imports:
-                from scipy.sparse import csc_array
-            pattern = csc_array(self._given)
+                from scipy.sparse import coo_array
+            pattern = coo_array(self._given).tocsc()  # where repeated entries are one
             return np.split(pattern.indices, pattern.indptr[1:-1])
         if n <= MOST_DENSE:
             return None

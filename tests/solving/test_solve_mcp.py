@@ -231,6 +231,12 @@ def test_differences_of_a_sparse_jacobian_are_by_the_step_of_each_component() ->
     np.testing.assert_allclose(J.diagonal(), 6.0, rtol=1e-5)
 
 
+def test_a_pattern_may_repeat_an_entry() -> None:
+    repeated = csr_array((np.ones(4), np.array([0, 0, 1, 2]), np.array([0, 2, 3, 4])), shape=(3, 3))
+    problem = NonlinearProblem(lambda z: 3 * z - 1, x0=np.ones(3))
+    assert Evaluations(problem, repeated).jacobian(np.ones(3)).toarray() == pytest.approx(3 * np.eye(3))
+
+
 def test_a_run_that_gets_stuck_is_given_up_in_the_middle_of_an_attempt_unless_restarts_are_asked_for() -> None:
     n, random = 60, np.random.default_rng(0)
     M, q = random.standard_normal((n, n)) / n**0.5, random.standard_normal(n)
