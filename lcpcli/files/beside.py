@@ -33,7 +33,7 @@ from lcpcli.files.reading import LINE, Names, require_order, vector_in
 from lcpcli.model.arrays import FROM_0, as_vector
 from lcpcli.model.box import WORDS, Box, in_words
 from lcpcli.model.problem import Problem
-from lcpcli.model.start import basis_of_words
+from lcpcli.model.words import basis_of_words
 from lcpcli.rational.exact_problem import Bounds, ExactProblem, fractions_of, number_of
 from lcpcli.rational.numbers import Doubles, fraction, ratio, rounded
 from lcpcli.typing import Vector

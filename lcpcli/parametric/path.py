@@ -140,7 +140,7 @@ class Path:
     def __getitem__(self, name: str) -> Vector:
         """Return the component of z with this name at the breakpoints, shape (m,), as `Result` does."""
         with imports:
-            from lcpcli.model.names import component
+            from lcpcli.model.words import component
         return component(self.problem, name, self.z)
 
     @np.errstate(all="ignore")

@@ -79,19 +79,17 @@ def rows_that_are_bounds(system: System) -> Iterator[Step]:
         yield system.multiply(factors)
         b = np.where(mask_of(system.n, turned)[r], -b, b)
     at, from_below = -system.q[i] / a, sign * a > 0
-    least, most = system.lower[j], system.upper[j]
-    beyond = np.where(from_below, at - most, least - at)
-    end = np.where(from_below, np.abs(most), np.abs(least))
-    margin = CLEAR * np.maximum(system.terms[i] / np.abs(a), np.where(np.isinf(end), 0.0, end))
+    least, most, toward = system.lower[j], system.upper[j], np.where(from_below, 1.0, -1.0)
+    near, far = np.where(from_below, (least, most), (most, least))
+    beyond = toward * (at - far)
+    margin = CLEAR * np.maximum(system.terms[i] / np.abs(a), np.where(np.isinf(far), 0.0, np.abs(far)))
     for crossed in np.flatnonzero(beyond > margin)[:1].tolist():
         raise Refuted(system.n, i[crossed], sign[crossed])
     system.keeps_all &= not (beyond > 0).any()
-    at = np.where(beyond > 0, np.where(from_below, most, least), at)
-    active = np.where(from_below, at > least, at < most)
-    system.lower[j], system.upper[j] = (
-        np.where(active & from_below, at, least),
-        np.where(active & ~from_below, at, most),
-    )
+    at = np.where(beyond > 0, far, at)
+    active = toward * (at - near) > 0
+    system.lower[j] = np.where(active & from_below, at, least)
+    system.upper[j] = np.where(active & ~from_below, at, most)
     own, entries = np.where(lower_side, system.lower[k], system.upper[k]), system.entries
     in_rows = entries.part(mask_of(system.n, r)[entries.rows] & ~mask_of(system.n, k)[entries.columns])
     in_columns = entries.part(mask_of(system.n, j)[entries.columns] & ~mask_of(system.n, i)[entries.rows])
@@ -272,9 +270,7 @@ def signs_of_equations(system: System) -> Iterator[Step]:
     pairs = _pairs(system)
     check()
     i, _, forth, back = pairs
-    unpaired = mask_of(
-        system.n, i[(forth == 0) != (back == 0)]
-    )  # an entry of the column, or its row, has no mirror image
+    unpaired = mask_of(system.n, i[(forth == 0) != (back == 0)])  # an entry of the column, or its row, has no image
     if (unpaired & system.free & (_diagonal(system) == 0)).any():
         _assign(system)
         pairs = _pairs(system)

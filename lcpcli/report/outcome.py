@@ -18,8 +18,8 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.box import WORDS
-from lcpcli.model.names import in_own_sense
 from lcpcli.model.problem import Problem
+from lcpcli.model.words import in_own_sense
 from lcpcli.rational.numbers import approximate, brief
 from lcpcli.report import wording
 from lcpcli.report.document import Section, Table

@@ -17,8 +17,8 @@ from lcpcli.errors import count
 from lcpcli.files.contents import Source
 from lcpcli.linalg.doubles import LARGEST_DOUBLE
 from lcpcli.model.extensive import ExtensiveGame
-from lcpcli.model.names import in_own_sense
 from lcpcli.model.program import Program
+from lcpcli.model.words import in_own_sense
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, rounded
 from lcpcli.report import plotting, programs_and_games, result_formats, wording

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from lcpcli.model.names import in_own_sense
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
+from lcpcli.model.words import in_own_sense
 from lcpcli.options import AUTO
 from lcpcli.report import outcome, wording
 from lcpcli.report.document import Document, Section, Table

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from lcpcli.auto.structure import Structure
     from lcpcli.basis.free_variables import Reduction
     from lcpcli.methods.stages import Iterate, Stage, Tried
-    from lcpcli.model.start import Start
+    from lcpcli.model.words import Start
     from lcpcli.solving.trace import Callback, Trace, TraceRow
 
 MANY = 1000  # problems from which on loading it is worthwhile

@@ -32,7 +32,7 @@ from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
     from lcpcli.methods.stages import Iterate, Stage
-    from lcpcli.model.start import Start
+    from lcpcli.model.words import Start
     from lcpcli.solving.loop import Loop
     from lcpcli.solving.trace import Callback, Observe, Observer, Trace
 
@@ -206,7 +206,7 @@ def ended(loop: Loop, stage: Callable[[], Stage], options: dict[str, Any]) -> Re
 
 def _start(problem: Problem, method: str, given: dict[str, Any]) -> Start:
     with imports:
-        from lcpcli.model.start import start_at
+        from lcpcli.model.words import start_at
     if not methods.declared(method).uses_start:
         name = next(name for name, value in given.items() if value is not None)
         raise ParameterError(name, f"has no effect with {method}, which uses no starting point", "leave it out")

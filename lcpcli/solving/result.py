@@ -244,7 +244,7 @@ class Result:
         """Return the component of z with this name; a multiplier of a maximization is in its own sense. Raise KeyError,
         suggesting a likely name, if there is none."""
         with imports:
-            from lcpcli.model.names import component
+            from lcpcli.model.words import component
         return float(component(self.problem, name, self.z))
 
     @property

@@ -28,7 +28,7 @@ from lcpcli.model.arrays import as_vector, by_names
 from lcpcli.model.box import ORTHANT, Box, bounds_of, of_masks
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.right_hand_sides import like_with
-from lcpcli.model.start import Start
+from lcpcli.model.words import Start
 from lcpcli.options import Limits
 from lcpcli.solving import direct_run
 from lcpcli.solving.call import SolverOptions, chosen, run

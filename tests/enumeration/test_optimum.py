@@ -21,7 +21,7 @@ from lcpcli import errors
 from lcpcli.enumeration.optimum import TIME_LIMIT, Optimum
 from lcpcli.files.contents import Source
 from lcpcli.gallery.families import make
-from lcpcli.model.names import coefficients
+from lcpcli.model.words import coefficients
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.report import solutions
 

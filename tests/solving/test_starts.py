@@ -16,7 +16,7 @@ from lcpcli.gallery import families
 from lcpcli.gallery.systems import american_put
 from lcpcli.model.box import in_words
 from lcpcli.model.nonlinear import NonlinearProblem
-from lcpcli.model.start import basis_of_words, x_in
+from lcpcli.model.words import basis_of_words, x_in
 
 from ..conftest import Outcome
 

@@ -1,22 +1,29 @@
-"""Where a run on a problem starts, and the states of variables in words."""
+"""Where a run on a problem starts, the states of variables in words, and components of solutions by the names of the
+unknowns, also in linear expressions."""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli.errors import ParameterError, ProblemError, count, kind
+from lcpcli.clock import imports
+from lcpcli.errors import ParameterError, ProblemError, count, kind, likely, quoted
 from lcpcli.linalg.doubles import size
 from lcpcli.model.arrays import FROM_0, as_vector, by_names, refuse_infinite
 from lcpcli.model.box import BASIC, UPPER, WORDS
 from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector, VectorLike
 
+if TYPE_CHECKING:
+    from fractions import Fraction
+
 FAR_START = 0.5  # of the largest |q_ref|_i: the natural residual from which on a z is no better than none
+NO_NAMES = "the problem has no names; take z, with its indices"
 _STATES = {word: state for state, word in WORDS.items()}
 
 
@@ -103,3 +110,54 @@ def x_in(problem: Problem, basis: States) -> Vector:
     inside = np.where(np.isfinite(low), above, np.where(np.isfinite(high), below, 0.0))
     inside = np.where(np.isfinite(low) & np.isfinite(high), low / 2 + high / 2, inside)
     return np.asarray(0.5 * np.where(basis == BASIC, inside, np.where(basis == UPPER, high + 1.0, low - 1.0)))
+
+
+def component(problem: Problem, name: str, z: Vector) -> Vector:
+    """Return the component of z with this name, or of each z in an array of shape (m, n); of a program to be maximized
+    its multiplier in that sense. Raise KeyError if there is none, with a likely name, or several."""
+    names = list(problem.names)
+    if not name or name not in names:
+        hint = likely(str(name), own) if (own := list(filter(None, names))) else NO_NAMES
+        raise KeyError(f"{name!r} is not the name of an unknown; {hint}")
+    if (times := names.count(name)) > 1:
+        raise KeyError(f"{name!r} is the name of {times} unknowns; take z, with their indices")
+    found: Vector = z[..., i := names.index(name)]
+    return 0.0 - found if i in reversed_names(problem) else found
+
+
+def reversed_names(problem: Problem) -> set[int]:
+    """Return the components whose names have the other sign: multipliers of a program to be maximized."""
+    reversed_ones = getattr(problem.origin, "reversed", lambda _: ())(problem.n)  # as programs have them
+    return {i for i in reversed_ones if problem.names[i]}
+
+
+def in_own_sense(problem: Problem, values: Sequence[Any]) -> list[Any]:
+    """Return z, or w, with the signs for which the names of its components stand."""
+    turned = reversed_names(problem)
+    return [0 - value if i in turned else value for i, value in enumerate(values)]
+
+
+TERM = (
+    r"\s*(?P<sign>[-+]?)\s*(?P<number>(?:[0-9]{1,300}(?:\.[0-9]{0,300}|/0*[1-9][0-9]{0,300})?|\.[0-9]{1,300})"
+    r"(?:[eE][-+]?[0-9]{1,3})?(?![\w.]))?\s*\*?\s*(?P<name>\"[^\"]+\"|[^\W\d][^\s+*\"-]*)\s*"
+)
+HINT = 'write numbers and names with + and - between them, such as 2 z1 - 1/3 z2 + "a name with blanks"'
+
+
+def coefficients(text: str) -> dict[str, Fraction]:
+    """Return the coefficients of the names in a linear expression, which are added up, or raise ProblemError.
+
+    >>> coefficients('z1 - 2.5 z3 + 1/3*"cost of Ann" + z1')
+    {'z1': Fraction(2, 1), 'z3': Fraction(-5, 2), 'cost of Ann': Fraction(1, 3)}
+    """
+    with imports:
+        from fractions import Fraction
+    found, place = dict[str, Fraction](), 0
+    while place < len(text) or not found:
+        if (term := re.compile(TERM).match(text, place)) is None or (found and not term["sign"]):
+            raise ProblemError("objective", f"has {quoted(text[place:].strip())} in place of a term", HINT)
+        name, place = term["name"].strip('"'), term.end()
+        whole, _, exponent = (term["number"] or "1").lower().partition("e")
+        value = Fraction(whole) * Fraction(10) ** int(exponent or 0) * (-1 if term["sign"] == "-" else 1)
+        found[name] = found.get(name, Fraction(0)) + value
+    return found
