@@ -110,7 +110,8 @@ class Problem:
     ) -> None:
         if type(M) is not np.ndarray and hasattr(M, "columns"):
             names = names if len(names) or origin is not None else arrays.texts(M.columns)
-            solutions = [arrays.by_label(M, solution=z)[0] for z in arrays.plain("solutions", solutions, arrays.SOLUTIONS)]
+            solutions = arrays.plain("solutions", solutions, arrays.SOLUTIONS)
+            solutions = [arrays.by_label(M, solution=solution)[0] for solution in solutions]
             M, q, lower, upper, x0, x1 = arrays.by_label(M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1)
         vector_q, (least_q, largest_q) = as_sized_vector("q", q)
         n = vector_q.size
