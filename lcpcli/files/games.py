@@ -23,7 +23,7 @@ from lcpcli.files.fields import BOUNDS, THREE_PLAYERS
 from lcpcli.files.formats import Number, form_of, refuse
 from lcpcli.files.inputs import Input
 from lcpcli.files.json_format import payoff_of
-from lcpcli.model.game_tree import TOKEN
+from lcpcli.model.extensive import TOKEN
 from lcpcli.rational.numbers import ratio
 
 LARGEST_TABLE = 100_000  # bytes: a larger table is not read again for a mere hint, which would take long

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
-from lcpcli.model.extensive import ExtensiveGame, moves_of
-from lcpcli.model.game_tree import GameTree, Player
+from lcpcli.model.extensive import ExtensiveGame, GameTree, Player, moves_of
 from lcpcli.model.origins import Game
 from lcpcli.typing import Vector
 

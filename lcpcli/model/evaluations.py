@@ -2,22 +2,28 @@
 
 Columns of J without a common row are differenced together: A. R. Curtis, M. J. D. Powell, J. K. Reid, On the estimation
 of sparse Jacobian matrices, IMA Journal of Applied Mathematics 13 (1974) 117-119.
+
+The noise of F, be it of rounding or of inner iterations, is estimated from its differences at equally spaced points: J.
+J. Moré, S. M. Wild, Estimating computational noise, SIAM Journal on Scientific Computing 33 (2011) 1292-1314.
 """
 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
+from math import comb
+from typing import NamedTuple
 
 import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import ParameterError, count
-from lcpcli.linalg.doubles import EPS, is_finite
+from lcpcli.linalg.doubles import EPS, generator, is_finite, size
 from lcpcli.linalg.matrices import absolute_product, dense, is_sparse, product
 from lcpcli.model.arrays import FROM_0
-from lcpcli.model.differences import RATIO, noise
+from lcpcli.model.box import Box
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
@@ -29,10 +35,29 @@ DOUBTFUL = 0.2  # relative to the change of F, or to the terms of J: a differenc
 FLAT = 1 / 64  # of the slope by the longer step: one by the shorter step that is next to nothing
 MOST_ADAPTED = 6  # times that steps are changed in a run
 BEST, LONGEST = 8**0.25, 2.0**-3  # times the root of the relative noise: the best step, and the longest one
-MOST_SHORTER, ALIKE, ROUNDINGS = 12, 0.1, 64  # of steps; of quotients by two steps, and by how many roundings F changes
+MOST_SHORTER, SAME, ROUNDINGS = 12, 0.1, 64  # of steps; of quotients by two steps, and by how many roundings F changes
 WRONG = 0.1  # the relative difference from which an entry of J is said to be wrong
 NOTABLE = 1e-4  # relative to the largest entry of the row, for such changes: the size from which an entry is
+STEPS = tuple(2.0**-power for power in (26, 30, 34, 38, 42, 46, 22, 18, 14, 10, 6))  # relative to z
+RATIO = 16.0  # of two successive steps
+APART = 8.0  # times the distance of two quotients: at least this they must be for one of them to count
+DIRECTIONS = 3  # in which J must agree with differences where these alone do not show that terms are large enough
+MATCH = 1e-2  # relative to the terms of J along a direction: a difference from quotients up to which J agrees
+KINKED = 0.4  # relative to the larger of the slopes on two sides: a difference that a kink makes
+REFUTED = 2  # pairs of quotients that agree with each other but not with J, from which on J is wrong
+UNEVEN = 2e-5  # relative to these terms: a difference that noise of F may have made
+COVERED = 0.1  # of the terms |J| |z|: the part of them that a direction must have for J to be confirmed
+SPACINGS = tuple(2.0**-power for power in range(9, 37, 3))  # relative to z, or to 1 where it is smaller
+RESOLVED = 2.0**-30  # the finest of them that tell oscillations from noise
+LEAST_FALL, CUBIC = 4.0, (128.0, 4096.0)  # of differences of third order with the spacing, where this resolves F
+QUIET = 16 * EPS  # relative to the largest |F_i|: differences of third order that are no more than rounding
+ORDERS = 6  # of differences, from ORDERS + 1 points
+MOST_EQUAL = 0.5  # of first differences that may be 0: of more, the points are too close
+JUMP = 1e-2  # of the largest first difference, less the median: the next one, unless that is a jump
+ALIKE = 4.0  # the ratio of the noise by differences of successive orders, if it is that of noise
 BY_DIFFERENCES = "by differences of F"
+
+Values = Callable[[Vector], Vector]
 
 
 class Evaluations:
@@ -140,7 +165,7 @@ class Evaluations:
             shorter = self._quotient(z, F, steps, group)
             changes = np.abs(shorter * self._divisors(steps, group))
             counts = (changes > 10 * self.noise) & (changes > ROUNDINGS * EPS * np.abs(F)) | ~np.isfinite(shorter)
-            apart = np.abs(longer - shorter) > ALIKE * np.abs(shorter)
+            apart = np.abs(longer - shorter) > SAME * np.abs(shorter)
             if not (counts & (apart | ~np.isfinite(longer))).any():
                 self._shares[group] *= RATIO
                 return
@@ -249,3 +274,193 @@ class Evaluations:
         for j in group.tolist():
             divisors[slice(None) if self._rows is None else self._rows[j]] = moves[j] or 1.0
         return divisors
+
+
+class _Quotient(NamedTuple):
+    """The change of F along a direction relative to the step, how far J is from it, and the terms of J."""
+
+    change: Vector
+    gap: Vector
+    terms: Vector
+
+
+class Slopes:
+    """What quotients of differences along directions d with |d_j| <= |z_j| tell of the rows of F at z.
+
+    A quotient is right where a shorter step changes it little: for longer ones the curvature of F counts, for shorter
+    ones its noise. The derivative of a row along d is at most its terms |J| |z|, whatever J is given. Two steps suffice
+    for a smooth F in moderate units. Where their quotients disagree, shorter steps follow, then longer ones, as a noisy
+    F needs; what these tell counts up to the quotients by shorter ones, unless these are 0, as those of a rounded F
+    are.
+
+    least : lower bounds on these terms. refuting : how many pairs of successive quotients of each row agree with each
+    other but not with J.
+    """
+
+    def __init__(self, problem: NonlinearProblem, z: Vector, F: Vector, J: Matrix) -> None:
+        self._problem, self._z, self._F, self._J = problem, z, F, J
+        self._terms, self._random, self._first = absolute_product(J, np.abs(z)), generator(0), list[_Quotient]()
+        self.least, (self._confirmed, self.refuting) = np.zeros(z.size), np.zeros((2, z.size), dtype=int)
+
+    @property
+    def is_uneven(self) -> bool:
+        """Return whether the quotients by the first two steps differ from J by more than those of a smooth F do."""
+        first = self._first or [self._quotient(step * self._direction()) for step in STEPS[:2]]
+        return any((own.gap > UNEVEN * own.terms).any() for own in first)
+
+    @property
+    def refuted(self) -> Mask:
+        """Return the rows in which J is wrong; one pair of quotients that differ from it may be noise."""
+        return self.refuting >= REFUTED
+
+    @np.errstate(all="ignore")
+    def lacking(self, needed: Vector) -> Mask:
+        """Return the rows whose terms are not shown to be as large as needed, be it because J is confirmed there."""
+        for _ in range(DIRECTIONS):
+            self._confirmed += self._along(self._direction(), needed)
+            is_open = self.least < needed
+            if not is_open.any() or (is_open & (self.refuted | (self._confirmed == 0))).any():
+                break
+        return np.asarray((self.least < needed) & (self.refuted | (self._confirmed < DIRECTIONS)))
+
+    def _direction(self) -> Vector:
+        """Return a direction at random, but towards the farther bound where there is little room to the other one."""
+        z, sizes = self._z, np.abs(self._z) * self._random.uniform(0.5, 1.0, self._z.size)
+        above, below = self._problem.upper - z, z - self._problem.lower
+        is_close = np.minimum(above, below) < STEPS[-1] * sizes
+        up = np.where(is_close, above >= below, self._random.random(z.size) < 0.5)
+        return np.where(up, sizes, -sizes)
+
+    def _along(self, d: Vector, needed: Vector) -> Mask:
+        """Add what a direction tells; return in which rows J agrees with two successive quotients."""
+        known, confirmed = dict[float, _Quotient](), np.zeros(d.size, dtype=bool)
+        most = np.full(d.size, np.inf)  # by the quotients of shorter steps
+        for step in STEPS:
+            known[step] = own = self._quotient(step * d)
+            self._first += [own] * (len(self._first) < 2)
+            if (other := known.get(RATIO * step) or known.get(step / RATIO)) is not None:
+                apart = np.abs(own.change - other.change)
+                low = np.fmin(np.abs(own.change), np.abs(other.change)) - APART * apart
+                if step > STEPS[0]:  # longer than those before
+                    sizes = np.array([np.abs(each.change) for length, each in known.items() if length < step])
+                    most = np.where(sizes > 0, sizes, np.inf).min(axis=0)
+                self.least = np.fmax(self.least, np.fmin(low, most))
+                covered = own.terms >= COVERED * self._terms
+                confirmed |= (np.maximum(own.gap, other.gap) <= MATCH * own.terms) & covered
+                differs = np.minimum(own.gap, other.gap) > 2 * apart + MATCH * own.terms
+                self.refuting += (low > 0) & (low <= most) & differs
+            is_open = self.least < needed
+            if not (is_open & ~confirmed).any() or (is_open & self.refuted).any():
+                break
+        return confirmed
+
+    @np.errstate(all="ignore")
+    def unsmooth(self, noise: Vector) -> tuple[Mask, Mask]:
+        """Return the rows with a kink at z, by the slopes on both sides, and those with a jump, far above the noise."""
+        d, room = self._direction(), np.minimum(self._problem.upper - self._z, self._z - self._problem.lower)
+        sides, inner = self._sides(d), self._sides(np.where(room < STEPS[0] * np.abs(d), 0.0, d))
+        steady = [np.abs(long - short) <= KINKED / 4 * np.abs(short) for long, short in inner]
+        short = [side[1] for side in inner]
+        kink = steady[0] & steady[1] & (np.abs(short[0] + short[1]) > KINKED * np.fmax(*np.abs(short)))
+        grows = [np.abs(short) > RATIO / 2 * np.abs(long) for long, short in sides]
+        large = [STEPS[1] * np.abs(short) > 16 * noise for _, short in sides]
+        return kink, (grows[0] & large[0]) | (grows[1] & large[1])
+
+    def _sides(self, d: Vector) -> list[list[Vector]]:
+        """Return the changes by a long and a short step along d, and those by steps to the other side."""
+        return [[self._quotient(sign * step * d).change for step in STEPS[:2]] for sign in (1.0, -1.0)]
+
+    def _quotient(self, step: Vector) -> _Quotient:
+        move = (moved := self._problem.box.project(self._z + step)) - self._z
+        move_of_z = np.where(self._z != 0, np.abs(move) / np.abs(self._z), 0.0)
+        length = move_of_z.max(initial=0.0) or 1.0
+        change, d = (self._problem.values(moved) - self._F) / length, move / length
+        return _Quotient(change, np.abs(change - product(self._J, d)), absolute_product(self._J, np.abs(d)))
+
+
+@np.errstate(all="ignore")
+def noise(values: Values, box: Box, z: Vector, is_noisy: Mask) -> tuple[Vector, Vector]:
+    """Return the noise of each row of F at z, be it of rounding or of inner iterations: the first level on which points
+    of two spacings agree, from the coarsest one on; 0 where there is none above rounding, and where finer spacings
+    resolve what looks like noise as oscillations of F, unless the row is known to be noisy. Also return the largest
+    |F_i| at these points."""
+    (found, last), is_known = np.zeros((2, z.size)), np.zeros(z.size, dtype=bool)
+    sizes, thirds = np.abs(values(z)), list[Vector]()
+    for spacing in SPACINGS:
+        F, level, is_noise, third = _level(values, box, z, spacing)
+        sizes = np.fmax(sizes, np.where(np.isfinite(F), np.abs(F), 0.0).max(axis=0))
+        apart = np.maximum(level, last) > ALIKE * np.minimum(level, last)
+        is_found = is_noise & ~apart & ~is_known
+        found = np.where(is_found, level, found)
+        is_known |= is_found | (third <= QUIET * sizes)
+        last = np.where(is_noise, level, last)
+        thirds.append(third)
+        if is_known.all():
+            break
+    found[_oscillates(values, box, z, np.where(is_noisy, 0.0, found), thirds)] = 0.0
+    return found, sizes
+
+
+def _oscillates(values: Values, box: Box, z: Vector, found: Vector, thirds: list[Vector]) -> Mask:
+    """Return the rows of which finer spacings resolve what looks like noise: in the differences of third order F then
+    falls little by little, and as the cube of the spacing; noise falls at once, if at all. found : the noise, 0 in rows
+    that are not looked at. thirds : those differences by the first spacings."""
+    finest, resolved, is_open = SPACINGS.index(RESOLVED), np.zeros(z.size, dtype=bool), found > 0
+    if is_open.any() and len(thirds) <= finest:
+        is_open &= _level(values, box, z, RESOLVED)[-1] < found / ALIKE
+    last = np.zeros(z.size)  # no fall
+    for k in range(1, finest + 1):
+        if not is_open.any():
+            break
+        if k == len(thirds):
+            thirds.append(_level(values, box, z, SPACINGS[k])[-1])
+        fall = np.where(thirds[k - 1] > ALIKE * found, 0.0, thirds[k - 1] / thirds[k])  # of the noise, not of curvature
+        resolved |= is_open & (last >= LEAST_FALL) & (fall >= CUBIC[0]) & (fall <= CUBIC[1])
+        is_open &= ~resolved & (fall <= CUBIC[1])
+        last = fall
+    return resolved
+
+
+@np.errstate(all="ignore")
+def rounding(values: Values, box: Box, z: Vector, most: float) -> Vector:
+    """Return the noise of each row of F at z that is of rounding, by the finest spacing that shows it; most : relative
+    to the largest |F_i| at the points, what is larger does not count as rounding. Where |F| is larger at the points
+    than at z, so may its rounding be; so the noise is at most that by closer points."""
+    found, is_known, closest = np.zeros(z.size), np.zeros(z.size, dtype=bool), np.full(z.size, np.inf)
+    finest = 48 - int(np.floor(np.log2(min(size(z) or 1.0, 1.0))))
+    for power in range(finest, 0, -6):
+        F, level, is_noise, third = _level(values, box, z, 2.0**-power)
+        if not np.isfinite(F).all():
+            break
+        closest = np.where(third > 0, np.fmin(closest, third), closest)
+        is_noise &= level <= most * np.abs(F).max(axis=0)
+        found = np.where(is_noise & ~is_known, np.minimum(level, ALIKE * closest), found)
+        is_known |= is_noise
+        if is_known.all():
+            break
+    return found
+
+
+def _level(values: Values, box: Box, z: Vector, spacing: float) -> tuple[Vector, Vector, Mask, Vector]:
+    """Return F at ORDERS + 1 points from z on, in their rows, with a spacing relative to z, or to 1 if z is smaller;
+    the noise of each row that its differences show, and whether that is what they show: they change sign, few are 0,
+    more than one is large, and those of successive orders agree; and the noise by differences of third order, in which
+    a smooth F is next to nothing."""
+    above, below = box.upper - z, z - box.lower
+    up = np.where(above == below, generator(0).random(z.size) < 0.5, above > below)
+    moves = np.where(up, spacing, -spacing) * np.maximum(np.abs(z), 1.0)
+    F = table = np.array([values(box.project(z + k * moves)) for k in range(ORDERS + 1)])
+    levels, changes, first = list[Vector](), list[Mask](), np.diff(F, axis=0)
+    sorted_changes = np.sort(np.abs(first - np.median(first, axis=0)), axis=0)
+    few = ((first == 0).mean(axis=0) <= MOST_EQUAL) & (sorted_changes[-2] >= JUMP * sorted_changes[-1])  # no jump
+    for order in range(1, ORDERS):
+        table = np.diff(table, axis=0)
+        levels.append(np.sqrt((table**2).mean(axis=0) / comb(2 * order, order)))
+        changes.append((table.min(axis=0) < 0) & (table.max(axis=0) > 0))
+    level, is_noise = np.zeros(z.size), np.zeros(z.size, dtype=bool)
+    for k in range(len(levels) - 2):
+        three = np.array(levels[k : k + 3])
+        agree = (three.max(axis=0) <= ALIKE * three.min(axis=0)) & changes[k] & few
+        level = np.where(agree & ~is_noise, levels[k], level)
+        is_noise |= agree
+    return F, level, is_noise, levels[2]

@@ -13,7 +13,7 @@ z solves the problem if and only if it solves the linearization there, whose w a
 of that linear problem (see `measure`): a row may be violated by tol of its terms |J| |z| + |q|, with q = F(z) - J z, or
 of its cap. That J may be wrong: a mistake in a given one, a difference over far more than z or over a jump of F. So a
 row that is violated at all must have terms that are large enough by F itself, by quotients of differences along
-directions, or the given J must agree with these in several directions (see `differences.Slopes`).
+directions, or the given J must agree with these in several directions (see `evaluations.Slopes`).
 
 The terms of F itself are unknown. Where they cancel, as in exp(z) - 1 near 0, what is left of a row is rounding, and
 may be far more than tol of |J| |z|. So a violation also counts as none if it is no more than a few times the noise of
@@ -32,8 +32,7 @@ import numpy as np
 
 from lcpcli.linalg.doubles import EPS, ROUNDING, SMALLEST_NORMAL, is_finite, size
 from lcpcli.linalg.matrices import dense, is_sparse
-from lcpcli.model.differences import Slopes, rounding
-from lcpcli.model.evaluations import Evaluations
+from lcpcli.model.evaluations import Evaluations, Slopes, rounding
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector

@@ -18,8 +18,7 @@ import pytest
 import lcpcli
 from lcpcli.gallery.families import make
 from lcpcli.games.behavior import Behavior, Strategy, plan_of, strategy_of
-from lcpcli.model.extensive import ExtensiveGame
-from lcpcli.model.game_tree import CHANCE, GameTree
+from lcpcli.model.extensive import CHANCE, ExtensiveGame, GameTree
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.proof import prove
 
