@@ -88,10 +88,7 @@ class System(ABC):
     def solver(self, indices: Indices) -> Solve:
         """Return a solver of systems with M_PP, of half of all digits at least; raise SingularMatrix here or there."""
 
-    def exchanging(self, basis: States) -> Generator[BasicSolution, Indices | None, None]:
-        """Yield basic solutions by block principal pivoting from a basis, as the function `exchanging` does; raise
-        SingularMatrix as `at` does."""
-        return exchanging(self, basis)
+    exchanging = exchanging  # raises SingularMatrix as `at` does
 
     def at(self, basis: States) -> BasicSolution:
         """Return the basic solution of a basis, refined once by its residual w_B if it is a solution; raise
@@ -133,15 +130,10 @@ class System(ABC):
         if not count:
             return found
         worst = int(violations.argmax())
-        if self._is_clear(found, worst, float(violations[worst])):
-            return found
+        violation = float(violations[worst]) * (self.row_maxima[worst] if basis[worst] == BASIC else 1.0)
+        if violation > ROW_ROUNDING * (abs(self.q[worst]) + self.largest * float(np.abs(z).sum())):
+            return found  # as this bound on the rounding error of its row needs no more of M than the sizes of its rows
         return found._replace(is_solution=not self.violated(found).any())
-
-    def _is_clear(self, found: BasicSolution, row: int, violation: float) -> bool:
-        """Return whether a violation exceeds a bound on the rounding error of its row that needs no more of M than the
-        sizes of its rows."""
-        terms = abs(self.q[row]) + self.largest * float(np.abs(found.z).sum())
-        return bool(violation * (self.row_maxima[row] if found.basis[row] == BASIC else 1.0) > ROW_ROUNDING * terms)
 
     def _is_rounding(self, residual: Vector, z: Vector, rows: Indices) -> bool:
         """Return whether the residual in these rows of w is within the rounding error of their terms, of which q alone

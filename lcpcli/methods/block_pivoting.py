@@ -170,19 +170,13 @@ def _are_near(q: Vector, rows: Indices, others: Indices) -> Mask:
 
 
 def _start(frame: Frame, R: Vector, C: Vector) -> tuple[States, Mask]:
-    """Return the states to start from, and where gradients, not the reference points, have given them."""
+    """Return the states to start from, and where gradients, not the reference points, have given them: where these do
+    not diverge. They continue while each check finds fewer changes of state than SETTLING_FACTOR times those of the
+    check before."""
     start, diagonal = frame.box.basis_of(-0.5 * frame.q), frame.block.M.diagonal()
     if not (frame.q.size and diagonal.min() > 0):
         return start, np.zeros(frame.q.shape[0], dtype=bool)
-    basis, good = _projected_gradient(frame, R, C)
-    start[good] = basis[good]
-    return start, good
-
-
-def _projected_gradient(frame: Frame, R: Vector, C: Vector) -> tuple[States, Mask]:
-    """Return the states at which projected gradients arrive, and where these do not diverge. They continue while each
-    check finds fewer changes of state than SETTLING_FACTOR times those of the check before."""
-    half = 1 / np.sqrt(R * frame.block.M.diagonal() * C)
+    half = 1 / np.sqrt(R * diagonal * C)
     R, C = R * half, C * half
     M, q = np.ascontiguousarray((R[:, np.newaxis] * frame.block.M * C).T), frame.q * R
 
@@ -196,4 +190,5 @@ def _projected_gradient(frame: Frame, R: Vector, C: Vector) -> tuple[States, Mas
         if look.changes <= SETTLED_CHANGES * q.shape[0] or look.changes > SETTLING_FACTOR * most:
             break
         most = look.changes
-    return look.basis, look.bounded
+    start[look.bounded] = look.basis[look.bounded]
+    return start, look.bounded

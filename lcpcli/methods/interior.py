@@ -27,7 +27,6 @@ from lcpcli.methods.direct import MOST_AS_DENSE
 from lcpcli.methods.interior_steps import (
     AccurateSystems,
     PrimalDualPoint,
-    Regularization,
     SlackForm,
     Steps,
     proof_of,
@@ -155,20 +154,20 @@ class Run:
     ) -> Stage:
         ending: Ending = Breakdown("no factorization succeeded")
         for attempt in settings:
-            rho = tuple(factor * regularization for factor in attempt.rho)
-            ending = yield from self._attempt(attempt, attempt.slack * start_slack, Regularization(*rho))
+            rho = [factor * regularization for factor in attempt.rho]
+            ending = yield from self._attempt(attempt, attempt.slack * start_slack, rho)
             if isinstance(ending, NoSolution):
                 break
         return ending
 
-    def _attempt(self, attempt: InteriorAttempt, slack: float, regularization: Regularization) -> Stage:
+    def _attempt(self, attempt: InteriorAttempt, slack: float, rho: Sequence[float]) -> Stage:
         within = self._within
         if attempt.shift:
             inner = replace(within.problem, M=plus_diagonal(within.problem.M, attempt.shift))
             within = replace(within, problem=inner)
         M = within.problem.M
         try:
-            steps = Steps(within, AccurateSystems(M, systems(M, within.S), regularization))
+            steps = Steps(within, own := AccurateSystems(M, systems(M, within.S), *rho))
             best = along = at = steps.start(slack)
         except SingularMatrix:
             return Breakdown("a factorization failed")
@@ -184,7 +183,7 @@ class Run:
                 # Before the point itself, which is less accurate.
                 yield from self._exchanged(at.z, _active(self._within, at))
             if lengths:
-                step = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {regularization.rho:.0e}"
+                step = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {own.rho:.0e}"
                 yield self._shown(at.z, step)._replace(signs_final=mu < SMALL_MU)  # else the next ones are better
             due = k % PROOF_EVERY == PROOF_EVERY - 1 and merit > CLOSE_MERIT
             if due and (proof := proof_of(self._given, self._within, (at.z, along.z))):
@@ -248,12 +247,27 @@ class _ProximalSolutions:
     def __init__(self, problem: Problem, S: Vector | None, z: Vector) -> None:
         self._problem, self._S, self.box, self.z = problem, S, problem.box, problem.box.project(z)
 
+    @np.errstate(all="ignore")
     def at(self, basis: States) -> BasicSolution:
-        basic = (basis == BASIC).nonzero()[0]
+        """Return the basic solution of a basis; raise SingularMatrix if z is not finite."""
+        basic, times, q = (basis == BASIC).nonzero()[0], multiplier(self._problem.M), self._problem.q
         z = np.where(basis == BASIC, self.z, self.box.nonbasic(basis))
-        w = self._problem.M @ z + self._problem.q
-        if basic.size:
-            z, w = _proximal(self._problem, z, basic, self._solver(basic))
+        w = times(z) + q
+        best, least = (z, w), float(np.abs(w[basic]).max(initial=0.0))
+        last, solve = least, self._solver(basic) if basic.size else np.copy
+        for _ in range(PROXIMAL_STEPS if basic.size else 0):
+            z = z.copy()
+            z[basic] -= solve(w[basic])
+            if not np.isfinite(z).all():
+                raise SingularMatrix
+            w = times(z) + q
+            size = float(np.abs(w[basic]).max())
+            if size < least:
+                best, least = (z, w), size
+            if size > SLOW_PROXIMAL * last:
+                break
+            last = size
+        z, w = best
         wrong = self.box.violations(z, w, basis) > WRONG_SIGN
         self.z = self.box.project(z)
         return BasicSolution(basis, z, w, wrong, not wrong.any())
@@ -276,25 +290,3 @@ def _active(within: SlackForm, at: PrimalDualPoint) -> States:
     s[1, within.high], w[1, within.high] = at.s[count:], at.w[count:]
     active = s < w
     return of_masks(~(active[0] | active[1]), active[1] & ~(active[0] & (s[0] <= s[1])))
-
-
-@np.errstate(all="ignore")
-def _proximal(problem: Problem, z: Vector, basic: Indices, solve: Solve) -> tuple[Vector, Vector]:
-    """Return z and w after the proximal iteration."""
-    times, q = multiplier(problem.M), problem.q
-    w = times(z) + q
-    best, least = (z, w), float(np.abs(w[basic]).max())
-    last = least
-    for _ in range(PROXIMAL_STEPS):
-        z = z.copy()
-        z[basic] -= solve(w[basic])
-        if not np.isfinite(z).all():
-            raise SingularMatrix
-        w = times(z) + q
-        size = float(np.abs(w[basic]).max())
-        if size < least:
-            best, least = (z, w), size
-        if size > SLOW_PROXIMAL * last:
-            break
-        last = size
-    return best

@@ -14,7 +14,7 @@ centrality corrections in a primal-dual method for linear programming, Comput. O
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
@@ -133,17 +133,15 @@ def proof_of(problem: Problem, within: SlackForm, directions: Sequence[Vector]) 
             y = np.clip(within.multipliers(part), least, most)
             if not _is_clear(within, y, ROUGHLY_ZERO):
                 continue
-            candidates = [each for each in _simplest_first(y) if _is_clear(within, each, NEARLY_ZERO)]
-            found = first_proof(problem, candidates)
+            candidates = list[
+                Vector
+            ]()  # what y may approximate: integers, fractions, and y, first without small entries
+            for small in (COARSE_ENTRY * float(np.abs(y).max()), 0.0):
+                candidates += reversed(list(simplest(np.where(np.abs(y) < small, 0.0, y))))
+            found = first_proof(problem, [each for each in candidates if _is_clear(within, each, NEARLY_ZERO)])
             if found is not None:
                 return found
     return None
-
-
-def _simplest_first(y: Vector) -> Iterator[Vector]:
-    """Yield vectors that y may approximate: integers, fractions, and y itself, without and with small entries."""
-    for least in (COARSE_ENTRY * float(np.abs(y).max()), 0.0):
-        yield from reversed(list(simplest(np.where(np.abs(y) < least, 0.0, y))))
 
 
 def _is_clear(within: SlackForm, y: Vector, nearly: float) -> bool:
@@ -162,43 +160,33 @@ POOR_FACTORS, USELESS_FACTORS = 1e-7, 1e-2  # the same of the factors: a larger 
 GMRES_STEPS = 8  # at most
 
 
-@dataclass
-class Regularization:
-    """The regularization rho, with its range."""
-
-    rho: float = 1e-8
-    least: float = 1e-13
-    most: float = 1e-7
-
-
 class AccurateSystems:
-    """Systems with one M and its regularization; `solve` also returns the residual that is left."""
+    """Systems with one M and its regularization rho, with the range of that; `solve` also returns the residual that is
+    left."""
 
-    def __init__(self, M: Matrix, systems: Systems, regularization: Regularization) -> None:
-        self._times, self._systems, self.regularization = multiplier(M), systems, regularization
-        self._of_factors = self._left = 0.0
-        self._used_gmres = False
+    def __init__(self, M: Matrix, systems: Systems, rho: float, least: float, most: float) -> None:
+        self._times, self._systems, self.rho, self._least, self._most = multiplier(M), systems, rho, least, most
+        self._of_factors, self._left, self._used_gmres = 0.0, 0.0, False
 
     def factorize(self, D: Vector) -> None:
         """Adapt rho to the last systems, and factorize M + D + rho."""
-        own = self.regularization
         if self._of_factors > POOR_FACTORS:
-            own.rho = min(own.rho * 10, own.most)
+            self.rho = min(self.rho * 10, self._most)
         elif self._used_gmres or self._left > DOUBTFUL_RESIDUAL:
-            own.rho = max(own.rho / 10, own.least)
+            self.rho = max(self.rho / 10, self._least)
         self._of_factors, self._left, self._used_gmres = 0.0, 0.0, False
         self._D, self._weights = D, 1.0 / (1.0 + D)
-        self._systems.factorize(D + own.rho)
+        self._systems.factorize(D + self.rho)
 
     def solve(self, b: Vector, target: float = 0.0) -> tuple[Vector, Vector]:
         """Return x and b - (M + D) x, whose weighted norm is at most the target, or LEAST_ACCURACY times the norm of
         b, if that can be attained."""
-        size, own = self._norm(b) + 1e-300, self.regularization
+        size = self._norm(b) + 1e-300
         goal = max(LEAST_ACCURACY * size, target)
         x, r, of_factors = self._first(b)
-        while not of_factors <= USELESS_FACTORS * size and own.rho < own.most:
-            own.rho = own.least = min(own.rho * 10, own.most)  # from now on the least one
-            self._systems.factorize(self._D + own.rho)
+        while not of_factors <= USELESS_FACTORS * size and self.rho < self._most:
+            self.rho = self._least = min(self.rho * 10, self._most)  # from now on the least one
+            self._systems.factorize(self._D + self.rho)
             x, r, of_factors = self._first(b)
         if not np.isfinite(of_factors):
             raise SingularMatrix
@@ -215,7 +203,7 @@ class AccurateSystems:
         """Return the x of the factors, its residual, and the norm of its residual in the factors' own system."""
         x = self._systems.solve(b)
         r = b - self._product(x)
-        return x, r, self._norm(r - self.regularization.rho * x)
+        return x, r, self._norm(r - self.rho * x)
 
     def _refined(
         self, x: Vector, r: Vector, b: Vector, goal: float, solve: Solve, most: int = SYSTEM_REFINEMENTS

@@ -59,8 +59,7 @@ def lemke(problem: Problem, x0: Vector, *, cover: int | str = 0, ties: str = LAR
     nothing. The number of pivots is usually of order n, at worst exponential; each costs two passes over a dense
     tableau. Free variables are eliminated first (see `free_variables`).
 
-    problem : the LCP or mixed problem, n <= 5000 unknowns. x0 : not used: the method starts with all variables at
-        bounds.
+    x0 : not used: the method starts with all variables at bounds.
     cover : the covering vector c: "ones" in the units of the rows, Lemke's, or a whole number, the seed of a vector
         with entries between 1/2 and 3/2 in equilibrated units. As c > 0 is arbitrary, the theory is the same; entries
         that differ keep rows from blocking at once.
@@ -134,15 +133,9 @@ def path_to_end(
 
 def _last(problem: Problem, path: LemkePath, step: str = "", z0: float | None = None) -> Stage:
     """Yield the solution at which the path ends."""
-
-    def solve(left: Problem) -> Vector | None:
-        own = path_to_end(left, path.follow, reduced(left))
-        near, _, basis = own.point()
-        return solution_at(left, own.reduction.M, near, basis)[0] if own.end == SOLVED else None
-
     near, _, basis = path.point()
     z, is_settled = solution_at(problem, path.reduction.M, near, basis)
-    z = z if is_settled else settled(problem, z, solve)
+    z = z if is_settled else settled(problem, z, path.follow)
     x = problem.box.x_within(z, problem.w(z), problem.box.basis_at(z))
     yield Iterate(x, None, step, path.pivots, basis=basis, z0=z0)
     return Finished()
@@ -204,7 +197,6 @@ def _certificate(problem: Problem, z: Vector, multipliers: Vector, is_published:
 
 
 Follow: TypeAlias = Callable[..., tuple[int, int, int, float]]
-
 LEAST_REFRESHED = 50  # pivots, or n if that is more, after which the tableau is computed anew
 
 
@@ -245,15 +237,8 @@ class LemkePath:
             if young <= 0:
                 self._refresh()
                 continue
-            found = self.follow(
-                self.tableau,
-                self.reduction.d,
-                self.entering,
-                self.way,
-                self.row,
-                self.lexicographic,
-                min(young, last - self.pivots),
-            )
+            place, most = (self.entering, self.way, self.row), min(young, last - self.pivots)
+            found = self.follow(self.tableau, self.reduction.d, *place, self.lexicographic, most)
             self.end, pivots, self.entering, self.way = found
             self.pivots, self.age = self.pivots + pivots, self.age + pivots
             if self.end == RAY and self.age:
@@ -342,15 +327,23 @@ def violations(problem: Problem, z: Vector) -> tuple[Vector, Vector, Mask]:
 
 
 @np.errstate(all="ignore")
-def settled(problem: Problem, z: Vector, solve: Callable[[Problem], Vector | None]) -> Vector:
-    """Return z with small numbers settled, as far as `solve` finds solutions of what is left."""
+def settled(problem: Problem, z: Vector, follow: Follow) -> Vector:
+    """Return z with small numbers settled, as far as paths of what is left, in units of its size, end at solutions."""
     for _ in range(MOST_LEVELS):
         w, gaps, violated = violations(problem, z)
         size = gaps.max(where=violated, initial=0.0)
         if not 0.0 < size <= SMALL * np.abs(problem.q_ref).max():
             break
+        lower, upper = ((bound - z) / size for bound in problem.box.vectors(problem.n))
+        stays = ((lower >= 0.0) & (w > FAR * size)) | ((upper <= 0.0) & (w < -FAR * size))
+        lower, upper = np.where(lower < -FAR, -np.inf, lower), np.where(upper > FAR, np.inf, upper)
+        is_settled = (np.isinf(lower) & np.isinf(upper) & ~violated) | stays | (np.abs(w) <= NOISE * size)
+        q, lower, upper = np.where(is_settled, 0.0, w / size), np.where(stays, 0.0, lower), np.where(stays, 0.0, upper)
         try:
-            d = solve(_left(problem, z, w, violated, size))
+            left = Problem(problem.M, q, lower=lower, upper=upper)
+            path = path_to_end(left, follow, reduced(left))
+            near, _, basis = path.point()
+            d = solution_at(left, path.reduction.M, near, basis)[0] if path.end == SOLVED else None
         except ProblemError:
             break
         if d is None or not np.isfinite(d).all():
@@ -358,13 +351,3 @@ def settled(problem: Problem, z: Vector, solve: Callable[[Problem], Vector | Non
         z = z + size * d
         z = problem.box.project(np.where(np.abs(z) <= NOISE * size, 0.0, z))
     return z
-
-
-def _left(problem: Problem, z: Vector, w: Vector, violated: Mask, size: float) -> Problem:
-    """Return the problem that is left at z, in units of this size."""
-    lower, upper = ((bound - z) / size for bound in problem.box.vectors(problem.n))
-    stays = ((lower >= 0.0) & (w > FAR * size)) | ((upper <= 0.0) & (w < -FAR * size))
-    lower, upper = np.where(lower < -FAR, -np.inf, lower), np.where(upper > FAR, np.inf, upper)
-    is_settled = (np.isinf(lower) & np.isinf(upper) & ~violated) | stays | (np.abs(w) <= NOISE * size)
-    q = np.where(is_settled, 0.0, w / size)
-    return Problem(problem.M, q, lower=np.where(stays, 0.0, lower), upper=np.where(stays, 0.0, upper))

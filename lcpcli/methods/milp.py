@@ -9,14 +9,10 @@ solution of M_PP z_P = -q_P that has a negative component.
 Points are sought in the equilibrated standard form of a problem. Proofs are judged by the problem as given, with its
 own bounds, so that no rounding of that form can spoil them.
 
-The LCP as a mixed-integer linear program: for any M, and the only method that can prove "feasible, but unsolvable".
-
-P. M. Pardalos and J. B. Rosen, Global optimization approach to the linear complementarity problem, SIAM Journal on
-Scientific and Statistical Computing 9 (1988) 341-353, section 3: maximize alpha subject to 0 <= M y + alpha q <= e - b,
-0 <= y <= b, 0 <= alpha <= 1, b binary. Its feasible points with alpha > 0 are the solutions z = y / alpha scaled to
-max(z, w) <= 1 / alpha; the maximum is 0 exactly if there is none. No bound on z is needed.
-
-What this program leaves open is decided by `candidates`.
+The LCP as a mixed-integer linear program, for any M: P. M. Pardalos and J. B. Rosen, Global optimization approach to
+the linear complementarity problem, SIAM Journal on Scientific and Statistical Computing 9 (1988) 341-353, section 3:
+maximize alpha subject to 0 <= M y + alpha q <= e - b, 0 <= y <= b, 0 <= alpha <= 1, b binary. Its feasible points with
+alpha > 0 are the solutions z = y / alpha scaled to max(z, w) <= 1 / alpha; the maximum is 0 exactly if there is none.
 """
 
 from __future__ import annotations
@@ -108,13 +104,15 @@ class ComplementarySystem:
         return found is None or (found.unique and not found.solves)
 
 
-def candidates(
-    system: ComplementarySystem, nodes: int = MAX_NODES, root: DualSimplex | None = None
-) -> Generator[Mask, None, Finished | Stalled | OutOfTime]:
+Sets: TypeAlias = Generator[tuple[str, Mask], None, Finished | Stalled | OutOfTime]
+"""Complementary sets to try, each with the step that suggested it; Finished if no other can have a solution."""
+
+
+def candidates(system: ComplementarySystem, root: DualSimplex | None = None, nodes: int = MAX_NODES) -> Sets:
     """Yield the sets P, as masks of shape (n,), that appear to have a solution; a set may be yielded more than once.
 
-    nodes : the largest number of nodes to examine; one that takes linear programs beside its system counts as DOUBTFUL.
-    root : the system of M z + q, if it has been made before.
+    root : the system of M z + q, if it has been made before. nodes : the largest number of nodes to examine; one that
+    takes linear programs beside its system counts as DOUBTFUL.
 
     Returns Finished if it is proved that only the sets that were yielded can have a solution: the caller tries each and
     stops at a success. Otherwise a limit is reached, or a set where the caller found no solution has no proof.
@@ -124,10 +122,10 @@ def candidates(
     pending = [_Node(np.full(q.size, OPEN, np.int8), whole)]
     for node, is_leaf in explored(tree, pending):
         if is_leaf and not system.excluded(P := (node.decided == ACTIVE) | ~system.is_choice):
-            yield P
+            yield "tree", P
             unresolved = True
         elif not is_leaf and node.suggested is not None:
-            yield node.suggested
+            yield "tree", node.suggested
         if pending and remaining() <= 0:
             return OutOfTime(TIME_LIMIT_REACHED)
         if pending and tree.cost >= nodes:
@@ -203,9 +201,6 @@ def _point(
 
 
 GAP = 1e3  # any alpha > 0 suffices: the solver may stop at 1 / GAP of the maximum
-Sets: TypeAlias = Generator[tuple[str, Mask], None, Finished | Stalled | OutOfTime]
-"""Complementary sets to try, each with the step that suggested it; Finished if no other can have a solution."""
-
 EXHAUSTED = "each complementary set is excluded by a proof in exact arithmetic"
 UNDECIDED = "neither a solution nor a proof that there is none was found"
 MOST_DENSE_ROWS = 1 << 24  # entries of the columns of a set that may be singular
@@ -238,7 +233,7 @@ def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method h
 def first_nodes(problem: Problem, entries: int = FIRST_ENTRIES) -> Stage:
     """Examine the first nodes of the tree alone, as many as have so many entries of M in all; yield and return as
     `milp`."""
-    return (yield from _decided(problem, partial(_of_tree, nodes=entries // problem.n**2 + 1), FIRST_EFFORT))
+    return (yield from _decided(problem, partial(candidates, nodes=entries // problem.n**2 + 1), FIRST_EFFORT))
 
 
 few_nodes = partial(first_nodes, entries=FEW_ENTRIES)
@@ -302,21 +297,14 @@ def _all_sets(system: ComplementarySystem, root: DualSimplex | None) -> Sets:
     if remaining() <= 0:
         return OutOfTime(TIME_LIMIT_REACHED)
     try:
-        ending = yield from _of_tree(system, root, MOST_ENTRIES // system.q.size**2 + 1)
+        ending = yield from candidates(system, root, MOST_ENTRIES // system.q.size**2 + 1)
         if not isinstance(ending, Stalled):
             return ending
         for P in _program(system.M, system.q):
             yield "program", P
-        return (yield from _of_tree(system, root, MAX_NODES))
+        return (yield from candidates(system, root))
     except TimeIsUp:  # in the middle of a linear program: what has been found so far counts
         return OutOfTime(TIME_LIMIT_REACHED)
-
-
-def _of_tree(system: ComplementarySystem, root: DualSimplex | None, nodes: int) -> Sets:
-    tree = candidates(system, nodes, root)
-    while isinstance(found := advance(tree), np.ndarray):
-        yield "tree", found
-    return found
 
 
 def _program(M: Matrix, q: Vector) -> list[Mask]:

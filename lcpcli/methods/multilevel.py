@@ -5,17 +5,13 @@ problems, Computing 56 (1996) 179-196. Aggregates around a maximal set of nodes 
 N. Bell, S. Dalton and L. N. Olson, Exposing fine-grained parallelism in algebraic multigrid methods, SIAM Journal on
 Scientific Computing 34 (2012) C123-C152, section 3.
 
-V-cycles of a hierarchy for principal submatrices, as preconditioners in single precision.
+V-cycles for principal submatrices, with basis functions truncated where a constraint is active: R. Kornhuber, Monotone
+multigrid methods for elliptic variational inequalities I, Numerische Mathematik 69 (1994) 167-184. The directions that
+they make are as good in single precision, which takes half of the memory and of the time to read it (L. Giraud, A.
+Haidar and L. T. Watson, Lecture Notes in Computational Science and Engineering 60 (2008) 357-364).
 
-Basis functions truncated where a constraint is active: R. Kornhuber, Monotone multigrid methods for elliptic
-variational inequalities I, Numerische Mathematik 69 (1994) 167-184. The directions that they make are as good in single
-precision, which takes half of the memory and of the time to read it (L. Giraud, A. Haidar and L. T. Watson,
-Mixed-precision preconditioners in parallel domain decomposition solvers, Lecture Notes in Computational Science and
-Engineering 60 (2008) 357-364).
-
-Nested iteration for the active set of a sparse problem: coarse versions of the problem, solved roughly.
-
-A. Brandt and C. W. Cryer, Multigrid algorithms for the solution of linear complementarity problems arising from free
+Nested iteration for the active set of a sparse problem, by coarse versions of the problem that are solved roughly: A.
+Brandt and C. W. Cryer, Multigrid algorithms for the solution of linear complementarity problems arising from free
 boundary problems, SIAM Journal on Scientific and Statistical Computing 4 (1983) 655-684. Here the coarse versions come
 from the matrix alone, and each coarse correction has the length that minimizes the energy, as they are too stiff
 (D. Braess, Towards algebraic multigrid for elliptic problems of second order, Computing 55 (1995) 379-393). What comes
@@ -82,7 +78,9 @@ class Hierarchy:
             candidate = _relaxed(operator, weights, candidate)
             strong = _strong(A, strength, candidate)
             T, candidate = _tentative(_aggregates(strong), candidate)
-            P = _smoothed(T, strong, weights)
+            change = (strong @ T).tocsr()
+            change.data *= np.repeat(weights, np.diff(change.indptr))
+            P = T - change  # after one step of relaxation
             R = P.T.tocsr()
             A = R @ (A @ P)
             self.is_stuck = A.nnz > most or P.shape[1] > MAX_UNKNOWNS_RATIO * P.shape[0]
@@ -116,13 +114,6 @@ def _tentative(aggregate: Indices, candidate: Vector) -> tuple[Matrix, Vector]:
     sizes = np.sqrt(np.bincount(aggregate, weights=candidate**2))
     entries = candidate / sizes[aggregate], aggregate, np.arange(aggregate.size + 1, dtype=np.int32)
     return csr_array(entries, shape=(aggregate.size, sizes.size)), sizes
-
-
-def _smoothed(T: Matrix, A: Matrix, weights: Vector) -> Matrix:
-    """Return T after one step of relaxation, with A and weights of shape (n, n) and (n,)."""
-    change = (A @ T).tocsr()
-    change.data *= np.repeat(weights, np.diff(change.indptr))
-    return T - change
 
 
 def _aggregates(A: Matrix) -> Indices:
@@ -190,53 +181,34 @@ MOSTLY_BASIC = 0.8  # of an aggregate, by weight: it takes part in the correctio
 REGULAR = 1e-14  # of the largest diagonal entry: what a coarsest matrix gets added
 
 
-class _Single(NamedTuple):
-    """What a V-cycle needs of one level, in single precision.
-
-    shares : those of the unknowns in their aggregates. work : two vectors, which a cycle overwrites.
-    """
-
-    operator: Operator
-    weights: Any
-    R: Matrix
-    P: Matrix
-    aggregate: Any
-    shares: Any
-    work: Any
-
-    @classmethod
-    def of(cls, level: Level) -> _Single:
-        R, T, work = _single(level.R), level.T, np.empty((2, level.weights.size), dtype=np.float32)
-        return cls(
-            *(level.operator.in_single_precision(), _single(level.weights), R, R.T),
-            *(T.indices, _single(T.data**2), work),
-        )
-
-
 class VCycles:
-    """One V-cycle for each principal submatrix of the finest matrix of a hierarchy."""
+    """One V-cycle for each principal submatrix of the finest matrix of a hierarchy, in single precision, where T has
+    the shares of the unknowns in their aggregates."""
 
     def __init__(self, hierarchy: Hierarchy) -> None:
-        self._levels, self._coarsest = list(map(_Single.of, hierarchy.levels)), hierarchy.coarsest
+        self._levels, self._coarsest = list[tuple[Level, Any]](), hierarchy.coarsest
+        for level in hierarchy.levels:
+            R, T, work = _single(level.R), level.T, np.empty((2, level.weights.size), dtype=np.float32)
+            operator, weights = level.operator.in_single_precision(), _single(level.weights)
+            self._levels.append((Level(operator, weights, R, R.T, with_data(T, _single(T.data**2)), None), work))
         self._ends = np.empty(hierarchy.n, dtype=np.float32), np.empty(hierarchy.n)
         self._last: tuple[Mask, Solve] | None = None
 
     def __call__(self, basic: Mask) -> Solve:
         """Return one V-cycle for the principal submatrix of the basic variables, shape (n,), symmetric if A is; it
         takes and returns vectors of shape (n,) that are 0 elsewhere, the latter in memory that the next cycle
-        overwrites. Nothing is formed but masks: an aggregate counts
-        as basic if most of it is, so that the coarse versions of the whole matrix serve for every submatrix. It raises
-        SingularMatrix."""
+        overwrites. Nothing is formed but masks: an aggregate counts as basic if most of it is, so that the coarse
+        versions of the whole matrix serve for every submatrix. It raises SingularMatrix."""
         masks = [basic]
-        for level in self._levels:
-            shares = np.bincount(level.aggregate, level.shares * masks[-1], level.R.shape[0])
+        for level, _ in self._levels:
+            shares = np.bincount(level.T.indices, level.T.data * masks[-1], level.R.shape[0])
             masks.append(shares > MOSTLY_BASIC)
         basic = masks.pop()
         if self._last is None or not np.array_equal(basic, self._last[0]):
             self._last = basic, _inverse(self._coarsest, basic)
         solve = self._last[1]
-        for level, mask in reversed(list(zip(self._levels, masks, strict=True))):
-            solve = partial(_v_cycle, level, level.weights * mask, _single(mask), solve)
+        for (level, work), mask in reversed(list(zip(self._levels, masks, strict=True))):
+            solve = partial(_v_cycle, level, work, level.weights * mask, _single(mask), solve)
         return partial(_in_range, solve, *self._ends)
 
 
@@ -265,8 +237,9 @@ def _inverse(A: Vector, basic: Mask) -> Solve:
     return partial(np.matmul, inverse)
 
 
-def _v_cycle(level: _Single, weights: Any, mask: Any, coarse: Solve, b: Any) -> Any:
-    A, (x, y), (first, second) = level.operator, level.work, SWEEPS
+def _v_cycle(level: Level, work: Any, weights: Any, mask: Any, coarse: Solve, b: Any) -> Any:
+    """Return what a cycle from this level on makes of b, in `work`, which has two vectors."""
+    A, (x, y), (first, second) = level.operator, work, SWEEPS
     np.multiply(weights, b, out=x)
     x *= first
     A.relaxed(x, b, weights, second, y)
@@ -322,7 +295,7 @@ class FullApproximation:
         z = self._relaxed(level, z, q)
         w = A(z)
         w += q
-        free = _free(box, z, w)
+        free = ((box.lower < z) & (z < box.upper)) | (box.project(z - w) != z)  # where w does not keep z at a bound
         partly = np.bincount(T.indices, weights=free, minlength=T.shape[1]) > 0
         coarse, given = T.T @ z, np.where(free | ~partly[T.indices], w, 0.0)
         own = R @ given - A_coarse @ coarse
@@ -350,8 +323,3 @@ class FullApproximation:
             if found.is_solution:
                 break
         return box.project(found.z)
-
-
-def _free(box: Box, z: Vector, w: Vector) -> Mask:
-    """Return where z is not held at a bound by w."""
-    return np.asarray(((box.lower < z) & (z < box.upper)) | (box.project(z - w) != z))

@@ -98,20 +98,15 @@ def gradient_steps(box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vec
         change = t * w
         former, z = z, box.project(np.subtract(z, change, out=change))
         before, w = w, w_of(z)
-        t = _step_sizes(z - former, w - before, t, step % 2 == 1)
+        moved, bent = z - former, w - before
+        along = _dots(moved, bent)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            lengths = _dots(moved, moved) / along if step % 2 else along / _dots(bent, bent)
+        t = np.where(along > 0, lengths, t)  # else M shows no positive curvature
         if step % GRADIENT_BLOCK == 0:
             last, basis = basis, box.basis_of(0.5 * (z - w))
             bounded = (_dots(w, w) <= GRADIENT_GROWTH * start)[..., 0]
             yield Glance(z, w, basis, int(np.count_nonzero(basis != last)), bounded)
-
-
-def _step_sizes(change: Vector, difference: Vector, t: Any, is_long: bool) -> Vector:
-    """Return one of the two step sizes of Barzilai and Borwein for each problem, or t if M shows no positive
-    curvature."""
-    along = _dots(change, difference)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        lengths = _dots(change, change) / along if is_long else along / _dots(difference, difference)
-    return np.where(along > 0, lengths, t)
 
 
 def _dots(A: Vector, B: Vector) -> Vector:

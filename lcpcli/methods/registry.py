@@ -31,11 +31,7 @@ START_OPTIONS = ("x0", "z0", "basis")  # of which one may be given
 ANY = "any matrix"  # in place of a class
 
 P = Option(
-    "p",
-    float,
-    None,
-    "0 < p < infinity",
-    lambda p: 0 < p < math.inf,
+    *("p", float, None, "0 < p < infinity", lambda p: 0 < p < math.inf),
     "Smoothing parameter; by default so large that the smoothing error is below rounding.",
     derived="default_p",
 )
@@ -45,63 +41,36 @@ SIGMA = Option(
     "sigma", float, 0.9, "rho < sigma < 1", lambda sigma: 0 < sigma < 1, "Line search: curvature.", above="rho"
 )
 OMEGA = Option(
-    "omega",
-    float,
-    1.0,
-    "0 < omega < infinity, or auto",
-    lambda omega: 0 < omega < math.inf,
+    *("omega", float, 1.0, "0 < omega < infinity, or auto", lambda omega: 0 < omega < math.inf),
     "Modulus parameter; 1 is the published method, auto estimates it from the spectrum of M.",
     words=(AUTO,),
 )
 ANDERSON = Option(
-    "anderson",
-    int,
-    0,
-    *options.NATURAL,
+    *("anderson", int, 0, *options.NATURAL),
     "Anderson acceleration with this many previous steps; 0 is the published method.",
 )
 START_SLACK = Option(
-    "start_slack",
-    float,
-    1.0,
-    "0 < slack < infinity",
-    lambda slack: 0 < slack < math.inf,
+    *("start_slack", float, 1.0, "0 < slack < infinity", lambda slack: 0 < slack < math.inf),
     "Least slack and multiplier at the start, in scaled units; later attempts use multiples of it.",
 )
 REGULARIZATION = Option(
-    "regularization",
-    float,
-    1e-8,
-    "0 < rho <= 1",
-    lambda rho: 0 < rho <= 1,
+    *("regularization", float, 1e-8, "0 < rho <= 1", lambda rho: 0 < rho <= 1),
     "Initially added to the diagonal of the factors, then adapted.",
 )
 BETA = Option(
-    "beta",
-    float,
-    0.7,
-    "0 < beta < 2",
-    lambda beta: 0 < beta < 2,
+    *("beta", float, 0.7, "0 < beta < 2", lambda beta: 0 < beta < 2),
     "Relaxation: the fraction of each step that is taken; 1 is the method of Douglas and Rachford.",
 )
 WALKERS = Option("walkers", int, 16, *options.up_to(10**6), "Number of iterations that share the matrix products.")
 SEED = Option("seed", int, 0, *options.NATURAL, "Seed of the random starts.")
 ONES, LARGEST, LEXICOGRAPHIC = "ones", "largest", "lexicographic"
 COVER = Option(
-    "cover",
-    int,
-    0,
-    "whole number >= 0, or ones",
-    lambda seed: seed >= 0,
+    *("cover", int, 0, "whole number >= 0, or ones", lambda seed: seed >= 0),
     "Covering vector: ones, or the seed of a random one that keeps rows from blocking simultaneously.",
     words=(ONES,),
 )
 TIES = Option(
-    "ties",
-    int,
-    LARGEST,
-    f"{LARGEST} or {LEXICOGRAPHIC}",
-    lambda _: False,
+    *("ties", int, LARGEST, f"{LARGEST} or {LEXICOGRAPHIC}", lambda _: False),
     "Which of the rows that block simultaneously leaves: the one with the largest pivot, or the lexicographic minimum.",
     words=(LARGEST, LEXICOGRAPHIC),
 )
@@ -282,8 +251,7 @@ def load(name: str) -> Any:
 def parameters_of(name: str) -> list[str]:
     """Return all parameters of a method's function besides the problem and the start."""
     method = declared(name)
-    options = (option.name for option in method.options)
-    return [*method.vectors, *options, *method.switches]
+    return [*method.vectors, *(option.name for option in method.options), *method.switches]
 
 
 def known_options(name: str) -> set[str]:
@@ -294,15 +262,15 @@ def known_options(name: str) -> set[str]:
 
 def check(name: str, chosen: Mapping[str, Any]) -> None:
     """Raise OptionError for a chosen option that has no effect on the method, or is out of its range."""
-    known = parameters_of(name)
-    for rejected in (given for given in chosen if given not in known):
-        if rejected not in {*OPTIONS, *SWITCHES}:
-            raise OptionError(rejected, "is not an option of any method", f"the options are {', '.join(known)}")
-        raise ParameterError(rejected, f"has no effect with the method {name}", "leave it out")
-    for switch in (each for each in declared(name).switches if not isinstance(chosen.get(each, True), bool)):
-        raise ParameterError(switch, f"{chosen[switch]!r} is neither True nor False", "give one of them")
-    if declared(name).options:
-        options.check(declared(name).options, chosen)
+    known, method = parameters_of(name), declared(name)
+    for given, value in chosen.items():
+        if given not in {*OPTIONS, *SWITCHES, *known}:
+            raise OptionError(given, "is not an option of any method", f"the options are {', '.join(known)}")
+        if given not in known:
+            raise ParameterError(given, f"has no effect with the method {name}", "leave it out")
+        if given in method.switches and not isinstance(value, bool):
+            raise ParameterError(given, f"{value!r} is neither True nor False", "give one of them")
+    options.check(method.options, chosen)
 
 
 def options_in_force(name: str, problem: Problem, chosen: Mapping[str, Any]) -> dict[str, Any]:

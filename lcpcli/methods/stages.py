@@ -247,25 +247,8 @@ def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions |
         standard form has more numbers to round, and yields no F of the original problem.
     """
     step = yield from moved_back(change, stage, polishing)
-    return _in_given_variables(change, step) if isinstance(step, NoSolution) else step
-
-
-def moved_back(change: Change, stage: Stage, polishing: BasicSolutions | None = None) -> Stage:
-    """Pass on the stage with x and F of the original problem, and its ending as it is."""
-    small = NEARLY_SOLVED * largest(change.problem.q)
-    while isinstance(step := advance(stage), Iterate):
-        with np.errstate(over="ignore", invalid="ignore"):
-            x, F = change.back(step.x), None
-            if polishing is None:
-                F = None if step.F is None else change.residual(step.F)
-            elif step.F is None or largest(step.F) <= small:
-                x = _polished(change.original, polishing, x)
-        yield step._replace(x=x, F=F, basis=None)
-    return step
-
-
-def _in_given_variables(change: Change, step: NoSolution) -> Ending:
-    """Return the ending with a proof of the original problem."""
+    if not isinstance(step, NoSolution):
+        return step
     with imports:
         from lcpcli.verify.certificate import KINDS, proves_infeasible, rounded_proof
     proof = step.certificate
@@ -280,13 +263,21 @@ def _in_given_variables(change: Change, step: NoSolution) -> Ending:
     return replace(step, certificate=replace(proof, statement=statement, vector=y))
 
 
-def _polished(problem: Problem, solutions: BasicSolutions, x: Vector) -> Vector:
-    """Return the x of the basic solution of the states of x, if it solves the problem; else x."""
-    with suppress(SingularMatrix):
-        found = solutions.at(problem.box.basis_of(x))
-        if is_finite(found.w) and not solutions.violated(found).any():
-            return problem.box.x_within(found.z, found.w, found.basis)
-    return x
+def moved_back(change: Change, stage: Stage, polishing: BasicSolutions | None = None) -> Stage:
+    """Pass on the stage with x and F of the original problem, as `in_given_variables`, and its ending as it is."""
+    small = NEARLY_SOLVED * largest(change.problem.q)
+    while isinstance(step := advance(stage), Iterate):
+        with np.errstate(over="ignore", invalid="ignore"):
+            x, F = change.back(step.x), None
+            if polishing is None:
+                F = None if step.F is None else change.residual(step.F)
+            elif step.F is None or largest(step.F) <= small:
+                with suppress(SingularMatrix):
+                    found = polishing.at(polishing.box.basis_of(x))
+                    if is_finite(found.w) and not polishing.violated(found).any():
+                        x = polishing.box.x_within(found.z, found.w, found.basis)
+        yield step._replace(x=x, F=F, basis=None)
+    return step
 
 
 class Turns:

@@ -50,20 +50,21 @@ def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
     for one that a variant sets already.
     """
     for axis in axes:
-        name, values = _named(axis)[0], [value.strip() for value in axis.partition("=")[2].split(",")]
+        name, _, text = axis.partition("=")
+        name, values = name.strip().replace("-", "_"), [value.strip() for value in text.split(",")]
         if not all(values):
             hint = "write OPTION=VALUE,VALUE,..., as in p=1,10,100"
             raise ParameterError("sweep", f"{quoted(axis)} lacks a value", hint)
         if not any(name in _known(variant.method) for variant in variants):
             raise _without_effect(name, variants)
-        swept: list[Variant] = []
+        swept = list[Variant]()
         for variant in variants:
-            if name in _known(variant.method):
-                if name in dict(variant.settings):
-                    raise ParameterError("sweep", f"{_dashed(name)} is also set by {variant}", "leave one out")
-                swept += [Variant(variant.method, (*variant.settings, (name, value))) for value in values]
-            else:
-                swept.append(variant)
+            if name in dict(variant.settings):
+                raise ParameterError("sweep", f"{_dashed(name)} is also set by {variant}", "leave one out")
+            settings = [(*variant.settings, (name, value)) for value in values]
+            swept += (
+                [Variant(variant.method, each) for each in settings] if name in _known(variant.method) else [variant]
+            )
         variants = [_checked(variant, "sweep") for variant in swept]
     return list(dict.fromkeys(variants))
 
@@ -83,17 +84,13 @@ def _dashed(name: str) -> str:
     return name.replace("_", "-")
 
 
-def _named(part: str) -> tuple[str, str, str]:
-    """Return the name of an option as in Python, "=" if there is one, and the text after it."""
-    name, equals, value = (word.strip() for word in part.partition("="))
-    return name.replace("-", "_"), equals, value
-
-
 def _setting(part: str) -> tuple[str, str]:
-    name, equals, value = _named(part)
+    """Return the name of an option as in Python, and the text after it; an addition such as scale may stand alone."""
+    name, equals, value = (word.strip() for word in part.partition("="))
+    name = name.replace("-", "_")
     if not equals and name in FLAGS:
         return name, "true"
-    if not equals or not value:
+    if not value:
         raise ParameterError("method", f"{quoted(part)} has no value", "write METHOD:OPTION=VALUE, as in shi:p=10")
     return name, value
 
@@ -151,8 +148,7 @@ def _owners(name: str) -> list[str]:
 
 
 def _without_effect(name: str, variants: Sequence[Variant]) -> OptionError:
-    owners = _owners(name)
-    if owners:
+    if owners := _owners(name):
         fault = f"{_dashed(name)} has no effect with {' and '.join(dict.fromkeys(v.method for v in variants))}"
         return ParameterError("sweep", fault, f"add --method {owners[0]}")
     words = [_dashed(one) for one in (*OPTIONS, *FLAGS)]

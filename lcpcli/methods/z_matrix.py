@@ -1,16 +1,14 @@
-"""Chandrasekaran's method for Z-matrices, those without a positive entry off the diagonal.
+"""Chandrasekaran's method for Z-matrices, those without a positive entry off the diagonal, and elimination for
+tridiagonal M-matrices, as for American options and optimal stopping.
 
 R. Chandrasekaran, A special case of the complementary pivot problem, Opsearch 7 (1970) 263-268: from z = 0, each i with
 w_i < 0 becomes basic, and stays so, as every later step lowers the other w. This ends after at most n exchanges at the
 least solution, or at a pivot that is not positive: the multipliers of its row are nonnegative, and prove that the
 problem is infeasible. All i with w_i < 0 are exchanged at once here, which leads to the same basis.
 
-Elimination for tridiagonal LCPs with an M-matrix, as for American options and optimal stopping.
-
-As none of the variables that have to be basic for some of the rows ceases to be so for all of them (R. Chandrasekaran,
-A special case of the complementary pivot problem, Opsearch 7 (1970) 263-268), variables are only ever added. Gaussian
-elimination along a run of basic variables goes on through the variables beyond its end, as if these were basic too:
-where the eliminated right-hand side is positive, they are. That is done for all runs at once, in both directions.
+If M is tridiagonal, Gaussian elimination along a run of basic variables goes on through the variables beyond its end,
+as if these were basic too: where the eliminated right-hand side is positive, they are. That is done for all runs at
+once, in both directions.
 
 With a single run from an end of the grid, a single elimination is enough: M. J. Brennan and E. S. Schwartz, The
 valuation of American put options, Journal of Finance 32 (1977) 449-462, and for M-matrices P. Jaillet, D. Lamberton and
@@ -108,7 +106,7 @@ class _InFractions:
         self._data, self._effort = data, effort
 
     def negative(self, basic: Sequence[int]) -> list[int] | None:
-        self._spend(self._block(basic))
+        self._block(basic)
         self.found = exact_basis(self._data, of_masks(np.isin(np.arange(self._data.n), basic)))
         if self.found is None or not (self.found.unique and self.found.gaps.keys().isdisjoint(basic)):
             return None
@@ -116,31 +114,26 @@ class _InFractions:
 
     def is_m_matrix(self, basic: Sequence[int]) -> bool:
         own = sorted(basic)
-        found = self._solved(self._block(own), [self._data.scales[i] for i in own])
-        return found is not None and min(found) > 0
+        found = elimination.solve(self._block(own), [self._data.scales[i] for i in own])
+        return found.x is not None and not found.null_space and min(found.x) > 0
 
     def multipliers(self, basic: Sequence[int], i: int) -> list[Fraction]:
-        own, y = sorted(basic), [Fraction(0)] * self._data.n
-        transposed = [list(row) for row in zip(*self._block(own), strict=True)]
-        found = self._solved(transposed, [-self._data.rows[i].get(j, 0) for j in own])
-        for j, value in [(i, Fraction(1)), *zip(own, found or (), strict=False)]:
-            y[j] = value * self._data.scales[j]
+        own, y, data = sorted(basic), [Fraction(0)] * self._data.n, self._data
+        y[i] = Fraction(data.scales[i])
+        if own:
+            transposed = [list(row) for row in zip(*self._block(own), strict=True)]
+            found = elimination.solve(transposed, [-data.rows[i].get(j, 0) for j in own])
+            for j, value in zip(own, found.x or (), strict=True):
+                y[j] = value * data.scales[j]
         return [Fraction(value) for value in whole_multiple(y)]
 
     def _block(self, own: Sequence[int]) -> list[list[int]]:
-        return [[self._data.rows[i].get(j, 0) for j in own] for i in own]
-
-    def _solved(self, A: list[list[int]], b: list[int]) -> list[Fraction] | None:
-        if not A:
-            return []
-        self._spend(A)
-        found = elimination.solve(A, b)
-        return None if found.null_space else found.x
-
-    def _spend(self, A: list[list[int]]) -> None:
-        if len(A) > most_exact():
+        """Return the block of some rows and columns; raise TimeIsUp where a system with it would take too long."""
+        if len(own) > most_exact():
             raise TimeIsUp
+        A = [[self._data.rows[i].get(j, 0) for j in own] for i in own]
         self._effort.spend(elimination.duration(A))
+        return A
 
 
 def decided(
@@ -219,7 +212,7 @@ class Elimination:
         if turn not in self._known:
             below, above = (self._below, self._above)[::turn]
             L, pivots = self._factors(below[::turn], self._diagonal[::turn], self._link[::turn])
-            self._known[turn] = L, _upper(pivots, above[::turn])
+            self._known[turn] = L, np.asfortranarray([np.append(0.0, above[::turn]), pivots])
         return self._known[turn]
 
     @np.errstate(all="ignore")
@@ -255,7 +248,7 @@ class Elimination:
                 break
             basic = found
             check()
-        U = _upper(pivots, np.where(ends, 0.0, self._above))
+        U = np.asfortranarray([np.append(0.0, np.where(ends, 0.0, self._above)), pivots])
         return np.maximum(self._solve(U, np.where(basic, y, 0.0), uplo="U")[0], 0.0), basic
 
     def _factors(self, below: Vector, diagonal: Vector, link: Vector) -> tuple[Vector, Vector]:
@@ -265,12 +258,6 @@ class Elimination:
         L = np.ones((2, pivots.size), order="F")
         L[1, :-1] = np.where(link, below / pivots[:-1], 0.0)
         return L, pivots
-
-
-def _upper(pivots: Vector, above: Vector) -> Vector:
-    U = np.zeros((2, pivots.size), order="F")
-    U[0, 1:], U[1] = above, pivots
-    return U
 
 
 def of_tridiagonal(M: Matrix) -> Elimination | None:
