@@ -116,7 +116,12 @@ class System(ABC):
             residual = w[indices]
             w[indices] = 0.0
             found = self._judged(basis, z, w)
-            if not (refines and found.is_solution) or self._is_rounding(residual, z, indices):
+            if not (refines and found.is_solution):
+                break
+            size = np.abs(residual)
+            if np.count_nonzero(size <= ROW_ROUNDING * np.abs(self.q[indices])) == indices.size:
+                break  # within the rounding error of their terms, of which q alone is a lower bound
+            if self.has_terms and np.count_nonzero(size <= ROW_ROUNDING * self.terms(z)[indices]) == indices.size:
                 break
             z[indices] -= solve(residual)
         return found
@@ -134,14 +139,6 @@ class System(ABC):
         if violation > ROW_ROUNDING * (abs(self.q[worst]) + self.largest * float(np.abs(z).sum())):
             return found  # as this bound on the rounding error of its row needs no more of M than the sizes of its rows
         return found._replace(is_solution=not self.violated(found).any())
-
-    def _is_rounding(self, residual: Vector, z: Vector, rows: Indices) -> bool:
-        """Return whether the residual in these rows of w is within the rounding error of their terms, of which q alone
-        is a lower bound. Nothing else is asked where refinement takes no longer."""
-        size = np.abs(residual)
-        if np.count_nonzero(size <= ROW_ROUNDING * np.abs(self.q[rows])) == rows.size:
-            return True
-        return self.has_terms and bool(np.count_nonzero(size <= ROW_ROUNDING * self.terms(z)[rows]) == rows.size)
 
     def count_violations(self, found: BasicSolution) -> int:
         """Return how many signs are violated beyond rounding; only these stay `wrong`."""

@@ -61,8 +61,7 @@ def krylov(problem: Problem, x0: Vector, symmetric: bool | None = None) -> Stage
     symmetric : whether M is, up to rounding, if that is known.
 
     Yields x = (z - w) / 2 for each pivoting step; evaluations are products with M. Finished : the residual is zero.
-    Stalled : it stagnates at rounding level. Breakdown : a diagonal entry is not positive, a solve takes more than
-    PATIENCE_PRODUCTS per digit, or pivoting cycles; M is too ill-conditioned for this method, or not a P-matrix.
+    Stalled : it stagnates at rounding level. Breakdown : M is too ill-conditioned for this method, or no P-matrix.
     """
     own = Inexact(problem.M, problem.q, problem.box, problem.box.z_of(x0), symmetric=symmetric)
     if not own.diagonal.min() > 0:
@@ -207,7 +206,7 @@ def active_set(
     symmetric, operator : whether M is, up to rounding, and products with it, if they are known.
 
     Yields x = (z - w) / 2 for each step; evaluations are products with M. Stalled : after the last one, whose residual
-    is at rounding level. Breakdown : a solve takes more than FINAL_STEPS, or pivoting cycles.
+    is at rounding level.
     """
     own = Inexact(problem.M, problem.q, problem.box, z, precondition, symmetric, operator)
     if not own.diagonal.min() > 0:
@@ -309,7 +308,8 @@ def sparse_route(problem: Problem, x0: Vector, krylov_only: bool = False) -> Sta
 
 def _parts(problem: Problem, x: Vector, symmetric: bool, krylov_only: bool) -> Stage:
     turns, M = Turns(x), problem.M
-    if krylov_only or not _is_barely_dominant(M):
+    has_links = np.count_nonzero(M.data > 0) == M.shape[0]  # no positive entry off the diagonal, which is 1
+    if krylov_only or not (has_links and np.median(M @ np.ones(M.shape[0])) < WEAK_DOMINANCE):
         ending = yield from turns.take("krylov", krylov(problem, x, symmetric))
         if krylov_only or isinstance(ending, Stalled | Finished):
             return ending
@@ -320,12 +320,6 @@ def _parts(problem: Problem, x: Vector, symmetric: bool, krylov_only: bool) -> S
     if isinstance(ending, Stalled):
         return (yield from turns.take("multilevel", finish(problem, turns.last.x, stages.ended(ending))))
     return ending
-
-
-def _is_barely_dominant(M: Matrix) -> bool:
-    """Return whether M, with diagonal 1, has no positive entries off it and these nearly add up to 1, or to more, in
-    most rows."""
-    return bool(np.count_nonzero(M.data > 0) == M.shape[0] and np.median(M @ np.ones(M.shape[0])) < WEAK_DOMINANCE)
 
 
 def _units(M: Matrix, q: Vector, symmetric: bool) -> tuple[Vector, Vector]:

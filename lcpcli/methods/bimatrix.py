@@ -91,20 +91,15 @@ def lemke_howson(problem: Problem, game: Costs) -> Stage:
             before = path.pivots
             path.follow(PIVOTS * 2**number)
             evaluations += path.pivots - before
-            z = _solution(problem, path.point()) if path.is_complete else path.point()
+            z = path.point()
+            if path.is_complete:
+                with suppress(SingularMatrix):  # else all strategies in the supports of z cost the same
+                    z = np.maximum(BasicSolutions(problem).at(of_masks(z > 0.0)).z, 0.0)
             x = problem.box.x_of(z, problem.w(z))
             yield Iterate(x, None, "label", evaluations, signs_final=path.is_complete)
             if path.is_complete:
                 return Finished()
     return Stalled("no path of Lemke and Howson ends at an equilibrium")
-
-
-def _solution(problem: Problem, z: Vector) -> Vector:
-    """Return the z with the supports of this one at which all strategies in them cost the same; z itself if the costs
-    in these are singular."""
-    with suppress(SingularMatrix):
-        return np.maximum(BasicSolutions(problem).at(of_masks(z > 0.0)).z, 0.0)
-    return z
 
 
 class _Path:

@@ -29,22 +29,15 @@ SURE_DIGITS = 1e-12  # relative: the largest distance of a component from that o
 MOST_LOOKS = 3  # at exact basic solutions whose signs only rounding makes wrong; then the tree decides as fast
 
 
-def hides_terms(problem: Problem, z: Vector) -> bool:
-    """Return whether there are few unknowns and rounding may hide a term of a row at z, or integers may have been
-    rounded, as far as one can tell without a look at M."""
+def is_doubtful(problem: Problem, z: Vector) -> bool:
+    """Return whether there are few unknowns and rounding hides a term of a row at z, or integers may have been rounded.
+    Most of the time this is excluded without a look at M."""
     if problem.n > FEW_UNKNOWNS:
         return False
     (least_z, largest_z), (least_q, largest_q) = sizes(z), problem.sizes_of_q
-    if max(problem.largest, largest_q) > LONG_NUMBER:
-        return True
-    largest_term = max(problem.largest * largest_z, largest_q)
-    return min(problem.largest * least_z, least_q) < HIDDEN_TERM * largest_term
-
-
-def is_doubtful(problem: Problem, z: Vector) -> bool:
-    """Return whether rounding hides a term of a row at z, or integers may have been rounded, if `hides_terms` says that
-    this may be."""
-    return hides_terms(problem, z) and hides_term_of_row(problem, z)
+    if min(problem.largest * least_z, least_q) < HIDDEN_TERM * max(problem.largest * largest_z, largest_q):
+        return hides_term_of_row(problem, z)
+    return max(problem.largest, largest_q) > LONG_NUMBER
 
 
 def hides_term_of_row(problem: Problem, z: Vector) -> bool:

@@ -17,7 +17,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -133,9 +132,7 @@ def proof_of(problem: Problem, within: SlackForm, directions: Sequence[Vector]) 
             y = np.clip(within.multipliers(part), least, most)
             if not _is_clear(within, y, ROUGHLY_ZERO):
                 continue
-            candidates = list[
-                Vector
-            ]()  # what y may approximate: integers, fractions, and y, first without small entries
+            candidates = list[Vector]()  # integers and fractions near y, and y, first without small entries
             for small in (COARSE_ENTRY * float(np.abs(y).max()), 0.0):
                 candidates += reversed(list(simplest(np.where(np.abs(y) < small, 0.0, y))))
             found = first_proof(problem, [each for each in candidates if _is_clear(within, each, NEARLY_ZERO)])
@@ -194,7 +191,13 @@ class AccurateSystems:
         x, r, left = self._refined(x, r, b, goal, self._systems.solve)
         if left > max(10 * goal, DOUBTFUL_RESIDUAL * size):
             self._used_gmres = True
-            x, r, left = self._refined(x, r, b, goal, partial(self._by_gmres, enough=0.1 * goal), 1)
+            weights, by_factors = self._weights, self._systems.solve
+
+            def by_gmres(r: Vector) -> Vector:
+                A, inverse = lambda v: weights * self._product(v), lambda v: by_factors(v / weights)
+                return gmres(A, weights * r, GMRES_STEPS, inverse, 0.1 * goal)
+
+            x, r, left = self._refined(x, r, b, goal, by_gmres, 1)
         if left > 10 * goal:
             self._left = max(self._left, left / size)
         return x, r
@@ -222,12 +225,6 @@ class AccurateSystems:
             if rate > SLOW_REFINEMENT:
                 break
         return x, r, left
-
-    def _by_gmres(self, r: Vector, enough: float) -> Vector:
-        weights, solve = self._weights, self._systems.solve
-        return gmres(
-            lambda v: weights * self._product(v), weights * r, GMRES_STEPS, lambda v: solve(v / weights), enough
-        )
 
     def _product(self, x: Vector) -> Vector:
         product = self._times(x)
@@ -260,14 +257,6 @@ class PrimalDualPoint:
     w: Vector
 
 
-class Residuals(NamedTuple):
-    """M z + q minus the multipliers; the distances to the bounds minus the slacks; the largest of these numbers."""
-
-    dual: Vector
-    primal: Vector
-    largest: float
-
-
 class Steps:
     """The steps on one scaled problem. pairs : the number of its finite bounds."""
 
@@ -279,7 +268,7 @@ class Steps:
         self._bound = np.concatenate((lower[within.low], upper[within.high]))
         _, low, high = np.intersect1d(within.low, within.high, return_indices=True)
         self._partners = low, high + within.low.size  # the places of both bounds of each variable with two
-        self._measured: tuple[PrimalDualPoint, Residuals] | None = None
+        self._measured: tuple[PrimalDualPoint, tuple[Vector, Vector, float]] | None = None
 
     @np.errstate(all="ignore")
     def start(self, slack: float) -> PrimalDualPoint:
@@ -303,15 +292,16 @@ class Steps:
         s_least, w_least = (0.5 * product / max(float(v.sum()), 1e-8) for v in (w, s))
         return PrimalDualPoint(z, s + max(s_least, slack), w + max(w_least, slack))
 
-    def residuals(self, at: PrimalDualPoint) -> Residuals:
-        """Return the residuals of a point; those of the last one are cached."""
+    def residuals(self, at: PrimalDualPoint) -> tuple[Vector, Vector, float]:
+        """Return M z + q minus the multipliers, the distances to the bounds minus the slacks, and the largest of these
+        numbers; those of the last point are cached."""
         if self._measured is None or self._measured[0] is not at:
             dual = self._times(at.z)
             dual += self.problem.q
             dual -= self._spread(self._sign * at.w)
             primal = self._sign * (at.z[self._index] - self._bound) - at.s
             largest = max(float(np.abs(r).max(initial=0.0)) for r in (dual, primal))
-            self._measured = at, Residuals(dual, primal, largest)
+            self._measured = at, (dual, primal, largest)
         return self._measured[1]
 
     def mu(self, at: PrimalDualPoint) -> float:

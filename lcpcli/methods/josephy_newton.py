@@ -8,7 +8,7 @@ complementarity problems, INFORMS Journal on Computing 13 (2001) 294-311.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -42,7 +42,7 @@ LONG = "it is given up after the work of about a second; with restarts it goes o
 
 
 class _Attempt(NamedTuple):
-    """How an attempt begins: with the steps of this name, if any; with the largest perturbation, and steps that all
+    """How an attempt begins: with the `Steps` of this name, if any; with the largest perturbation, and steps that all
     decrease the merit; and at another start at random, of the given seed."""
 
     first: str = ""
@@ -50,12 +50,7 @@ class _Attempt(NamedTuple):
     seed: int = 0
 
 
-ATTEMPTS = (
-    _Attempt("crash"),
-    _Attempt("smoothed"),
-    _Attempt(),
-    _Attempt(is_perturbed=True),
-)  # then the first two in turn
+ATTEMPTS = _Attempt("crash"), _Attempt("smoothed"), _Attempt(), _Attempt(is_perturbed=True)  # then those two in turn
 
 
 def josephy_newton(
@@ -63,10 +58,9 @@ def josephy_newton(
 ) -> Stage:
     """Solve a nonlinear problem by the solutions of its linearizations F(z) + J(z) d, for d with z + d in the bounds.
 
-    evaluations : of F and J. start : an admissible z, where F is finite. linear : solves the linearizations.
-    restarts : other attempts where the method gets stuck: three from the same start, others at random from fixed seeds.
-    is_brief : whether, with at most MOST_BRIEF unknowns, it is given up after about a second, by the numbers of
-    linearizations, of their pivots, and of evaluations of F.
+    start : an admissible z, where F is finite. linear : solves the linearizations. is_brief : whether, with at most
+    MOST_BRIEF unknowns, it is given up after about a second, by the numbers of linearizations, of their pivots, and of
+    evaluations of F.
 
     The steps, as the trace names them: "crash" solves the linearization for the variables that are not held at their
     bounds, from the start and for as long as the merit function (`newton_steps`) falls fast; "full" leads to the
@@ -95,7 +89,7 @@ def josephy_newton(
             continue
         if number:
             yield search.iterate(place, "restart")
-        for reached in search.first_steps(attempt, place):
+        for reached in getattr(search.steps, attempt.first)(place) if attempt.first else ():
             place = reached
             yield search.iterate(place, attempt.first)
         last = yield from search.descent(place, 1 if attempt.is_perturbed else MEMORY)
@@ -111,7 +105,7 @@ class _Search:
     """The attempts of a run. is_rounding : whether the last one has ended where the residual is rounding, or noise."""
 
     def __init__(self, evaluations: Evaluations, linear: Linear, is_brief: bool) -> None:
-        self.evaluations, self._steps, self._is_brief = evaluations, Steps(evaluations, linear), is_brief
+        self.evaluations, self.steps, self._is_brief = evaluations, Steps(evaluations, linear), is_brief
         self._last_size, self.is_rounding, self._left = np.inf, False, MOST_TRIED
         self._tried: Place | None = None
 
@@ -119,7 +113,7 @@ class _Search:
     def is_long(self) -> bool:
         """Return whether a run that is to be brief has taken about a second."""
         n, own = self.evaluations.problem.n, self.evaluations
-        work = self._steps.linearizations * (1 + (n / CUBIC) ** 3) + own.pivots / PIVOTS * (1 + (n / QUADRATIC) ** 2)
+        work = self.steps.linearizations * (1 + (n / CUBIC) ** 3) + own.pivots / PIVOTS * (1 + (n / QUADRATIC) ** 2)
         return self._is_brief and work + own.functions / FUNCTIONS > MOST_LINEARIZATIONS
 
     def iterate(self, place: Place, step: str) -> Iterate:
@@ -137,17 +131,12 @@ class _Search:
         if seed:
             moves = 2.0 ** (seed - len(ATTEMPTS)) * generator(seed).uniform(-1.0, 1.0, first.size)
             moves *= np.maximum(1.0, np.abs(first))
-            starts = (self._steps.box.project(first + 0.5**halvings * moves) for halvings in range(MOST_HALVINGS))
+            starts = (self.steps.box.project(first + 0.5**halvings * moves) for halvings in range(MOST_HALVINGS))
             start = next((start for start in starts if is_finite(self.evaluations.values(start))), first)
-        place = self._steps.at(start)
+        place = self.steps.at(start)
         if place is not None:
-            self._steps.begin(PERTURBATIONS[-1] if attempt.is_perturbed else 0.0, place)
+            self.steps.begin(PERTURBATIONS[-1] if attempt.is_perturbed else 0.0, place)
         return place
-
-    def first_steps(self, attempt: _Attempt, place: Place) -> Iterable[Place]:
-        """Return the places to which the first steps of an attempt lead."""
-        kinds = {"crash": self._steps.crash, "smoothed": self._steps.smoothed}
-        return kinds[attempt.first](place) if attempt.first else ()
 
     def descent(self, place: Place, memory: int) -> Stage:
         """Take steps until none decreases the merit function, or too slowly; then, and once more, begin anew where it
@@ -158,7 +147,7 @@ class _Search:
             while place.merit and not (is_slow(merits) or self.is_long):
                 most, J = max(merits[-memory:]), self.evaluations.finite_jacobian(place.z)
                 loosely = max(most, first) if len(merits) <= memory else most
-                found = None if J is None else self._steps.step(place, J, most, loosely)
+                found = None if J is None else self.steps.step(place, J, most, loosely)
                 if found is None:
                     break
                 step, place = found
@@ -182,15 +171,15 @@ class _Search:
             if place is best or memory == 1:
                 return self._ending(best, merits)
             place, memory = best, 1
-            self._steps.basis = None
+            self.steps.basis = None
             yield self.iterate(place, "watchdog")
 
     def _ending(self, best: Place, merits: Sequence[float]) -> Ending:
         """Return how a descent ends, at the place where the merit was least; if it is stalled, with the row in which
         steps have left the domain of F."""
-        if size(best.gaps) > NEARLY_SOLVED * self._steps.reference:
+        if size(best.gaps) > NEARLY_SOLVED * self.steps.reference:
             reason = LONG if self.is_long else SLOW if is_slow(merits) else STATIONARY
-            if (i := self._steps.undefined) is not None:
+            if (i := self.steps.undefined) is not None:
                 name = self.evaluations.problem.names[i] or str(i + 1)
                 reason += f"; steps to where F is undefined, in row {name}, were cut back"
             return Stalled(reason)
@@ -200,7 +189,7 @@ class _Search:
 
     def _is_noise(self, best: Place) -> bool:
         """Return whether the noise of F may be all that the residual is."""
-        is_small = size(best.gaps) <= MOST_NOISY * self._steps.reference or self._is_within_noise(best)
+        is_small = size(best.gaps) <= MOST_NOISY * self.steps.reference or self._is_within_noise(best)
         if self._tried is not best and self._left and is_small:
             self._tried, self._left = best, self._left - 1
             self.evaluations.noise_at(best.z)

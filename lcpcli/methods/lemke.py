@@ -59,20 +59,15 @@ def lemke(problem: Problem, x0: Vector, *, cover: int | str = 0, ties: str = LAR
     nothing. The number of pivots is usually of order n, at worst exponential; each costs two passes over a dense
     tableau. Free variables are eliminated first (see `free_variables`).
 
-    x0 : not used: the method starts with all variables at bounds.
-    cover : the covering vector c: "ones" in the units of the rows, Lemke's, or a whole number, the seed of a vector
-        with entries between 1/2 and 3/2 in equilibrated units. As c > 0 is arbitrary, the theory is the same; entries
-        that differ keep rows from blocking at once.
-    ties : which of the rows leaves that block within rounding of each other: the one with the "largest" pivot, the
-        stable choice, or the "lexicographic" minimum, with which the path cannot cycle (Eaves 1971). With this, a cover
-        of "ones", and integers up to 2^20 for M and q of at most MAX_INTEGER_UNKNOWNS, all pivoting is in integers, so
-        that the path is the same on every machine.
+    x0 is not used: the method starts with all variables at bounds. A cover of "ones" in the units of the rows is
+    Lemke's; the theory is the same for every other c > 0. With the "lexicographic" minimum the path cannot cycle (Eaves
+    1971); with this, a cover of "ones", and integers up to 2^20 for M and q of at most MAX_INTEGER_UNKNOWNS, all
+    pivoting is in integers, so that the path is the same on every machine.
 
     Yields (z - w) / 2 after every pivot, with F = M z - w + q, and at the end recomputed from M and q, without F; the
-    step is named by the variables that enter and leave the basis, but with free variables.
-    `evaluations` counts the pivots. Finished : at a solution. NoSolution : the path ended on a ray; the certificate is
-    "farkas" if the ray proves that there is no solution, otherwise "ray". Breakdown : there are too many unknowns, a
-    basis is singular, or numbers overflow.
+    step is named by the variables that enter and leave the basis, but with free variables. `evaluations` counts the
+    pivots. NoSolution : the path ended on a ray; the certificate is "farkas" if the ray proves that there is no
+    solution, otherwise "ray".
     """
     n, is_lexicographic = problem.n, ties == LEXICOGRAPHIC
     if problem.box.is_orthant and (problem.q >= 0).all():

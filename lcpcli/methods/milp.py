@@ -213,19 +213,16 @@ FEW_ENTRIES, FIRST_ENTRIES, MOST_ENTRIES = 1 << 12, 1 << 21, 1 << 23
 def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method has it)
     """Solve one mixed-integer program, and a linear system on its active set. x0 has no influence.
 
-    It works on the standard form of a mixed problem, with proofs that hold for the problem as given, and on R M C, R q
-    with the powers of two of `units.equilibrate`, which rounds nothing: alpha is about 1 /
-    max(z, w) in these units, and the solver cannot resolve alpha below 1e-6. In order: a proof that the problem is
-    infeasible; the first nodes of branch and bound over complementary sets, whose proofs are in exact arithmetic
-    (`candidates`); the program, for at most half of the time that is left, and the solution on each active set
-    that it suggests; the rest of the tree. Exponential in n at worst.
+    In order: a proof that the problem is infeasible; the first nodes of branch and bound (`candidates`); the program,
+    for at most half of the time that is left, and the solution on each active set that it suggests; the rest of the
+    tree. Exponential in n at worst. The program is that of R M C, R q with the powers of two of `units.equilibrate`,
+    which rounds nothing: alpha is about 1 / max(z, w), and the solver cannot resolve alpha below 1e-6.
 
     Yields (z - w) / 2 for the solution of each complementary set that appears to have one, with step "program" or
     "tree", the origin of the set. Solutions up to rounding come at once; those only to the LP solver's tolerance come
     last, unless it is proved that there is none. NoSolution : with a Farkas proof, or after the exhaustion of all
     complementary sets. Neither depends on rounding or tolerances: alpha = 0 is never taken as a proof, as a tiny alpha
-    may hide a large solution. Stalled, OutOfTime : the size of the tree or rounding, or the time limit, prevents a
-    solution or a proof.
+    may hide a large solution.
     """
     return (yield from _decided(problem, _all_sets))
 

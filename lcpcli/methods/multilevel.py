@@ -74,8 +74,13 @@ class Hierarchy:
         self.levels, self.n, most = list[Level](), A.shape[0], MAX_ENTRIES_RATIO * A.nnz
         candidate, strength, self.is_stuck = np.ones(self.n), STRENGTH, False
         while A.shape[0] > COARSEST:
-            weights, operator = _jacobi(A), Operator(A)
-            candidate = _relaxed(operator, weights, candidate)
+            diagonal, operator, nothing = A.diagonal(), Operator(A), np.zeros(A.shape[0])
+            inverse = np.where(diagonal > 0, 1 / np.where(diagonal > 0, diagonal, 1), 0)
+            radius = float((inverse * absolute_product(A, np.ones(A.shape[0]))).max()) or 1.0
+            weights = np.asarray(4 / 3 / radius * inverse)  # of damped Jacobi relaxation x += weights * (b - A x)
+            for _ in range(RELAXATIONS):
+                candidate = operator.relaxed(candidate, nothing, weights)
+            candidate = np.where(candidate > 0, candidate, candidate.max() * 1e-3)
             strong = _strong(A, strength, candidate)
             T, candidate = _tentative(_aggregates(strong), candidate)
             change = (strong @ T).tocsr()
@@ -89,22 +94,6 @@ class Hierarchy:
             self.levels.append(Level(operator, weights, R, R.T, T, A))
             strength /= 2
         self.coarsest = dense(A)
-
-
-def _jacobi(A: Matrix) -> Vector:
-    """Return the weights of damped Jacobi relaxation x += weights * (b - A x), 4/3 over a spectral bound."""
-    diagonal = A.diagonal()
-    inverse = np.where(diagonal > 0, 1 / np.where(diagonal > 0, diagonal, 1), 0)
-    radius = float((inverse * absolute_product(A, np.ones(A.shape[0]))).max()) or 1.0
-    return np.asarray(4 / 3 / radius * inverse)
-
-
-def _relaxed(A: Operator, weights: Vector, candidate: Vector) -> Vector:
-    """Return the positive vector that RELAXATIONS make of the candidate."""
-    nothing = np.zeros(candidate.size)
-    for _ in range(RELAXATIONS):
-        candidate = A.relaxed(candidate, nothing, weights)
-    return np.where(candidate > 0, candidate, candidate.max() * 1e-3)
 
 
 def _tentative(aggregate: Indices, candidate: Vector) -> tuple[Matrix, Vector]:

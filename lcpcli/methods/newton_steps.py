@@ -59,14 +59,8 @@ class Place(NamedTuple):
     gaps: Vector
 
 
-class _Solved(NamedTuple):
-    """A step to the solution of a linearization, or a part t of it, where it leads, and the states of the solution.
-    share : of the perturbation."""
-
-    share: float
-    t: float
-    place: Place
-    basis: States
+_Solved = tuple[float, float, Place, States]
+"""A share of the perturbation, a part t of the step to the solution of a linearization, where it leads, and states."""
 
 
 def is_slow(merits: Sequence[float]) -> bool:
@@ -167,7 +161,7 @@ class Steps:
             if is_longer and short:
                 break
             found = self._solved(place, J, most if share else loosely, share, is_longer)
-            if found is not None and (found.t >= LONG or not share):
+            if found is not None and (found[1] >= LONG or not share):
                 short = [found]
                 break
             short += [] if found is None else [found]
@@ -177,7 +171,7 @@ class Steps:
         if not short:
             self.basis = None
             return self.downhill(place, J)
-        share, t, reached, self.basis = min(short, key=lambda own: own.place.merit)
+        share, t, reached, self.basis = min(short, key=lambda own: own[2].merit)
         fallen = share / (FALL if t < 1 else FALL**2)
         self._share = fallen if fallen >= PERTURBATIONS[0] / RISE**2 else 0.0
         return SOLVE[2 if share else int(t < 1)], reached
@@ -207,7 +201,7 @@ class Steps:
             d, self.basis = answer
             for t, reached in self.along(place.z, d, SHORTEST):
                 if reached.merit <= most * (1 - DECREASE * t) and self._is_differentiable(reached):
-                    return _Solved(share, t, self._farther(place, d, reached) if t == 1 else reached, self.basis)
+                    return share, t, self._farther(place, d, reached) if t == 1 else reached, self.basis
         self._fruitless += is_longer
         return None
 

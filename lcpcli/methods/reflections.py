@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Generator
 from functools import partial
 from typing import TypeAlias
 
@@ -52,8 +51,7 @@ def reflections(problem: Problem, x0: Vector, *, beta: float = 0.7, walkers: int
 
     It works in units in which M is equilibrated and the violations at the reference point are of size 1.
 
-    beta : the relaxation. walkers : how many iterations share the products with the matrix of P_A. seed : of their
-        starts. They start anew after some thousand steps, with another size of M relative to the identity.
+    The walkers start anew after some thousand steps, with another size of M relative to the identity.
 
     Yields, every CHECK steps, the point of B of the walker with the smallest step; evaluations are steps. Finished : at
     a solution, which block pivoting finds from the states of a walker, with step "finish". Breakdown : numbers
@@ -116,20 +114,13 @@ def _walk(problem: Problem, x0: Vector, beta: float, walkers: int, seed: int) ->
                 states = problem.box.basis_of(x).tobytes()
                 if states not in tried:
                     tried.add(states)
-                    if (yield from _finish(problem, criterion, x, steps)):
-                        return Finished()
+                    pivoting = from_states(problem, problem.box.basis_of(x))
+                    while isinstance(step := advance(pivoting), Iterate):
+                        if step.signs_final or Point(criterion, problem.box.z_of(step.x)).solves():
+                            yield step._replace(step=FINISH, evaluations=steps, signs_final=True)
+                            return Finished()
                     break
     return Stalled()
-
-
-def _finish(problem: Problem, criterion: Criterion, x: Vector, steps: int) -> Generator[Iterate, None, bool]:
-    """Pivot from the states of x; yield the solution and return True if that leads to one."""
-    stage = from_states(problem, problem.box.basis_of(x))
-    while isinstance(step := advance(stage), Iterate):
-        if step.signs_final or Point(criterion, problem.box.z_of(step.x)).solves():
-            yield step._replace(step=FINISH, evaluations=steps, signs_final=True)
-            return True
-    return False
 
 
 class _Iteration:
@@ -146,32 +137,28 @@ class _Iteration:
         self.nearest, self._reflected, self._change = np.empty((3, 2 * n, walkers), np.float32)
 
     def step(self, X: Single) -> Single:
-        """Return P_A(2 P_B X - X) - P_B X, in an array that the next step overwrites, as it does P_B X in `nearest`."""
-        nearest, reflected, change = self.nearest, self._reflected, self._change
-        self._project(X)
+        """Return P_A(2 P_B X - X) - P_B X, in an array that the next step overwrites, as it does P_B X in `nearest`: z
+        within the bounds and w with the signs that they ask for."""
+        nearest, reflected, change, n = self.nearest, self._reflected, self._change, self._lower.size
+        Z, W, z, w = X[:n], X[n:], nearest[:n], nearest[n:]
+        np.maximum(Z, self._lower, out=z)
+        if self._has_upper:
+            np.minimum(z, self._upper, out=z)
+            inside = (Z - z) ** 2 + W**2  # the squares of distances to each part of the set
+            below = (Z - self._lower) ** 2 + np.minimum(W, 0) ** 2
+            above = (Z - self._upper) ** 2 + np.maximum(W, 0) ** 2
+            at_lower, at_upper = below < np.minimum(inside, above), above < np.minimum(inside, below)
+            np.copyto(z, self._upper, where=at_upper)
+            signed = np.where(at_lower, np.maximum(W, 0), np.where(at_upper, np.minimum(W, 0), 0))
+            w[:] = np.where(self._fixed, W, signed)
+        else:
+            at_lower = Z - self._lower < W
+            np.maximum(W, 0, out=w)
+            w *= at_lower
+        np.copyto(z, self._lower, where=at_lower)
         np.subtract(nearest, X, out=reflected)
         reflected += nearest
         np.matmul(self._P, reflected, out=change)
         change += self._c
         change -= nearest
         return change
-
-    def _project(self, X: Single) -> None:
-        """Put P_B X into `nearest`: z within the bounds and w with the signs that they ask for."""
-        n = self._lower.size
-        Z, W, z, w = X[:n], X[n:], self.nearest[:n], self.nearest[n:]
-        np.maximum(Z, self._lower, out=z)
-        if not self._has_upper:
-            at_lower = Z - self._lower < W
-            np.copyto(z, self._lower, where=at_lower)
-            np.maximum(W, 0, out=w)
-            w *= at_lower
-            return
-        np.minimum(z, self._upper, out=z)
-        inside = (Z - z) ** 2 + W**2  # the squares of distances to each part of the set
-        below = (Z - self._lower) ** 2 + np.minimum(W, 0) ** 2
-        above = (Z - self._upper) ** 2 + np.maximum(W, 0) ** 2
-        at_lower, at_upper = below < np.minimum(inside, above), above < np.minimum(inside, below)
-        np.copyto(z, self._lower, where=at_lower)
-        np.copyto(z, self._upper, where=at_upper)
-        w[:] = np.where(self._fixed, W, np.where(at_lower, np.maximum(W, 0), np.where(at_upper, np.minimum(W, 0), 0)))

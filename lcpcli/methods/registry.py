@@ -2,7 +2,8 @@
 
 To add one, write a file with its function, and a line in METHODS. A method is a function (problem, x0, *, options) that
 sets itself up and returns a generator. This yields `Iterate(x, F, step, evaluations)`s with x = (z - w) / 2 and returns
-one of the endings in `stages`. Its options have been checked by their declarations. It is imported on request.
+one of the endings in `stages`; x0 is the starting x, of shape (n,). Its options mean what is said here, and have been
+checked. It is imported on request.
 """
 
 from __future__ import annotations

@@ -53,7 +53,8 @@ def shi(
     rho: float = RHO.value,
     sigma: float = SIGMA.value,
 ) -> Stage:
-    """Solve F~(p, x) = 0 by descent on f = |F~|^2 / 2, along directions in the plane of F~ and the last step.
+    """Solve F~(p, x) = 0 by descent on f = |F~|^2 / 2, along directions in the plane of F~ and the last step. The paper
+    leaves the choice of x1 open; by default it comes from a steepest-descent step.
 
     In exact arithmetic, limit points of the steepest-descent steps are stationary points of f if its level sets are
     bounded; where J is nonsingular (for every P-matrix M) these are zeros of F~. In double precision a large p
@@ -61,11 +62,7 @@ def shi(
     |F - F~| <= (ln 3 / p) |M - I|_inf. An iteration costs a product with M for each trial of the line search and one
     with M' for each trial of sufficient decrease; nothing n-by-n is formed.
 
-    x0 : first point, shape (n,), in the units of z.
-    x1 : second point, shape (n,). The paper leaves its choice open; by default a steepest-descent step from x0.
-    p : smoothing parameter in 1 / (units of z), p > 0; by default `default_p`.
-    k_star : a steepest-descent step is inserted whenever k is a multiple of k* >= 1.
-    rho, sigma : line search parameters, 0 < rho < 1/2 and rho < sigma < 1.
+
 
     Yields x1, x2, ... with F~ and the number of the step that produced it: "1" selected, "2.2" steepest descent at a
     multiple of k*, "2.4" best direction in the plane, "2.5" average, "2.6" steepest descent for lack of a descent

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from lcpcli import options
-from lcpcli.errors import OptionError, ParameterError, likely, listed, quoted
+from lcpcli.errors import ParameterError, likely, listed, quoted
 from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OPTIONS, SWITCHES, declared
 
 TRUTHS = {"true": True, "false": False}
@@ -56,15 +56,17 @@ def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
             hint = "write OPTION=VALUE,VALUE,..., as in p=1,10,100"
             raise ParameterError("sweep", f"{quoted(axis)} lacks a value", hint)
         if not any(name in _known(variant.method) for variant in variants):
-            raise _without_effect(name, variants)
+            if owners := _owners(name):
+                fault = f"{_dashed(name)} has no effect with {' and '.join(dict.fromkeys(v.method for v in variants))}"
+                raise ParameterError("sweep", fault, f"add --method {owners[0]}")
+            fault, words = f"{quoted(_dashed(name))} is not an option of any method", map(_dashed, (*OPTIONS, *FLAGS))
+            raise ParameterError("sweep", fault, likely(_dashed(name), [*words]))
         swept = list[Variant]()
         for variant in variants:
             if name in dict(variant.settings):
                 raise ParameterError("sweep", f"{_dashed(name)} is also set by {variant}", "leave one out")
-            settings = [(*variant.settings, (name, value)) for value in values]
-            swept += (
-                [Variant(variant.method, each) for each in settings] if name in _known(variant.method) else [variant]
-            )
+            more = [((name, value),) for value in values] if name in _known(variant.method) else [()]
+            swept += [Variant(variant.method, variant.settings + setting) for setting in more]
         variants = [_checked(variant, "sweep") for variant in swept]
     return list(dict.fromkeys(variants))
 
@@ -145,11 +147,3 @@ def _value(name: str, text: str) -> Any:
 def _owners(name: str) -> list[str]:
     """Return the methods that have an option."""
     return [method for method in (*METHODS, *NONLINEAR) if name in _known(method)]
-
-
-def _without_effect(name: str, variants: Sequence[Variant]) -> OptionError:
-    if owners := _owners(name):
-        fault = f"{_dashed(name)} has no effect with {' and '.join(dict.fromkeys(v.method for v in variants))}"
-        return ParameterError("sweep", fault, f"add --method {owners[0]}")
-    words = [_dashed(one) for one in (*OPTIONS, *FLAGS)]
-    return ParameterError("sweep", f"{quoted(_dashed(name))} is not an option of any method", likely(name, words))
