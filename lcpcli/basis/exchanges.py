@@ -43,7 +43,6 @@ class BasicSolution(NamedTuple):
 
     @property
     def x(self) -> Vector:
-        """Return (z - w) / 2."""
         return 0.5 * (self.z - self.w)
 
 
@@ -146,7 +145,6 @@ class System(ABC):
         return int(np.count_nonzero(found.wrong))
 
     def violated(self, found: BasicSolution) -> Mask:
-        """Return where signs are violated beyond rounding."""
         violated: Mask = found.wrong.copy()
         rows = violated.nonzero()[0]
         violations = self.box.violations(found.z, found.w, found.basis)[rows]
@@ -156,8 +154,7 @@ class System(ABC):
 
 
 class BasicSolutions(System):
-    """The basic solutions of a problem, by a solver of systems with M, perhaps taken over from another problem with
-    this M, that updates its factors."""
+    """The basic solutions of a problem, by a solver of systems with this M, perhaps that of another problem."""
 
     def __init__(self, problem: Problem, solver: PrincipalSolver | None = None) -> None:
         self._problem, self.box, self.q, M = problem, problem.box, problem.q, problem.M
@@ -184,8 +181,7 @@ class BasicSolutions(System):
 
 
 def in_units_of_state(terms: Vector, maxima: Vector, basic: Mask) -> Vector:
-    """Return errors of rows of w in units of the numbers whose signs count: of z_i, by the largest |M_ij|, if basic,
-    else of w_i."""
+    """Return errors of rows in units of what has signs: where basic of z_i, by the largest |M_ij|, else of w_i."""
     in_z = np.divide(terms, maxima, where=maxima > 0, out=np.zeros_like(terms))
     return np.where(basic, in_z, terms)
 

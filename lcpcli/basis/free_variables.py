@@ -96,7 +96,6 @@ def solved(A: Vector) -> Solved:
 
 
 def largest(A: Vector) -> float:
-    """Return the largest |entry|, 0 if there is none."""
     return float(np.abs(A).max()) if A.size else 0.0
 
 
@@ -163,8 +162,7 @@ def eliminated(own: Kept, rows: Vector, columns: Vector) -> Eliminated:
 
 
 def same_units(A: Vector, rows: Vector, columns: Vector, bounded: Indices) -> tuple[Vector, Vector]:
-    """Scale rows and columns of bounded variables by the same factors, without which A is not monotone even if M
-    is, unless M cannot be monotone, or these units are far apart; return the units."""
+    """Give rows and columns of bounded variables the same units, which are not far apart, if M may be monotone."""
     ratios = rows[bounded] / columns[bounded]
     is_near = bounded.size > 0 and ratios.max() <= NEAR_UNITS * ratios.min()
     if is_near and may_be_monotone(A / rows.reshape(-1, 1) / columns):
@@ -279,8 +277,7 @@ class Reduction:
         self.d = self._widths()
 
     def within(self, box: Box) -> Reduction | None:
-        """Return the reduction for other bounds, which changes no more than the distances between them; None if other
-        variables are free, fixed or bounded on other sides."""
+        """Return the reduction for other bounds of the same kinds; None if variables are bounded on other sides."""
         for before, now in zip(self.box.vectors(self.n), box.vectors(self.n), strict=True):
             if not np.array_equal(np.isfinite(before), np.isfinite(now)):
                 return None
@@ -292,7 +289,6 @@ class Reduction:
         return other
 
     def _widths(self) -> Vector:
-        """Return the distances between the bounds of the unknowns."""
         lower, upper = self.box.vectors(self.n)
         return widths(self._own, self._found, upper - lower)
 

@@ -42,7 +42,7 @@ STAGNATION = 100 * EPS  # relative to the terms: a residual that stagnates below
 ROUGH_STEPS, FINAL_STEPS = 3, 100  # of a preconditioned method: of a rough solve, and at most of the last one
 ACCURACY = 1e-12  # relative to the terms of a row: what the last solve leaves
 TINY = float(np.finfo(np.float64).tiny)
-NOT_POSITIVE = "a diagonal entry of M is not positive"
+
 ROUNDING_REACHED = "the residual has stopped falling at rounding level"
 NO_PROGRESS = "block principal pivoting makes no further progress"
 
@@ -64,8 +64,6 @@ def krylov(problem: Problem, x0: Vector, symmetric: bool | None = None) -> Stage
     Stalled : it stagnates at rounding level. Breakdown : M is too ill-conditioned for this method, or no P-matrix.
     """
     own = Inexact(problem.M, problem.q, problem.box, problem.box.z_of(x0), symmetric=symmetric)
-    if not own.diagonal.min() > 0:
-        return Breakdown(NOT_POSITIVE)
     least, stagnant, pivoting = own.size, 0, exchanging(own, own.basis)
     try:
         while stagnant < MAX_STAGNANT_STEPS:
@@ -109,7 +107,6 @@ class Inexact:
             self.basis = box.basis_of(0.5 * (z - self.w / self.diagonal))
 
     def _measure(self) -> None:
-        """Compute w and the residual."""
         self.w = self._operator(self.z)
         self.w += self.q
         self.size = norm(self.box.gaps(self.z, self.w, self.diagonal))
@@ -139,8 +136,7 @@ class Inexact:
         return self.found(basis)
 
     def approach(self, basis: States, target: float, most: int, measure: Measure = norm) -> float:
-        """Move z towards the basic solution of a basis, in at most so many steps; return what its residual is by this
-        measure."""
+        """Move z towards the basic solution of a basis in at most so many steps; return the measure of its residual."""
         z, basic = self.box.nonbasic(basis), basis == BASIC
         mask = basic.astype(float)
         if self._precondition is not None and (self._solve is identity or not np.array_equal(basis, self.basis)):
@@ -160,8 +156,7 @@ class Inexact:
         return left
 
     def found(self, basis: States) -> BasicSolution:
-        """Judge the signs of the last z and w after a step of Jacobi's method, counting a z at its lower bound as below
-        it."""
+        """Judge the signs of the last z and w after a step of Jacobi's method; z at its lower bound counts as below."""
         basic = basis == BASIC
         left = np.where(basic, self.w, 0.0)
         z, w = self.z - left / self.diagonal, self.w - left
@@ -183,8 +178,6 @@ def multilevel(problem: Problem, symmetric: bool | None = None) -> Stage:
     equations and graphs. V-cycles of the same coarse versions are the preconditioners, so that nothing is factorized,
     and time and memory are proportional to n. Takes `symmetric`, yields and returns as `active_set`.
     """
-    if not problem.M.diagonal().min() > 0:
-        return Breakdown(NOT_POSITIVE)
     hierarchy = Hierarchy(problem.M)
     if hierarchy.is_stuck:
         return Breakdown("coarsening M does not make it much smaller")
@@ -209,8 +202,6 @@ def active_set(
     is at rounding level.
     """
     own = Inexact(problem.M, problem.q, problem.box, z, precondition, symmetric, operator)
-    if not own.diagonal.min() > 0:
-        return Breakdown(NOT_POSITIVE)
     basis, fewest, waiting = own.basis, problem.n + 1, ROUNDS_PATIENCE
     try:
         while waiting:
@@ -236,8 +227,7 @@ def active_set(
 
 
 def _pivoted_near(own: Inexact, found: BasicSolution) -> States:
-    """Exchange the wrong signs, and pivot with the variables near them alone until few signs are wrong and the residual
-    has fallen, or a solve takes too long."""
+    """Exchange the wrong signs, and pivot with the variables near them alone, until these hardly change."""
     box, basis = own.box, own.box.exchanged(found.basis, found.wrong, found.z)
     own.z = np.where(basis == BASIC, box.project(own.z), box.nonbasic(basis))
     near = found.wrong.copy()
@@ -287,7 +277,7 @@ class Factors:
 WEAK_DOMINANCE = 0.02  # of a diagonal entry over the others of its row, the median: products alone will not suffice
 
 
-def sparse_route(problem: Problem, x0: Vector, krylov_only: bool = False) -> Stage:
+def sparse_route(problem: Problem, x0: Vector) -> Stage:
     """Solve the problem in units in which M has diagonal 1: by pivoting with inexact solves.
 
     Well-conditioned M, however large and with any fill-in, needs a few dozen products and no factorization
@@ -297,21 +287,21 @@ def sparse_route(problem: Problem, x0: Vector, krylov_only: bool = False) -> Sta
     rounding stops that short of the tolerance, `finish` factorizes the last one.
 
     It is meant for sparse positive definite and H-matrices; it may fail for other M, and ends as its last part does.
-
-    krylov_only : whether to end after the first part, where other methods are better than the rest: for zeros on the
-        diagonal, as in contact.
     """
-    symmetric = problem.M.diagonal().min() > 0 and is_symmetric(problem.M)
-    units = in_units(problem, *_units(problem.M, problem.q, symmetric))
-    return (yield from stages.changed(units, x0, partial(_parts, symmetric=symmetric, krylov_only=krylov_only)))
+    diagonal, symmetric = problem.M.diagonal(), is_symmetric(problem.M)
+    if not diagonal.min() > 0:
+        return Breakdown("a diagonal entry of M is not positive")
+    C = 1 / np.sqrt(diagonal) if symmetric else equilibrate(problem.M, problem.q)[1]
+    units = in_units(problem, C if symmetric else 1 / (diagonal * C), C)
+    return (yield from stages.changed(units, x0, partial(_parts, symmetric=symmetric)))
 
 
-def _parts(problem: Problem, x: Vector, symmetric: bool, krylov_only: bool) -> Stage:
+def _parts(problem: Problem, x: Vector, symmetric: bool) -> Stage:
     turns, M = Turns(x), problem.M
     has_links = np.count_nonzero(M.data > 0) == M.shape[0]  # no positive entry off the diagonal, which is 1
-    if krylov_only or not (has_links and np.median(M @ np.ones(M.shape[0])) < WEAK_DOMINANCE):
+    if not (has_links and np.median(M @ np.ones(M.shape[0])) < WEAK_DOMINANCE):
         ending = yield from turns.take("krylov", krylov(problem, x, symmetric))
-        if krylov_only or isinstance(ending, Stalled | Finished):
+        if isinstance(ending, Stalled | Finished):
             return ending
     ending = yield from turns.take("multilevel", multilevel(problem, symmetric))
     if isinstance(ending, Breakdown):
@@ -320,15 +310,3 @@ def _parts(problem: Problem, x: Vector, symmetric: bool, krylov_only: bool) -> S
     if isinstance(ending, Stalled):
         return (yield from turns.take("multilevel", finish(problem, turns.last.x, stages.ended(ending))))
     return ending
-
-
-def _units(M: Matrix, q: Vector, symmetric: bool) -> tuple[Vector, Vector]:
-    """Return diagonals R, C for which a positive diagonal becomes 1 in R M C and symmetry is preserved.
-
-    symmetric : whether M is symmetric and has such a diagonal.
-    """
-    diagonal = M.diagonal()
-    if symmetric:
-        return 2 * (1 / np.sqrt(diagonal),)
-    R, C = equilibrate(M, q)
-    return (1 / (diagonal * C) if diagonal.min() > 0 else R), C

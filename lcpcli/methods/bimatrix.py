@@ -51,9 +51,7 @@ def costs(problem: Problem) -> Costs | None:
 
 
 def pure(problem: Problem, game: Costs | None) -> Vector | None:
-    """Return the z of the first equilibrium in pure strategies, shape (n,); None if there is none, or no game.
-
-    Each player's strategy has the least cost against the other's."""
+    """Return the z of the first equilibrium in pure strategies, shape (n,); None if there is none, or no game."""
     if game is None:
         return None
     R, C = game
@@ -117,7 +115,6 @@ class _Path:
         self.is_x = label < m  # whether a strategy of the row player enters next
 
     def follow(self, most: int) -> None:
-        """Make at most so many further pivots."""
         for _ in range(most):
             leaving = (self.of_x if self.is_x else self.of_y).pivot(self.entering)
             self.pivots += 1
@@ -128,8 +125,7 @@ class _Path:
         check()
 
     def point(self) -> Vector:
-        """Return the strategies, not scaled, at this point of the path, with small positive values for basic ones that
-        are 0."""
+        """Return the strategies, not scaled, at this point of the path; basic ones that are 0 have small values."""
         return np.concatenate((self.of_x.values(), self.of_y.values()))
 
 

@@ -45,7 +45,6 @@ class Frame:
     box: Box
 
     def part(self, rows: Indices) -> Frame:
-        """Return the frame of some of the problems."""
         if rows.size == self.q.shape[0]:
             return self
         return replace(self, q=self.q[rows], box=self.box.part(rows))

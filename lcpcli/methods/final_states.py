@@ -30,8 +30,7 @@ MOST_LOOKS = 3  # at exact basic solutions whose signs only rounding makes wrong
 
 
 def is_doubtful(problem: Problem, z: Vector) -> bool:
-    """Return whether there are few unknowns and rounding hides a term of a row at z, or integers may have been rounded.
-    Most of the time this is excluded without a look at M."""
+    """Return whether rounding hides a term of a row of a small problem at z, most of the time without a look at M."""
     if problem.n > FEW_UNKNOWNS:
         return False
     (least_z, largest_z), (least_q, largest_q) = sizes(z), problem.sizes_of_q
@@ -109,8 +108,7 @@ def confirmed(problem: Problem, z: Vector, basis: States | None = None) -> Confi
 
 
 def accepted(point: Point, basis: States | None) -> tuple[Point | None, States | None]:
-    """Return the point that the loop of `auto` would accept, or an exact solution near it, and the basis; no point
-    where more is to be decided, or said."""
+    """Return the point that `auto` would accept, or the exact one near it, and the basis; None if it is in doubt."""
     problem = point.criterion.problem
     if problem.n > FEW_UNKNOWNS:
         found = point.solution()

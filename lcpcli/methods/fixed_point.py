@@ -113,7 +113,6 @@ class Anderson:
         self._smallest, self._best = math.inf, np.empty(0)
 
     def next(self, x: Vector, g: Vector) -> Vector:
-        """Return the next x, a new array or g itself."""
         f = g - x
         size = norm(f)
         if size > RESTART_GROWTH * self._smallest:

@@ -118,8 +118,7 @@ def at_point(problem: Problem, x: Vector, tried: Tried | None = None) -> Stage:
 
 
 class Run:
-    """The attempts on one problem; ProblemError is raised if numbers overflow in its units, which are as in
-    `slack_form`."""
+    """The attempts on one problem, in the units of `slack_form`; ProblemError is raised if these overflow."""
 
     def __init__(self, problem: Problem, by_units: bool = False) -> None:
         self._given, self.within, self._count = problem, slack_form(problem, by_units), 0
@@ -217,8 +216,7 @@ class Run:
 
 
 class _ProximalSolutions:
-    """Basic solutions of a scaled problem with signs S, each by a proximal iteration from the z of the last one, moved
-    within the bounds, at first from a given one."""
+    """Basic solutions of a problem with signs S, each by proximal steps from the last z, moved within the bounds."""
 
     def __init__(self, problem: Problem, S: Vector | None, z: Vector) -> None:
         self._problem, self._S, self.box, self.z = problem, S, problem.box, problem.box.project(z)

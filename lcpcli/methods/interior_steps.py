@@ -58,7 +58,6 @@ class SlackForm(Change):
 
     @property
     def pairs(self) -> int:
-        """Return the number of finite bounds."""
         return self.low.size + self.high.size
 
     def back(self, x: Vector) -> Vector:
@@ -122,8 +121,7 @@ def _ruiz(M: Matrix, symmetric: bool) -> Vector:
 
 
 def proof_of(problem: Problem, within: SlackForm, directions: Sequence[Vector]) -> Certificate | None:
-    """Return the certificate from one of the directions, or from its part with one of the signs S; None if none of
-    these is a proof."""
+    """Return the certificate from one of the directions, or from its part with one of the signs S; or None."""
     given, S = conditions_of(problem), within.S
     least, most = np.where(np.isfinite(given.lower), 0.0, -np.inf), np.where(np.isfinite(given.upper), 0.0, np.inf)
     for direction in (each for each in directions if np.abs(each).max() > DIVERGED_SIZE):
@@ -142,8 +140,7 @@ def proof_of(problem: Problem, within: SlackForm, directions: Sequence[Vector]) 
 
 
 def _is_clear(within: SlackForm, y: Vector, nearly: float) -> bool:
-    """Return whether y is nearly a proof that does not depend on the last digits of the data, which may have been
-    rounded from data that have a solution: in scaled units and floats, which are quicker than exact arithmetic."""
+    """Return whether y is nearly a proof in scaled units and floats, whatever the last digits of the data are."""
     y, inner = y[within.kept] / within.units, within.problem
     of, size = Multiplied(inner.M, inner.q, y, inner.box), float(np.abs(y).sum())
     return bool(of.excess.max(initial=0.0) <= nearly * size and of.total < -CLEAR_MARGIN * size)
@@ -158,8 +155,7 @@ GMRES_STEPS = 8  # at most
 
 
 class AccurateSystems:
-    """Systems with one M and its regularization rho, with the range of that; `solve` also returns the residual that is
-    left."""
+    """Systems with one M and its regularization rho, within a range; `solve` also returns the residual that is left."""
 
     def __init__(self, M: Matrix, systems: Systems, rho: float, least: float, most: float) -> None:
         self._times, self._systems, self.rho, self._least, self._most = multiplier(M), systems, rho, least, most
@@ -176,8 +172,7 @@ class AccurateSystems:
         self._systems.factorize(D + self.rho)
 
     def solve(self, b: Vector, target: float = 0.0) -> tuple[Vector, Vector]:
-        """Return x and b - (M + D) x, whose weighted norm is at most the target, or LEAST_ACCURACY times the norm of
-        b, if that can be attained."""
+        """Return x and b - (M + D) x, of a weighted norm up to the target or LEAST_ACCURACY |b|, if that can be."""
         size = self._norm(b) + 1e-300
         goal = max(LEAST_ACCURACY * size, target)
         x, r, of_factors = self._first(b)
@@ -305,7 +300,6 @@ class Steps:
         return self._measured[1]
 
     def mu(self, at: PrimalDualPoint) -> float:
-        """Return the mean of the products s w."""
         return float(at.s @ at.w) / max(self.pairs, 1)
 
     def gap_size(self, at: PrimalDualPoint) -> float:

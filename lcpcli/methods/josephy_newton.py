@@ -111,7 +111,6 @@ class _Search:
 
     @property
     def is_long(self) -> bool:
-        """Return whether a run that is to be brief has taken about a second."""
         n, own = self.evaluations.problem.n, self.evaluations
         work = self.steps.linearizations * (1 + (n / CUBIC) ** 3) + own.pivots / PIVOTS * (1 + (n / QUADRATIC) ** 2)
         return self._is_brief and work + own.functions / FUNCTIONS > MOST_LINEARIZATIONS
@@ -124,8 +123,7 @@ class _Search:
         return Iterate(place.z / 2, place.gaps, step, self.evaluations.functions, signs_final=is_final)
 
     def start(self, attempt: _Attempt, first: Vector) -> Place | None:
-        """Return the start of an attempt, the first start or one further from it with each seed; None if there F, or
-        the merit function, is not finite."""
+        """Return the start of an attempt, further from the first one with each seed; None if it has no merit."""
         self._last_size = np.inf
         start, seed = first, attempt.seed
         if seed:
@@ -139,8 +137,7 @@ class _Search:
         return place
 
     def descent(self, place: Place, memory: int) -> Stage:
-        """Take steps until none decreases the merit function, or too slowly; then, and once more, begin anew where it
-        was least with steps that all do."""
+        """Take steps until the merit hardly falls; then, once more, begin at its least value with steps that all do."""
         best, waiting, noisy = place, 0, 0
         while True:
             merits, first = [place.merit], SLACK * place.merit if memory > 1 else 0.0

@@ -197,8 +197,7 @@ LEAST_REFRESHED = 50  # pivots, or n if that is more, after which the tableau is
 
 @lru_cache(maxsize=16)
 def seeded_cover(seed: int, size: int) -> Vector:
-    """Return a covering vector of numbers between 1/2 and 3/2 that a seed determines, so that rows which block at once
-    for a vector of ones block one after another."""
+    """Return a covering vector of numbers between 1/2 and 3/2 by a seed, so that rows block one after another."""
     cover: Vector = 0.5 + generator(seed).random(size)
     cover.setflags(write=False)  # as all paths share it
     return cover
@@ -224,8 +223,7 @@ class LemkePath:
             self.pivots, self.age, self.end = 1, 1, PAUSED
 
     def advance(self, most: int) -> None:
-        """Follow the path for at most so many more pivots; compute the tableau anew where it is old, and before it
-        says that the path ends on a ray."""
+        """Follow the path for at most so many pivots; compute the tableau again where it is old, or there is a ray."""
         last = self.pivots + most
         while self.end == PAUSED and self.pivots < last:
             young = max(LEAST_REFRESHED, self.k.size) - self.age
@@ -257,12 +255,10 @@ class LemkePath:
 
     @property
     def cover_value(self) -> float:
-        """Return the value of z_0."""
         return float(self.tableau.values[self.row]) if self.tableau.basic[self.row] == 2 * self.k.size else 0.0
 
     def ray(self) -> tuple[Vector, Vector]:
-        """Return the direction of z on the ray, and the multipliers of the rows in the row of z_0, for the given
-        problem."""
+        """Return the direction of z on the ray, and the multipliers of the rows of the problem in the row of z_0."""
         t, m = self.tableau, self.k.size
         y, u = np.zeros(2 * m + 1), np.zeros(2 * m + 1)
         y[t.basic] = self.way * t.T[:, self.entering]
@@ -294,8 +290,7 @@ def solution_at(problem: Problem, M: Vector, near: Vector, basis: States) -> tup
 
 
 def confirmed(problem: Problem, basis: States) -> Stage:
-    """Yield the basic solution of a basis, if it violates no row beyond rounding, as the one at which a path has
-    ended often does for the next q."""
+    """Yield the basic solution of a basis, such as the last one of a path for another q, if it violates no row."""
     try:
         z = problem.box.project(CorrectedSolutions(problem, matrices.dense(problem.M)).at(basis).z)
     except SingularMatrix:

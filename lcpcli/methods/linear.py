@@ -39,7 +39,6 @@ def linear(problem: Problem, effort: float = math.inf) -> Stage:
 
 
 def _finished(units: changes.Scaled, z: Vector | None) -> Stage:
-    """Yield the basic solution near z, in the original variables, if there is one."""
     problem = units.problem
     if z is None:
         return Breakdown("no linear program solves this problem")

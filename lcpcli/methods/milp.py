@@ -53,8 +53,8 @@ DOUBTFUL = 8  # nodes for which a node counts whose point is sought by linear pr
 
 
 class _Node:
-    """Decisions, the system of those before the last, and the form that the last one restricts to 0; once the node is
-    examined, a set that its point suggests, or None."""
+    """Decisions, the system of those before the last, None for sparse or large M, and the form that the last one
+    restricts to 0; once the node is examined, a set that its point suggests, or None."""
 
     suggested: Mask | None = None
     is_w_larger: Mask
@@ -140,12 +140,8 @@ class _Nodes:
         self.system, self.examined, self.cost, self.check = system, 0, 0, check
 
     def violations(self, node: _Node) -> dict[int, float] | None:
-        """Return min(z, w) at a point of a node, where there is no decision yet; None if there is proved to be no
-        point."""
-        node.simplex = deepcopy(node.simplex)
-        found, cost = _point(self.system, node.decided, node.simplex, node.form)
-        self.examined, self.cost = self.examined + 1, self.cost + cost
-        if found is None:
+        """Return min(z, w) at a point of a node, where there is no decision yet; None if a proof excludes it."""
+        if (found := self._point(node)) is None:
             return None
         (z, w), undecided = found, (node.decided == OPEN) & self.system.is_choice
         overlap, node.is_w_larger = np.minimum(z, w)[undecided], z < w
@@ -153,8 +149,37 @@ class _Nodes:
             node.suggested = (node.decided == ACTIVE) | ((node.decided == OPEN) & (z > w))
         return dict(zip(np.flatnonzero(undecided).tolist(), overlap.tolist(), strict=True))
 
+    def _point(self, node: _Node) -> tuple[Vector, Vector] | None:
+        """Return z and w of a point that fits the decisions of a node; None if a proof excludes that there is one."""
+        node.simplex = simplex = deepcopy(node.simplex)
+        M, q, decided, y = self.system.M, self.system.q, node.decided, None
+        self.examined, self.cost = self.examined + 1, self.cost + 1
+        if simplex is not None:
+            check()
+            y = simplex.feasible() if node.form is None else simplex.vanish(node.form)
+            if y is None and (point := simplex.point()) is not None:
+                return point
+        if y is not None and self.system.refutes(decided, y):
+            return None
+        self.cost += 0 if simplex is None else DOUBTFUL - 1
+        rows, columns = np.flatnonzero(decided == ACTIVE), np.flatnonzero(decided != INACTIVE)
+
+        def holds(y: Vector) -> bool:
+            own = y[: q.size].copy()
+            own[rows] -= y[q.size :]
+            return self.system.refutes(decided, own)
+
+        kept = M[:, columns]  # M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0
+        found = alternative(stack([[kept], [-kept[rows]]]), np.append(q, -q[rows]), holds)
+        if found.proof is not None:
+            return None
+        z = np.zeros(q.size)
+        if found.point is not None:
+            z[columns] = found.point
+        return z, M @ z + q
+
     def unsettled(self, node: _Node) -> None:
-        """Return nothing, as all indices have been decided."""
+        """All indices have been decided."""
 
     def children(self, node: _Node, branch: int) -> Iterator[_Node]:
         """Yield a node with each decision on an index, the likelier one last."""
@@ -162,42 +187,6 @@ class _Nodes:
             decided = node.decided.copy()
             decided[branch] = decision
             yield _Node(decided, node.simplex, branch + decided.size * (decision == ACTIVE))
-
-
-def _point(
-    system: ComplementarySystem, decided: Vector, simplex: DualSimplex | None, form: int | None
-) -> tuple[tuple[Vector, Vector] | None, int]:
-    """Return z and w of a point that fits the decisions, or None if a proof excludes that there is one; and for how
-    many nodes this counts.
-
-    simplex : of the decisions but the last, which restricts a form to 0; None for sparse or large M.
-    """
-    M, q = system.M, system.q
-    rows, columns = np.flatnonzero(decided == ACTIVE), np.flatnonzero(decided != INACTIVE)
-    y = None
-    if simplex is not None:
-        check()
-        y = simplex.feasible() if form is None else simplex.vanish(form)
-        if y is None and (point := simplex.point()) is not None:
-            return point, 1
-    if y is not None and system.refutes(decided, y):
-        return None, 1
-
-    def holds(y: Vector) -> bool:
-        own = y[: q.size].copy()
-        own[rows] -= y[q.size :]
-        return system.refutes(decided, own)
-
-    # M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0
-    kept = M[:, columns]
-    found = alternative(stack([[kept], [-kept[rows]]]), np.append(q, -q[rows]), holds)
-    cost = 1 if simplex is None else DOUBTFUL
-    if found.proof is not None:
-        return None, cost
-    z = np.zeros(q.size)
-    if found.point is not None:
-        z[columns] = found.point
-    return (z, M @ z + q), cost
 
 
 GAP = 1e3  # any alpha > 0 suffices: the solver may stop at 1 / GAP of the maximum
@@ -228,8 +217,7 @@ def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method h
 
 
 def first_nodes(problem: Problem, entries: int = FIRST_ENTRIES) -> Stage:
-    """Examine the first nodes of the tree alone, as many as have so many entries of M in all; yield and return as
-    `milp`."""
+    """Examine the first nodes of the tree alone, of so many entries of M in all; yield and return as `milp`."""
     return (yield from _decided(problem, partial(candidates, nodes=entries // problem.n**2 + 1), FIRST_EFFORT))
 
 
@@ -250,8 +238,7 @@ def _decided(
 def _tried(
     form: StandardForm, sets_of: Callable[[ComplementarySystem, DualSimplex | None], Sets], effort: float
 ) -> Stage:
-    """Try complementary sets in turn, after an attempt to prove that the problem is infeasible; yield iterates of the
-    standard form, and return how it ends for the problem as given."""
+    """Try complementary sets after a proof that the problem is infeasible; yield iterates of the standard form."""
     problem = form.original
     with np.errstate(all="ignore"):
         system = ComplementarySystem(form)

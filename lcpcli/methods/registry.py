@@ -193,8 +193,7 @@ OTHER_NAMES = {  # of methods, which `meant` does not find: the one of the same 
 
 
 def suggestion(name: str, known: Iterable[str], otherwise: str = "") -> str:
-    """Return the hint for a word that is no method and none of these words: the method that it may stand for, else one
-    that resembles it, else `otherwise` or all words."""
+    """Return the hint for an unknown word: the method that it may stand for, one that resembles it, or `otherwise`."""
     other = OTHER_NAMES.get(name.casefold().replace("_", "-"))
     return f"did you mean {other}?" if other else meant(name, meanings()) or likely(name, known, otherwise)
 
@@ -214,13 +213,11 @@ OPTIONS = options_of({**METHODS, **NONLINEAR})
 
 
 def meanings() -> dict[str, str]:
-    """Return the methods with their lines of help."""
     return {name: method.meaning for name, method in METHODS.items()}
 
 
 def declared(name: str) -> Method:
-    """Return the declaration of the method of that name, in this package or another one; raise an OptionError that
-    suggests a name if there is none."""
+    """Return the declaration of the method of that name, also of another package; an OptionError suggests a name."""
     if name not in METHODS and name not in NONLINEAR:
         with imports:
             from lcpcli.additions import addition, names, package

@@ -124,7 +124,6 @@ def _smoothed_solution(problem: Problem, p: float, F: Vector) -> Stalled | None:
 
 
 def _select(k: int, k_star: int, F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
-    """Take steps 2.2 to 2.6: return the step that applies at x_k, and its direction."""
     return (STEEPEST_AT_MULTIPLE, -g) if k % k_star == 0 else direction(F, v, y, g)
 
 

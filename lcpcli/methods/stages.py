@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Generator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
@@ -175,27 +175,14 @@ def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:
     function: Callable[..., Stage] = methods.load(method)
     own = function if methods.declared(method).takes_bounds else partial(as_lcp, function)
     package = function.__module__.partition(".")[0]
-    if package == "lcpcli":
-        return own(problem, x0, **options)
-    with _blaming(package):
-        stage = own(problem, x0, **options)
-    return _guarded(stage, problem.n, package)
+    stage = partial(own, problem, x0, **options)
+    return stage() if package == "lcpcli" else _guarded(stage, problem.n, package)
 
 
-@contextmanager
-def _blaming(package: str) -> Iterator[None]:
-    """Open a context in which errors of another package become a PackageFault."""
+def _guarded(begin: Callable[[], Stage], n: int, package: str) -> Stage:
+    """Pass on the stage of a method of another package; raise PackageFault for its errors and for what is no stage."""
     try:
-        yield
-    except (*FAULTS, TimeIsUp, LCPError):
-        raise
-    except Exception as error:
-        raise PackageFault(f"the package {package} raises {raised(error)}") from error
-
-
-def _guarded(stage: Stage, n: int, package: str) -> Stage:
-    """Pass on the stage of a method of another package; raise PackageFault for what is no stage."""
-    with _blaming(package):
+        stage = begin()
         while isinstance(step := advance(stage), Iterate):
             x, evaluations = step.x, step.evaluations
             if not isinstance(x, np.ndarray) or x.dtype.kind not in "fiu":
@@ -207,6 +194,10 @@ def _guarded(stage: Stage, n: int, package: str) -> Stage:
             if not isinstance(evaluations, int | np.integer):
                 raise PackageFault(f"the package {package} counts {evaluations!r} evaluations")
             yield step
+    except (*FAULTS, TimeIsUp, LCPError):
+        raise
+    except Exception as error:
+        raise PackageFault(f"the package {package} raises {raised(error)}") from error
     if not isinstance(step, Ending):
         raise PackageFault(f"the package {package} yields or returns {step!r}")
     return step
@@ -233,8 +224,7 @@ def standard_form_of(problem: Problem) -> StandardForm | None:
 def changed(
     change: Change, x0: Vector, run: Callable[[Problem, Vector], Stage], polishing: BasicSolutions | None = None
 ) -> Stage:
-    """Return what `run` does with the problem in other variables, from x0, as a stage in the variables of the original
-    problem, in which x0 is, too; polishing : as for `in_given_variables`."""
+    """Return what `run` does with the problem in other variables, from x0, as a stage in the original variables."""
     if change.is_identity:
         return run(change.problem, x0)
     return in_given_variables(change, run(change.problem, change.start(x0)), polishing)

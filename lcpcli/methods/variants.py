@@ -24,7 +24,6 @@ class Variant(NamedTuple):
 
     @property
     def options(self) -> dict[str, Any]:
-        """Return the values of the options that are set, by name."""
         return {name: _value(name, text) for name, text in self.settings}
 
     def __str__(self) -> str:
@@ -145,5 +144,4 @@ def _value(name: str, text: str) -> Any:
 
 
 def _owners(name: str) -> list[str]:
-    """Return the methods that have an option."""
     return [method for method in (*METHODS, *NONLINEAR) if name in _known(method)]

@@ -49,8 +49,7 @@ EXACT_EFFORT = 30.0  # of exact arithmetic where doubles fail, by the seconds th
 
 
 def _exchanged(system: _InDoubles | _InFractions, basic: list[int]) -> tuple[list[int], Any]:
-    """Return the basis at which the method ends, in the order of the exchanges, and the multipliers of the row whose
-    pivot is not positive, or None if there is none; basic : that it begins with."""
+    """Return the last basis, in the order of exchanges from a first one, and multipliers if a pivot is not positive."""
     known = 0
     while negative := system.negative(basic):
         check()
@@ -269,9 +268,7 @@ def of_tridiagonal(M: Matrix) -> Elimination | None:
 
 
 def eliminated(problem: Problem) -> Stage:
-    """Yield the solution by elimination; M is tridiagonal.
-
-    Stalled : M is no M-matrix, or rounding has led to wrong states."""
+    """Yield the solution by elimination. Stalled : M is no M-matrix, or rounding has led to wrong states."""
     own = of_tridiagonal(problem.M)
     if own is None:
         return Stalled("M is no tridiagonal M-matrix")
