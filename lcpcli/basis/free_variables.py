@@ -278,10 +278,8 @@ class Reduction:
 
     def within(self, box: Box) -> Reduction | None:
         """Return the reduction for other bounds of the same kinds; None if variables are bounded on other sides."""
-        for before, now in zip(self.box.vectors(self.n), box.vectors(self.n), strict=True):
-            if not np.array_equal(np.isfinite(before), np.isfinite(now)):
-                return None
-        if not np.array_equal(self.box.fixed, box.fixed):
+        before, now = ([*map(np.isfinite, own.vectors(self.n)), own.fixed] for own in (self.box, box))
+        if not all(map(np.array_equal, before, now)):
             return None
         other = copy(self)
         other.box, other.corner = box, np.broadcast_to(box.corner, self.n)

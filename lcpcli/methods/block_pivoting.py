@@ -87,12 +87,9 @@ def in_given_variables(frame: Frame, z: Vector) -> Vector:
 class Pivoted:
     """The points and states at which pivoting ended.
 
-    z : basic solutions that have the signs that their states ask for, or violate them by rounding alone, shape (m, n).
-    basis : their states.
-    steps : how many systems were solved for each, shape (m,).
-    ended : which problems have such a solution, shape (m,); for the others M_PP was singular, or the steps were too
-        few.
-    by_gradient : where projected gradients chose the start, shape (m,).
+    z, basis : basic solutions that have the signs of their states, but for rounding, shape (m, n). steps : how many
+    systems were solved for each, shape (m,). ended : which problems have such a solution, shape (m,); for the others
+    M_PP was singular, or the steps were too few. by_gradient : where projected gradients chose the start, shape (m,).
     """
 
     z: Vector

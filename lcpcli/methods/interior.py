@@ -20,7 +20,7 @@ import numpy as np
 from lcpcli.basis.exchanges import BasicSolution, exchanging
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.doubles import largest
-from lcpcli.linalg.factors import SingularMatrix, Solve
+from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse, multiplier, plus_diagonal, principal
 from lcpcli.linalg.shifted_systems import systems
 from lcpcli.methods.direct import MOST_AS_DENSE
@@ -28,7 +28,7 @@ from lcpcli.methods.interior_steps import AccurateSystems, PrimalDualPoint, Slac
 from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, NoSolution, Stage, Stalled, Tried
 from lcpcli.model.box import BASIC, of_masks
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, States, Vector
+from lcpcli.typing import States, Vector
 
 FINISH, BEST = "finish", "best"
 MOST_INTERIOR_STEPS = 150  # of an attempt: a few times the tens that it usually takes
@@ -76,8 +76,6 @@ def interior(problem: Problem, x0: Vector, *, start_slack: float = 1.0, regulari
 
     It is meant for M + M' positive semidefinite and then takes some tens of steps, each with one factorization of
     M + D, D a positive diagonal. For other M, and where rounding is too large for it, it may stall.
-
-
 
     Yields the complementary points nearest to z and w, with mu, the step length and rho as step; and the basic
     solutions of active sets, with step "finish". NoSolution with a Farkas vector y, from a diverging z; Breakdown or
@@ -227,11 +225,17 @@ class _ProximalSolutions:
         basic, times, q = (basis == BASIC).nonzero()[0], multiplier(self._problem.M), self._problem.q
         z = np.where(basis == BASIC, self.z, self.box.nonbasic(basis))
         w = times(z) + q
-        best, least = (z, w), float(np.abs(w[basic]).max(initial=0.0))
-        last, solve = least, self._solver(basic) if basic.size else np.copy
+        last = least = float(np.abs(w[basic]).max(initial=0.0))
+        best = z, w
+        if basic.size:
+            own = systems(principal(self._problem.M, basic), None if self._S is None else self._S[basic])
+            try:
+                own.factorize(np.full(basic.size, PROXIMAL_SHIFT))
+            except SingularMatrix:  # rounding has made a pivot 0
+                own.factorize(np.full(basic.size, LARGER_SHIFT))
         for _ in range(PROXIMAL_STEPS if basic.size else 0):
             z = z.copy()
-            z[basic] -= solve(w[basic])
+            z[basic] -= own.solve(w[basic])
             if not np.isfinite(z).all():
                 raise SingularMatrix
             w = times(z) + q
@@ -245,15 +249,6 @@ class _ProximalSolutions:
         wrong = self.box.violations(z, w, basis) > WRONG_SIGN
         self.z = self.box.project(z)
         return BasicSolution(basis, z, w, wrong, not wrong.any())
-
-    def _solver(self, basic: Indices) -> Solve:
-        """Return a solver of systems with M_BB + eps."""
-        own = systems(principal(self._problem.M, basic), None if self._S is None else self._S[basic])
-        try:
-            own.factorize(np.full(basic.size, PROXIMAL_SHIFT))
-        except SingularMatrix:  # rounding has made a pivot 0
-            own.factorize(np.full(basic.size, LARGER_SHIFT))
-        return own.solve
 
 
 def _active(within: SlackForm, at: PrimalDualPoint) -> States:

@@ -20,6 +20,7 @@ out is not exact, but its active set is wrong only close to its edge.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from itertools import islice
 from typing import Any, NamedTuple
@@ -108,40 +109,37 @@ def _tentative(aggregate: Indices, candidate: Vector) -> tuple[Matrix, Vector]:
 def _aggregates(A: Matrix) -> Indices:
     """Return for each unknown the number of its aggregate, shape (n,): each root has its neighbours and theirs. Roots
     have distances greater than 2, and all but one node in FEW_LEFT are so close to one; those join a neighbour."""
-    n, graph = A.shape[0], _Graph(A.indptr, A.indices)
+    n, near = A.shape[0], _largest_near(A)
     rank = generator(0).permutation(n).astype(np.int32) + 1
     root = np.zeros(n, dtype=bool)
     while np.count_nonzero(rank) > n // FEW_LEFT:
-        new = (graph.maximum(graph.maximum(rank)) == rank) & (rank > 0)
+        new = (near(near(rank)) == rank) & (rank > 0)
         root |= new
-        rank = np.where(graph.maximum(graph.maximum(new)), 0, rank)
+        rank = np.where(near(near(new)), 0, rank)
     aggregate = np.zeros(n, dtype=np.int32)
     aggregate[root] = np.arange(1, np.count_nonzero(root) + 1)
     while not aggregate.all():
-        aggregate = np.where(aggregate, aggregate, graph.maximum(aggregate))
+        aggregate = np.where(aggregate, aggregate, near(aggregate))
     return np.asarray(aggregate - 1)
 
 
-class _Graph:
-    """A graph in which every node is its own neighbour, as row pointers and column indices of its matrix."""
+def _largest_near(A: Matrix) -> Callable[[Any], Any]:
+    """Return what returns the largest value among the neighbours of each node in the graph of A, itself among them."""
+    n, indptr, indices, degrees = A.shape[0], A.indptr, A.indices, np.diff(A.indptr)
+    if degrees.max(initial=0) * n > MOST_PADDED * indices.size:
+        return lambda values: np.maximum.reduceat(values[indices], indptr[:-1])
+    # The k-th neighbours of all nodes are in row k; nodes with fewer are their own.
+    table = np.tile(np.arange(n, dtype=indices.dtype), (degrees.max(), 1))
+    places = np.arange(indices.size, dtype=indptr.dtype) - np.repeat(indptr[:-1], degrees)
+    table[places, np.repeat(table[0], degrees)] = indices
 
-    def __init__(self, indptr: Indices, indices: Indices) -> None:
-        self._indptr, self._indices, n = indptr, indices, indptr.size - 1
-        degrees = np.diff(indptr)
-        self._table: Any = None  # of the k-th neighbours of all nodes, in row k; nodes with fewer are their own
-        if degrees.max(initial=0) * n <= MOST_PADDED * indices.size:
-            self._table = np.tile(np.arange(n, dtype=indices.dtype), (degrees.max(), 1))
-            places = np.arange(indices.size, dtype=indptr.dtype) - np.repeat(indptr[:-1], degrees)
-            self._table[places, np.repeat(self._table[0], degrees)] = indices
-
-    def maximum(self, values: Any) -> Any:
-        """Return the largest value among the neighbours of each node."""
-        if self._table is None:
-            return np.maximum.reduceat(values[self._indices], self._indptr[:-1])
-        largest = np.empty_like(values)
+    def largest_near(values: Any) -> Any:
+        found = np.empty_like(values)
         for part in row_parts(values.size):
-            values[self._table[:, part]].max(axis=0, out=largest[part])
-        return largest
+            values[table[:, part]].max(axis=0, out=found[part])
+        return found
+
+    return largest_near
 
 
 def _strong(A: Matrix, strength: float, candidate: Vector) -> Matrix:

@@ -64,8 +64,7 @@ _Solved = tuple[float, float, Place, States]
 
 
 def is_slow(merits: Sequence[float]) -> bool:
-    """Return whether the last PATIENCE steps have left more than PROGRESS of the least residual before, by the merits
-    at the start and after each step."""
+    """Return whether the last PATIENCE merits have left more than PROGRESS of the least residual before."""
     first = len(merits) - PATIENCE
     return first > 0 and min(merits[first:]) > PROGRESS**2 * min(merits[:first])
 
@@ -178,8 +177,7 @@ class Steps:
 
     def _kinds(self, left: float) -> Iterator[tuple[float, bool]]:
         """Yield the linearizations to try in turn, each by its share of the perturbation and whether it is tried
-        longer. left : the share of the natural residual that is left: perturbations of this size do not keep the steps
-        from being fast."""
+        longer. left : of the natural residual: perturbations of this size do not keep the steps from being fast."""
         own, rising = self._share, tuple[float, ...](PERTURBATIONS)
         if own:
             rising = RISE * own, RISE**2 * own
@@ -309,8 +307,7 @@ def _slopes(a: Vector, b: Vector, mu: float) -> tuple[Vector, Vector]:
 
 @np.errstate(all="ignore")
 def newton_direction(G: Matrix, values: Vector, gradient: Vector) -> Vector | None:
-    """Return the Newton step of Phi or, where its matrix is singular or the step is not one of descent, the step of
-    Levenberg and Marquardt; None if neither exists."""
+    """Return the Newton step of Phi or, where it is not one of descent, that of Levenberg and Marquardt; or None."""
     everything = np.arange(values.size)
     with suppress(SingularMatrix):
         d = PrincipalSolver(G).solve(everything, -values)

@@ -85,8 +85,7 @@ class Method(NamedTuple):
     options : its numeric options, keyword-only parameters of its function; two methods may share an option.
     switches : its options that are on by default, with their help.
     vectors : its parameters that are vectors given like a start, with their help.
-    iterates : whether it is an iteration on x, to which ADDITIONS apply.
-    uses_start : whether the starting point matters.
+    iterates : whether it is an iteration on x, to which ADDITIONS apply. uses_start : whether the start matters.
     takes_bounds : whether it accepts mixed problems; else it is given their standard form, an LCP.
     excludes_exactly : whether it excludes complementary sets only by exact arithmetic, so that it is believed if it has
         excluded all of them.

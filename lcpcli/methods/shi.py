@@ -62,8 +62,6 @@ def shi(
     |F - F~| <= (ln 3 / p) |M - I|_inf. An iteration costs a product with M for each trial of the line search and one
     with M' for each trial of sufficient decrease; nothing n-by-n is formed.
 
-
-
     Yields x1, x2, ... with F~ and the number of the step that produced it: "1" selected, "2.2" steepest descent at a
     multiple of k*, "2.4" best direction in the plane, "2.5" average, "2.6" steepest descent for lack of a descent
     direction, or because the line search after step 2.4 or 2.5 failed. Stalled : the decrease of f is below rounding,
