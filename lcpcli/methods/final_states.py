@@ -18,7 +18,7 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROUNDED_ZERO, ROW_ROUNDING, SIGN_ROUNDING, is_finite, sizes
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, States, Vector
+from lcpcli.typing import States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure
 from lcpcli.verify.point import Point
 
@@ -97,7 +97,14 @@ def confirmed(problem: Problem, z: Vector, basis: States | None = None) -> Confi
         near = rounded(found.z)
         if found.solves:
             return Confirmed(near, basis) if is_finite(near) and is_finite(problem.w(near)) else None
-        if not _are_rounding(problem, near, basis, np.array(list(found.gaps)), rounded(list(found.gaps.values()))):
+        # Only rounding: of the largest z_j where a violation is by a basic z_i, else of the terms of the row, or of the
+        # numbers of its part of the problem, beside which rows may be filled by rounding alone.
+        is_basic, terms = basis == BASIC, np.abs(matrices.dense(problem.M)) @ np.abs(near) + np.abs(problem.q)
+        most = SIGN_ROUNDING * np.where(is_basic, np.abs(near).max(), terms)
+        if problem.is_moderate and problem.n > MOST_DECIDED:
+            measure = Measure(problem)
+            most = np.maximum(most, ROW_ROUNDING * np.where(is_basic, measure.natural_sizes(near), measure.caps(near)))
+        if not (rounded(list(found.gaps.values())) <= most[list(found.gaps)]).all():
             return None
         if problem.n > MOST_DECIDED:
             return given
@@ -120,16 +127,3 @@ def accepted(point: Point, basis: States | None) -> tuple[Point | None, States |
         return None, basis
     found = point if settled.z is point.z else Point(point.criterion, settled.z)
     return found if found.solves() else None, settled.basis
-
-
-def _are_rounding(problem: Problem, z: Vector, basis: States, rows: Indices, gaps: Vector) -> bool:
-    """Return whether violations of these rows, by z_i where these are basic and else by w_i, are no larger than
-    rounding of the largest z_j, or of the terms of their rows, or of the numbers of their part of the problem, beside
-    which rows may be filled by rounding alone."""
-    is_basic = basis == BASIC
-    terms = np.abs(matrices.dense(problem.M)) @ np.abs(z) + np.abs(problem.q)
-    most = SIGN_ROUNDING * np.where(is_basic, np.abs(z).max(), terms)
-    if problem.is_moderate and problem.n > MOST_DECIDED:
-        measure = Measure(problem)
-        most = np.maximum(most, ROW_ROUNDING * np.where(is_basic, measure.natural_sizes(z), measure.caps(z)))
-    return bool((gaps <= most[rows]).all())

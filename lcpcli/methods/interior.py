@@ -147,7 +147,7 @@ class Run:
         least, idle_steps, tried, lengths = np.inf, 0, np.inf, list[float]()
         for k in range(MOST_INTERIOR_STEPS + 1):
             mu = steps.mu(at)
-            merit = max(self.within.pairs * mu / steps.gap_size(at), steps.residuals(at)[2])
+            merit = max(steps.pairs * mu / steps.gap_size(at), steps.residuals(at)[2])
             idle_steps = 0 if merit < 0.9 * least else idle_steps + 1
             if merit < least:
                 best, least = at, merit

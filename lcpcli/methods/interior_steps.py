@@ -56,10 +56,6 @@ class SlackForm(Change):
     low: Indices
     high: Indices
 
-    @property
-    def pairs(self) -> int:
-        return self.low.size + self.high.size
-
     def back(self, x: Vector) -> Vector:
         """Return the x of the admissible z of the original problem, and of its w there."""
         z = np.full(self.original.n, self.original.lower, dtype=float)
@@ -257,7 +253,8 @@ class Steps:
 
     def __init__(self, within: SlackForm, systems: AccurateSystems) -> None:
         self.problem, self._systems, self._times = within.problem, systems, multiplier(within.problem.M)
-        self.pairs, self._index = within.pairs, np.concatenate((within.low, within.high))
+        self._index = np.concatenate((within.low, within.high))
+        self.pairs = self._index.size
         self._sign = np.where(np.arange(self.pairs) < within.low.size, 1.0, -1.0)
         lower, upper = self.problem.box.vectors(self.problem.n)
         self._bound = np.concatenate((lower[within.low], upper[within.high]))

@@ -32,7 +32,7 @@ from lcpcli.linalg.doubles import SIGN_ROUNDING, generator
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import absolute_product
 from lcpcli.methods.direct import as_dense
-from lcpcli.methods.registry import LARGEST, LEXICOGRAPHIC, METHODS, ONES
+from lcpcli.methods.registry import LARGEST, LEXICOGRAPHIC, ONES
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled
 from lcpcli.model.problem import Problem
 from lcpcli.rational.pivoting import IntegerTableau
@@ -40,7 +40,6 @@ from lcpcli.typing import Mask, States, Vector
 from lcpcli.verify.certificate import RAY as PROVES_NOTHING
 from lcpcli.verify.certificate import Certificate, infeasible, is_clear, proves_infeasible
 
-MAX_UNKNOWNS = METHODS["lemke"].max_unknowns or 0  # since the tableau is dense
 MAX_INTEGER_UNKNOWNS = 13  # largest n for integer pivoting: 2^14 pivots exceed the usual limit
 MAX_PIVOTS, MORE_PIVOTS = 5, 50  # per unknown of a path, and besides: those that end at a solution take about one
 FEW_PIVOTS = 2  # per unknown of the first path of `auto`, before other methods
@@ -73,8 +72,7 @@ def lemke(problem: Problem, x0: Vector, *, cover: int | str = 0, ties: str = LAR
     if problem.box.is_orthant and (problem.q >= 0).all():
         yield Iterate(-0.5 * problem.q, np.zeros(n), "", 0)
         return Finished()
-    if n > MAX_UNKNOWNS:
-        return Breakdown(f"it keeps a dense tableau and takes at most {MAX_UNKNOWNS} unknowns; this problem has {n}")
+
     is_published = cover == ONES
     is_small = n <= MAX_INTEGER_UNKNOWNS and problem.box.is_orthant and problem.has_small_integers
     if is_published and is_lexicographic and is_small:
@@ -89,12 +87,7 @@ def reduced(problem: Problem) -> Reduction:
     return Reduction(matrices.dense(problem.M), problem.box)
 
 
-def pivoted(
-    problem: Problem,
-    follow: Follow = tableau.follow,
-    reduction: Reduction | None = None,
-    is_sure: Callable[[], bool] = lambda: True,
-) -> Stage:
+def pivoted(problem: Problem, follow: Follow, reduction: Reduction | None, is_sure: Callable[[], bool]) -> Stage:
     """Follow the path to its end, at most FEW_PIVOTS per unknown; yield only the solution at which it ends, or the
     point where z_0 is all but 0. A ray may prove that there is no solution, also for slightly different data.
 

@@ -29,7 +29,6 @@ from lcpcli.linalg.doubles import generator, is_finite
 from lcpcli.linalg.matrices import dense
 from lcpcli.methods import stages
 from lcpcli.methods.newton import FINISH, from_states
-from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
 from lcpcli.model.box import Box
 from lcpcli.model.changes import in_units, scale
@@ -43,7 +42,6 @@ BALANCING_ROUNDS = 5  # by then norms are equal to a few percent
 CHECK = 20  # steps between two looks at the walkers
 SCALES = 3.0, 2.0, 4.0  # of M, relative to singular values of 1 on average, in turn: the best one depends on M
 ROUND_STEPS, ROUND_STEPS_PER_UNKNOWN = 2000, 4  # before all walkers start anew: by then most that are left are trapped
-MAX_UNKNOWNS = METHODS["reflections"].max_unknowns or 0  # the matrix of P_A then takes 64 MB
 
 
 def reflections(problem: Problem, x0: Vector, *, beta: float = 0.7, walkers: int = 16, seed: int = 0) -> Stage:
@@ -57,8 +55,6 @@ def reflections(problem: Problem, x0: Vector, *, beta: float = 0.7, walkers: int
     a solution, which block pivoting finds from the states of a walker, with step "finish". Breakdown : numbers
     overflow, or there are too many unknowns.
     """
-    if problem.n > MAX_UNKNOWNS:
-        return Breakdown(f"it keeps a dense matrix of order 2n for at most {MAX_UNKNOWNS} unknowns, not {problem.n}")
     return (yield from stages.from_reference(problem, x0, partial(_search, beta=beta, walkers=walkers, seed=seed)))
 
 

@@ -89,7 +89,7 @@ class Method(NamedTuple):
     takes_bounds : whether it accepts mixed problems; else it is given their standard form, an LCP.
     excludes_exactly : whether it excludes complementary sets only by exact arithmetic, so that it is believed if it has
         excluded all of them.
-    max_unknowns : the largest n that it accepts; None for no limit.
+    max_unknowns : the largest n for which it is begun; None for no limit.
     guaranteed : the classes of M, keys of `inspection.verdict.CLASSES` or ANY, for which, in exact arithmetic, it ends
         at a solution or with a proof that there is none, each with what it does; the first class that has M counts.
     location : the module, in lcpcli.methods or by its full name, and the function, if they are not named after the
@@ -154,7 +154,7 @@ METHODS = {
         "complementary pivoting (Lemke 1965; Sargent 1978)",
         options=(COVER, TIES),
         takes_bounds=True,
-        max_unknowns=5000,
+        max_unknowns=5000,  # since the tableau is dense
         guaranteed={
             "p_matrix": "it finds the solution",
             "strictly_copositive": "it finds a solution",
@@ -166,7 +166,7 @@ METHODS = {
         "relaxed reflections of random points (Elser, Rankenburg and Thibault 2007); it proves nothing",
         options=(BETA, WALKERS, SEED),
         takes_bounds=True,
-        max_unknowns=2000,
+        max_unknowns=2000,  # since a matrix of order 2n then takes 64 MB
     ),
     "milp": Method(
         "mixed-integer program (Pardalos and Rosen 1988)",

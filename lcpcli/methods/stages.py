@@ -172,8 +172,10 @@ def limited(stage: Stage, max_iterations: float) -> Stage:
 
 def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:
     """Start a method on a problem, through its standard form if the method knows only z >= 0."""
-    function: Callable[..., Stage] = methods.load(method)
-    own = function if methods.declared(method).takes_bounds else partial(as_lcp, function)
+    declared, function = methods.declared(method), methods.load(method)
+    if declared.max_unknowns is not None and problem.n > declared.max_unknowns:
+        return ended(Breakdown(f"it takes at most {declared.max_unknowns} unknowns; this problem has {problem.n}"))
+    own = function if declared.takes_bounds else partial(as_lcp, function)
     package = function.__module__.partition(".")[0]
     stage = partial(own, problem, x0, **options)
     return stage() if package == "lcpcli" else _guarded(stage, problem.n, package)
@@ -208,7 +210,8 @@ def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **optio
     form = standard_form_of(problem)
     if form is None:
         return ended(Breakdown(NO_STANDARD_FORM))
-    return changed(form, x0, partial(function, **options), BasicSolutions(problem))
+    stage = function(form.problem, form.start(x0), **options)
+    return stage if form.is_identity else in_given_variables(form, stage, BasicSolutions(problem))
 
 
 def standard_form_of(problem: Problem) -> StandardForm | None:
@@ -221,13 +224,11 @@ def standard_form_of(problem: Problem) -> StandardForm | None:
         return None
 
 
-def changed(
-    change: Change, x0: Vector, run: Callable[[Problem, Vector], Stage], polishing: BasicSolutions | None = None
-) -> Stage:
+def changed(change: Change, x0: Vector, run: Callable[[Problem, Vector], Stage]) -> Stage:
     """Return what `run` does with the problem in other variables, from x0, as a stage in the original variables."""
     if change.is_identity:
         return run(change.problem, x0)
-    return in_given_variables(change, run(change.problem, change.start(x0)), polishing)
+    return in_given_variables(change, run(change.problem, change.start(x0)))
 
 
 def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions | None = None) -> Stage:
