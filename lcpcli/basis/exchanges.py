@@ -1,14 +1,12 @@
 """Basic solutions, the signs that they violate beyond rounding, and block principal pivoting, which exchanges these.
 
-In a basic solution some variables are at a bound, and for the others w = 0.
+For a set B of basic variables, for which w_B = 0, and z_N at their bounds, M_BB z_B = -(q + M z_N)_B and
+w_N = (M z + q)_N. This basic solution solves the problem if each basic variable lies within its bounds and w has the
+sign that each bound asks for. A violation counts if it exceeds the rounding error of its row, ROW_ROUNDING
+(|M| |z| + |q|)_i; for a z_i the same holds after multiplication by the largest |M_ij|.
 
-For a set B of basic variables and z_N at their bounds, M_BB z_B = -(q + M z_N)_B and w_N = (M z + q)_N. This basic
-solution solves the problem if each basic variable lies within its bounds and w has the sign that each bound asks for. A
-violation counts if it exceeds the rounding error of its row, ROW_ROUNDING (|M| |z| + |q|)_i; for a z_i the same holds
-after multiplication by the largest |M_ij|.
-
-Block principal pivoting: M. M. Kostreva, Block pivot methods for solving the complementarity problem, Linear Algebra
-and its Applications 21 (1978) 207-215.
+M. M. Kostreva, Block pivot methods for solving the complementarity problem, Linear Algebra and its Applications 21
+(1978) 207-215.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolution, exchanging
 from lcpcli.interrupts import check
-from lcpcli.linalg.doubles import EPS, ROUNDING
+from lcpcli.linalg.doubles import EPS, ROUNDING, SMALLEST_NORMAL
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, Solve
 from lcpcli.linalg.krylov import Measure, bicgstab, conjugate_gradients, identity, norm, relative_to
 from lcpcli.linalg.matrices import absolute_product, is_narrow, is_symmetric
@@ -41,7 +41,7 @@ MAX_STAGNANT_STEPS = 6  # pivoting steps without a new minimum residual that cou
 STAGNATION = 100 * EPS  # relative to the terms: a residual that stagnates below this is at rounding level
 ROUGH_STEPS, FINAL_STEPS = 3, 100  # of a preconditioned method: of a rough solve, and at most of the last one
 ACCURACY = 1e-12  # relative to the terms of a row: what the last solve leaves
-TINY = float(np.finfo(np.float64).tiny)
+
 
 ROUNDING_REACHED = "the residual has stopped falling at rounding level"
 NO_PROGRESS = "block principal pivoting makes no further progress"
@@ -209,7 +209,7 @@ def active_set(
             found = own.found(basis)
             if not np.count_nonzero(found.wrong):
                 terms = own.terms()
-                most = np.maximum(ROUNDING * terms, ACCURACY * np.minimum(terms, np.abs(own.q).max())) + TINY
+                most = np.maximum(ROUNDING * terms, ACCURACY * np.minimum(terms, np.abs(own.q).max())) + SMALLEST_NORMAL
                 if not own.approach(basis, 1.0, FINAL_STEPS, relative_to(most)) <= 1:
                     return Breakdown(f"{FINAL_STEPS} steps with a preconditioner did not solve a system")
                 found = own.found(basis)

@@ -45,9 +45,7 @@ class Frame:
     box: Box
 
     def part(self, rows: Indices) -> Frame:
-        if rows.size == self.q.shape[0]:
-            return self
-        return replace(self, q=self.q[rows], box=self.box.part(rows))
+        return self if rows.size == len(self.q) else replace(self, q=self.q[rows], box=self.box.part(rows))
 
     def at(self, basis: States) -> BasicSolution:
         """Return the basic solutions of the states; they are not finite where M_PP is singular or numbers overflow."""

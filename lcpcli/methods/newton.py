@@ -106,8 +106,6 @@ def dense_route(problem: Problem, x0: Vector, patience: float = LEAST_INDEX_STEP
 
     A product with M costs a small part of a factorization, and a few dozen of them correct most of the signs that
     block pivoting would take several factorizations for, if M is a well-conditioned P-matrix.
-
-    patience, hasty : as of newton.
     """
     reference = 0.0 if problem.reference_z is None else problem.reference_z
     start = x0 if np.count_nonzero(x0) else (reference - problem.q_ref) / 2

@@ -8,11 +8,9 @@ convexity nor monotonicity is needed to project onto B, as its points are found 
 
 is the relaxed difference map: V. Elser, I. Rankenburg and P. Thibault, Searching with iterated maps, Proceedings of the
 National Academy of Sciences 104 (2007) 418-423; V. Elser, The complexity of bit retrieval, IEEE Transactions on
-Information Theory 64 (2018) 412-428, section III; for beta = 1 it is the method of J. Douglas and H. H. Rachford (1956)
-and of P. L. Lions and B. Mercier, SIAM Journal on Numerical Analysis 16 (1979) 964-979. It settles only near a common
-point. Several walkers from random starts share each product with the matrix of P_A, of order 2n, and single precision
-will do, as all that counts of a walker is the states that it stands for: where its step is small, block pivoting from
-these gives the solution.
+Information Theory 64 (2018) 412-428, section III. It settles only near a common point. Several walkers from random
+starts share each product with the matrix of P_A, of order 2n, and single precision will do, as all that counts of a
+walker is the states that it stands for: where its step is small, block pivoting from these gives the solution.
 """
 
 from __future__ import annotations

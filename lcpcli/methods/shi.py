@@ -33,11 +33,7 @@ from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
-SELECTED = "1"
-STEEPEST_AT_MULTIPLE = "2.2"
-PLANE = "2.4"
-AVERAGE = "2.5"
-STEEPEST = "2.6"
+SELECTED, STEEPEST_AT_MULTIPLE, PLANE, AVERAGE, STEEPEST = "1", "2.2", "2.4", "2.5", "2.6"
 SMOOTHED = 1e-3  # times the smoothing error: |F~| at a zero of F~, up to rounding
 SMOOTHING = "its smoothed equation is solved up to rounding; what is left is the smoothing error"
 DESCENT = (SELECTED, STEEPEST_AT_MULTIPLE, STEEPEST)

@@ -15,7 +15,7 @@ valuation of American put options, Journal of Finance 32 (1977) 449-462, and for
 B. Lapeyre, Variational inequalities and the pricing of American options, Acta Applicandae Mathematicae 21 (1990)
 263-289. Any number of runs in O(n) operations, one variable after another: R. W. Cottle and R. S. Sacher, On
 the solution of large, structured linear complementarity problems: the tridiagonal case, Applied Mathematics and
-Optimization 3 (1977) 321-340. What is found has to be verified.
+Optimization 3 (1977) 321-340.
 """
 
 from __future__ import annotations
