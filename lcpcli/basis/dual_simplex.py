@@ -40,7 +40,6 @@ class DualSimplex:
 
     @property
     def _rows(self) -> Vector:
-        """Return the basic forms, each by its constant and its coefficients."""
         return self._dictionary[:-1]
 
     def point(self) -> tuple[Vector, Vector] | None:

@@ -1,14 +1,12 @@
 """Basic solutions, the signs that they violate beyond rounding, and block principal pivoting, which exchanges these.
 
-In a basic solution some variables are at a bound, and for the others w = 0.
+For a set B of basic variables, for which w_B = 0, and z_N at their bounds, M_BB z_B = -(q + M z_N)_B and
+w_N = (M z + q)_N. This basic solution solves the problem if each basic variable lies within its bounds and w has the
+sign that each bound asks for. A violation counts if it exceeds the rounding error of its row, ROW_ROUNDING
+(|M| |z| + |q|)_i; for a z_i the same holds after multiplication by the largest |M_ij|.
 
-For a set B of basic variables and z_N at their bounds, M_BB z_B = -(q + M z_N)_B and w_N = (M z + q)_N. This basic
-solution solves the problem if each basic variable lies within its bounds and w has the sign that each bound asks for. A
-violation counts if it exceeds the rounding error of its row, ROW_ROUNDING (|M| |z| + |q|)_i; for a z_i the same holds
-after multiplication by the largest |M_ij|.
-
-Block principal pivoting: M. M. Kostreva, Block pivot methods for solving the complementarity problem, Linear Algebra
-and its Applications 21 (1978) 207-215.
+M. M. Kostreva, Block pivot methods for solving the complementarity problem, Linear Algebra and its Applications 21
+(1978) 207-215.
 """
 
 from __future__ import annotations
@@ -43,7 +41,6 @@ class BasicSolution(NamedTuple):
 
     @property
     def x(self) -> Vector:
-        """Return (z - w) / 2."""
         return 0.5 * (self.z - self.w)
 
 
@@ -88,10 +85,7 @@ class System(ABC):
     def solver(self, indices: Indices) -> Solve:
         """Return a solver of systems with M_PP, of half of all digits at least; raise SingularMatrix here or there."""
 
-    def exchanging(self, basis: States) -> Generator[BasicSolution, Indices | None, None]:
-        """Yield basic solutions by block principal pivoting from a basis, as the function `exchanging` does; raise
-        SingularMatrix as `at` does."""
-        return exchanging(self, basis)
+    exchanging = exchanging  # raises SingularMatrix as `at` does
 
     def at(self, basis: States) -> BasicSolution:
         """Return the basic solution of a basis, refined once by its residual w_B if it is a solution; raise
@@ -119,7 +113,12 @@ class System(ABC):
             residual = w[indices]
             w[indices] = 0.0
             found = self._judged(basis, z, w)
-            if not (refines and found.is_solution) or self._is_rounding(residual, z, indices):
+            if not (refines and found.is_solution):
+                break
+            size = np.abs(residual)
+            if np.count_nonzero(size <= ROW_ROUNDING * np.abs(self.q[indices])) == indices.size:
+                break  # within the rounding error of their terms, of which q alone is a lower bound
+            if self.has_terms and np.count_nonzero(size <= ROW_ROUNDING * self.terms(z)[indices]) == indices.size:
                 break
             z[indices] -= solve(residual)
         return found
@@ -133,23 +132,10 @@ class System(ABC):
         if not count:
             return found
         worst = int(violations.argmax())
-        if self._is_clear(found, worst, float(violations[worst])):
-            return found
+        violation = float(violations[worst]) * (self.row_maxima[worst] if basis[worst] == BASIC else 1.0)
+        if violation > ROW_ROUNDING * (abs(self.q[worst]) + self.largest * float(np.abs(z).sum())):
+            return found  # as this bound on the rounding error of its row needs no more of M than the sizes of its rows
         return found._replace(is_solution=not self.violated(found).any())
-
-    def _is_clear(self, found: BasicSolution, row: int, violation: float) -> bool:
-        """Return whether a violation exceeds a bound on the rounding error of its row that needs no more of M than the
-        sizes of its rows."""
-        terms = abs(self.q[row]) + self.largest * float(np.abs(found.z).sum())
-        return bool(violation * (self.row_maxima[row] if found.basis[row] == BASIC else 1.0) > ROW_ROUNDING * terms)
-
-    def _is_rounding(self, residual: Vector, z: Vector, rows: Indices) -> bool:
-        """Return whether the residual in these rows of w is within the rounding error of their terms, of which q alone
-        is a lower bound. Nothing else is asked where refinement takes no longer."""
-        size = np.abs(residual)
-        if np.count_nonzero(size <= ROW_ROUNDING * np.abs(self.q[rows])) == rows.size:
-            return True
-        return self.has_terms and bool(np.count_nonzero(size <= ROW_ROUNDING * self.terms(z)[rows]) == rows.size)
 
     def count_violations(self, found: BasicSolution) -> int:
         """Return how many signs are violated beyond rounding; only these stay `wrong`."""
@@ -157,7 +143,6 @@ class System(ABC):
         return int(np.count_nonzero(found.wrong))
 
     def violated(self, found: BasicSolution) -> Mask:
-        """Return where signs are violated beyond rounding."""
         violated: Mask = found.wrong.copy()
         rows = violated.nonzero()[0]
         violations = self.box.violations(found.z, found.w, found.basis)[rows]
@@ -167,8 +152,7 @@ class System(ABC):
 
 
 class BasicSolutions(System):
-    """The basic solutions of a problem, by a solver of systems with M, perhaps taken over from another problem with
-    this M, that updates its factors."""
+    """The basic solutions of a problem, by a solver of systems with this M, perhaps that of another problem."""
 
     def __init__(self, problem: Problem, solver: PrincipalSolver | None = None) -> None:
         self._problem, self.box, self.q, M = problem, problem.box, problem.q, problem.M
@@ -195,8 +179,7 @@ class BasicSolutions(System):
 
 
 def in_units_of_state(terms: Vector, maxima: Vector, basic: Mask) -> Vector:
-    """Return errors of rows of w in units of the numbers whose signs count: of z_i, by the largest |M_ij|, if basic,
-    else of w_i."""
+    """Return errors of rows in units of what has signs: where basic of z_i, by the largest |M_ij|, else of w_i."""
     in_z = np.divide(terms, maxima, where=maxima > 0, out=np.zeros_like(terms))
     return np.where(basic, in_z, terms)
 

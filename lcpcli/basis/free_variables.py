@@ -96,7 +96,6 @@ def solved(A: Vector) -> Solved:
 
 
 def largest(A: Vector) -> float:
-    """Return the largest |entry|, 0 if there is none."""
     return float(np.abs(A).max()) if A.size else 0.0
 
 
@@ -130,7 +129,8 @@ def kept(M: Vector, lower: Vector, upper: Vector) -> Kept:
 
 
 def eliminated(own: Kept, rows: Vector, columns: Vector) -> Eliminated:
-    """Eliminate the free variables from the A of those that are kept, which is in these units and may be changed."""
+    """Eliminate the free variables from the A of those that are kept, which is in these units and may be changed, with
+    a - b in place of u, and inequalities in both directions for the equations G z_B + g = 0."""
     A, bounded, free = own.A, own.bounded, own.free
     m = bounded.size
     if not free.size:
@@ -152,15 +152,17 @@ def eliminated(own: Kept, rows: Vector, columns: Vector) -> Eliminated:
         of_equations = K @ np.linalg.pinv(finite(G), SMALLEST)
         K = K - of_equations @ G
         Y = np.linalg.pinv(finite(H), SMALLEST) @ K
-        K = split(cleaned(K - H @ Y, size), G, H)
+        whole = np.zeros((m + 2 * s, m + 2 * s))
+        whole[:m, :m], whole[:m, m : m + s], whole[:m, m + s :] = cleaned(K - H @ Y, size), H, -H
+        whole[m : m + s, :m], whole[m + s :, :m] = G, -G
+        K = whole
     elif s:
         K = np.zeros((2 * s, 2 * s))
     return Eliminated(K, rows, columns, A_BF, E, U, V, X, of_equations, Y)
 
 
 def same_units(A: Vector, rows: Vector, columns: Vector, bounded: Indices) -> tuple[Vector, Vector]:
-    """Scale rows and columns of bounded variables by the same factors, without which A is not monotone even if M
-    is, unless M cannot be monotone, or these units are far apart; return the units."""
+    """Give rows and columns of bounded variables the same units, which are not far apart, if M may be monotone."""
     ratios = rows[bounded] / columns[bounded]
     is_near = bounded.size > 0 and ratios.max() <= NEAR_UNITS * ratios.min()
     if is_near and may_be_monotone(A / rows.reshape(-1, 1) / columns):
@@ -179,15 +181,6 @@ def may_be_monotone(M: Vector) -> bool:
     d, pairs = np.diag(M), np.abs(M + M.T) - CANCELLED * (np.abs(M) + np.abs(M.T))
     roots = np.sqrt(np.maximum(d, 0.0))
     return bool(d.min() >= 0.0 and (pairs <= (2.0 + CANCELLED) * np.outer(roots, roots)).all())
-
-
-def split(K: Vector, G: Vector, H: Vector) -> Vector:
-    """Return K with a - b in place of u, and with inequalities in both directions for the equations G z_B + g = 0."""
-    m, s = H.shape
-    whole = np.zeros((m + 2 * s, m + 2 * s))
-    whole[:m, :m], whole[:m, m : m + s], whole[:m, m + s :] = K, H, -H
-    whole[m : m + s, :m], whole[m + s :, :m] = G, -G
-    return whole
 
 
 def constants(own: Kept, found: Eliminated, w: Vector) -> tuple[Vector, Vector]:
@@ -244,17 +237,12 @@ def given_states(own: Kept, n: int, states: States) -> States:
 NEAR_ONE = 2.0**8  # largest entries of rows and columns up to this, and from its inverse on, are not scaled
 
 
-def are_near_one(sizes: Vector) -> bool:
-    """Return whether all of these sizes but zeros are of about size 1."""
-    used = sizes[sizes > 0.0]
-    return bool(used.size == 0 or (used.max() <= NEAR_ONE and used.min() >= 1.0 / NEAR_ONE))
-
-
 def exponents(A: Vector) -> Vector:
     """Return the exponents of the factors of rows, and then of columns, that `Reduction` uses: 0 if all of these have
     largest entries of about size 1; none where `equilibrate` has to be asked, as it would balance logarithms."""
     sizes = units.sizes_in_units(A, np.zeros(2 * A.shape[0]))
-    if are_near_one(sizes):
+    used = sizes[sizes > 0.0]
+    if used.size == 0 or (used.max() <= NEAR_ONE and used.min() >= 1.0 / NEAR_ONE):
         return np.zeros(sizes.size)
     return units.moderate_powers(A, sizes, np.abs(np.diag(A)))
 
@@ -289,12 +277,9 @@ class Reduction:
         self.d = self._widths()
 
     def within(self, box: Box) -> Reduction | None:
-        """Return the reduction for other bounds, which changes no more than the distances between them; None if other
-        variables are free, fixed or bounded on other sides."""
-        for before, now in zip(self.box.vectors(self.n), box.vectors(self.n), strict=True):
-            if not np.array_equal(np.isfinite(before), np.isfinite(now)):
-                return None
-        if not np.array_equal(self.box.fixed, box.fixed):
+        """Return the reduction for other bounds of the same kinds; None if variables are bounded on other sides."""
+        before, now = ([*map(np.isfinite, own.vectors(self.n)), own.fixed] for own in (self.box, box))
+        if not all(map(np.array_equal, before, now)):
             return None
         other = copy(self)
         other.box, other.corner = box, np.broadcast_to(box.corner, self.n)
@@ -302,7 +287,6 @@ class Reduction:
         return other
 
     def _widths(self) -> Vector:
-        """Return the distances between the bounds of the unknowns."""
         lower, upper = self.box.vectors(self.n)
         return widths(self._own, self._found, upper - lower)
 

@@ -125,8 +125,7 @@ def lexicographic_minimum(tableau: Tableau, rows: Indices, change: Vector) -> in
 
 
 def shift(tableau: Tableau, entering: int, way: float, step: float) -> float:
-    """Let the variable of a column move, and the basic ones with it; return the largest rate at which one of these
-    moves."""
+    """Let the variable of a column move, and the basic ones with it; return the largest rate of these."""
     change = tableau.T[:, entering] * way
     rate, values = np.abs(change), tableau.values
     values += step * change
@@ -167,8 +166,7 @@ def move(tableau: Tableau, d: Vector, entering: int, way: float, row: int, step:
 
 
 def begin(tableau: Tableau, d: Vector, cover: Vector, lexicographic: bool) -> tuple[int, int, float]:
-    """Let z_0 enter at its least value with all w_i >= 0, as the first pivot; return the row that it enters, and the
-    column that enters next with its direction."""
+    """Let z_0 enter at its least value with all w_i >= 0; return its row, and what enters next with its way."""
     ratios = tableau.values / cover
     least = ratios.min()
     tied = ~(ratios > least + (TIE * abs(least) if lexicographic else 0.0))  # some row, also where numbers overflow
@@ -180,8 +178,7 @@ def begin(tableau: Tableau, d: Vector, cover: Vector, lexicographic: bool) -> tu
 def follow(
     tableau: Tableau, d: Vector, entering: int, way: float, cover_row: int, lexicographic: bool, most: int
 ) -> tuple[int, int, int, float]:
-    """Follow the path for at most so many pivots; return how that ended, the number of pivots, and the column that
-    enters next with its direction."""
+    """Follow the path for so many pivots; return how it ended, their number, and what enters next, with its way."""
     for pivots in range(most):
         row, step = choose(tableau, d, entering, way, cover_row, lexicographic)
         if row == UNBOUNDED:
@@ -193,8 +190,7 @@ def follow(
 
 
 def path(K: Vector, k: Vector, d: Vector, cover: Vector, most: int) -> tuple[int, int, States]:
-    """Follow the path of a problem from its beginning for at most so many pivots; return how that ended, the number of
-    pivots, and the states of y."""
+    """Follow the path of a problem for so many pivots; return how it ended, their number, and the states of y."""
     states = np.full(k.size, LOWER, np.int8)
     if not (k < 0.0).any():
         return SOLVED, 0, states

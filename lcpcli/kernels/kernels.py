@@ -199,7 +199,7 @@ def _judged(M: Any, q: Any, tol: float, k: int, A: Any, rows: Any, P: Any, z: An
 
 @inlined
 def _hides_terms(q: Any, largest: float, z: Any) -> bool:
-    """Return the same as `final_states.hides_terms`, of numbers that are not long."""
+    """Return what `final_states.is_doubtful` asks first, of numbers that are not long."""
     least_z, largest_z, least_q, largest_q = np.inf, 0.0, np.inf, 0.0
     for i in range(q.size):
         if z[i] != 0.0:

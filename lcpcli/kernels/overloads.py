@@ -112,9 +112,8 @@ for function in (
     *(tableau.lexicographic_minimum, tableau.move, tableau.tableau_of, tableau.begin),
     *(factors.finite, exchanges.reciprocals, exchanges.solve_basic),
     *(units.half_power, units.common_power, units.are_far_apart, units.sizes_in_units, units.swept),
-    *(units.moderate_powers, free_variables.are_near_one),
+    *(units.moderate_powers, free_variables.constants, free_variables.widths),
     *(free_variables.largest, free_variables.cleaned, free_variables.solved, free_variables.combinations),
-    *(free_variables.may_be_monotone, free_variables.same_units, free_variables.split, free_variables.eliminated),
-    *(free_variables.constants, free_variables.widths),
+    *(free_variables.may_be_monotone, free_variables.same_units, free_variables.eliminated),
 ):
     register_jitable(**OPTIONS)(function)

@@ -13,12 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from itertools import islice
 
 import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolution, exchanging
 from lcpcli.interrupts import check
-from lcpcli.linalg.doubles import EPS, ROUNDING
+from lcpcli.linalg.doubles import EPS, ROUNDING, SMALLEST_NORMAL
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, Solve
 from lcpcli.linalg.krylov import Measure, bicgstab, conjugate_gradients, identity, norm, relative_to
 from lcpcli.linalg.matrices import absolute_product, is_narrow, is_symmetric
@@ -40,8 +41,8 @@ MAX_STAGNANT_STEPS = 6  # pivoting steps without a new minimum residual that cou
 STAGNATION = 100 * EPS  # relative to the terms: a residual that stagnates below this is at rounding level
 ROUGH_STEPS, FINAL_STEPS = 3, 100  # of a preconditioned method: of a rough solve, and at most of the last one
 ACCURACY = 1e-12  # relative to the terms of a row: what the last solve leaves
-TINY = float(np.finfo(np.float64).tiny)
-NOT_POSITIVE = "a diagonal entry of M is not positive"
+
+
 ROUNDING_REACHED = "the residual has stopped falling at rounding level"
 NO_PROGRESS = "block principal pivoting makes no further progress"
 
@@ -60,32 +61,26 @@ def krylov(problem: Problem, x0: Vector, symmetric: bool | None = None) -> Stage
     symmetric : whether M is, up to rounding, if that is known.
 
     Yields x = (z - w) / 2 for each pivoting step; evaluations are products with M. Finished : the residual is zero.
-    Stalled : it stagnates at rounding level. Breakdown : a diagonal entry is not positive, a solve takes more than
-    PATIENCE_PRODUCTS per digit, or pivoting cycles; M is too ill-conditioned for this method, or not a P-matrix.
+    Stalled : it stagnates at rounding level. Breakdown : M is too ill-conditioned for this method, or no P-matrix.
     """
     own = Inexact(problem.M, problem.q, problem.box, problem.box.z_of(x0), symmetric=symmetric)
-    if not own.diagonal.min() > 0:
-        return Breakdown(NOT_POSITIVE)
-    least, stagnant = own.size, 0
-    if own.size == 0:
-        yield own.iterate()
-        return Finished()
+    least, stagnant, pivoting = own.size, 0, exchanging(own, own.basis)
     try:
-        for found in exchanging(own, own.basis):
+        while stagnant < MAX_STAGNANT_STEPS:
+            if own.size:
+                next(pivoting)
             yield own.iterate()
-            if found.is_solution:
+            if not own.size:
                 return Finished()
             stagnant = 0 if own.size < least else stagnant + 1
             least = min(own.size, least)
-            if stagnant >= MAX_STAGNANT_STEPS:
-                break
     except SingularMatrix as error:
         return Breakdown(str(error))
     return Stalled(ROUNDING_REACHED) if least <= STAGNATION * norm(own.terms()) else Breakdown(NO_PROGRESS)
 
 
 class Inexact:
-    """A problem whose basic solutions are approximated by a Krylov method, preconditioned if there are preconditioners.
+    """A problem whose basic solutions are approximated by a Krylov method, perhaps preconditioned.
 
     z, w, basis : the last basic solution; w = M z + q. size : |min(diag(M) z, w)|_2. products : products with M so far.
     """
@@ -105,28 +100,21 @@ class Inexact:
         self.is_symmetric = is_symmetric(M) if symmetric is None else symmetric
         self._method, self._cost = (conjugate_gradients, 1) if self.is_symmetric else (bicgstab, 2)
         self._image = np.empty(q.size) if self.is_symmetric else None  # of the last product, if one at a time is needed
-        self._precondition = precondition
+        self._precondition, self.products = precondition, 0
         self._solve: Solve = identity
-        self.products = 0
         self._measure()
         with np.errstate(divide="ignore", invalid="ignore"):
             self.basis = box.basis_of(0.5 * (z - self.w / self.diagonal))
 
     def _measure(self) -> None:
-        """Compute w and the residual."""
         self.w = self._operator(self.z)
         self.w += self.q
         self.size = norm(self.box.gaps(self.z, self.w, self.diagonal))
         self.products += 1
 
-    @property
-    def x(self) -> Vector:
-        """Return the x of the last basic solution."""
-        return self.box.x_within(self.z, self.w, self.basis)
-
     def iterate(self) -> Iterate:
         """Return the x of the last basic solution, with F where z is admissible."""
-        x = self.x
+        x = self.box.x_within(self.z, self.w, self.basis)
         w = self.box.reflected(x) - x
         admissible = bool((self.z == self.box.project(self.z)).all())
         return Iterate(x, self.w - w if admissible else None, "", self.products, signs_final=admissible)
@@ -143,26 +131,12 @@ class Inexact:
         reduction = FINAL_REDUCTION if unchanged else REDUCTION
         most = int(PATIENCE_PRODUCTS * -np.log10(reduction)) // self._cost
         size = self.size
-        left = self._approach(basis, reduction * size, most)
-        if not left <= REDUCTION * size:
+        if not self.approach(basis, reduction * size, most) <= REDUCTION * size:
             raise SingularMatrix(f"{PATIENCE_PRODUCTS} products with M did not gain a digit")
-        return self._found(basis)
+        return self.found(basis)
 
-    def rough_step(self, basis: States) -> BasicSolution:
-        """Approximate the basic solution of a basis by ROUGH_STEPS."""
-        self._approach(basis, 0.0, ROUGH_STEPS)
-        return self._found(basis)
-
-    def last_step(self, basis: States) -> BasicSolution:
-        """Approximate the basic solution of a basis to rounding level; raise SingularMatrix if that takes too long."""
-        terms = self.terms()
-        most = np.maximum(ROUNDING * terms, ACCURACY * np.minimum(terms, np.abs(self.q).max())) + TINY
-        if not self._approach(basis, 1.0, FINAL_STEPS, relative_to(most)) <= 1:
-            raise SingularMatrix(f"{FINAL_STEPS} steps with a preconditioner did not solve a system")
-        return self._found(basis)
-
-    def _approach(self, basis: States, target: float, most: int, measure: Measure = norm) -> float:
-        """Move z towards the basic solution of a basis; return what its residual is by this measure."""
+    def approach(self, basis: States, target: float, most: int, measure: Measure = norm) -> float:
+        """Move z towards the basic solution of a basis in at most so many steps; return the measure of its residual."""
         z, basic = self.box.nonbasic(basis), basis == BASIC
         mask = basic.astype(float)
         if self._precondition is not None and (self._solve is identity or not np.array_equal(basis, self.basis)):
@@ -181,9 +155,8 @@ class Inexact:
         self._measure()
         return left
 
-    def _found(self, basis: States) -> BasicSolution:
-        """Judge the signs of the last z and w after a step of Jacobi's method, counting a z at its lower bound as below
-        it."""
+    def found(self, basis: States) -> BasicSolution:
+        """Judge the signs of the last z and w after a step of Jacobi's method; z at its lower bound counts as below."""
         basic = basis == BASIC
         left = np.where(basic, self.w, 0.0)
         z, w = self.z - left / self.diagonal, self.w - left
@@ -205,8 +178,6 @@ def multilevel(problem: Problem, symmetric: bool | None = None) -> Stage:
     equations and graphs. V-cycles of the same coarse versions are the preconditioners, so that nothing is factorized,
     and time and memory are proportional to n. Takes `symmetric`, yields and returns as `active_set`.
     """
-    if not problem.M.diagonal().min() > 0:
-        return Breakdown(NOT_POSITIVE)
     hierarchy = Hierarchy(problem.M)
     if hierarchy.is_stuck:
         return Breakdown("coarsening M does not make it much smaller")
@@ -220,11 +191,7 @@ def multilevel(problem: Problem, symmetric: bool | None = None) -> Stage:
 
 
 def active_set(
-    problem: Problem,
-    z: Vector,
-    precondition: Preconditioners,
-    symmetric: bool | None = None,
-    operator: Operator | None = None,
+    problem: Problem, z: Vector, precondition: Preconditioners, symmetric: bool | None, operator: Operator | None = None
 ) -> Stage:
     """Pivot on all violated signs, with a few preconditioned products a step; in between, pivot near these signs only,
     which moves the edge of the active set by several rings at a small cost.
@@ -232,19 +199,23 @@ def active_set(
     symmetric, operator : whether M is, up to rounding, and products with it, if they are known.
 
     Yields x = (z - w) / 2 for each step; evaluations are products with M. Stalled : after the last one, whose residual
-    is at rounding level. Breakdown : a solve takes more than FINAL_STEPS, or pivoting cycles.
+    is at rounding level.
     """
     own = Inexact(problem.M, problem.q, problem.box, z, precondition, symmetric, operator)
-    if not own.diagonal.min() > 0:
-        return Breakdown(NOT_POSITIVE)
     basis, fewest, waiting = own.basis, problem.n + 1, ROUNDS_PATIENCE
     try:
         while waiting:
-            found = own.rough_step(basis)
+            own.approach(basis, 0.0, ROUGH_STEPS)
+            found = own.found(basis)
             if not np.count_nonzero(found.wrong):
-                found = own.last_step(basis)
+                terms = own.terms()
+                most = np.maximum(ROUNDING * terms, ACCURACY * np.minimum(terms, np.abs(own.q).max())) + SMALLEST_NORMAL
+                if not own.approach(basis, 1.0, FINAL_STEPS, relative_to(most)) <= 1:
+                    return Breakdown(f"{FINAL_STEPS} steps with a preconditioner did not solve a system")
+                found = own.found(basis)
             count = int(np.count_nonzero(found.wrong))
-            yield Iterate(own.x, None, "", own.products, signs_final=not count)
+            x = problem.box.x_within(own.z, own.w, own.basis)
+            yield Iterate(x, None, "", own.products, signs_final=not count)
             if not count:
                 return Stalled(ROUNDING_REACHED)
             waiting = ROUNDS_PATIENCE if count < fewest else waiting - 1
@@ -256,7 +227,7 @@ def active_set(
 
 
 def _pivoted_near(own: Inexact, found: BasicSolution) -> States:
-    """Exchange the wrong signs, and pivot with the variables near them alone until their signs settle."""
+    """Exchange the wrong signs, and pivot with the variables near them alone, until these hardly change."""
     box, basis = own.box, own.box.exchanged(found.basis, found.wrong, found.z)
     own.z = np.where(basis == BASIC, box.project(own.z), box.nonbasic(basis))
     near = found.wrong.copy()
@@ -266,30 +237,22 @@ def _pivoted_near(own: Inexact, found: BasicSolution) -> States:
     rows, z = own.M[places], own.z[places]
     own.z[places] = 0.0
     q = own.q[places] + rows @ own.z
-    inner = Inexact(rows[:, places], q, box.part(places), z, symmetric=own.is_symmetric)
-    basis[places] = _settled(inner)
-    own.z[places] = inner.z
-    return basis
-
-
-def _settled(part: Inexact) -> States:
-    """Pivot until few signs are wrong and the residual has fallen, or a solve takes too long."""
-    start, basis = part.size, part.basis
+    part = Inexact(rows[:, places], q, box.part(places), z, symmetric=own.is_symmetric)
+    start = part.size
     try:
-        for steps, found in enumerate(exchanging(part, basis), 1):
-            changes = np.count_nonzero(found.wrong)
-            basis = part.box.exchanged(found.basis, found.wrong, found.z)
-            settled = changes <= SETTLED_CHANGES * part.q.size and part.size <= SETTLED_SIZE * start
-            if settled or steps == MOST_LOCAL_STEPS:
+        for now in islice(exchanging(part, part.basis), MOST_LOCAL_STEPS):
+            basis[places] = part.box.exchanged(now.basis, now.wrong, now.z)
+            if np.count_nonzero(now.wrong) <= SETTLED_CHANGES * q.size and part.size <= SETTLED_SIZE * start:
                 break
     except SingularMatrix:
-        return part.basis
+        basis[places] = part.basis
+    own.z[places] = part.z
     return basis
 
 
 class Factors:
     """Preconditioners from factors of a principal submatrix, which are kept while few variables change, unless the
-    band of M is so narrow that new ones cost little."""
+    band of M is so narrow that new ones cost little; they, or a call for one, raise SingularMatrix."""
 
     def __init__(self, M: Matrix) -> None:
         self._change = 0.0 if is_narrow(M) else REUSE_CHANGE
@@ -297,7 +260,6 @@ class Factors:
         self._factors: Solve = identity
 
     def __call__(self, basic: Mask) -> Solve:
-        """Return a solver for the basic variables; it, or this method, raises SingularMatrix."""
         if np.count_nonzero(basic != self._basic) > self._change * np.count_nonzero(basic):
             self._basic, self._factors = basic, self._solver.at(basic.nonzero()[0])
         own, factors, both = self._basic.nonzero()[0], self._factors, basic & self._basic
@@ -315,7 +277,7 @@ class Factors:
 WEAK_DOMINANCE = 0.02  # of a diagonal entry over the others of its row, the median: products alone will not suffice
 
 
-def sparse_route(problem: Problem, x0: Vector, krylov_only: bool = False) -> Stage:
+def sparse_route(problem: Problem, x0: Vector) -> Stage:
     """Solve the problem in units in which M has diagonal 1: by pivoting with inexact solves.
 
     Well-conditioned M, however large and with any fill-in, needs a few dozen products and no factorization
@@ -325,20 +287,21 @@ def sparse_route(problem: Problem, x0: Vector, krylov_only: bool = False) -> Sta
     rounding stops that short of the tolerance, `finish` factorizes the last one.
 
     It is meant for sparse positive definite and H-matrices; it may fail for other M, and ends as its last part does.
-
-    krylov_only : whether to end after the first part, where other methods are better than the rest: for zeros on the
-        diagonal, as in contact.
     """
-    symmetric = problem.M.diagonal().min() > 0 and is_symmetric(problem.M)
-    units = in_units(problem, *_units(problem.M, problem.q, symmetric))
-    return (yield from stages.changed(units, x0, partial(_parts, symmetric=symmetric, krylov_only=krylov_only)))
+    diagonal, symmetric = problem.M.diagonal(), is_symmetric(problem.M)
+    if not diagonal.min() > 0:
+        return Breakdown("a diagonal entry of M is not positive")
+    C = 1 / np.sqrt(diagonal) if symmetric else equilibrate(problem.M, problem.q)[1]
+    units = in_units(problem, C if symmetric else 1 / (diagonal * C), C)
+    return (yield from stages.changed(units, x0, partial(_parts, symmetric=symmetric)))
 
 
-def _parts(problem: Problem, x: Vector, symmetric: bool, krylov_only: bool) -> Stage:
+def _parts(problem: Problem, x: Vector, symmetric: bool) -> Stage:
     turns, M = Turns(x), problem.M
-    if krylov_only or not _is_barely_dominant(M):
+    has_links = np.count_nonzero(M.data > 0) == M.shape[0]  # no positive entry off the diagonal, which is 1
+    if not (has_links and np.median(M @ np.ones(M.shape[0])) < WEAK_DOMINANCE):
         ending = yield from turns.take("krylov", krylov(problem, x, symmetric))
-        if krylov_only or isinstance(ending, Stalled | Finished):
+        if isinstance(ending, Stalled | Finished):
             return ending
     ending = yield from turns.take("multilevel", multilevel(problem, symmetric))
     if isinstance(ending, Breakdown):
@@ -347,22 +310,3 @@ def _parts(problem: Problem, x: Vector, symmetric: bool, krylov_only: bool) -> S
     if isinstance(ending, Stalled):
         return (yield from turns.take("multilevel", finish(problem, turns.last.x, stages.ended(ending))))
     return ending
-
-
-def _is_barely_dominant(M: Matrix) -> bool:
-    """Return whether M, with diagonal 1, has no positive entries off it and these nearly add up to 1, or to more, in
-    most rows."""
-    return bool(np.count_nonzero(M.data > 0) == M.shape[0] and np.median(M @ np.ones(M.shape[0])) < WEAK_DOMINANCE)
-
-
-def _units(M: Matrix, q: Vector, symmetric: bool) -> tuple[Vector, Vector]:
-    """Return diagonals R, C for which a positive diagonal becomes 1 in R M C and symmetry is preserved.
-
-    symmetric : whether M is symmetric and has such a diagonal.
-    """
-    diagonal = M.diagonal()
-    if symmetric:
-        root = 1 / np.sqrt(diagonal)
-        return root, root
-    R, C = equilibrate(M, q)
-    return (1 / (diagonal * C) if diagonal.min() > 0 else R), C

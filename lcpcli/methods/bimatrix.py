@@ -51,9 +51,7 @@ def costs(problem: Problem) -> Costs | None:
 
 
 def pure(problem: Problem, game: Costs | None) -> Vector | None:
-    """Return the z of the first equilibrium in pure strategies, shape (n,); None if there is none, or no game.
-
-    Each player's strategy has the least cost against the other's."""
+    """Return the z of the first equilibrium in pure strategies, shape (n,); None if there is none, or no game."""
     if game is None:
         return None
     R, C = game
@@ -91,20 +89,15 @@ def lemke_howson(problem: Problem, game: Costs) -> Stage:
             before = path.pivots
             path.follow(PIVOTS * 2**number)
             evaluations += path.pivots - before
-            z = _solution(problem, path.point()) if path.is_complete else path.point()
+            z = path.point()
+            if path.is_complete:
+                with suppress(SingularMatrix):  # else all strategies in the supports of z cost the same
+                    z = np.maximum(BasicSolutions(problem).at(of_masks(z > 0.0)).z, 0.0)
             x = problem.box.x_of(z, problem.w(z))
             yield Iterate(x, None, "label", evaluations, signs_final=path.is_complete)
             if path.is_complete:
                 return Finished()
     return Stalled("no path of Lemke and Howson ends at an equilibrium")
-
-
-def _solution(problem: Problem, z: Vector) -> Vector:
-    """Return the z with the supports of this one at which all strategies in them cost the same; z itself if the costs
-    in these are singular."""
-    with suppress(SingularMatrix):
-        return np.maximum(BasicSolutions(problem).at(of_masks(z > 0.0)).z, 0.0)
-    return z
 
 
 class _Path:
@@ -122,7 +115,6 @@ class _Path:
         self.is_x = label < m  # whether a strategy of the row player enters next
 
     def follow(self, most: int) -> None:
-        """Make at most so many further pivots."""
         for _ in range(most):
             leaving = (self.of_x if self.is_x else self.of_y).pivot(self.entering)
             self.pivots += 1
@@ -133,8 +125,7 @@ class _Path:
         check()
 
     def point(self) -> Vector:
-        """Return the strategies, not scaled, at this point of the path, with small positive values for basic ones that
-        are 0."""
+        """Return the strategies, not scaled, at this point of the path; basic ones that are 0 have small values."""
         return np.concatenate((self.of_x.values(), self.of_y.values()))
 
 

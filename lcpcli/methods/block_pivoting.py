@@ -45,10 +45,7 @@ class Frame:
     box: Box
 
     def part(self, rows: Indices) -> Frame:
-        """Return the frame of some of the problems."""
-        if rows.size == self.q.shape[0]:
-            return self
-        return replace(self, q=self.q[rows], box=self.box.part(rows))
+        return self if rows.size == len(self.q) else replace(self, q=self.q[rows], box=self.box.part(rows))
 
     def at(self, basis: States) -> BasicSolution:
         """Return the basic solutions of the states; they are not finite where M_PP is singular or numbers overflow."""
@@ -88,12 +85,9 @@ def in_given_variables(frame: Frame, z: Vector) -> Vector:
 class Pivoted:
     """The points and states at which pivoting ended.
 
-    z : basic solutions that have the signs that their states ask for, or violate them by rounding alone, shape (m, n).
-    basis : their states.
-    steps : how many systems were solved for each, shape (m,).
-    ended : which problems have such a solution, shape (m,); for the others M_PP was singular, or the steps were too
-        few.
-    by_gradient : where projected gradients chose the start, shape (m,).
+    z, basis : basic solutions that have the signs of their states, but for rounding, shape (m, n). steps : how many
+    systems were solved for each, shape (m,). ended : which problems have such a solution, shape (m,); for the others
+    M_PP was singular, or the steps were too few. by_gradient : where projected gradients chose the start, shape (m,).
     """
 
     z: Vector
@@ -170,19 +164,13 @@ def _are_near(q: Vector, rows: Indices, others: Indices) -> Mask:
 
 
 def _start(frame: Frame, R: Vector, C: Vector) -> tuple[States, Mask]:
-    """Return the states to start from, and where gradients, not the reference points, have given them."""
+    """Return the states to start from, and where gradients, not the reference points, have given them: where these do
+    not diverge. They continue while each check finds fewer changes of state than SETTLING_FACTOR times those of the
+    check before."""
     start, diagonal = frame.box.basis_of(-0.5 * frame.q), frame.block.M.diagonal()
     if not (frame.q.size and diagonal.min() > 0):
         return start, np.zeros(frame.q.shape[0], dtype=bool)
-    basis, good = _projected_gradient(frame, R, C)
-    start[good] = basis[good]
-    return start, good
-
-
-def _projected_gradient(frame: Frame, R: Vector, C: Vector) -> tuple[States, Mask]:
-    """Return the states at which projected gradients arrive, and where these do not diverge. They continue while each
-    check finds fewer changes of state than SETTLING_FACTOR times those of the check before."""
-    half = 1 / np.sqrt(R * frame.block.M.diagonal() * C)
+    half = 1 / np.sqrt(R * diagonal * C)
     R, C = R * half, C * half
     M, q = np.ascontiguousarray((R[:, np.newaxis] * frame.block.M * C).T), frame.q * R
 
@@ -196,4 +184,5 @@ def _projected_gradient(frame: Frame, R: Vector, C: Vector) -> tuple[States, Mas
         if look.changes <= SETTLED_CHANGES * q.shape[0] or look.changes > SETTLING_FACTOR * most:
             break
         most = look.changes
-    return look.basis, look.bounded
+    start[look.bounded] = look.basis[look.bounded]
+    return start, look.bounded

@@ -15,7 +15,7 @@ from lcpcli.linalg.compressed_rows import block, of_arrays
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import compressed
 from lcpcli.linalg.quadratic_program import minimized
-from lcpcli.linalg.shifted_systems import operations
+from lcpcli.linalg.shifted_systems import operations, systems
 from lcpcli.methods.direct import as_sparse
 from lcpcli.methods.interior import EXCHANGE_ROUNDS, FAR_RESIDUAL, Run
 from lcpcli.methods.stages import Breakdown, Stage
@@ -41,7 +41,8 @@ def convex_program(problem: Problem) -> Stage:
         return Breakdown("the problem is not that of a convex program")
     try:
         run = Run(problem, by_units=True)
-        if _most_operations(problem.M, S < 0) > MOST_OPERATIONS and operations(run.systems) > MOST_OPERATIONS:
+        most = _most_operations(problem.M, S < 0)
+        if most > MOST_OPERATIONS and operations(systems(run.within.problem.M, run.within.S)) > MOST_OPERATIONS:
             return Breakdown("a factorization takes long")
     except (ProblemError, SingularMatrix):
         return Breakdown("no factorization succeeded")

@@ -356,7 +356,7 @@ def _judged_rows(M: Vector, q: Vector, box: Box, z: Vector, largest: Vector, tol
     surely = box.excess(z, w) + ROW_ROUNDING * terms <= tol * least
     is_zero = ~z.any(axis=1) & box.is_orthant
     kinds = np.where(is_zero | (surely & (terms > TINY_TERMS)).all(axis=1), CERTAIN, CANDIDATE)
-    if q.shape[1] <= FEW_UNKNOWNS:  # as in `final_states.hides_terms`
+    if q.shape[1] <= FEW_UNKNOWNS:  # as in `final_states.is_doubtful`
         (least_z, largest_z), (least_q, largest_q) = row_sizes(z), row_sizes(q)
         largest_term = np.maximum(largest * largest_z, largest_q)
         hidden = np.minimum(largest * least_z, least_q) < HIDDEN_TERM * largest_term

@@ -18,7 +18,7 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROUNDED_ZERO, ROW_ROUNDING, SIGN_ROUNDING, is_finite, sizes
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, States, Vector
+from lcpcli.typing import States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure
 from lcpcli.verify.point import Point
 
@@ -29,22 +29,14 @@ SURE_DIGITS = 1e-12  # relative: the largest distance of a component from that o
 MOST_LOOKS = 3  # at exact basic solutions whose signs only rounding makes wrong; then the tree decides as fast
 
 
-def hides_terms(problem: Problem, z: Vector) -> bool:
-    """Return whether there are few unknowns and rounding may hide a term of a row at z, or integers may have been
-    rounded, as far as one can tell without a look at M."""
+def is_doubtful(problem: Problem, z: Vector) -> bool:
+    """Return whether rounding hides a term of a row of a small problem at z, most of the time without a look at M."""
     if problem.n > FEW_UNKNOWNS:
         return False
     (least_z, largest_z), (least_q, largest_q) = sizes(z), problem.sizes_of_q
-    if max(problem.largest, largest_q) > LONG_NUMBER:
-        return True
-    largest_term = max(problem.largest * largest_z, largest_q)
-    return min(problem.largest * least_z, least_q) < HIDDEN_TERM * largest_term
-
-
-def is_doubtful(problem: Problem, z: Vector) -> bool:
-    """Return whether rounding hides a term of a row at z, or integers may have been rounded, if `hides_terms` says that
-    this may be."""
-    return hides_terms(problem, z) and hides_term_of_row(problem, z)
+    if min(problem.largest * least_z, least_q) < HIDDEN_TERM * max(problem.largest * largest_z, largest_q):
+        return hides_term_of_row(problem, z)
+    return max(problem.largest, largest_q) > LONG_NUMBER
 
 
 def hides_term_of_row(problem: Problem, z: Vector) -> bool:
@@ -105,7 +97,14 @@ def confirmed(problem: Problem, z: Vector, basis: States | None = None) -> Confi
         near = rounded(found.z)
         if found.solves:
             return Confirmed(near, basis) if is_finite(near) and is_finite(problem.w(near)) else None
-        if not _are_rounding(problem, near, basis, np.array(list(found.gaps)), rounded(list(found.gaps.values()))):
+        # Only rounding: of the largest z_j where a violation is by a basic z_i, else of the terms of the row, or of the
+        # numbers of its part of the problem, beside which rows may be filled by rounding alone.
+        is_basic, terms = basis == BASIC, np.abs(matrices.dense(problem.M)) @ np.abs(near) + np.abs(problem.q)
+        most = SIGN_ROUNDING * np.where(is_basic, np.abs(near).max(), terms)
+        if problem.is_moderate and problem.n > MOST_DECIDED:
+            measure = Measure(problem)
+            most = np.maximum(most, ROW_ROUNDING * np.where(is_basic, measure.natural_sizes(near), measure.caps(near)))
+        if not (rounded(list(found.gaps.values())) <= most[list(found.gaps)]).all():
             return None
         if problem.n > MOST_DECIDED:
             return given
@@ -116,8 +115,7 @@ def confirmed(problem: Problem, z: Vector, basis: States | None = None) -> Confi
 
 
 def accepted(point: Point, basis: States | None) -> tuple[Point | None, States | None]:
-    """Return the point that the loop of `auto` would accept, or an exact solution near it, and the basis; no point
-    where more is to be decided, or said."""
+    """Return the point that `auto` would accept, or the exact one near it, and the basis; None if it is in doubt."""
     problem = point.criterion.problem
     if problem.n > FEW_UNKNOWNS:
         found = point.solution()
@@ -129,16 +127,3 @@ def accepted(point: Point, basis: States | None) -> tuple[Point | None, States |
         return None, basis
     found = point if settled.z is point.z else Point(point.criterion, settled.z)
     return found if found.solves() else None, settled.basis
-
-
-def _are_rounding(problem: Problem, z: Vector, basis: States, rows: Indices, gaps: Vector) -> bool:
-    """Return whether violations of these rows, by z_i where these are basic and else by w_i, are no larger than
-    rounding of the largest z_j, or of the terms of their rows, or of the numbers of their part of the problem, beside
-    which rows may be filled by rounding alone."""
-    is_basic = basis == BASIC
-    terms = np.abs(matrices.dense(problem.M)) @ np.abs(z) + np.abs(problem.q)
-    most = SIGN_ROUNDING * np.where(is_basic, np.abs(z).max(), terms)
-    if problem.is_moderate and problem.n > MOST_DECIDED:
-        measure = Measure(problem)
-        most = np.maximum(most, ROW_ROUNDING * np.where(is_basic, measure.natural_sizes(z), measure.caps(z)))
-    return bool((gaps <= most[rows]).all())

@@ -16,7 +16,7 @@ import numpy as np
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.krylov import ends, norm
 from lcpcli.methods.registry import ANDERSON, OMEGA
-from lcpcli.methods.stages import Breakdown, Iterate, Stage, Stalled, ended
+from lcpcli.methods.stages import Breakdown, Iterate, Stage, Stalled
 from lcpcli.model.problem import Problem
 from lcpcli.options import AUTO
 from lcpcli.typing import Matrix, Vector
@@ -35,11 +35,8 @@ def fixed_point(
     treats classes of H-matrices too); elsewhere it may diverge. It costs one factorization, then one product with M
     and one solve per iteration, and a second product if accelerated.
 
-    x0 : starting point, shape (n,), in the units of z.
-    omega : modulus parameter in units of M, omega > 0; 1 is the published method. "auto" stands for `best_omega`, at
-        the cost of one more factorization.
-    anderson : pairs of vectors kept by Anderson acceleration; 0 is the published method. If accelerated, x_(k+1)
-        is computed as above, but from a combination of the last iterates instead of x_k.
+    If accelerated, x_(k+1) is computed as above, but from a combination of the last iterates instead of x_k. For omega,
+    "auto" stands for `best_omega`, at the cost of one more factorization.
 
     Yields x1, x2, ... with F(x) = M z - w + q, at no cost: F(x_k) is the change of (omega I - M) |x| from x_(k-1) to
     x_k. Stalled : the iterates have stopped changing. Breakdown : omega I + M is singular, which is detected at once.
@@ -50,15 +47,10 @@ def fixed_point(
     except factors.SingularMatrix:
         name = "I + M" if omega == 1 else f"{omega:g} I + M"
         reason = f"{name} is singular to working precision, so the iteration is not defined; try another --omega"
-        return ended(Breakdown(reason))
-    return _iterates(problem, x0, omega, int(anderson), solve)
-
-
-def _iterates(problem: Problem, x: Vector, omega: float, anderson: int, solve: factors.Solve) -> Stage:
-    M, q, box = problem.M, problem.q, problem.box
-    accelerator = Anderson(anderson, problem.n) if anderson else None
+        return Breakdown(reason)
+    M, q, box, x, evaluations = problem.M, problem.q, problem.box, x0, 1
+    accelerator = Anderson(int(anderson), problem.n) if anderson else None
     image = _image(M, omega, box.reflected(x))
-    evaluations = 1
     while True:
         base, base_image = x, image
         x = solve(base_image - q)
@@ -109,9 +101,6 @@ class Anderson:
     (f_(i+1) - f_i)|_2 for f = g - x. When |f|_2 exceeds RESTART_GROWTH times its minimum since the last restart, the
     iteration restarts from the minimum, with a plain step and an empty memory; so a contraction is never made to
     diverge. It keeps 2 memory + 4 vectors, and costs a few products with memory x n arrays per step.
-
-    memory : number of pairs kept, >= 1.
-    n : length of x.
     """
 
     def __init__(self, memory: int, n: int) -> None:
@@ -124,7 +113,6 @@ class Anderson:
         self._smallest, self._best = math.inf, np.empty(0)
 
     def next(self, x: Vector, g: Vector) -> Vector:
-        """Return the next x, a new array or g itself."""
         f = g - x
         size = norm(f)
         if size > RESTART_GROWTH * self._smallest:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 from itertools import islice
 
 import numpy as np
@@ -20,23 +20,15 @@ import numpy as np
 from lcpcli.basis.exchanges import BasicSolution, exchanging
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.doubles import largest
-from lcpcli.linalg.factors import SingularMatrix, Solve
+from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse, multiplier, plus_diagonal, principal
-from lcpcli.linalg.shifted_systems import Systems, systems
+from lcpcli.linalg.shifted_systems import systems
 from lcpcli.methods.direct import MOST_AS_DENSE
-from lcpcli.methods.interior_steps import (
-    AccurateSystems,
-    PrimalDualPoint,
-    Regularization,
-    SlackForm,
-    Steps,
-    proof_of,
-    slack_form,
-)
+from lcpcli.methods.interior_steps import AccurateSystems, PrimalDualPoint, SlackForm, Steps, proof_of, slack_form
 from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, NoSolution, Stage, Stalled, Tried
 from lcpcli.model.box import BASIC, of_masks
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, States, Vector
+from lcpcli.typing import States, Vector
 
 FINISH, BEST = "finish", "best"
 MOST_INTERIOR_STEPS = 150  # of an attempt: a few times the tens that it usually takes
@@ -75,29 +67,15 @@ class InteriorAttempt:
 
 
 FIRST_ATTEMPTS = (InteriorAttempt(1.0, gives_up=True), InteriorAttempt(1.0, shift=1e-6, gives_up=True))
-FURTHER_ATTEMPTS = (
-    InteriorAttempt(1e4, rho=(1e-3, 1e-6, 1e1)),
-    InteriorAttempt(1e2),
-    InteriorAttempt(1.0, rho=(1.0, 1.0, 1.0)),
-)
+FURTHER_ATTEMPTS = InteriorAttempt(1e4, (1e-3, 1e-6, 1e1)), InteriorAttempt(1e2), InteriorAttempt(1.0, (1.0, 1.0, 1.0))
 ATTEMPTS = FIRST_ATTEMPTS + FURTHER_ATTEMPTS
 
 
-def interior(
-    problem: Problem,
-    x0: Vector,  # noqa: ARG001 (every method has it)
-    *,
-    start_slack: float = 1.0,
-    regularization: float = 1e-8,
-) -> Stage:
+def interior(problem: Problem, x0: Vector, *, start_slack: float = 1.0, regularization: float = 1e-8) -> Stage:  # noqa: ARG001
     """Follow the central path from one start after another until the solution, or a proof that there is none, is found.
 
     It is meant for M + M' positive semidefinite and then takes some tens of steps, each with one factorization of
     M + D, D a positive diagonal. For other M, and where rounding is too large for it, it may stall.
-
-    start_slack : the least slack and multiplier at the start, in scaled units; multiplied by 1e4 in the third attempt,
-        by 100 in the fourth.
-    regularization : rho, added to the diagonal of the factors at first; then adapted, from 1e-6 to 10 times that.
 
     Yields the complementary points nearest to z and w, with mu, the step length and rho as step; and the basic
     solutions of active sets, with step "finish". NoSolution with a Farkas vector y, from a diverging z; Breakdown or
@@ -138,56 +116,50 @@ def at_point(problem: Problem, x: Vector, tried: Tried | None = None) -> Stage:
 
 
 class Run:
-    """The attempts on one problem; ProblemError is raised if numbers overflow in its units, which are as in
-    `slack_form`."""
+    """The attempts on one problem, in the units of `slack_form`; ProblemError is raised if these overflow."""
 
     def __init__(self, problem: Problem, by_units: bool = False) -> None:
-        self._given, self._within, self._count = problem, slack_form(problem, by_units), 0
+        self._given, self.within, self._count = problem, slack_form(problem, by_units), 0
         self._is_solved = False  # by the last basic solution
-
-    @cached_property
-    def systems(self) -> Systems:
-        """Return the systems of the scaled problem."""
-        return systems(self._within.problem.M, self._within.S)
 
     def attempts(
         self, settings: Sequence[InteriorAttempt], start_slack: float = 1.0, regularization: float = 1e-8
     ) -> Stage:
         ending: Ending = Breakdown("no factorization succeeded")
         for attempt in settings:
-            rho = tuple(factor * regularization for factor in attempt.rho)
-            ending = yield from self._attempt(attempt, attempt.slack * start_slack, Regularization(*rho))
+            rho = [factor * regularization for factor in attempt.rho]
+            ending = yield from self._attempt(attempt, attempt.slack * start_slack, rho)
             if isinstance(ending, NoSolution):
                 break
         return ending
 
-    def _attempt(self, attempt: InteriorAttempt, slack: float, regularization: Regularization) -> Stage:
-        within = self._within
+    def _attempt(self, attempt: InteriorAttempt, slack: float, rho: Sequence[float]) -> Stage:
+        within = self.within
         if attempt.shift:
             inner = replace(within.problem, M=plus_diagonal(within.problem.M, attempt.shift))
             within = replace(within, problem=inner)
         M = within.problem.M
         try:
-            steps = Steps(within, AccurateSystems(M, systems(M, within.S), regularization))
+            steps = Steps(within, own := AccurateSystems(M, systems(M, within.S), *rho))
             best = along = at = steps.start(slack)
         except SingularMatrix:
             return Breakdown("a factorization failed")
         least, idle_steps, tried, lengths = np.inf, 0, np.inf, list[float]()
         for k in range(MOST_INTERIOR_STEPS + 1):
             mu = steps.mu(at)
-            merit = max(self._within.pairs * mu / steps.gap_size(at), steps.residuals(at).largest)
+            merit = max(steps.pairs * mu / steps.gap_size(at), steps.residuals(at)[2])
             idle_steps = 0 if merit < 0.9 * least else idle_steps + 1
             if merit < least:
                 best, least = at, merit
             if merit < CLOSE_MERIT and merit < MERIT_DROP * tried:
                 tried = merit
                 # Before the point itself, which is less accurate.
-                yield from self._exchanged(at.z, _active(self._within, at))
+                yield from self._exchanged(at.z, _active(self.within, at))
             if lengths:
-                step = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {regularization.rho:.0e}"
+                step = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {own.rho:.0e}"
                 yield self._shown(at.z, step)._replace(signs_final=mu < SMALL_MU)  # else the next ones are better
             due = k % PROOF_EVERY == PROOF_EVERY - 1 and merit > CLOSE_MERIT
-            if due and (proof := proof_of(self._given, self._within, (at.z, along.z))):
+            if due and (proof := proof_of(self._given, self.within, (at.z, along.z))):
                 return NoSolution(proof)
             too_short = attempt.gives_up and k >= WARM_UP_STEPS and np.mean(lengths[-RECENT_STEPS:]) < SLOW_LENGTH
             if mu < VANISHED_MU or too_short or idle_steps > (PATIENT_STEPS if least > NEAR_MERIT else IMPATIENT_STEPS):
@@ -198,9 +170,9 @@ class Run:
                 break  # the best point so far may have the active set of the solution
             lengths.append(length)
             self._count += 1
-        if proof := proof_of(self._given, self._within, (at.z,)):
+        if proof := proof_of(self._given, self.within, (at.z,)):
             return NoSolution(proof)
-        yield from self._exchanged(best.z, _active(self._within, best), last=True)
+        yield from self._exchanged(best.z, _active(self.within, best), last=True)
         yield self._shown(best.z, BEST)
         return Stalled("its steps no longer reduce the residual")
 
@@ -209,7 +181,7 @@ class Run:
 
         rounds : of exchanges, at most. far : the residual, in scaled units, up to which they go on if it has grown.
         """
-        within, inner, box = self._within, self._within.problem, self._given.box
+        within, inner, box = self.within, self.within.problem, self._given.box
         z = box.z_of(x)[within.kept] / within.units
         states = inner.box.basis_of((z - inner.M @ z - inner.q) / 2)
         for point in islice(self._exchanged(z, states, far=far), rounds):
@@ -223,8 +195,8 @@ class Run:
         """Yield the basic solutions of these states, before and after exchanges, near z, while their residual is at
         most `far` or not much larger than the least one. Their signs are final for the last point, or if they solve the
         problem up to rounding."""
-        inner = self._within.problem
-        own = _ProximalSolutions(inner, self._within.S, z)
+        inner = self.within.problem
+        own = _ProximalSolutions(inner, self.within.S, z)
         least = largest(inner.box.gaps(own.z, inner.w(own.z)))
         with suppress(SingularMatrix):
             for found in islice(exchanging(own, states), EXCHANGE_ROUNDS):
@@ -238,34 +210,45 @@ class Run:
                     return
 
     def _shown(self, z: Vector, step: str) -> Iterate:
-        return Iterate(self._within.back(z / 2), None, step, self._count)
+        return Iterate(self.within.back(z / 2), None, step, self._count)
 
 
 class _ProximalSolutions:
-    """Basic solutions of a scaled problem with signs S, each by a proximal iteration from the z of the last one, moved
-    within the bounds, at first from a given one."""
+    """Basic solutions of a problem with signs S, each by proximal steps from the last z, moved within the bounds."""
 
     def __init__(self, problem: Problem, S: Vector | None, z: Vector) -> None:
         self._problem, self._S, self.box, self.z = problem, S, problem.box, problem.box.project(z)
 
+    @np.errstate(all="ignore")
     def at(self, basis: States) -> BasicSolution:
-        basic = (basis == BASIC).nonzero()[0]
+        """Return the basic solution of a basis; raise SingularMatrix if z is not finite."""
+        basic, times, q = (basis == BASIC).nonzero()[0], multiplier(self._problem.M), self._problem.q
         z = np.where(basis == BASIC, self.z, self.box.nonbasic(basis))
-        w = self._problem.M @ z + self._problem.q
+        w = times(z) + q
+        last = least = float(np.abs(w[basic]).max(initial=0.0))
+        best = z, w
         if basic.size:
-            z, w = _proximal(self._problem, z, basic, self._solver(basic))
+            own = systems(principal(self._problem.M, basic), None if self._S is None else self._S[basic])
+            try:
+                own.factorize(np.full(basic.size, PROXIMAL_SHIFT))
+            except SingularMatrix:  # rounding has made a pivot 0
+                own.factorize(np.full(basic.size, LARGER_SHIFT))
+        for _ in range(PROXIMAL_STEPS if basic.size else 0):
+            z = z.copy()
+            z[basic] -= own.solve(w[basic])
+            if not np.isfinite(z).all():
+                raise SingularMatrix
+            w = times(z) + q
+            size = float(np.abs(w[basic]).max())
+            if size < least:
+                best, least = (z, w), size
+            if size > SLOW_PROXIMAL * last:
+                break
+            last = size
+        z, w = best
         wrong = self.box.violations(z, w, basis) > WRONG_SIGN
         self.z = self.box.project(z)
         return BasicSolution(basis, z, w, wrong, not wrong.any())
-
-    def _solver(self, basic: Indices) -> Solve:
-        """Return a solver of systems with M_BB + eps."""
-        own = systems(principal(self._problem.M, basic), None if self._S is None else self._S[basic])
-        try:
-            own.factorize(np.full(basic.size, PROXIMAL_SHIFT))
-        except SingularMatrix:  # rounding has made a pivot 0
-            own.factorize(np.full(basic.size, LARGER_SHIFT))
-        return own.solve
 
 
 def _active(within: SlackForm, at: PrimalDualPoint) -> States:
@@ -276,25 +259,3 @@ def _active(within: SlackForm, at: PrimalDualPoint) -> States:
     s[1, within.high], w[1, within.high] = at.s[count:], at.w[count:]
     active = s < w
     return of_masks(~(active[0] | active[1]), active[1] & ~(active[0] & (s[0] <= s[1])))
-
-
-@np.errstate(all="ignore")
-def _proximal(problem: Problem, z: Vector, basic: Indices, solve: Solve) -> tuple[Vector, Vector]:
-    """Return z and w after the proximal iteration."""
-    times, q = multiplier(problem.M), problem.q
-    w = times(z) + q
-    best, least = (z, w), float(np.abs(w[basic]).max())
-    last = least
-    for _ in range(PROXIMAL_STEPS):
-        z = z.copy()
-        z[basic] -= solve(w[basic])
-        if not np.isfinite(z).all():
-            raise SingularMatrix
-        w = times(z) + q
-        size = float(np.abs(w[basic]).max())
-        if size < least:
-            best, least = (z, w), size
-        if size > SLOW_PROXIMAL * last:
-            break
-        last = size
-    return best

@@ -14,10 +14,9 @@ centrality corrections in a primal-dual method for linear programming, Comput. O
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -56,11 +55,6 @@ class SlackForm(Change):
     S: Vector | None
     low: Indices
     high: Indices
-
-    @property
-    def pairs(self) -> int:
-        """Return the number of finite bounds."""
-        return self.low.size + self.high.size
 
     def back(self, x: Vector) -> Vector:
         """Return the x of the admissible z of the original problem, and of its w there."""
@@ -123,8 +117,7 @@ def _ruiz(M: Matrix, symmetric: bool) -> Vector:
 
 
 def proof_of(problem: Problem, within: SlackForm, directions: Sequence[Vector]) -> Certificate | None:
-    """Return the certificate from one of the directions, or from its part with one of the signs S; None if none of
-    these is a proof."""
+    """Return the certificate from one of the directions, or from its part with one of the signs S; or None."""
     given, S = conditions_of(problem), within.S
     least, most = np.where(np.isfinite(given.lower), 0.0, -np.inf), np.where(np.isfinite(given.upper), 0.0, np.inf)
     for direction in (each for each in directions if np.abs(each).max() > DIVERGED_SIZE):
@@ -133,22 +126,17 @@ def proof_of(problem: Problem, within: SlackForm, directions: Sequence[Vector]) 
             y = np.clip(within.multipliers(part), least, most)
             if not _is_clear(within, y, ROUGHLY_ZERO):
                 continue
-            candidates = [each for each in _simplest_first(y) if _is_clear(within, each, NEARLY_ZERO)]
-            found = first_proof(problem, candidates)
+            candidates = list[Vector]()  # integers and fractions near y, and y, first without small entries
+            for small in (COARSE_ENTRY * float(np.abs(y).max()), 0.0):
+                candidates += reversed(list(simplest(np.where(np.abs(y) < small, 0.0, y))))
+            found = first_proof(problem, [each for each in candidates if _is_clear(within, each, NEARLY_ZERO)])
             if found is not None:
                 return found
     return None
 
 
-def _simplest_first(y: Vector) -> Iterator[Vector]:
-    """Yield vectors that y may approximate: integers, fractions, and y itself, without and with small entries."""
-    for least in (COARSE_ENTRY * float(np.abs(y).max()), 0.0):
-        yield from reversed(list(simplest(np.where(np.abs(y) < least, 0.0, y))))
-
-
 def _is_clear(within: SlackForm, y: Vector, nearly: float) -> bool:
-    """Return whether y is nearly a proof that does not depend on the last digits of the data, which may have been
-    rounded from data that have a solution: in scaled units and floats, which are quicker than exact arithmetic."""
+    """Return whether y is nearly a proof in scaled units and floats, whatever the last digits of the data are."""
     y, inner = y[within.kept] / within.units, within.problem
     of, size = Multiplied(inner.M, inner.q, y, inner.box), float(np.abs(y).sum())
     return bool(of.excess.max(initial=0.0) <= nearly * size and of.total < -CLEAR_MARGIN * size)
@@ -162,43 +150,31 @@ POOR_FACTORS, USELESS_FACTORS = 1e-7, 1e-2  # the same of the factors: a larger 
 GMRES_STEPS = 8  # at most
 
 
-@dataclass
-class Regularization:
-    """The regularization rho, with its range."""
-
-    rho: float = 1e-8
-    least: float = 1e-13
-    most: float = 1e-7
-
-
 class AccurateSystems:
-    """Systems with one M and its regularization; `solve` also returns the residual that is left."""
+    """Systems with one M and its regularization rho, within a range; `solve` also returns the residual that is left."""
 
-    def __init__(self, M: Matrix, systems: Systems, regularization: Regularization) -> None:
-        self._times, self._systems, self.regularization = multiplier(M), systems, regularization
-        self._of_factors = self._left = 0.0
-        self._used_gmres = False
+    def __init__(self, M: Matrix, systems: Systems, rho: float, least: float, most: float) -> None:
+        self._times, self._systems, self.rho, self._least, self._most = multiplier(M), systems, rho, least, most
+        self._of_factors, self._left, self._used_gmres = 0.0, 0.0, False
 
     def factorize(self, D: Vector) -> None:
         """Adapt rho to the last systems, and factorize M + D + rho."""
-        own = self.regularization
         if self._of_factors > POOR_FACTORS:
-            own.rho = min(own.rho * 10, own.most)
+            self.rho = min(self.rho * 10, self._most)
         elif self._used_gmres or self._left > DOUBTFUL_RESIDUAL:
-            own.rho = max(own.rho / 10, own.least)
+            self.rho = max(self.rho / 10, self._least)
         self._of_factors, self._left, self._used_gmres = 0.0, 0.0, False
         self._D, self._weights = D, 1.0 / (1.0 + D)
-        self._systems.factorize(D + own.rho)
+        self._systems.factorize(D + self.rho)
 
     def solve(self, b: Vector, target: float = 0.0) -> tuple[Vector, Vector]:
-        """Return x and b - (M + D) x, whose weighted norm is at most the target, or LEAST_ACCURACY times the norm of
-        b, if that can be attained."""
-        size, own = self._norm(b) + 1e-300, self.regularization
+        """Return x and b - (M + D) x, of a weighted norm up to the target or LEAST_ACCURACY |b|, if that can be."""
+        size = self._norm(b) + 1e-300
         goal = max(LEAST_ACCURACY * size, target)
         x, r, of_factors = self._first(b)
-        while not of_factors <= USELESS_FACTORS * size and own.rho < own.most:
-            own.rho = own.least = min(own.rho * 10, own.most)  # from now on the least one
-            self._systems.factorize(self._D + own.rho)
+        while not of_factors <= USELESS_FACTORS * size and self.rho < self._most:
+            self.rho = self._least = min(self.rho * 10, self._most)  # from now on the least one
+            self._systems.factorize(self._D + self.rho)
             x, r, of_factors = self._first(b)
         if not np.isfinite(of_factors):
             raise SingularMatrix
@@ -206,7 +182,13 @@ class AccurateSystems:
         x, r, left = self._refined(x, r, b, goal, self._systems.solve)
         if left > max(10 * goal, DOUBTFUL_RESIDUAL * size):
             self._used_gmres = True
-            x, r, left = self._refined(x, r, b, goal, partial(self._by_gmres, enough=0.1 * goal), 1)
+            weights, by_factors = self._weights, self._systems.solve
+
+            def by_gmres(r: Vector) -> Vector:
+                A, inverse = lambda v: weights * self._product(v), lambda v: by_factors(v / weights)
+                return gmres(A, weights * r, GMRES_STEPS, inverse, 0.1 * goal)
+
+            x, r, left = self._refined(x, r, b, goal, by_gmres, 1)
         if left > 10 * goal:
             self._left = max(self._left, left / size)
         return x, r
@@ -215,7 +197,7 @@ class AccurateSystems:
         """Return the x of the factors, its residual, and the norm of its residual in the factors' own system."""
         x = self._systems.solve(b)
         r = b - self._product(x)
-        return x, r, self._norm(r - self.regularization.rho * x)
+        return x, r, self._norm(r - self.rho * x)
 
     def _refined(
         self, x: Vector, r: Vector, b: Vector, goal: float, solve: Solve, most: int = SYSTEM_REFINEMENTS
@@ -234,12 +216,6 @@ class AccurateSystems:
             if rate > SLOW_REFINEMENT:
                 break
         return x, r, left
-
-    def _by_gmres(self, r: Vector, enough: float) -> Vector:
-        weights, solve = self._weights, self._systems.solve
-        return gmres(
-            lambda v: weights * self._product(v), weights * r, GMRES_STEPS, lambda v: solve(v / weights), enough
-        )
 
     def _product(self, x: Vector) -> Vector:
         product = self._times(x)
@@ -272,26 +248,19 @@ class PrimalDualPoint:
     w: Vector
 
 
-class Residuals(NamedTuple):
-    """M z + q minus the multipliers; the distances to the bounds minus the slacks; the largest of these numbers."""
-
-    dual: Vector
-    primal: Vector
-    largest: float
-
-
 class Steps:
     """The steps on one scaled problem. pairs : the number of its finite bounds."""
 
     def __init__(self, within: SlackForm, systems: AccurateSystems) -> None:
         self.problem, self._systems, self._times = within.problem, systems, multiplier(within.problem.M)
-        self.pairs, self._index = within.pairs, np.concatenate((within.low, within.high))
+        self._index = np.concatenate((within.low, within.high))
+        self.pairs = self._index.size
         self._sign = np.where(np.arange(self.pairs) < within.low.size, 1.0, -1.0)
         lower, upper = self.problem.box.vectors(self.problem.n)
         self._bound = np.concatenate((lower[within.low], upper[within.high]))
         _, low, high = np.intersect1d(within.low, within.high, return_indices=True)
         self._partners = low, high + within.low.size  # the places of both bounds of each variable with two
-        self._measured: tuple[PrimalDualPoint, Residuals] | None = None
+        self._measured: tuple[PrimalDualPoint, tuple[Vector, Vector, float]] | None = None
 
     @np.errstate(all="ignore")
     def start(self, slack: float) -> PrimalDualPoint:
@@ -315,19 +284,19 @@ class Steps:
         s_least, w_least = (0.5 * product / max(float(v.sum()), 1e-8) for v in (w, s))
         return PrimalDualPoint(z, s + max(s_least, slack), w + max(w_least, slack))
 
-    def residuals(self, at: PrimalDualPoint) -> Residuals:
-        """Return the residuals of a point; those of the last one are cached."""
+    def residuals(self, at: PrimalDualPoint) -> tuple[Vector, Vector, float]:
+        """Return M z + q minus the multipliers, the distances to the bounds minus the slacks, and the largest of these
+        numbers; those of the last point are cached."""
         if self._measured is None or self._measured[0] is not at:
             dual = self._times(at.z)
             dual += self.problem.q
             dual -= self._spread(self._sign * at.w)
             primal = self._sign * (at.z[self._index] - self._bound) - at.s
             largest = max(float(np.abs(r).max(initial=0.0)) for r in (dual, primal))
-            self._measured = at, Residuals(dual, primal, largest)
+            self._measured = at, (dual, primal, largest)
         return self._measured[1]
 
     def mu(self, at: PrimalDualPoint) -> float:
-        """Return the mean of the products s w."""
         return float(at.s @ at.w) / max(self.pairs, 1)
 
     def gap_size(self, at: PrimalDualPoint) -> float:

@@ -8,18 +8,17 @@ complementarity problems, INFORMS Journal on Computing 13 (2001) 294-311.
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterable
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from lcpcli.linalg.doubles import EPS, generator, is_finite, size
 from lcpcli.linalg.matrices import product
-from lcpcli.methods.newton_steps import PERTURBATIONS, Linear, Place, Progress, Steps
+from lcpcli.methods.newton_steps import PERTURBATIONS, Linear, Place, Steps, is_slow
 from lcpcli.methods.stages import Ending, Finished, Iterate, Stage, Stalled
 from lcpcli.model.evaluations import Evaluations
-from lcpcli.typing import States, Vector
+from lcpcli.typing import Vector
 
 MEMORY = 10  # merits of which the largest is what a step must get below, unless an attempt is monotone
 SLACK = 100.0  # times the merit at the start: what the first MEMORY steps must get below, if they are not perturbed
@@ -43,7 +42,7 @@ LONG = "it is given up after the work of about a second; with restarts it goes o
 
 
 class _Attempt(NamedTuple):
-    """How an attempt begins: with the steps of this name, if any; with the largest perturbation, and steps that all
+    """How an attempt begins: with the `Steps` of this name, if any; with the largest perturbation, and steps that all
     decrease the merit; and at another start at random, of the given seed."""
 
     first: str = ""
@@ -51,7 +50,7 @@ class _Attempt(NamedTuple):
     seed: int = 0
 
 
-ATTEMPTS = _Attempt("crash"), _Attempt("smoothed"), _Attempt(), _Attempt(is_perturbed=True)
+ATTEMPTS = _Attempt("crash"), _Attempt("smoothed"), _Attempt(), _Attempt(is_perturbed=True)  # then those two in turn
 
 
 def josephy_newton(
@@ -59,10 +58,9 @@ def josephy_newton(
 ) -> Stage:
     """Solve a nonlinear problem by the solutions of its linearizations F(z) + J(z) d, for d with z + d in the bounds.
 
-    evaluations : of F and J. start : an admissible z, where F is finite. linear : solves the linearizations.
-    restarts : other attempts where the method gets stuck: three from the same start, others at random from fixed seeds.
-    is_brief : whether, with at most MOST_BRIEF unknowns, it is given up after about a second, by the numbers of
-    linearizations, of their pivots, and of evaluations of F.
+    start : an admissible z, where F is finite. linear : solves the linearizations. is_brief : whether, with at most
+    MOST_BRIEF unknowns, it is given up after about a second, by the numbers of linearizations, of their pivots, and of
+    evaluations of F.
 
     The steps, as the trace names them: "crash" solves the linearization for the variables that are not held at their
     bounds, from the start and for as long as the merit function (`newton_steps`) falls fast; "full" leads to the
@@ -84,12 +82,14 @@ def josephy_newton(
     for number in range(restarts + 1):
         if search.is_long:
             break
-        place = search.start(attempt := _attempt(number), start)
+        is_listed = number < len(ATTEMPTS)
+        attempt = ATTEMPTS[number] if is_listed else _Attempt(ATTEMPTS[number % 2].first, seed=number)
+        place = search.start(attempt, start)
         if place is None:
             continue
         if number:
             yield search.iterate(place, "restart")
-        for reached in search.first_steps(attempt, place):
+        for reached in getattr(search.steps, attempt.first)(place) if attempt.first else ():
             place = reached
             yield search.iterate(place, attempt.first)
         last = yield from search.descent(place, 1 if attempt.is_perturbed else MEMORY)
@@ -101,33 +101,18 @@ def josephy_newton(
     return ending
 
 
-def _attempt(number: int) -> _Attempt:
-    """Return an attempt by its number, from 0; after those in ATTEMPTS there are crashes and smoothed steps in turn."""
-    if number < len(ATTEMPTS):
-        return ATTEMPTS[number]
-    return _Attempt(ATTEMPTS[number % 2].first, seed=number)
-
-
 class _Search:
     """The attempts of a run. is_rounding : whether the last one has ended where the residual is rounding, or noise."""
 
     def __init__(self, evaluations: Evaluations, linear: Linear, is_brief: bool) -> None:
-        self.evaluations, self._steps = evaluations, Steps(evaluations, self._solution)
-        self._linear, self._linearizations, self._is_brief = linear, 0, is_brief
-        self._last_size = np.inf
-        self.is_rounding = False
+        self.evaluations, self.steps, self._is_brief = evaluations, Steps(evaluations, linear), is_brief
+        self._last_size, self.is_rounding, self._left = np.inf, False, MOST_TRIED
         self._tried: Place | None = None
-        self._left = MOST_TRIED
-
-    def _solution(self, *given: Any) -> tuple[Vector, States] | None:
-        self._linearizations += 1
-        return self._linear(*given)
 
     @property
     def is_long(self) -> bool:
-        """Return whether a run that is to be brief has taken about a second."""
         n, own = self.evaluations.problem.n, self.evaluations
-        work = self._linearizations * (1 + (n / CUBIC) ** 3) + own.pivots / PIVOTS * (1 + (n / QUADRATIC) ** 2)
+        work = self.steps.linearizations * (1 + (n / CUBIC) ** 3) + own.pivots / PIVOTS * (1 + (n / QUADRATIC) ** 2)
         return self._is_brief and work + own.functions / FUNCTIONS > MOST_LINEARIZATIONS
 
     def iterate(self, place: Place, step: str) -> Iterate:
@@ -138,45 +123,35 @@ class _Search:
         return Iterate(place.z / 2, place.gaps, step, self.evaluations.functions, signs_final=is_final)
 
     def start(self, attempt: _Attempt, first: Vector) -> Place | None:
-        """Return the start of an attempt, the first start or one further from it with each seed; None if there F, or
-        the merit function, is not finite."""
+        """Return the start of an attempt, further from the first one with each seed; None if it has no merit."""
         self._last_size = np.inf
-        place = self._steps.at(first if not attempt.seed else self._other(first, attempt.seed))
-        self._steps.begin(PERTURBATIONS[-1] if attempt.is_perturbed else 0.0, place)
+        start, seed = first, attempt.seed
+        if seed:
+            moves = 2.0 ** (seed - len(ATTEMPTS)) * generator(seed).uniform(-1.0, 1.0, first.size)
+            moves *= np.maximum(1.0, np.abs(first))
+            starts = (self.steps.box.project(first + 0.5**halvings * moves) for halvings in range(MOST_HALVINGS))
+            start = next((start for start in starts if is_finite(self.evaluations.values(start))), first)
+        place = self.steps.at(start)
+        if place is not None:
+            self.steps.begin(PERTURBATIONS[-1] if attempt.is_perturbed else 0.0, place)
         return place
 
-    def _other(self, first: Vector, seed: int) -> Vector:
-        moves = (
-            2.0 ** (seed - len(ATTEMPTS))
-            * generator(seed).uniform(-1.0, 1.0, first.size)
-            * np.maximum(1.0, np.abs(first))
-        )
-        starts = (self._steps.box.project(first + 0.5**halvings * moves) for halvings in range(MOST_HALVINGS))
-        return next((start for start in starts if is_finite(self.evaluations.values(start))), first)
-
-    def first_steps(self, attempt: _Attempt, place: Place) -> Iterable[Place]:
-        """Return the places to which the first steps of an attempt lead."""
-        kinds = {"crash": self._steps.crash, "smoothed": self._steps.smoothed}
-        return kinds[attempt.first](place) if attempt.first else ()
-
     def descent(self, place: Place, memory: int) -> Stage:
-        """Take steps until none decreases the merit function, or too slowly; then, and once more, begin anew where it
-        was least with steps that all do."""
+        """Take steps until the merit hardly falls; then, once more, begin at its least value with steps that all do."""
         best, waiting, noisy = place, 0, 0
         while True:
-            recent, progress = deque([place.merit], memory), Progress(place.merit)
-            first = SLACK * place.merit if memory > 1 else 0.0
-            while place.merit and not (progress.is_slow or self.is_long):
-                most = max(recent)
-                found = self._step(place, most, max(most, first) if progress.steps < memory else most)
+            merits, first = [place.merit], SLACK * place.merit if memory > 1 else 0.0
+            while place.merit and not (is_slow(merits) or self.is_long):
+                most, J = max(merits[-memory:]), self.evaluations.finite_jacobian(place.z)
+                loosely = max(most, first) if len(merits) <= memory else most
+                found = None if J is None else self.steps.step(place, J, most, loosely)
                 if found is None:
                     break
                 step, place = found
                 waiting = 0 if place.merit < best.merit else waiting + 1
                 noisy += self._is_within_noise(place)
                 best = place if place.merit < best.merit else best
-                recent.append(place.merit)
-                progress.add(place.merit)
+                merits.append(place.merit)
                 yield self.iterate(place, step)
                 if FRUITLESS in (waiting, noisy):
                     if self._is_noise(best):
@@ -187,30 +162,31 @@ class _Search:
             if self._is_noise(best):
                 return Finished(NO_FURTHER)
             if self.is_long:
-                return self._ending(best, progress)
+                return self._ending(best, merits)
             if size(place.z) <= FAR * max(1.0, size(self.evaluations.problem.x0)) and self.evaluations.adapt(place.z):
                 continue
             if place is best or memory == 1:
-                return self._ending(best, progress)
+                return self._ending(best, merits)
             place, memory = best, 1
-            self._steps.basis = None
+            self.steps.basis = None
             yield self.iterate(place, "watchdog")
 
-    def _step(self, place: Place, most: float, loosely: float) -> tuple[str, Place] | None:
-        J = self.evaluations.finite_jacobian(place.z)
-        return None if J is None else self._steps.step(place, J, most, loosely)
-
-    def _ending(self, best: Place, progress: Progress) -> Ending:
-        """Return how a descent ends, at the place where the merit was least."""
-        if size(best.gaps) > NEARLY_SOLVED * self._steps.reference:
-            return Stalled(self._where(LONG if self.is_long else SLOW if progress.is_slow else STATIONARY))
+    def _ending(self, best: Place, merits: Sequence[float]) -> Ending:
+        """Return how a descent ends, at the place where the merit was least; if it is stalled, with the row in which
+        steps have left the domain of F."""
+        if size(best.gaps) > NEARLY_SOLVED * self.steps.reference:
+            reason = LONG if self.is_long else SLOW if is_slow(merits) else STATIONARY
+            if (i := self.steps.undefined) is not None:
+                name = self.evaluations.problem.names[i] or str(i + 1)
+                reason += f"; steps to where F is undefined, in row {name}, were cut back"
+            return Stalled(reason)
         terms = product(abs(self.evaluations.jacobian(best.z)), np.abs(best.z)) + np.abs(best.F)
         self.is_rounding = bool((np.abs(best.gaps) <= FEW_ROUNDINGS * EPS * terms).all())
         return Finished(NO_FURTHER)
 
     def _is_noise(self, best: Place) -> bool:
         """Return whether the noise of F may be all that the residual is."""
-        is_small = size(best.gaps) <= MOST_NOISY * self._steps.reference or self._is_within_noise(best)
+        is_small = size(best.gaps) <= MOST_NOISY * self.steps.reference or self._is_within_noise(best)
         if self._tried is not best and self._left and is_small:
             self._tried, self._left = best, self._left - 1
             self.evaluations.noise_at(best.z)
@@ -220,11 +196,3 @@ class _Search:
     def _is_within_noise(self, place: Place) -> bool:
         """Return whether the residual is no more than a few times the noise of F, as far as this is known."""
         return bool((np.abs(place.gaps) <= FEW_NOISES * self.evaluations.noise).all())
-
-    def _where(self, reason: str) -> str:
-        """Return the reason, with the row in which steps have left the domain of F."""
-        if self._steps.undefined is None:
-            return reason
-        i = self._steps.undefined
-        name = self.evaluations.problem.names[i] or str(i + 1)
-        return f"{reason}; steps to where F is undefined, in row {name}, were cut back"

@@ -32,7 +32,7 @@ from lcpcli.linalg.doubles import SIGN_ROUNDING, generator
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import absolute_product
 from lcpcli.methods.direct import as_dense
-from lcpcli.methods.registry import LARGEST, LEXICOGRAPHIC, METHODS, ONES
+from lcpcli.methods.registry import LARGEST, LEXICOGRAPHIC, ONES
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled
 from lcpcli.model.problem import Problem
 from lcpcli.rational.pivoting import IntegerTableau
@@ -40,7 +40,6 @@ from lcpcli.typing import Mask, States, Vector
 from lcpcli.verify.certificate import RAY as PROVES_NOTHING
 from lcpcli.verify.certificate import Certificate, infeasible, is_clear, proves_infeasible
 
-MAX_UNKNOWNS = METHODS["lemke"].max_unknowns or 0  # since the tableau is dense
 MAX_INTEGER_UNKNOWNS = 13  # largest n for integer pivoting: 2^14 pivots exceed the usual limit
 MAX_PIVOTS, MORE_PIVOTS = 5, 50  # per unknown of a path, and besides: those that end at a solution take about one
 FEW_PIVOTS = 2  # per unknown of the first path of `auto`, before other methods
@@ -59,28 +58,21 @@ def lemke(problem: Problem, x0: Vector, *, cover: int | str = 0, ties: str = LAR
     nothing. The number of pivots is usually of order n, at worst exponential; each costs two passes over a dense
     tableau. Free variables are eliminated first (see `free_variables`).
 
-    problem : the LCP or mixed problem, n <= 5000 unknowns. x0 : not used: the method starts with all variables at
-        bounds.
-    cover : the covering vector c: "ones" in the units of the rows, Lemke's, or a whole number, the seed of a vector
-        with entries between 1/2 and 3/2 in equilibrated units. As c > 0 is arbitrary, the theory is the same; entries
-        that differ keep rows from blocking at once.
-    ties : which of the rows leaves that block within rounding of each other: the one with the "largest" pivot, the
-        stable choice, or the "lexicographic" minimum, with which the path cannot cycle (Eaves 1971). With this, a cover
-        of "ones", and integers up to 2^20 for M and q of at most MAX_INTEGER_UNKNOWNS, all pivoting is in integers, so
-        that the path is the same on every machine.
+    x0 is not used: the method starts with all variables at bounds. A cover of "ones" in the units of the rows is
+    Lemke's; the theory is the same for every other c > 0. With the "lexicographic" minimum the path cannot cycle (Eaves
+    1971); with this, a cover of "ones", and integers up to 2^20 for M and q of at most MAX_INTEGER_UNKNOWNS, all
+    pivoting is in integers, so that the path is the same on every machine.
 
     Yields (z - w) / 2 after every pivot, with F = M z - w + q, and at the end recomputed from M and q, without F; the
-    step is named by the variables that enter and leave the basis, but with free variables.
-    `evaluations` counts the pivots. Finished : at a solution. NoSolution : the path ended on a ray; the certificate is
-    "farkas" if the ray proves that there is no solution, otherwise "ray". Breakdown : there are too many unknowns, a
-    basis is singular, or numbers overflow.
+    step is named by the variables that enter and leave the basis, but with free variables. `evaluations` counts the
+    pivots. NoSolution : the path ended on a ray; the certificate is "farkas" if the ray proves that there is no
+    solution, otherwise "ray".
     """
     n, is_lexicographic = problem.n, ties == LEXICOGRAPHIC
     if problem.box.is_orthant and (problem.q >= 0).all():
         yield Iterate(-0.5 * problem.q, np.zeros(n), "", 0)
         return Finished()
-    if n > MAX_UNKNOWNS:
-        return Breakdown(f"it keeps a dense tableau and takes at most {MAX_UNKNOWNS} unknowns; this problem has {n}")
+
     is_published = cover == ONES
     is_small = n <= MAX_INTEGER_UNKNOWNS and problem.box.is_orthant and problem.has_small_integers
     if is_published and is_lexicographic and is_small:
@@ -95,12 +87,7 @@ def reduced(problem: Problem) -> Reduction:
     return Reduction(matrices.dense(problem.M), problem.box)
 
 
-def pivoted(
-    problem: Problem,
-    follow: Follow = tableau.follow,
-    reduction: Reduction | None = None,
-    is_sure: Callable[[], bool] = lambda: True,
-) -> Stage:
+def pivoted(problem: Problem, follow: Follow, reduction: Reduction | None, is_sure: Callable[[], bool]) -> Stage:
     """Follow the path to its end, at most FEW_PIVOTS per unknown; yield only the solution at which it ends, or the
     point where z_0 is all but 0. A ray may prove that there is no solution, also for slightly different data.
 
@@ -134,15 +121,9 @@ def path_to_end(
 
 def _last(problem: Problem, path: LemkePath, step: str = "", z0: float | None = None) -> Stage:
     """Yield the solution at which the path ends."""
-
-    def solve(left: Problem) -> Vector | None:
-        own = path_to_end(left, path.follow, reduced(left))
-        near, _, basis = own.point()
-        return solution_at(left, own.reduction.M, near, basis)[0] if own.end == SOLVED else None
-
     near, _, basis = path.point()
     z, is_settled = solution_at(problem, path.reduction.M, near, basis)
-    z = z if is_settled else settled(problem, z, solve)
+    z = z if is_settled else settled(problem, z, path.follow)
     x = problem.box.x_within(z, problem.w(z), problem.box.basis_at(z))
     yield Iterate(x, None, step, path.pivots, basis=basis, z0=z0)
     return Finished()
@@ -204,14 +185,12 @@ def _certificate(problem: Problem, z: Vector, multipliers: Vector, is_published:
 
 
 Follow: TypeAlias = Callable[..., tuple[int, int, int, float]]
-
 LEAST_REFRESHED = 50  # pivots, or n if that is more, after which the tableau is computed anew
 
 
 @lru_cache(maxsize=16)
 def seeded_cover(seed: int, size: int) -> Vector:
-    """Return a covering vector of numbers between 1/2 and 3/2 that a seed determines, so that rows which block at once
-    for a vector of ones block one after another."""
+    """Return a covering vector of numbers between 1/2 and 3/2 by a seed, so that rows block one after another."""
     cover: Vector = 0.5 + generator(seed).random(size)
     cover.setflags(write=False)  # as all paths share it
     return cover
@@ -237,23 +216,15 @@ class LemkePath:
             self.pivots, self.age, self.end = 1, 1, PAUSED
 
     def advance(self, most: int) -> None:
-        """Follow the path for at most so many more pivots; compute the tableau anew where it is old, and before it
-        says that the path ends on a ray."""
+        """Follow the path for at most so many pivots; compute the tableau again where it is old, or there is a ray."""
         last = self.pivots + most
         while self.end == PAUSED and self.pivots < last:
             young = max(LEAST_REFRESHED, self.k.size) - self.age
             if young <= 0:
                 self._refresh()
                 continue
-            found = self.follow(
-                self.tableau,
-                self.reduction.d,
-                self.entering,
-                self.way,
-                self.row,
-                self.lexicographic,
-                min(young, last - self.pivots),
-            )
+            place, most = (self.entering, self.way, self.row), min(young, last - self.pivots)
+            found = self.follow(self.tableau, self.reduction.d, *place, self.lexicographic, most)
             self.end, pivots, self.entering, self.way = found
             self.pivots, self.age = self.pivots + pivots, self.age + pivots
             if self.end == RAY and self.age:
@@ -277,12 +248,10 @@ class LemkePath:
 
     @property
     def cover_value(self) -> float:
-        """Return the value of z_0."""
         return float(self.tableau.values[self.row]) if self.tableau.basic[self.row] == 2 * self.k.size else 0.0
 
     def ray(self) -> tuple[Vector, Vector]:
-        """Return the direction of z on the ray, and the multipliers of the rows in the row of z_0, for the given
-        problem."""
+        """Return the direction of z on the ray, and the multipliers of the rows of the problem in the row of z_0."""
         t, m = self.tableau, self.k.size
         y, u = np.zeros(2 * m + 1), np.zeros(2 * m + 1)
         y[t.basic] = self.way * t.T[:, self.entering]
@@ -314,8 +283,7 @@ def solution_at(problem: Problem, M: Vector, near: Vector, basis: States) -> tup
 
 
 def confirmed(problem: Problem, basis: States) -> Stage:
-    """Yield the basic solution of a basis, if it violates no row beyond rounding, as the one at which a path has
-    ended often does for the next q."""
+    """Yield the basic solution of a basis, such as the last one of a path for another q, if it violates no row."""
     try:
         z = problem.box.project(CorrectedSolutions(problem, matrices.dense(problem.M)).at(basis).z)
     except SingularMatrix:
@@ -342,15 +310,23 @@ def violations(problem: Problem, z: Vector) -> tuple[Vector, Vector, Mask]:
 
 
 @np.errstate(all="ignore")
-def settled(problem: Problem, z: Vector, solve: Callable[[Problem], Vector | None]) -> Vector:
-    """Return z with small numbers settled, as far as `solve` finds solutions of what is left."""
+def settled(problem: Problem, z: Vector, follow: Follow) -> Vector:
+    """Return z with small numbers settled, as far as paths of what is left, in units of its size, end at solutions."""
     for _ in range(MOST_LEVELS):
         w, gaps, violated = violations(problem, z)
         size = gaps.max(where=violated, initial=0.0)
         if not 0.0 < size <= SMALL * np.abs(problem.q_ref).max():
             break
+        lower, upper = ((bound - z) / size for bound in problem.box.vectors(problem.n))
+        stays = ((lower >= 0.0) & (w > FAR * size)) | ((upper <= 0.0) & (w < -FAR * size))
+        lower, upper = np.where(lower < -FAR, -np.inf, lower), np.where(upper > FAR, np.inf, upper)
+        is_settled = (np.isinf(lower) & np.isinf(upper) & ~violated) | stays | (np.abs(w) <= NOISE * size)
+        q, lower, upper = np.where(is_settled, 0.0, w / size), np.where(stays, 0.0, lower), np.where(stays, 0.0, upper)
         try:
-            d = solve(_left(problem, z, w, violated, size))
+            left = Problem(problem.M, q, lower=lower, upper=upper)
+            path = path_to_end(left, follow, reduced(left))
+            near, _, basis = path.point()
+            d = solution_at(left, path.reduction.M, near, basis)[0] if path.end == SOLVED else None
         except ProblemError:
             break
         if d is None or not np.isfinite(d).all():
@@ -358,13 +334,3 @@ def settled(problem: Problem, z: Vector, solve: Callable[[Problem], Vector | Non
         z = z + size * d
         z = problem.box.project(np.where(np.abs(z) <= NOISE * size, 0.0, z))
     return z
-
-
-def _left(problem: Problem, z: Vector, w: Vector, violated: Mask, size: float) -> Problem:
-    """Return the problem that is left at z, in units of this size."""
-    lower, upper = ((bound - z) / size for bound in problem.box.vectors(problem.n))
-    stays = ((lower >= 0.0) & (w > FAR * size)) | ((upper <= 0.0) & (w < -FAR * size))
-    lower, upper = np.where(lower < -FAR, -np.inf, lower), np.where(upper > FAR, np.inf, upper)
-    is_settled = (np.isinf(lower) & np.isinf(upper) & ~violated) | stays | (np.abs(w) <= NOISE * size)
-    q = np.where(is_settled, 0.0, w / size)
-    return Problem(problem.M, q, lower=np.where(stays, 0.0, lower), upper=np.where(stays, 0.0, upper))

@@ -34,11 +34,11 @@ def linear(problem: Problem, effort: float = math.inf) -> Stage:
         return NoSolution(proof)
     if problem.is_mixed or not is_skew(problem.M):
         return Breakdown("no linear program is known to solve it")
-    return (yield from _finished(units, _solution(units.problem, effort)))
+    found = linprog(units.problem.q, -units.problem.M, units.problem.q, effort)  # the least q'z over the feasible z
+    return (yield from _finished(units, None if found is None else found.x))
 
 
 def _finished(units: changes.Scaled, z: Vector | None) -> Stage:
-    """Yield the basic solution near z, in the original variables, if there is one."""
     problem = units.problem
     if z is None:
         return Breakdown("no linear program solves this problem")
@@ -71,9 +71,3 @@ def _saddle_point(problem: Problem, effort: float) -> Vector | None:
     z = np.zeros(problem.n)
     z[dual], z[~dual] = found.y, found.x
     return problem.box.project(z)
-
-
-def _solution(problem: Problem, effort: float) -> Vector | None:
-    """Return the minimizer of q'z over the feasible z."""
-    found = linprog(problem.q, -problem.M, problem.q, effort)
-    return None if found is None else found.x

@@ -9,14 +9,10 @@ solution of M_PP z_P = -q_P that has a negative component.
 Points are sought in the equilibrated standard form of a problem. Proofs are judged by the problem as given, with its
 own bounds, so that no rounding of that form can spoil them.
 
-The LCP as a mixed-integer linear program: for any M, and the only method that can prove "feasible, but unsolvable".
-
-P. M. Pardalos and J. B. Rosen, Global optimization approach to the linear complementarity problem, SIAM Journal on
-Scientific and Statistical Computing 9 (1988) 341-353, section 3: maximize alpha subject to 0 <= M y + alpha q <= e - b,
-0 <= y <= b, 0 <= alpha <= 1, b binary. Its feasible points with alpha > 0 are the solutions z = y / alpha scaled to
-max(z, w) <= 1 / alpha; the maximum is 0 exactly if there is none. No bound on z is needed.
-
-What this program leaves open is decided by `candidates`.
+The LCP as a mixed-integer linear program, for any M: P. M. Pardalos and J. B. Rosen, Global optimization approach to
+the linear complementarity problem, SIAM Journal on Scientific and Statistical Computing 9 (1988) 341-353, section 3:
+maximize alpha subject to 0 <= M y + alpha q <= e - b, 0 <= y <= b, 0 <= alpha <= 1, b binary. Its feasible points with
+alpha > 0 are the solutions z = y / alpha scaled to max(z, w) <= 1 / alpha; the maximum is 0 exactly if there is none.
 """
 
 from __future__ import annotations
@@ -57,8 +53,8 @@ DOUBTFUL = 8  # nodes for which a node counts whose point is sought by linear pr
 
 
 class _Node:
-    """Decisions, the system of those before the last, and the form that the last one restricts to 0; once the node is
-    examined, a set that its point suggests, or None."""
+    """Decisions, the system of those before the last, None for sparse or large M, and the form that the last one
+    restricts to 0; once the node is examined, a set that its point suggests, or None."""
 
     suggested: Mask | None = None
     is_w_larger: Mask
@@ -108,13 +104,15 @@ class ComplementarySystem:
         return found is None or (found.unique and not found.solves)
 
 
-def candidates(
-    system: ComplementarySystem, nodes: int = MAX_NODES, root: DualSimplex | None = None
-) -> Generator[Mask, None, Finished | Stalled | OutOfTime]:
+Sets: TypeAlias = Generator[tuple[str, Mask], None, Finished | Stalled | OutOfTime]
+"""Complementary sets to try, each with the step that suggested it; Finished if no other can have a solution."""
+
+
+def candidates(system: ComplementarySystem, root: DualSimplex | None = None, nodes: int = MAX_NODES) -> Sets:
     """Yield the sets P, as masks of shape (n,), that appear to have a solution; a set may be yielded more than once.
 
-    nodes : the largest number of nodes to examine; one that takes linear programs beside its system counts as DOUBTFUL.
-    root : the system of M z + q, if it has been made before.
+    root : the system of M z + q, if it has been made before. nodes : the largest number of nodes to examine; one that
+    takes linear programs beside its system counts as DOUBTFUL.
 
     Returns Finished if it is proved that only the sets that were yielded can have a solution: the caller tries each and
     stops at a success. Otherwise a limit is reached, or a set where the caller found no solution has no proof.
@@ -124,10 +122,10 @@ def candidates(
     pending = [_Node(np.full(q.size, OPEN, np.int8), whole)]
     for node, is_leaf in explored(tree, pending):
         if is_leaf and not system.excluded(P := (node.decided == ACTIVE) | ~system.is_choice):
-            yield P
+            yield "tree", P
             unresolved = True
         elif not is_leaf and node.suggested is not None:
-            yield node.suggested
+            yield "tree", node.suggested
         if pending and remaining() <= 0:
             return OutOfTime(TIME_LIMIT_REACHED)
         if pending and tree.cost >= nodes:
@@ -142,12 +140,8 @@ class _Nodes:
         self.system, self.examined, self.cost, self.check = system, 0, 0, check
 
     def violations(self, node: _Node) -> dict[int, float] | None:
-        """Return min(z, w) at a point of a node, where there is no decision yet; None if there is proved to be no
-        point."""
-        node.simplex = deepcopy(node.simplex)
-        found, cost = _point(self.system, node.decided, node.simplex, node.form)
-        self.examined, self.cost = self.examined + 1, self.cost + cost
-        if found is None:
+        """Return min(z, w) at a point of a node, where there is no decision yet; None if a proof excludes it."""
+        if (found := self._point(node)) is None:
             return None
         (z, w), undecided = found, (node.decided == OPEN) & self.system.is_choice
         overlap, node.is_w_larger = np.minimum(z, w)[undecided], z < w
@@ -155,8 +149,37 @@ class _Nodes:
             node.suggested = (node.decided == ACTIVE) | ((node.decided == OPEN) & (z > w))
         return dict(zip(np.flatnonzero(undecided).tolist(), overlap.tolist(), strict=True))
 
+    def _point(self, node: _Node) -> tuple[Vector, Vector] | None:
+        """Return z and w of a point that fits the decisions of a node; None if a proof excludes that there is one."""
+        node.simplex = simplex = deepcopy(node.simplex)
+        M, q, decided, y = self.system.M, self.system.q, node.decided, None
+        self.examined, self.cost = self.examined + 1, self.cost + 1
+        if simplex is not None:
+            check()
+            y = simplex.feasible() if node.form is None else simplex.vanish(node.form)
+            if y is None and (point := simplex.point()) is not None:
+                return point
+        if y is not None and self.system.refutes(decided, y):
+            return None
+        self.cost += 0 if simplex is None else DOUBTFUL - 1
+        rows, columns = np.flatnonzero(decided == ACTIVE), np.flatnonzero(decided != INACTIVE)
+
+        def holds(y: Vector) -> bool:
+            own = y[: q.size].copy()
+            own[rows] -= y[q.size :]
+            return self.system.refutes(decided, own)
+
+        kept = M[:, columns]  # M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0
+        found = alternative(stack([[kept], [-kept[rows]]]), np.append(q, -q[rows]), holds)
+        if found.proof is not None:
+            return None
+        z = np.zeros(q.size)
+        if found.point is not None:
+            z[columns] = found.point
+        return z, M @ z + q
+
     def unsettled(self, node: _Node) -> None:
-        """Return nothing, as all indices have been decided."""
+        """All indices have been decided."""
 
     def children(self, node: _Node, branch: int) -> Iterator[_Node]:
         """Yield a node with each decision on an index, the likelier one last."""
@@ -166,46 +189,7 @@ class _Nodes:
             yield _Node(decided, node.simplex, branch + decided.size * (decision == ACTIVE))
 
 
-def _point(
-    system: ComplementarySystem, decided: Vector, simplex: DualSimplex | None, form: int | None
-) -> tuple[tuple[Vector, Vector] | None, int]:
-    """Return z and w of a point that fits the decisions, or None if a proof excludes that there is one; and for how
-    many nodes this counts.
-
-    simplex : of the decisions but the last, which restricts a form to 0; None for sparse or large M.
-    """
-    M, q = system.M, system.q
-    rows, columns = np.flatnonzero(decided == ACTIVE), np.flatnonzero(decided != INACTIVE)
-    y = None
-    if simplex is not None:
-        check()
-        y = simplex.feasible() if form is None else simplex.vanish(form)
-        if y is None and (point := simplex.point()) is not None:
-            return point, 1
-    if y is not None and system.refutes(decided, y):
-        return None, 1
-
-    def holds(y: Vector) -> bool:
-        own = y[: q.size].copy()
-        own[rows] -= y[q.size :]
-        return system.refutes(decided, own)
-
-    # M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0
-    kept = M[:, columns]
-    found = alternative(stack([[kept], [-kept[rows]]]), np.append(q, -q[rows]), holds)
-    cost = 1 if simplex is None else DOUBTFUL
-    if found.proof is not None:
-        return None, cost
-    z = np.zeros(q.size)
-    if found.point is not None:
-        z[columns] = found.point
-    return (z, M @ z + q), cost
-
-
 GAP = 1e3  # any alpha > 0 suffices: the solver may stop at 1 / GAP of the maximum
-Sets: TypeAlias = Generator[tuple[str, Mask], None, Finished | Stalled | OutOfTime]
-"""Complementary sets to try, each with the step that suggested it; Finished if no other can have a solution."""
-
 EXHAUSTED = "each complementary set is excluded by a proof in exact arithmetic"
 UNDECIDED = "neither a solution nor a proof that there is none was found"
 MOST_DENSE_ROWS = 1 << 24  # entries of the columns of a set that may be singular
@@ -218,27 +202,23 @@ FEW_ENTRIES, FIRST_ENTRIES, MOST_ENTRIES = 1 << 12, 1 << 21, 1 << 23
 def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method has it)
     """Solve one mixed-integer program, and a linear system on its active set. x0 has no influence.
 
-    It works on the standard form of a mixed problem, with proofs that hold for the problem as given, and on R M C, R q
-    with the powers of two of `units.equilibrate`, which rounds nothing: alpha is about 1 /
-    max(z, w) in these units, and the solver cannot resolve alpha below 1e-6. In order: a proof that the problem is
-    infeasible; the first nodes of branch and bound over complementary sets, whose proofs are in exact arithmetic
-    (`candidates`); the program, for at most half of the time that is left, and the solution on each active set
-    that it suggests; the rest of the tree. Exponential in n at worst.
+    In order: a proof that the problem is infeasible; the first nodes of branch and bound (`candidates`); the program,
+    for at most half of the time that is left, and the solution on each active set that it suggests; the rest of the
+    tree. Exponential in n at worst. The program is that of R M C, R q with the powers of two of `units.equilibrate`,
+    which rounds nothing: alpha is about 1 / max(z, w), and the solver cannot resolve alpha below 1e-6.
 
     Yields (z - w) / 2 for the solution of each complementary set that appears to have one, with step "program" or
     "tree", the origin of the set. Solutions up to rounding come at once; those only to the LP solver's tolerance come
     last, unless it is proved that there is none. NoSolution : with a Farkas proof, or after the exhaustion of all
     complementary sets. Neither depends on rounding or tolerances: alpha = 0 is never taken as a proof, as a tiny alpha
-    may hide a large solution. Stalled, OutOfTime : the size of the tree or rounding, or the time limit, prevents a
-    solution or a proof.
+    may hide a large solution.
     """
     return (yield from _decided(problem, _all_sets))
 
 
 def first_nodes(problem: Problem, entries: int = FIRST_ENTRIES) -> Stage:
-    """Examine the first nodes of the tree alone, as many as have so many entries of M in all; yield and return as
-    `milp`."""
-    return (yield from _decided(problem, partial(_of_tree, nodes=entries // problem.n**2 + 1), FIRST_EFFORT))
+    """Examine the first nodes of the tree alone, of so many entries of M in all; yield and return as `milp`."""
+    return (yield from _decided(problem, partial(candidates, nodes=entries // problem.n**2 + 1), FIRST_EFFORT))
 
 
 few_nodes = partial(first_nodes, entries=FEW_ENTRIES)
@@ -258,8 +238,7 @@ def _decided(
 def _tried(
     form: StandardForm, sets_of: Callable[[ComplementarySystem, DualSimplex | None], Sets], effort: float
 ) -> Stage:
-    """Try complementary sets in turn, after an attempt to prove that the problem is infeasible; yield iterates of the
-    standard form, and return how it ends for the problem as given."""
+    """Try complementary sets after a proof that the problem is infeasible; yield iterates of the standard form."""
     problem = form.original
     with np.errstate(all="ignore"):
         system = ComplementarySystem(form)
@@ -302,21 +281,14 @@ def _all_sets(system: ComplementarySystem, root: DualSimplex | None) -> Sets:
     if remaining() <= 0:
         return OutOfTime(TIME_LIMIT_REACHED)
     try:
-        ending = yield from _of_tree(system, root, MOST_ENTRIES // system.q.size**2 + 1)
+        ending = yield from candidates(system, root, MOST_ENTRIES // system.q.size**2 + 1)
         if not isinstance(ending, Stalled):
             return ending
         for P in _program(system.M, system.q):
             yield "program", P
-        return (yield from _of_tree(system, root, MAX_NODES))
+        return (yield from candidates(system, root))
     except TimeIsUp:  # in the middle of a linear program: what has been found so far counts
         return OutOfTime(TIME_LIMIT_REACHED)
-
-
-def _of_tree(system: ComplementarySystem, root: DualSimplex | None, nodes: int) -> Sets:
-    tree = candidates(system, nodes, root)
-    while isinstance(found := advance(tree), np.ndarray):
-        yield "tree", found
-    return found
 
 
 def _program(M: Matrix, q: Vector) -> list[Mask]:

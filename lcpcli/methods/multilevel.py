@@ -5,17 +5,13 @@ problems, Computing 56 (1996) 179-196. Aggregates around a maximal set of nodes 
 N. Bell, S. Dalton and L. N. Olson, Exposing fine-grained parallelism in algebraic multigrid methods, SIAM Journal on
 Scientific Computing 34 (2012) C123-C152, section 3.
 
-V-cycles of a hierarchy for principal submatrices, as preconditioners in single precision.
+V-cycles for principal submatrices, with basis functions truncated where a constraint is active: R. Kornhuber, Monotone
+multigrid methods for elliptic variational inequalities I, Numerische Mathematik 69 (1994) 167-184. The directions that
+they make are as good in single precision, which takes half of the memory and of the time to read it (L. Giraud, A.
+Haidar and L. T. Watson, Lecture Notes in Computational Science and Engineering 60 (2008) 357-364).
 
-Basis functions truncated where a constraint is active: R. Kornhuber, Monotone multigrid methods for elliptic
-variational inequalities I, Numerische Mathematik 69 (1994) 167-184. The directions that they make are as good in single
-precision, which takes half of the memory and of the time to read it (L. Giraud, A. Haidar and L. T. Watson,
-Mixed-precision preconditioners in parallel domain decomposition solvers, Lecture Notes in Computational Science and
-Engineering 60 (2008) 357-364).
-
-Nested iteration for the active set of a sparse problem: coarse versions of the problem, solved roughly.
-
-A. Brandt and C. W. Cryer, Multigrid algorithms for the solution of linear complementarity problems arising from free
+Nested iteration for the active set of a sparse problem, by coarse versions of the problem that are solved roughly: A.
+Brandt and C. W. Cryer, Multigrid algorithms for the solution of linear complementarity problems arising from free
 boundary problems, SIAM Journal on Scientific and Statistical Computing 4 (1983) 655-684. Here the coarse versions come
 from the matrix alone, and each coarse correction has the length that minimizes the energy, as they are too stiff
 (D. Braess, Towards algebraic multigrid for elliptic problems of second order, Computing 55 (1995) 379-393). What comes
@@ -24,6 +20,7 @@ out is not exact, but its active set is wrong only close to its edge.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from itertools import islice
 from typing import Any, NamedTuple
@@ -78,11 +75,18 @@ class Hierarchy:
         self.levels, self.n, most = list[Level](), A.shape[0], MAX_ENTRIES_RATIO * A.nnz
         candidate, strength, self.is_stuck = np.ones(self.n), STRENGTH, False
         while A.shape[0] > COARSEST:
-            weights, operator = _jacobi(A), Operator(A)
-            candidate = _relaxed(operator, weights, candidate)
+            diagonal, operator, nothing = A.diagonal(), Operator(A), np.zeros(A.shape[0])
+            inverse = np.where(diagonal > 0, 1 / np.where(diagonal > 0, diagonal, 1), 0)
+            radius = float((inverse * absolute_product(A, np.ones(A.shape[0]))).max()) or 1.0
+            weights = np.asarray(4 / 3 / radius * inverse)  # of damped Jacobi relaxation x += weights * (b - A x)
+            for _ in range(RELAXATIONS):
+                candidate = operator.relaxed(candidate, nothing, weights)
+            candidate = np.where(candidate > 0, candidate, candidate.max() * 1e-3)
             strong = _strong(A, strength, candidate)
             T, candidate = _tentative(_aggregates(strong), candidate)
-            P = _smoothed(T, strong, weights)
+            change = (strong @ T).tocsr()
+            change.data *= np.repeat(weights, np.diff(change.indptr))
+            P = T - change  # after one step of relaxation
             R = P.T.tocsr()
             A = R @ (A @ P)
             self.is_stuck = A.nnz > most or P.shape[1] > MAX_UNKNOWNS_RATIO * P.shape[0]
@@ -91,22 +95,6 @@ class Hierarchy:
             self.levels.append(Level(operator, weights, R, R.T, T, A))
             strength /= 2
         self.coarsest = dense(A)
-
-
-def _jacobi(A: Matrix) -> Vector:
-    """Return the weights of damped Jacobi relaxation x += weights * (b - A x), 4/3 over a spectral bound."""
-    diagonal = A.diagonal()
-    inverse = np.where(diagonal > 0, 1 / np.where(diagonal > 0, diagonal, 1), 0)
-    radius = float((inverse * absolute_product(A, np.ones(A.shape[0]))).max()) or 1.0
-    return np.asarray(4 / 3 / radius * inverse)
-
-
-def _relaxed(A: Operator, weights: Vector, candidate: Vector) -> Vector:
-    """Return the positive vector that RELAXATIONS make of the candidate."""
-    nothing = np.zeros(candidate.size)
-    for _ in range(RELAXATIONS):
-        candidate = A.relaxed(candidate, nothing, weights)
-    return np.where(candidate > 0, candidate, candidate.max() * 1e-3)
 
 
 def _tentative(aggregate: Indices, candidate: Vector) -> tuple[Matrix, Vector]:
@@ -118,50 +106,40 @@ def _tentative(aggregate: Indices, candidate: Vector) -> tuple[Matrix, Vector]:
     return csr_array(entries, shape=(aggregate.size, sizes.size)), sizes
 
 
-def _smoothed(T: Matrix, A: Matrix, weights: Vector) -> Matrix:
-    """Return T after one step of relaxation, with A and weights of shape (n, n) and (n,)."""
-    change = (A @ T).tocsr()
-    change.data *= np.repeat(weights, np.diff(change.indptr))
-    return T - change
-
-
 def _aggregates(A: Matrix) -> Indices:
     """Return for each unknown the number of its aggregate, shape (n,): each root has its neighbours and theirs. Roots
     have distances greater than 2, and all but one node in FEW_LEFT are so close to one; those join a neighbour."""
-    n, graph = A.shape[0], _Graph(A.indptr, A.indices)
+    n, near = A.shape[0], _largest_near(A)
     rank = generator(0).permutation(n).astype(np.int32) + 1
     root = np.zeros(n, dtype=bool)
     while np.count_nonzero(rank) > n // FEW_LEFT:
-        new = (graph.maximum(graph.maximum(rank)) == rank) & (rank > 0)
+        new = (near(near(rank)) == rank) & (rank > 0)
         root |= new
-        rank = np.where(graph.maximum(graph.maximum(new)), 0, rank)
+        rank = np.where(near(near(new)), 0, rank)
     aggregate = np.zeros(n, dtype=np.int32)
     aggregate[root] = np.arange(1, np.count_nonzero(root) + 1)
     while not aggregate.all():
-        aggregate = np.where(aggregate, aggregate, graph.maximum(aggregate))
+        aggregate = np.where(aggregate, aggregate, near(aggregate))
     return np.asarray(aggregate - 1)
 
 
-class _Graph:
-    """A graph in which every node is its own neighbour, as row pointers and column indices of its matrix."""
+def _largest_near(A: Matrix) -> Callable[[Any], Any]:
+    """Return what returns the largest value among the neighbours of each node in the graph of A, itself among them."""
+    n, indptr, indices, degrees = A.shape[0], A.indptr, A.indices, np.diff(A.indptr)
+    if degrees.max(initial=0) * n > MOST_PADDED * indices.size:
+        return lambda values: np.maximum.reduceat(values[indices], indptr[:-1])
+    # The k-th neighbours of all nodes are in row k; nodes with fewer are their own.
+    table = np.tile(np.arange(n, dtype=indices.dtype), (degrees.max(), 1))
+    places = np.arange(indices.size, dtype=indptr.dtype) - np.repeat(indptr[:-1], degrees)
+    table[places, np.repeat(table[0], degrees)] = indices
 
-    def __init__(self, indptr: Indices, indices: Indices) -> None:
-        self._indptr, self._indices, n = indptr, indices, indptr.size - 1
-        degrees = np.diff(indptr)
-        self._table: Any = None  # of the k-th neighbours of all nodes, in row k; nodes with fewer are their own
-        if degrees.max(initial=0) * n <= MOST_PADDED * indices.size:
-            self._table = np.tile(np.arange(n, dtype=indices.dtype), (degrees.max(), 1))
-            places = np.arange(indices.size, dtype=indptr.dtype) - np.repeat(indptr[:-1], degrees)
-            self._table[places, np.repeat(self._table[0], degrees)] = indices
-
-    def maximum(self, values: Any) -> Any:
-        """Return the largest value among the neighbours of each node."""
-        if self._table is None:
-            return np.maximum.reduceat(values[self._indices], self._indptr[:-1])
-        largest = np.empty_like(values)
+    def largest_near(values: Any) -> Any:
+        found = np.empty_like(values)
         for part in row_parts(values.size):
-            values[self._table[:, part]].max(axis=0, out=largest[part])
-        return largest
+            values[table[:, part]].max(axis=0, out=found[part])
+        return found
+
+    return largest_near
 
 
 def _strong(A: Matrix, strength: float, candidate: Vector) -> Matrix:
@@ -190,53 +168,34 @@ MOSTLY_BASIC = 0.8  # of an aggregate, by weight: it takes part in the correctio
 REGULAR = 1e-14  # of the largest diagonal entry: what a coarsest matrix gets added
 
 
-class _Single(NamedTuple):
-    """What a V-cycle needs of one level, in single precision.
-
-    shares : those of the unknowns in their aggregates. work : two vectors, which a cycle overwrites.
-    """
-
-    operator: Operator
-    weights: Any
-    R: Matrix
-    P: Matrix
-    aggregate: Any
-    shares: Any
-    work: Any
-
-    @classmethod
-    def of(cls, level: Level) -> _Single:
-        R, T, work = _single(level.R), level.T, np.empty((2, level.weights.size), dtype=np.float32)
-        return cls(
-            *(level.operator.in_single_precision(), _single(level.weights), R, R.T),
-            *(T.indices, _single(T.data**2), work),
-        )
-
-
 class VCycles:
-    """One V-cycle for each principal submatrix of the finest matrix of a hierarchy."""
+    """One V-cycle for each principal submatrix of the finest matrix of a hierarchy, in single precision, where T has
+    the shares of the unknowns in their aggregates."""
 
     def __init__(self, hierarchy: Hierarchy) -> None:
-        self._levels, self._coarsest = list(map(_Single.of, hierarchy.levels)), hierarchy.coarsest
+        self._levels, self._coarsest = list[tuple[Level, Any]](), hierarchy.coarsest
+        for level in hierarchy.levels:
+            R, T, work = _single(level.R), level.T, np.empty((2, level.weights.size), dtype=np.float32)
+            operator, weights = level.operator.in_single_precision(), _single(level.weights)
+            self._levels.append((Level(operator, weights, R, R.T, with_data(T, _single(T.data**2)), None), work))
         self._ends = np.empty(hierarchy.n, dtype=np.float32), np.empty(hierarchy.n)
         self._last: tuple[Mask, Solve] | None = None
 
     def __call__(self, basic: Mask) -> Solve:
         """Return one V-cycle for the principal submatrix of the basic variables, shape (n,), symmetric if A is; it
         takes and returns vectors of shape (n,) that are 0 elsewhere, the latter in memory that the next cycle
-        overwrites. Nothing is formed but masks: an aggregate counts
-        as basic if most of it is, so that the coarse versions of the whole matrix serve for every submatrix. It raises
-        SingularMatrix."""
+        overwrites. Nothing is formed but masks: an aggregate counts as basic if most of it is, so that the coarse
+        versions of the whole matrix serve for every submatrix. It raises SingularMatrix."""
         masks = [basic]
-        for level in self._levels:
-            shares = np.bincount(level.aggregate, level.shares * masks[-1], level.R.shape[0])
+        for level, _ in self._levels:
+            shares = np.bincount(level.T.indices, level.T.data * masks[-1], level.R.shape[0])
             masks.append(shares > MOSTLY_BASIC)
         basic = masks.pop()
         if self._last is None or not np.array_equal(basic, self._last[0]):
             self._last = basic, _inverse(self._coarsest, basic)
         solve = self._last[1]
-        for level, mask in reversed(list(zip(self._levels, masks, strict=True))):
-            solve = partial(_v_cycle, level, level.weights * mask, _single(mask), solve)
+        for (level, work), mask in reversed(list(zip(self._levels, masks, strict=True))):
+            solve = partial(_v_cycle, level, work, level.weights * mask, _single(mask), solve)
         return partial(_in_range, solve, *self._ends)
 
 
@@ -265,8 +224,9 @@ def _inverse(A: Vector, basic: Mask) -> Solve:
     return partial(np.matmul, inverse)
 
 
-def _v_cycle(level: _Single, weights: Any, mask: Any, coarse: Solve, b: Any) -> Any:
-    A, (x, y), (first, second) = level.operator, level.work, SWEEPS
+def _v_cycle(level: Level, work: Any, weights: Any, mask: Any, coarse: Solve, b: Any) -> Any:
+    """Return what a cycle from this level on makes of b, in `work`, which has two vectors."""
+    A, (x, y), (first, second) = level.operator, work, SWEEPS
     np.multiply(weights, b, out=x)
     x *= first
     A.relaxed(x, b, weights, second, y)
@@ -322,7 +282,7 @@ class FullApproximation:
         z = self._relaxed(level, z, q)
         w = A(z)
         w += q
-        free = _free(box, z, w)
+        free = ((box.lower < z) & (z < box.upper)) | (box.project(z - w) != z)  # where w does not keep z at a bound
         partly = np.bincount(T.indices, weights=free, minlength=T.shape[1]) > 0
         coarse, given = T.T @ z, np.where(free | ~partly[T.indices], w, 0.0)
         own = R @ given - A_coarse @ coarse
@@ -350,8 +310,3 @@ class FullApproximation:
             if found.is_solution:
                 break
         return box.project(found.z)
-
-
-def _free(box: Box, z: Vector, w: Vector) -> Mask:
-    """Return where z is not held at a bound by w."""
-    return np.asarray(((box.lower < z) & (z < box.upper)) | (box.project(z - w) != z))

@@ -36,10 +36,10 @@ LEAST_INDEX_STEPS = 60  # before other methods are tried: block steps advance, t
 FAST_STEP = 0.5  # of the violations: what a fast step from given states leaves at most
 # Other steps after which states are not nearly right; a step costs little if the band is narrow.
 SLOW_STEPS, SLOW_STEPS_NARROW = 2, 12
+NEAR_BOUND = 1e-9  # relative to the largest |z_i|: how far rounding may have moved z beyond a bound
 
 GLANCES = 2  # steps of GMRES that decide whether the states of a start are worth a factorization:
 MOST_WRONG_AT_A_GLANCE = 0.4  # of all signs; of random states it is half, of right ones a quarter or fewer
-NEAR_BOUND = 1e-9  # relative to the largest |z_i|: how far rounding may have moved z beyond a bound
 
 STABLE_ITERATES = 2  # consecutive iterates with nearly unchanged P before an attempt to finish
 SPARSE_PRODUCTS = 30.0  # with M that take as long as a sparse factorization, unless that fills in much
@@ -55,12 +55,8 @@ def newton(problem: Problem | System, x0: Vector, patience: float = math.inf, ha
     other matrices it may meet a singular M_PP or cycle. An iteration costs one factorization of M_PP and one product
     with M.
 
-    x0 : starting point, shape (n,); only its signs matter.
-    patience : the largest number of exchanges of the least index: unlike block steps, they may take 2^n.
-    hasty : whether it is given up where it is `Safeguard.is_hopeless`, as another method follows.
-
-    Yields x = (z - w) / 2 of the basic solutions, with step "block" or "least index". Finished : at a solution.
-    Stalled : there were too many exchanges. Breakdown : M_PP is singular.
+    Of x0 only the signs matter. patience : the largest number of exchanges of the least index: unlike block steps, they
+    may take 2^n. hasty : whether it is given up where it is `Safeguard.is_hopeless`, as another method follows.
     """
     system = problem if isinstance(problem, System) else BasicSolutions(problem)
     guard, step = Safeguard(x0.size, patience), "block"
@@ -110,8 +106,6 @@ def dense_route(problem: Problem, x0: Vector, patience: float = LEAST_INDEX_STEP
 
     A product with M costs a small part of a factorization, and a few dozen of them correct most of the signs that
     block pivoting would take several factorizations for, if M is a well-conditioned P-matrix.
-
-    patience, hasty : as of newton.
     """
     reference = 0.0 if problem.reference_z is None else problem.reference_z
     start = x0 if np.count_nonzero(x0) else (reference - problem.q_ref) / 2
@@ -150,29 +144,24 @@ def from_states(problem: Problem, basis: States, solutions: BasicSolutions | Non
 
 
 def from_start(problem: Problem, basis: States) -> Stage:
-    """Pivot as `from_states` from the states of a start, unless a few products with M show that these are far from
-    right, which costs less than a factorization."""
-    if _is_far(problem, basis):
-        return Stalled("the given states are far from those of a solution")
-    return (yield from from_states(problem, basis))
+    """Pivot as `from_states` from the states of a start, unless a rough basic solution of a large M, which costs less
+    than a factorization, has more than MOST_WRONG_AT_A_GLANCE wrong signs.
 
-
-@np.errstate(all="ignore")
-def _is_far(problem: Problem, basis: States) -> bool:
-    """Return whether a rough basic solution of a large M has more than MOST_WRONG_AT_A_GLANCE wrong signs.
-
-    Of right states, few signs of a rough solution are wrong if M + M' is nearly positive definite. That is unknown; but
-    where an M_ii <= 0 shows that it is not, nothing is concluded.
+    Of right states, few of these are wrong if M + M' is nearly positive definite. That is unknown; but where an
+    M_ii <= 0 shows that it is not, nothing is concluded.
     """
     M, diagonal = problem.M, problem.M.diagonal()
-    if problem.n <= MOST_NUMPY_ROWS or not diagonal.min() > 0.0:
-        return False
-    z, factors = problem.box.nonbasic(basis), np.where(basis == BASIC, 1.0 / diagonal, 0.0)
-    w = problem.w(z) if np.count_nonzero(z) else problem.q.copy()
-    step = gmres(lambda v: factors * product(M, v), -factors * w, GLANCES)
-    w += product(M, step)
-    w[basis == BASIC] = 0.0
-    return int(np.count_nonzero(problem.box.wrong(z + step, w, basis))) > MOST_WRONG_AT_A_GLANCE * problem.n
+    if problem.n > MOST_NUMPY_ROWS and diagonal.min() > 0.0:
+        with np.errstate(all="ignore"):
+            z, factors = problem.box.nonbasic(basis), np.where(basis == BASIC, 1.0 / diagonal, 0.0)
+            w = problem.w(z) if np.count_nonzero(z) else problem.q.copy()
+            step = gmres(lambda v: factors * product(M, v), -factors * w, GLANCES)
+            w += product(M, step)
+            w[basis == BASIC] = 0.0
+            wrong = np.count_nonzero(problem.box.wrong(z + step, w, basis))
+        if wrong > MOST_WRONG_AT_A_GLANCE * problem.n:
+            return Stalled("the given states are far from those of a solution")
+    return (yield from from_states(problem, basis))
 
 
 def finish(problem: Problem, x0: Vector | None, stage: Stage) -> Stage:
@@ -185,8 +174,7 @@ def finish(problem: Problem, x0: Vector | None, stage: Stage) -> Stage:
     x0 : the start of the stage, whose active set counts too; None if it has none.
     """
     box, solutions, basis = problem.box, BasicSolutions(problem), None if x0 is None else problem.box.basis_of(x0)
-    tried: States | None = None
-    spent, stable, evaluations = 0.0, 0, 0
+    tried, spent, stable, evaluations = b"", 0.0, 0, 0
     while True:
         step = advance(stage)
         is_due = basis is not None
@@ -196,8 +184,8 @@ def finish(problem: Problem, x0: Vector | None, stage: Stage) -> Stage:
             near = before is not None and np.count_nonzero(basis != before) <= MAX_CHANGE * problem.n
             stable = stable + 1 if near else 0
             is_due = stable >= STABLE_ITERATES and spent + _products(problem, basis) <= evaluations
-        if basis is not None and is_due and (tried is None or not np.array_equal(basis, tried)):
-            tried, attempt = basis, from_states(problem, basis, solutions)
+        if basis is not None and is_due and basis.tobytes() != tried:
+            tried, attempt = basis.tobytes(), from_states(problem, basis, solutions)
             with np.errstate(over="ignore", invalid="ignore"):
                 while isinstance(found := advance(attempt), Iterate):
                     last, spent = found, spent + _products(problem, basis)

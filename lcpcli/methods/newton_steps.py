@@ -12,7 +12,7 @@ Some noninterior continuation methods for linear complementarity problems, SIAM 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from typing import NamedTuple
 
@@ -59,42 +59,21 @@ class Place(NamedTuple):
     gaps: Vector
 
 
-class _Solved(NamedTuple):
-    """A step to the solution of a linearization, or a part t of it, where it leads, and the states of the solution.
-    share : of the perturbation."""
-
-    share: float
-    t: float
-    place: Place
-    basis: States
+_Solved = tuple[float, float, Place, States]
+"""A share of the perturbation, a part t of the step to the solution of a linearization, where it leads, and states."""
 
 
-class Progress:
-    """The least merits so far, of which PATIENCE further ones must leave at most a share."""
-
-    def __init__(self, merit: float) -> None:
-        self._least = [merit]
-
-    def add(self, merit: float) -> None:
-        """Add the merit of a step."""
-        self._least.append(min(merit, self._least[-1]))
-
-    @property
-    def steps(self) -> int:
-        """Return the number of steps."""
-        return len(self._least) - 1
-
-    @property
-    def is_slow(self) -> bool:
-        """Return whether the last PATIENCE steps have left more than PROGRESS of the residual."""
-        return len(self._least) > PATIENCE and self._least[-1] > PROGRESS**2 * self._least[-1 - PATIENCE]
+def is_slow(merits: Sequence[float]) -> bool:
+    """Return whether the last PATIENCE merits have left more than PROGRESS of the least residual before."""
+    first = len(merits) - PATIENCE
+    return first > 0 and min(merits[first:]) > PROGRESS**2 * min(merits[:first])
 
 
 class Steps:
     """The steps of a run.
 
     reference : the natural residual at its start. basis : the states of the last linearization. undefined : a row in
-    which steps have left the domain of F.
+    which steps have left the domain of F. linearizations : how many have been solved, or tried.
     """
 
     def __init__(self, evaluations: Evaluations, linear: Linear) -> None:
@@ -102,13 +81,11 @@ class Steps:
         self.reference = self._share = 0.0
         self.basis: States | None = None
         self.undefined: int | None = None
-        self._fruitless = 0
+        self.linearizations = self._fruitless = 0
 
-    def begin(self, share: float, place: Place | None) -> None:
+    def begin(self, share: float, place: Place) -> None:
         """Forget the steps before, and begin at a place with a share of the perturbation of the diagonal of J."""
-        self.basis, self._share = None, share
-        if place is not None:
-            self.reference = self.reference or size(place.gaps)
+        self.basis, self._share, self.reference = None, share, self.reference or size(place.gaps)
 
     @np.errstate(all="ignore")
     def at(self, z: Vector) -> Place | None:
@@ -160,14 +137,14 @@ class Steps:
     def smoothed(self, place: Place) -> Iterator[Place]:
         """Yield where steps for the smoothed merit function lead, with mu that falls whenever Phi is small beside it,
         to the neighborhood of a solution, or to where no step decreases it."""
-        mu, progress = 0.5 * min(size(place.gaps), 1.0) ** 2, Progress(place.merit)
-        while not progress.is_slow and size(place.gaps) > ALMOST * self.reference:
+        mu, merits = 0.5 * min(size(place.gaps), 1.0) ** 2, [place.merit]
+        while not is_slow(merits) and size(place.gaps) > ALMOST * self.reference:
             J = self.evaluations.finite_jacobian(place.z)
             found = None if J is None else self.downhill(place, J, mu)
             if found is None:
                 return
             place = found[1]
-            progress.add(place.merit)
+            merits.append(place.merit)
             yield place
             if size(phi(self.box, place.z, place.F, mu)) <= mu**0.5:
                 mu = max(min(SMOOTHER * mu, size(place.gaps) ** 2), LEAST_MU)
@@ -183,27 +160,24 @@ class Steps:
             if is_longer and short:
                 break
             found = self._solved(place, J, most if share else loosely, share, is_longer)
-            if found is not None and (found.t >= LONG or not share):
-                return self._taken(found)
+            if found is not None and (found[1] >= LONG or not share):
+                short = [found]
+                break
             short += [] if found is None else [found]
             if near and (reached := self._active_step(place, J)):
                 return "active", reached
             near = False
-        if short:
-            return self._taken(min(short, key=lambda own: own.place.merit))
-        self.basis = None
-        return self.downhill(place, J)
-
-    def _taken(self, own: _Solved) -> tuple[str, Place]:
-        fallen = own.share / (FALL if own.t < 1 else FALL**2)
+        if not short:
+            self.basis = None
+            return self.downhill(place, J)
+        share, t, reached, self.basis = min(short, key=lambda own: own[2].merit)
+        fallen = share / (FALL if t < 1 else FALL**2)
         self._share = fallen if fallen >= PERTURBATIONS[0] / RISE**2 else 0.0
-        self.basis = own.basis
-        return SOLVE[2 if own.share else int(own.t < 1)], own.place
+        return SOLVE[2 if share else int(t < 1)], reached
 
     def _kinds(self, left: float) -> Iterator[tuple[float, bool]]:
         """Yield the linearizations to try in turn, each by its share of the perturbation and whether it is tried
-        longer. left : the share of the natural residual that is left: perturbations of this size do not keep the steps
-        from being fast."""
+        longer. left : of the natural residual: perturbations of this size do not keep the steps from being fast."""
         own, rising = self._share, tuple[float, ...](PERTURBATIONS)
         if own:
             rising = RISE * own, RISE**2 * own
@@ -219,12 +193,13 @@ class Steps:
         """Return the step to the solution of the linearization with a share of the perturbation, or a part of it."""
         sizes = row_maxima(J)
         M = plus_diagonal(J, share * np.where(sizes > 0, sizes, 1.0)) if share else J
+        self.linearizations += 1
         answer = self._linear(M, place.F, self.box.moved_by(place.z), self.basis, is_longer)
         if answer is not None:
             d, self.basis = answer
             for t, reached in self.along(place.z, d, SHORTEST):
                 if reached.merit <= most * (1 - DECREASE * t) and self._is_differentiable(reached):
-                    return _Solved(share, t, self._farther(place, d, reached) if t == 1 else reached, self.basis)
+                    return share, t, self._farther(place, d, reached) if t == 1 else reached, self.basis
         self._fruitless += is_longer
         return None
 
@@ -269,18 +244,13 @@ class Steps:
             t = 1.0 if d is not None else 0.0
             while d is not None and t >= SHORTEST**2:
                 y = self.box.project(place.z + t * d)
-                reached = self.at(y)
-                below = merit + DECREASE * min(float(gradient @ (y - place.z)), 0.0)
-                if reached is not None and self._is_lower(reached, below, merit, mu):
-                    return step, reached
+                if (reached := self.at(y)) is not None:
+                    values = phi(self.box, y, reached.F, mu) if mu else reached.phi
+                    now, below = 0.5 * float(values @ values), DECREASE * min(float(gradient @ (y - place.z)), 0.0)
+                    if now <= merit + below and now < merit and self._is_differentiable(reached):
+                        return step, reached
                 t /= 2
         return None
-
-    def _is_lower(self, place: Place, most: float, before: float, mu: float) -> bool:
-        """Return whether the merit is at most the given one and below the one before, and J is finite."""
-        values = phi(self.box, place.z, place.F, mu) if mu else place.phi
-        merit = 0.5 * float(values @ values)
-        return merit <= most and merit < before and self._is_differentiable(place)
 
 
 DAMPING = 1e-6  # of Newton steps where their matrix is singular, relative to it
@@ -337,8 +307,7 @@ def _slopes(a: Vector, b: Vector, mu: float) -> tuple[Vector, Vector]:
 
 @np.errstate(all="ignore")
 def newton_direction(G: Matrix, values: Vector, gradient: Vector) -> Vector | None:
-    """Return the Newton step of Phi or, where its matrix is singular or the step is not one of descent, the step of
-    Levenberg and Marquardt; None if neither exists."""
+    """Return the Newton step of Phi or, where it is not one of descent, that of Levenberg and Marquardt; or None."""
     everything = np.arange(values.size)
     with suppress(SingularMatrix):
         d = PrincipalSolver(G).solve(everything, -values)

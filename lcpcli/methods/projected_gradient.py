@@ -38,8 +38,7 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
 
     Yields the last x = (z - D^-1 w) / 2, which stands for the likely states: what the loop does with an iterate may
     take as long as a step. Finished : the states have settled. Stalled : they have not settled within
-    MOST_GRADIENT_STEPS, or do not settle any further. Breakdown : a diagonal entry of M is not positive, or the
-    iteration diverges.
+    MOST_GRADIENT_STEPS, or do not settle any further.
     """
     box, diagonal = problem.box, problem.M.diagonal()
     if not diagonal.min() > 0:
@@ -47,7 +46,19 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
     units, start = 1 / np.sqrt(diagonal), box.z_of(x0)
     w_start = problem.w(start) if np.count_nonzero(problem.from_reference(start)) else problem.q_ref
     few, history = max(SETTLED_INDICES, x0.size // SETTLED_ONE_IN), [x0.size] * LOOKS_TO_ADVANCE
-    for last in _looks(problem, units, start, w_start):
+    box, z, w, w_of = box.in_units(units), start / units, units * w_start, lambda z: units * problem.w(units * z)
+    sizes = (problem.largest, largest(z), largest(w), units.max(), 1 / units.min())
+    if not is_sparse(problem.M) and max(sizes) <= SINGLE_RANGE and largest(w) >= 1 / SINGLE_RANGE:
+        M, scale, q, z, w = (given.astype(np.float32) for given in (problem.M, units, units * problem.q, z, w))
+        box = box.in_single_precision()
+
+        def w_of(z: Vector) -> Vector:
+            w = product(M, scale * z)
+            w *= scale
+            w += q
+            return w
+
+    for last in gradient_steps(box, w_of, z, w):
         history.append(last.changes)
         settled = max(history[-2:]) <= few
         if settled or not last.bounded or history[-1] >= max(few, *history[-1 - LOOKS_TO_ADVANCE : -1]):
@@ -70,24 +81,6 @@ class Glance(NamedTuple):
     bounded: Any
 
 
-def _looks(problem: Problem, units: Vector, z: Vector, w: Vector) -> Iterator[Glance]:
-    """Return the `gradient_steps` of a problem in these units, from a z and its w; for a dense M whose numbers allow
-    it, in single precision."""
-    box, z, w = problem.box.in_units(units), z / units, units * w
-    sizes = (problem.largest, largest(z), largest(w), units.max(), 1 / units.min())
-    if is_sparse(problem.M) or not max(sizes) <= SINGLE_RANGE or largest(w) < 1 / SINGLE_RANGE:
-        return gradient_steps(box, lambda z: units * problem.w(units * z), z, w)
-    M, scale, q = (given.astype(np.float32) for given in (problem.M, units, units * problem.q))
-
-    def w_of(z: Vector) -> Vector:
-        w = product(M, scale * z)
-        w *= scale
-        w += q
-        return w
-
-    return gradient_steps(box.in_single_precision(), w_of, z.astype(np.float32), w.astype(np.float32))
-
-
 def gradient_steps(box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vector) -> Iterator[Glance]:
     """Iterate in units with a unit diagonal, for one problem or many, and yield every GRADIENT_BLOCK steps.
 
@@ -98,20 +91,15 @@ def gradient_steps(box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vec
         change = t * w
         former, z = z, box.project(np.subtract(z, change, out=change))
         before, w = w, w_of(z)
-        t = _step_sizes(z - former, w - before, t, step % 2 == 1)
+        moved, bent = z - former, w - before
+        along = _dots(moved, bent)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            lengths = _dots(moved, moved) / along if step % 2 else along / _dots(bent, bent)
+        t = np.where(along > 0, lengths, t)  # else M shows no positive curvature
         if step % GRADIENT_BLOCK == 0:
             last, basis = basis, box.basis_of(0.5 * (z - w))
             bounded = (_dots(w, w) <= GRADIENT_GROWTH * start)[..., 0]
             yield Glance(z, w, basis, int(np.count_nonzero(basis != last)), bounded)
-
-
-def _step_sizes(change: Vector, difference: Vector, t: Any, is_long: bool) -> Vector:
-    """Return one of the two step sizes of Barzilai and Borwein for each problem, or t if M shows no positive
-    curvature."""
-    along = _dots(change, difference)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        lengths = _dots(change, change) / along if is_long else along / _dots(difference, difference)
-    return np.where(along > 0, lengths, t)
 
 
 def _dots(A: Vector, B: Vector) -> Vector:

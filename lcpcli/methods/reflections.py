@@ -8,18 +8,15 @@ convexity nor monotonicity is needed to project onto B, as its points are found 
 
 is the relaxed difference map: V. Elser, I. Rankenburg and P. Thibault, Searching with iterated maps, Proceedings of the
 National Academy of Sciences 104 (2007) 418-423; V. Elser, The complexity of bit retrieval, IEEE Transactions on
-Information Theory 64 (2018) 412-428, section III; for beta = 1 it is the method of J. Douglas and H. H. Rachford (1956)
-and of P. L. Lions and B. Mercier, SIAM Journal on Numerical Analysis 16 (1979) 964-979. It settles only near a common
-point. Several walkers from random starts share each product with the matrix of P_A, of order 2n, and single precision
-will do, as all that counts of a walker is the states that it stands for: where its step is small, block pivoting from
-these gives the solution.
+Information Theory 64 (2018) 412-428, section III. It settles only near a common point. Several walkers from random
+starts share each product with the matrix of P_A, of order 2n, and single precision will do, as all that counts of a
+walker is the states that it stands for: where its step is small, block pivoting from these gives the solution.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Generator
 from functools import partial
 from typing import TypeAlias
 
@@ -30,7 +27,6 @@ from lcpcli.linalg.doubles import generator, is_finite
 from lcpcli.linalg.matrices import dense
 from lcpcli.methods import stages
 from lcpcli.methods.newton import FINISH, from_states
-from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
 from lcpcli.model.box import Box
 from lcpcli.model.changes import in_units, scale
@@ -44,7 +40,6 @@ BALANCING_ROUNDS = 5  # by then norms are equal to a few percent
 CHECK = 20  # steps between two looks at the walkers
 SCALES = 3.0, 2.0, 4.0  # of M, relative to singular values of 1 on average, in turn: the best one depends on M
 ROUND_STEPS, ROUND_STEPS_PER_UNKNOWN = 2000, 4  # before all walkers start anew: by then most that are left are trapped
-MAX_UNKNOWNS = METHODS["reflections"].max_unknowns or 0  # the matrix of P_A then takes 64 MB
 
 
 def reflections(problem: Problem, x0: Vector, *, beta: float = 0.7, walkers: int = 16, seed: int = 0) -> Stage:
@@ -52,15 +47,12 @@ def reflections(problem: Problem, x0: Vector, *, beta: float = 0.7, walkers: int
 
     It works in units in which M is equilibrated and the violations at the reference point are of size 1.
 
-    beta : the relaxation. walkers : how many iterations share the products with the matrix of P_A. seed : of their
-        starts. They start anew after some thousand steps, with another size of M relative to the identity.
+    The walkers start anew after some thousand steps, with another size of M relative to the identity.
 
     Yields, every CHECK steps, the point of B of the walker with the smallest step; evaluations are steps. Finished : at
     a solution, which block pivoting finds from the states of a walker, with step "finish". Breakdown : numbers
     overflow, or there are too many unknowns.
     """
-    if problem.n > MAX_UNKNOWNS:
-        return Breakdown(f"it keeps a dense matrix of order 2n for at most {MAX_UNKNOWNS} unknowns, not {problem.n}")
     return (yield from stages.from_reference(problem, x0, partial(_search, beta=beta, walkers=walkers, seed=seed)))
 
 
@@ -116,20 +108,13 @@ def _walk(problem: Problem, x0: Vector, beta: float, walkers: int, seed: int) ->
                 states = problem.box.basis_of(x).tobytes()
                 if states not in tried:
                     tried.add(states)
-                    if (yield from _finish(problem, criterion, x, steps)):
-                        return Finished()
+                    pivoting = from_states(problem, problem.box.basis_of(x))
+                    while isinstance(step := advance(pivoting), Iterate):
+                        if step.signs_final or Point(criterion, problem.box.z_of(step.x)).solves():
+                            yield step._replace(step=FINISH, evaluations=steps, signs_final=True)
+                            return Finished()
                     break
     return Stalled()
-
-
-def _finish(problem: Problem, criterion: Criterion, x: Vector, steps: int) -> Generator[Iterate, None, bool]:
-    """Pivot from the states of x; yield the solution and return True if that leads to one."""
-    stage = from_states(problem, problem.box.basis_of(x))
-    while isinstance(step := advance(stage), Iterate):
-        if step.signs_final or Point(criterion, problem.box.z_of(step.x)).solves():
-            yield step._replace(step=FINISH, evaluations=steps, signs_final=True)
-            return True
-    return False
 
 
 class _Iteration:
@@ -146,32 +131,28 @@ class _Iteration:
         self.nearest, self._reflected, self._change = np.empty((3, 2 * n, walkers), np.float32)
 
     def step(self, X: Single) -> Single:
-        """Return P_A(2 P_B X - X) - P_B X, in an array that the next step overwrites, as it does P_B X in `nearest`."""
-        nearest, reflected, change = self.nearest, self._reflected, self._change
-        self._project(X)
+        """Return P_A(2 P_B X - X) - P_B X, in an array that the next step overwrites, as it does P_B X in `nearest`: z
+        within the bounds and w with the signs that they ask for."""
+        nearest, reflected, change, n = self.nearest, self._reflected, self._change, self._lower.size
+        Z, W, z, w = X[:n], X[n:], nearest[:n], nearest[n:]
+        np.maximum(Z, self._lower, out=z)
+        if self._has_upper:
+            np.minimum(z, self._upper, out=z)
+            inside = (Z - z) ** 2 + W**2  # the squares of distances to each part of the set
+            below = (Z - self._lower) ** 2 + np.minimum(W, 0) ** 2
+            above = (Z - self._upper) ** 2 + np.maximum(W, 0) ** 2
+            at_lower, at_upper = below < np.minimum(inside, above), above < np.minimum(inside, below)
+            np.copyto(z, self._upper, where=at_upper)
+            signed = np.where(at_lower, np.maximum(W, 0), np.where(at_upper, np.minimum(W, 0), 0))
+            w[:] = np.where(self._fixed, W, signed)
+        else:
+            at_lower = Z - self._lower < W
+            np.maximum(W, 0, out=w)
+            w *= at_lower
+        np.copyto(z, self._lower, where=at_lower)
         np.subtract(nearest, X, out=reflected)
         reflected += nearest
         np.matmul(self._P, reflected, out=change)
         change += self._c
         change -= nearest
         return change
-
-    def _project(self, X: Single) -> None:
-        """Put P_B X into `nearest`: z within the bounds and w with the signs that they ask for."""
-        n = self._lower.size
-        Z, W, z, w = X[:n], X[n:], self.nearest[:n], self.nearest[n:]
-        np.maximum(Z, self._lower, out=z)
-        if not self._has_upper:
-            at_lower = Z - self._lower < W
-            np.copyto(z, self._lower, where=at_lower)
-            np.maximum(W, 0, out=w)
-            w *= at_lower
-            return
-        np.minimum(z, self._upper, out=z)
-        inside = (Z - z) ** 2 + W**2  # the squares of distances to each part of the set
-        below = (Z - self._lower) ** 2 + np.minimum(W, 0) ** 2
-        above = (Z - self._upper) ** 2 + np.maximum(W, 0) ** 2
-        at_lower, at_upper = below < np.minimum(inside, above), above < np.minimum(inside, below)
-        np.copyto(z, self._lower, where=at_lower)
-        np.copyto(z, self._upper, where=at_upper)
-        w[:] = np.where(self._fixed, W, np.where(at_lower, np.maximum(W, 0), np.where(at_upper, np.minimum(W, 0), 0)))

@@ -2,7 +2,8 @@
 
 To add one, write a file with its function, and a line in METHODS. A method is a function (problem, x0, *, options) that
 sets itself up and returns a generator. This yields `Iterate(x, F, step, evaluations)`s with x = (z - w) / 2 and returns
-one of the endings in `stages`. Its options have been checked by their declarations. It is imported on request.
+one of the endings in `stages`; x0 is the starting x, of shape (n,). Its options mean what is said here, and have been
+checked. It is imported on request.
 """
 
 from __future__ import annotations
@@ -31,11 +32,7 @@ START_OPTIONS = ("x0", "z0", "basis")  # of which one may be given
 ANY = "any matrix"  # in place of a class
 
 P = Option(
-    "p",
-    float,
-    None,
-    "0 < p < infinity",
-    lambda p: 0 < p < math.inf,
+    *("p", float, None, "0 < p < infinity", lambda p: 0 < p < math.inf),
     "Smoothing parameter; by default so large that the smoothing error is below rounding.",
     derived="default_p",
 )
@@ -45,63 +42,36 @@ SIGMA = Option(
     "sigma", float, 0.9, "rho < sigma < 1", lambda sigma: 0 < sigma < 1, "Line search: curvature.", above="rho"
 )
 OMEGA = Option(
-    "omega",
-    float,
-    1.0,
-    "0 < omega < infinity, or auto",
-    lambda omega: 0 < omega < math.inf,
+    *("omega", float, 1.0, "0 < omega < infinity, or auto", lambda omega: 0 < omega < math.inf),
     "Modulus parameter; 1 is the published method, auto estimates it from the spectrum of M.",
     words=(AUTO,),
 )
 ANDERSON = Option(
-    "anderson",
-    int,
-    0,
-    *options.NATURAL,
+    *("anderson", int, 0, *options.NATURAL),
     "Anderson acceleration with this many previous steps; 0 is the published method.",
 )
 START_SLACK = Option(
-    "start_slack",
-    float,
-    1.0,
-    "0 < slack < infinity",
-    lambda slack: 0 < slack < math.inf,
+    *("start_slack", float, 1.0, "0 < slack < infinity", lambda slack: 0 < slack < math.inf),
     "Least slack and multiplier at the start, in scaled units; later attempts use multiples of it.",
 )
 REGULARIZATION = Option(
-    "regularization",
-    float,
-    1e-8,
-    "0 < rho <= 1",
-    lambda rho: 0 < rho <= 1,
+    *("regularization", float, 1e-8, "0 < rho <= 1", lambda rho: 0 < rho <= 1),
     "Initially added to the diagonal of the factors, then adapted.",
 )
 BETA = Option(
-    "beta",
-    float,
-    0.7,
-    "0 < beta < 2",
-    lambda beta: 0 < beta < 2,
+    *("beta", float, 0.7, "0 < beta < 2", lambda beta: 0 < beta < 2),
     "Relaxation: the fraction of each step that is taken; 1 is the method of Douglas and Rachford.",
 )
 WALKERS = Option("walkers", int, 16, *options.up_to(10**6), "Number of iterations that share the matrix products.")
 SEED = Option("seed", int, 0, *options.NATURAL, "Seed of the random starts.")
 ONES, LARGEST, LEXICOGRAPHIC = "ones", "largest", "lexicographic"
 COVER = Option(
-    "cover",
-    int,
-    0,
-    "whole number >= 0, or ones",
-    lambda seed: seed >= 0,
+    *("cover", int, 0, "whole number >= 0, or ones", lambda seed: seed >= 0),
     "Covering vector: ones, or the seed of a random one that keeps rows from blocking simultaneously.",
     words=(ONES,),
 )
 TIES = Option(
-    "ties",
-    int,
-    LARGEST,
-    f"{LARGEST} or {LEXICOGRAPHIC}",
-    lambda _: False,
+    *("ties", int, LARGEST, f"{LARGEST} or {LEXICOGRAPHIC}", lambda _: False),
     "Which of the rows that block simultaneously leaves: the one with the largest pivot, or the lexicographic minimum.",
     words=(LARGEST, LEXICOGRAPHIC),
 )
@@ -115,12 +85,11 @@ class Method(NamedTuple):
     options : its numeric options, keyword-only parameters of its function; two methods may share an option.
     switches : its options that are on by default, with their help.
     vectors : its parameters that are vectors given like a start, with their help.
-    iterates : whether it is an iteration on x, to which ADDITIONS apply.
-    uses_start : whether the starting point matters.
+    iterates : whether it is an iteration on x, to which ADDITIONS apply. uses_start : whether the start matters.
     takes_bounds : whether it accepts mixed problems; else it is given their standard form, an LCP.
     excludes_exactly : whether it excludes complementary sets only by exact arithmetic, so that it is believed if it has
         excluded all of them.
-    max_unknowns : the largest n that it accepts; None for no limit.
+    max_unknowns : the largest n for which it is begun; None for no limit.
     guaranteed : the classes of M, keys of `inspection.verdict.CLASSES` or ANY, for which, in exact arithmetic, it ends
         at a solution or with a proof that there is none, each with what it does; the first class that has M counts.
     location : the module, in lcpcli.methods or by its full name, and the function, if they are not named after the
@@ -185,7 +154,7 @@ METHODS = {
         "complementary pivoting (Lemke 1965; Sargent 1978)",
         options=(COVER, TIES),
         takes_bounds=True,
-        max_unknowns=5000,
+        max_unknowns=5000,  # since the tableau is dense
         guaranteed={
             "p_matrix": "it finds the solution",
             "strictly_copositive": "it finds a solution",
@@ -197,7 +166,7 @@ METHODS = {
         "relaxed reflections of random points (Elser, Rankenburg and Thibault 2007); it proves nothing",
         options=(BETA, WALKERS, SEED),
         takes_bounds=True,
-        max_unknowns=2000,
+        max_unknowns=2000,  # since a matrix of order 2n then takes 64 MB
     ),
     "milp": Method(
         "mixed-integer program (Pardalos and Rosen 1988)",
@@ -223,8 +192,7 @@ OTHER_NAMES = {  # of methods, which `meant` does not find: the one of the same 
 
 
 def suggestion(name: str, known: Iterable[str], otherwise: str = "") -> str:
-    """Return the hint for a word that is no method and none of these words: the method that it may stand for, else one
-    that resembles it, else `otherwise` or all words."""
+    """Return the hint for an unknown word: the method that it may stand for, one that resembles it, or `otherwise`."""
     other = OTHER_NAMES.get(name.casefold().replace("_", "-"))
     return f"did you mean {other}?" if other else meant(name, meanings()) or likely(name, known, otherwise)
 
@@ -244,13 +212,11 @@ OPTIONS = options_of({**METHODS, **NONLINEAR})
 
 
 def meanings() -> dict[str, str]:
-    """Return the methods with their lines of help."""
     return {name: method.meaning for name, method in METHODS.items()}
 
 
 def declared(name: str) -> Method:
-    """Return the declaration of the method of that name, in this package or another one; raise an OptionError that
-    suggests a name if there is none."""
+    """Return the declaration of the method of that name, also of another package; an OptionError suggests a name."""
     if name not in METHODS and name not in NONLINEAR:
         with imports:
             from lcpcli.additions import addition, names, package
@@ -282,8 +248,7 @@ def load(name: str) -> Any:
 def parameters_of(name: str) -> list[str]:
     """Return all parameters of a method's function besides the problem and the start."""
     method = declared(name)
-    options = (option.name for option in method.options)
-    return [*method.vectors, *options, *method.switches]
+    return [*method.vectors, *(option.name for option in method.options), *method.switches]
 
 
 def known_options(name: str) -> set[str]:
@@ -294,15 +259,15 @@ def known_options(name: str) -> set[str]:
 
 def check(name: str, chosen: Mapping[str, Any]) -> None:
     """Raise OptionError for a chosen option that has no effect on the method, or is out of its range."""
-    known = parameters_of(name)
-    for rejected in (given for given in chosen if given not in known):
-        if rejected not in {*OPTIONS, *SWITCHES}:
-            raise OptionError(rejected, "is not an option of any method", f"the options are {', '.join(known)}")
-        raise ParameterError(rejected, f"has no effect with the method {name}", "leave it out")
-    for switch in (each for each in declared(name).switches if not isinstance(chosen.get(each, True), bool)):
-        raise ParameterError(switch, f"{chosen[switch]!r} is neither True nor False", "give one of them")
-    if declared(name).options:
-        options.check(declared(name).options, chosen)
+    known, method = parameters_of(name), declared(name)
+    for given, value in chosen.items():
+        if given not in {*OPTIONS, *SWITCHES, *known}:
+            raise OptionError(given, "is not an option of any method", f"the options are {', '.join(known)}")
+        if given not in known:
+            raise ParameterError(given, f"has no effect with the method {name}", "leave it out")
+        if given in method.switches and not isinstance(value, bool):
+            raise ParameterError(given, f"{value!r} is neither True nor False", "give one of them")
+    options.check(method.options, chosen)
 
 
 def options_in_force(name: str, problem: Problem, chosen: Mapping[str, Any]) -> dict[str, Any]:

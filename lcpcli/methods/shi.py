@@ -5,31 +5,17 @@ Computational and Applied Mathematics 236 (2012) 1919-1925, section 4, after Y. 
 nonlinear systems of equations, International Journal of Contemporary Mathematical Sciences 3 (2008) 753-759.
 Steps are numbered as in the paper's algorithm.
 
-The smoothed equation F~(p, x) = 0 of El foutayeni and Khaladi (2012, section 4), and its line search.
-
 With phi(x) = ln(1 + e^(px) + e^(-px)) / p in place of |x|,
 
     F~(p, x) = (M + I) x + (M - I) phi(x) + q = M z~ - w~ + q,    z~ = phi(x) + x,    w~ = phi(x) - x.
 
-Let t = |x|, a = e^(-pt) and delta = phi - t = ln(1 + a + a^2) / p, which lies between 0 and ln(3) / p. Then
-z~ = 2 max(x, 0) + delta, w~ = 2 max(-x, 0) + delta and phi' = sign(x) (1 - a^2) / (1 + a + a^2), without
-overflow or cancellation. Where p t > WINDOW, a is zero in double precision and phi is |x| itself, so exponentials are
-taken only for the few components within that window.
+For t = |x|, a = e^(-pt) and delta = phi - t = ln(1 + a + a^2) / p <= ln(3) / p there are z~ = 2 max(x, 0) + delta,
+w~ = 2 max(-x, 0) + delta and phi' = sign(x) (1 - a^2) / (1 + a + a^2), without overflow or cancellation. Where
+p t > WINDOW, a is zero in double precision, so that exponentials are taken only for the few components within it.
 
 With bounds, an extension: z = mid(l, u, 2x) is a sum of such moduli, l/2 + x + |x - l/2| for a lower bound alone,
 (l + u)/2 + |x - l/2| - |x - u/2| for a box, and each is smoothed like |x|, so that w~ = z~ - 2x and
 z~ = mid(l, u, 2x) + delta_l - delta_u; an infinite bound has no delta. The bound on the smoothing error remains valid.
-
-The line search satisfies the two conditions of step 2.7, the weak Wolfe conditions, in finitely many trials. With f
-along the direction s from x, d = -grad f(x) and D = <d, s> > 0,
-
-    f(x + gamma s) <= f(x) - gamma rho D        (sufficient decrease)
-    <grad f(x + gamma s), s> >= -sigma D        (curvature).
-
-A trial is accepted or becomes an end of the bracket: the upper one if it violates the decrease, the lower one if it
-satisfies the decrease but not the curvature. The bracket expands while it has no upper end; from then on each pair of
-trials at least halves it. Between the halvings the minimizer of a parabola that interpolates f is tried, which is exact
-if f is quadratic (Nocedal and Wright 2006, section 3.5). Gradients are computed only where the decrease holds.
 """
 
 from __future__ import annotations
@@ -47,11 +33,7 @@ from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
-SELECTED = "1"
-STEEPEST_AT_MULTIPLE = "2.2"
-PLANE = "2.4"
-AVERAGE = "2.5"
-STEEPEST = "2.6"
+SELECTED, STEEPEST_AT_MULTIPLE, PLANE, AVERAGE, STEEPEST = "1", "2.2", "2.4", "2.5", "2.6"
 SMOOTHED = 1e-3  # times the smoothing error: |F~| at a zero of F~, up to rounding
 SMOOTHING = "its smoothed equation is solved up to rounding; what is left is the smoothing error"
 DESCENT = (SELECTED, STEEPEST_AT_MULTIPLE, STEEPEST)
@@ -67,7 +49,8 @@ def shi(
     rho: float = RHO.value,
     sigma: float = SIGMA.value,
 ) -> Stage:
-    """Solve F~(p, x) = 0 by descent on f = |F~|^2 / 2, along directions in the plane of F~ and the last step.
+    """Solve F~(p, x) = 0 by descent on f = |F~|^2 / 2, along directions in the plane of F~ and the last step. The paper
+    leaves the choice of x1 open; by default it comes from a steepest-descent step.
 
     In exact arithmetic, limit points of the steepest-descent steps are stationary points of f if its level sets are
     bounded; where J is nonsingular (for every P-matrix M) these are zeros of F~. In double precision a large p
@@ -75,17 +58,10 @@ def shi(
     |F - F~| <= (ln 3 / p) |M - I|_inf. An iteration costs a product with M for each trial of the line search and one
     with M' for each trial of sufficient decrease; nothing n-by-n is formed.
 
-    x0 : first point, shape (n,), in the units of z.
-    x1 : second point, shape (n,). The paper leaves its choice open; by default a steepest-descent step from x0.
-    p : smoothing parameter in 1 / (units of z), p > 0; by default `default_p`.
-    k_star : a steepest-descent step is inserted whenever k is a multiple of k* >= 1.
-    rho, sigma : line search parameters, 0 < rho < 1/2 and rho < sigma < 1.
-
     Yields x1, x2, ... with F~ and the number of the step that produced it: "1" selected, "2.2" steepest descent at a
     multiple of k*, "2.4" best direction in the plane, "2.5" average, "2.6" steepest descent for lack of a descent
-    direction, or because the line search after step 2.4 or 2.5 failed. Finished : F~ is zero. Stalled : the decrease of
-    f is below rounding, or F~ is zero up to rounding but the smoothing error is not, as p is small.
-    Breakdown : f is stationary but F~ is not zero (J is singular), or |F~|^2 over- or underflows.
+    direction, or because the line search after step 2.4 or 2.5 failed. Stalled : the decrease of f is below rounding,
+    or F~ is zero up to rounding but the smoothing error is not, as p is small.
     """
     p, k_star = default_p(problem) if p is None else p, int(k_star)
     smoothed = Smoothed(problem, p)
@@ -142,7 +118,6 @@ def _smoothed_solution(problem: Problem, p: float, F: Vector) -> Stalled | None:
 
 
 def _select(k: int, k_star: int, F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
-    """Take steps 2.2 to 2.6: return the step that applies at x_k, and its direction."""
     return (STEEPEST_AT_MULTIPLE, -g) if k % k_star == 0 else direction(F, v, y, g)
 
 
@@ -277,45 +252,24 @@ class Smoothed:
         return y
 
 
-@dataclass
-class Bracket:
-    """Lengths low < high between which both conditions can be satisfied; f and its slope at low, f at high."""
-
-    low: float
-    f_low: float
-    slope_low: float
-    high: float = math.inf
-    f_high: float = math.inf
-    halve: bool = False
-
-    def raise_low(self, gamma: float, f: float, slope: float) -> None:
-        self.halve = gamma - self.low < 0.5 * (self.high - self.low)
-        self.low, self.f_low, self.slope_low = gamma, f, slope
-
-    def cut_high(self, gamma: float, f: float) -> None:
-        self.halve = gamma - self.low > 0.5 * (self.high - self.low)
-        self.high, self.f_high = gamma, f
-
-    def next_trial(self, slope_start: float) -> float:
-        if self.high == math.inf:
-            flattening = self.slope_low / slope_start
-            return self.low * (min(max(1 / (1 - flattening), 2.0), 10.0) if flattening < 1 else 10.0)
-        width = self.high - self.low
-        bend = self.f_high - self.f_low - self.slope_low * width
-        inner = self.low - 0.5 * self.slope_low * width * (width / bend) if 0 < bend < math.inf else self.low
-        if self.halve or not self.low < inner < self.high:
-            return self.low + 0.5 * width
-        return inner
-
-
 def search(
     smoothed: Smoothed, start: SmoothedPoint, s: Vector, slope: float, gamma: float, rho: float, sigma: float
 ) -> tuple[SmoothedPoint, Vector, int] | int:
     """Return the end of the step from start along s, where f has the slope <grad f, s> < 0, with first trial length
     gamma > 0, the gradient of f there, and the number of lengths tried; only that number if they become
     too short to change x: the decrease is below rounding.
+
+    The end satisfies the two conditions of step 2.7, the weak Wolfe conditions
+
+        f(x + gamma s) <= f(x) + gamma rho <grad f(x), s>               (sufficient decrease)
+        <grad f(x + gamma s), s> >= sigma <grad f(x), s>                (curvature).
+
+    Any other trial becomes an end of the bracket: the upper one if it violates the decrease, else the lower one. The
+    bracket expands while it has no upper end; from then on each pair of trials at least halves it. Between the halvings
+    the minimizer of a parabola that interpolates f is tried, which is exact if f is quadratic (Nocedal and Wright 2006,
+    section 3.5). Gradients are computed only where the decrease holds.
     """
-    bracket, first = Bracket(0.0, start.f, slope), gamma
+    low, f_low, slope_low, high, f_high, first = 0.0, start.f, slope, math.inf, math.inf, gamma
     for trial in range(1, MAX_TRIALS + 1):
         x = gamma * s
         x += start.x
@@ -323,12 +277,21 @@ def search(
         if not point.f <= start.f + gamma * rho * slope:
             if gamma < SHORT_STEP * first and np.array_equal(x, start.x):
                 break
-            bracket.cut_high(gamma, point.f)
+            halve = gamma - low > 0.5 * (high - low)
+            high, f_high = gamma, point.f
         else:
             g = smoothed.gradient(point)
             slope_here = float(g @ s)
             if slope_here >= sigma * slope:
                 return point, g, trial
-            bracket.raise_low(gamma, point.f, slope_here)
-        gamma = bracket.next_trial(slope)
+            halve = gamma - low < 0.5 * (high - low)
+            low, f_low, slope_low = gamma, point.f, slope_here
+        if high == math.inf:
+            flattening = slope_low / slope
+            gamma = low * (min(max(1 / (1 - flattening), 2.0), 10.0) if flattening < 1 else 10.0)
+            continue
+        width = high - low
+        bend = f_high - f_low - slope_low * width
+        inner = low - 0.5 * slope_low * width * (width / bend) if 0 < bend < math.inf else low
+        gamma = low + 0.5 * width if halve or not low < inner < high else inner
     return trial

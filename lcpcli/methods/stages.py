@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Generator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
@@ -172,30 +172,19 @@ def limited(stage: Stage, max_iterations: float) -> Stage:
 
 def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:
     """Start a method on a problem, through its standard form if the method knows only z >= 0."""
-    function: Callable[..., Stage] = methods.load(method)
-    own = function if methods.declared(method).takes_bounds else partial(as_lcp, function)
+    declared, function = methods.declared(method), methods.load(method)
+    if declared.max_unknowns is not None and problem.n > declared.max_unknowns:
+        return ended(Breakdown(f"it takes at most {declared.max_unknowns} unknowns; this problem has {problem.n}"))
+    own = function if declared.takes_bounds else partial(as_lcp, function)
     package = function.__module__.partition(".")[0]
-    if package == "lcpcli":
-        return own(problem, x0, **options)
-    with _blaming(package):
-        stage = own(problem, x0, **options)
-    return _guarded(stage, problem.n, package)
+    stage = partial(own, problem, x0, **options)
+    return stage() if package == "lcpcli" else _guarded(stage, problem.n, package)
 
 
-@contextmanager
-def _blaming(package: str) -> Iterator[None]:
-    """Open a context in which errors of another package become a PackageFault."""
+def _guarded(begin: Callable[[], Stage], n: int, package: str) -> Stage:
+    """Pass on the stage of a method of another package; raise PackageFault for its errors and for what is no stage."""
     try:
-        yield
-    except (*FAULTS, TimeIsUp, LCPError):
-        raise
-    except Exception as error:
-        raise PackageFault(f"the package {package} raises {raised(error)}") from error
-
-
-def _guarded(stage: Stage, n: int, package: str) -> Stage:
-    """Pass on the stage of a method of another package; raise PackageFault for what is no stage."""
-    with _blaming(package):
+        stage = begin()
         while isinstance(step := advance(stage), Iterate):
             x, evaluations = step.x, step.evaluations
             if not isinstance(x, np.ndarray) or x.dtype.kind not in "fiu":
@@ -207,6 +196,10 @@ def _guarded(stage: Stage, n: int, package: str) -> Stage:
             if not isinstance(evaluations, int | np.integer):
                 raise PackageFault(f"the package {package} counts {evaluations!r} evaluations")
             yield step
+    except (*FAULTS, TimeIsUp, LCPError):
+        raise
+    except Exception as error:
+        raise PackageFault(f"the package {package} raises {raised(error)}") from error
     if not isinstance(step, Ending):
         raise PackageFault(f"the package {package} yields or returns {step!r}")
     return step
@@ -217,7 +210,8 @@ def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **optio
     form = standard_form_of(problem)
     if form is None:
         return ended(Breakdown(NO_STANDARD_FORM))
-    return changed(form, x0, partial(function, **options), BasicSolutions(problem))
+    stage = function(form.problem, form.start(x0), **options)
+    return stage if form.is_identity else in_given_variables(form, stage, BasicSolutions(problem))
 
 
 def standard_form_of(problem: Problem) -> StandardForm | None:
@@ -230,14 +224,11 @@ def standard_form_of(problem: Problem) -> StandardForm | None:
         return None
 
 
-def changed(
-    change: Change, x0: Vector, run: Callable[[Problem, Vector], Stage], polishing: BasicSolutions | None = None
-) -> Stage:
-    """Return what `run` does with the problem in other variables, from x0, as a stage in the variables of the original
-    problem, in which x0 is, too; polishing : as for `in_given_variables`."""
+def changed(change: Change, x0: Vector, run: Callable[[Problem, Vector], Stage]) -> Stage:
+    """Return what `run` does with the problem in other variables, from x0, as a stage in the original variables."""
     if change.is_identity:
         return run(change.problem, x0)
-    return in_given_variables(change, run(change.problem, change.start(x0)), polishing)
+    return in_given_variables(change, run(change.problem, change.start(x0)))
 
 
 def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions | None = None) -> Stage:
@@ -247,25 +238,8 @@ def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions |
         standard form has more numbers to round, and yields no F of the original problem.
     """
     step = yield from moved_back(change, stage, polishing)
-    return _in_given_variables(change, step) if isinstance(step, NoSolution) else step
-
-
-def moved_back(change: Change, stage: Stage, polishing: BasicSolutions | None = None) -> Stage:
-    """Pass on the stage with x and F of the original problem, and its ending as it is."""
-    small = NEARLY_SOLVED * largest(change.problem.q)
-    while isinstance(step := advance(stage), Iterate):
-        with np.errstate(over="ignore", invalid="ignore"):
-            x, F = change.back(step.x), None
-            if polishing is None:
-                F = None if step.F is None else change.residual(step.F)
-            elif step.F is None or largest(step.F) <= small:
-                x = _polished(change.original, polishing, x)
-        yield step._replace(x=x, F=F, basis=None)
-    return step
-
-
-def _in_given_variables(change: Change, step: NoSolution) -> Ending:
-    """Return the ending with a proof of the original problem."""
+    if not isinstance(step, NoSolution):
+        return step
     with imports:
         from lcpcli.verify.certificate import KINDS, proves_infeasible, rounded_proof
     proof = step.certificate
@@ -280,13 +254,21 @@ def _in_given_variables(change: Change, step: NoSolution) -> Ending:
     return replace(step, certificate=replace(proof, statement=statement, vector=y))
 
 
-def _polished(problem: Problem, solutions: BasicSolutions, x: Vector) -> Vector:
-    """Return the x of the basic solution of the states of x, if it solves the problem; else x."""
-    with suppress(SingularMatrix):
-        found = solutions.at(problem.box.basis_of(x))
-        if is_finite(found.w) and not solutions.violated(found).any():
-            return problem.box.x_within(found.z, found.w, found.basis)
-    return x
+def moved_back(change: Change, stage: Stage, polishing: BasicSolutions | None = None) -> Stage:
+    """Pass on the stage with x and F of the original problem, as `in_given_variables`, and its ending as it is."""
+    small = NEARLY_SOLVED * largest(change.problem.q)
+    while isinstance(step := advance(stage), Iterate):
+        with np.errstate(over="ignore", invalid="ignore"):
+            x, F = change.back(step.x), None
+            if polishing is None:
+                F = None if step.F is None else change.residual(step.F)
+            elif step.F is None or largest(step.F) <= small:
+                with suppress(SingularMatrix):
+                    found = polishing.at(polishing.box.basis_of(x))
+                    if is_finite(found.w) and not polishing.violated(found).any():
+                        x = polishing.box.x_within(found.z, found.w, found.basis)
+        yield step._replace(x=x, F=F, basis=None)
+    return step
 
 
 class Turns:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from lcpcli import options
-from lcpcli.errors import OptionError, ParameterError, likely, listed, quoted
+from lcpcli.errors import ParameterError, likely, listed, quoted
 from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OPTIONS, SWITCHES, declared
 
 TRUTHS = {"true": True, "false": False}
@@ -24,7 +24,6 @@ class Variant(NamedTuple):
 
     @property
     def options(self) -> dict[str, Any]:
-        """Return the values of the options that are set, by name."""
         return {name: _value(name, text) for name, text in self.settings}
 
     def __str__(self) -> str:
@@ -50,20 +49,23 @@ def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
     for one that a variant sets already.
     """
     for axis in axes:
-        name, values = _named(axis)[0], [value.strip() for value in axis.partition("=")[2].split(",")]
+        name, _, text = axis.partition("=")
+        name, values = name.strip().replace("-", "_"), [value.strip() for value in text.split(",")]
         if not all(values):
             hint = "write OPTION=VALUE,VALUE,..., as in p=1,10,100"
             raise ParameterError("sweep", f"{quoted(axis)} lacks a value", hint)
         if not any(name in _known(variant.method) for variant in variants):
-            raise _without_effect(name, variants)
-        swept: list[Variant] = []
+            if owners := _owners(name):
+                fault = f"{_dashed(name)} has no effect with {' and '.join(dict.fromkeys(v.method for v in variants))}"
+                raise ParameterError("sweep", fault, f"add --method {owners[0]}")
+            fault, words = f"{quoted(_dashed(name))} is not an option of any method", map(_dashed, (*OPTIONS, *FLAGS))
+            raise ParameterError("sweep", fault, likely(_dashed(name), [*words]))
+        swept = list[Variant]()
         for variant in variants:
-            if name in _known(variant.method):
-                if name in dict(variant.settings):
-                    raise ParameterError("sweep", f"{_dashed(name)} is also set by {variant}", "leave one out")
-                swept += [Variant(variant.method, (*variant.settings, (name, value))) for value in values]
-            else:
-                swept.append(variant)
+            if name in dict(variant.settings):
+                raise ParameterError("sweep", f"{_dashed(name)} is also set by {variant}", "leave one out")
+            more = [((name, value),) for value in values] if name in _known(variant.method) else [()]
+            swept += [Variant(variant.method, variant.settings + setting) for setting in more]
         variants = [_checked(variant, "sweep") for variant in swept]
     return list(dict.fromkeys(variants))
 
@@ -83,17 +85,13 @@ def _dashed(name: str) -> str:
     return name.replace("_", "-")
 
 
-def _named(part: str) -> tuple[str, str, str]:
-    """Return the name of an option as in Python, "=" if there is one, and the text after it."""
-    name, equals, value = (word.strip() for word in part.partition("="))
-    return name.replace("-", "_"), equals, value
-
-
 def _setting(part: str) -> tuple[str, str]:
-    name, equals, value = _named(part)
+    """Return the name of an option as in Python, and the text after it; an addition such as scale may stand alone."""
+    name, equals, value = (word.strip() for word in part.partition("="))
+    name = name.replace("-", "_")
     if not equals and name in FLAGS:
         return name, "true"
-    if not equals or not value:
+    if not value:
         raise ParameterError("method", f"{quoted(part)} has no value", "write METHOD:OPTION=VALUE, as in shi:p=10")
     return name, value
 
@@ -146,14 +144,4 @@ def _value(name: str, text: str) -> Any:
 
 
 def _owners(name: str) -> list[str]:
-    """Return the methods that have an option."""
     return [method for method in (*METHODS, *NONLINEAR) if name in _known(method)]
-
-
-def _without_effect(name: str, variants: Sequence[Variant]) -> OptionError:
-    owners = _owners(name)
-    if owners:
-        fault = f"{_dashed(name)} has no effect with {' and '.join(dict.fromkeys(v.method for v in variants))}"
-        return ParameterError("sweep", fault, f"add --method {owners[0]}")
-    words = [_dashed(one) for one in (*OPTIONS, *FLAGS)]
-    return ParameterError("sweep", f"{quoted(_dashed(name))} is not an option of any method", likely(name, words))

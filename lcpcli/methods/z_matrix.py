@@ -1,23 +1,21 @@
-"""Chandrasekaran's method for Z-matrices, those without a positive entry off the diagonal.
+"""Chandrasekaran's method for Z-matrices, those without a positive entry off the diagonal, and elimination for
+tridiagonal M-matrices, as for American options and optimal stopping.
 
 R. Chandrasekaran, A special case of the complementary pivot problem, Opsearch 7 (1970) 263-268: from z = 0, each i with
 w_i < 0 becomes basic, and stays so, as every later step lowers the other w. This ends after at most n exchanges at the
 least solution, or at a pivot that is not positive: the multipliers of its row are nonnegative, and prove that the
 problem is infeasible. All i with w_i < 0 are exchanged at once here, which leads to the same basis.
 
-Elimination for tridiagonal LCPs with an M-matrix, as for American options and optimal stopping.
-
-As none of the variables that have to be basic for some of the rows ceases to be so for all of them (R. Chandrasekaran,
-A special case of the complementary pivot problem, Opsearch 7 (1970) 263-268), variables are only ever added. Gaussian
-elimination along a run of basic variables goes on through the variables beyond its end, as if these were basic too:
-where the eliminated right-hand side is positive, they are. That is done for all runs at once, in both directions.
+If M is tridiagonal, Gaussian elimination along a run of basic variables goes on through the variables beyond its end,
+as if these were basic too: where the eliminated right-hand side is positive, they are. That is done for all runs at
+once, in both directions.
 
 With a single run from an end of the grid, a single elimination is enough: M. J. Brennan and E. S. Schwartz, The
 valuation of American put options, Journal of Finance 32 (1977) 449-462, and for M-matrices P. Jaillet, D. Lamberton and
 B. Lapeyre, Variational inequalities and the pricing of American options, Acta Applicandae Mathematicae 21 (1990)
 263-289. Any number of runs in O(n) operations, one variable after another: R. W. Cottle and R. S. Sacher, On
 the solution of large, structured linear complementarity problems: the tridiagonal case, Applied Mathematics and
-Optimization 3 (1977) 321-340. What is found has to be verified.
+Optimization 3 (1977) 321-340.
 """
 
 from __future__ import annotations
@@ -51,8 +49,7 @@ EXACT_EFFORT = 30.0  # of exact arithmetic where doubles fail, by the seconds th
 
 
 def _exchanged(system: _InDoubles | _InFractions, basic: list[int]) -> tuple[list[int], Any]:
-    """Return the basis at which the method ends, in the order of the exchanges, and the multipliers of the row whose
-    pivot is not positive, or None if there is none; basic : that it begins with."""
+    """Return the last basis, in the order of exchanges from a first one, and multipliers if a pivot is not positive."""
     known = 0
     while negative := system.negative(basic):
         check()
@@ -108,7 +105,7 @@ class _InFractions:
         self._data, self._effort = data, effort
 
     def negative(self, basic: Sequence[int]) -> list[int] | None:
-        self._spend(self._block(basic))
+        self._block(basic)
         self.found = exact_basis(self._data, of_masks(np.isin(np.arange(self._data.n), basic)))
         if self.found is None or not (self.found.unique and self.found.gaps.keys().isdisjoint(basic)):
             return None
@@ -116,31 +113,26 @@ class _InFractions:
 
     def is_m_matrix(self, basic: Sequence[int]) -> bool:
         own = sorted(basic)
-        found = self._solved(self._block(own), [self._data.scales[i] for i in own])
-        return found is not None and min(found) > 0
+        found = elimination.solve(self._block(own), [self._data.scales[i] for i in own])
+        return found.x is not None and not found.null_space and min(found.x) > 0
 
     def multipliers(self, basic: Sequence[int], i: int) -> list[Fraction]:
-        own, y = sorted(basic), [Fraction(0)] * self._data.n
-        transposed = [list(row) for row in zip(*self._block(own), strict=True)]
-        found = self._solved(transposed, [-self._data.rows[i].get(j, 0) for j in own])
-        for j, value in [(i, Fraction(1)), *zip(own, found or (), strict=False)]:
-            y[j] = value * self._data.scales[j]
+        own, y, data = sorted(basic), [Fraction(0)] * self._data.n, self._data
+        y[i] = Fraction(data.scales[i])
+        if own:
+            transposed = [list(row) for row in zip(*self._block(own), strict=True)]
+            found = elimination.solve(transposed, [-data.rows[i].get(j, 0) for j in own])
+            for j, value in zip(own, found.x or (), strict=True):
+                y[j] = value * data.scales[j]
         return [Fraction(value) for value in whole_multiple(y)]
 
     def _block(self, own: Sequence[int]) -> list[list[int]]:
-        return [[self._data.rows[i].get(j, 0) for j in own] for i in own]
-
-    def _solved(self, A: list[list[int]], b: list[int]) -> list[Fraction] | None:
-        if not A:
-            return []
-        self._spend(A)
-        found = elimination.solve(A, b)
-        return None if found.null_space else found.x
-
-    def _spend(self, A: list[list[int]]) -> None:
-        if len(A) > most_exact():
+        """Return the block of some rows and columns; raise TimeIsUp where a system with it would take too long."""
+        if len(own) > most_exact():
             raise TimeIsUp
+        A = [[self._data.rows[i].get(j, 0) for j in own] for i in own]
         self._effort.spend(elimination.duration(A))
+        return A
 
 
 def decided(
@@ -219,7 +211,7 @@ class Elimination:
         if turn not in self._known:
             below, above = (self._below, self._above)[::turn]
             L, pivots = self._factors(below[::turn], self._diagonal[::turn], self._link[::turn])
-            self._known[turn] = L, _upper(pivots, above[::turn])
+            self._known[turn] = L, np.asfortranarray([np.append(0.0, above[::turn]), pivots])
         return self._known[turn]
 
     @np.errstate(all="ignore")
@@ -255,7 +247,7 @@ class Elimination:
                 break
             basic = found
             check()
-        U = _upper(pivots, np.where(ends, 0.0, self._above))
+        U = np.asfortranarray([np.append(0.0, np.where(ends, 0.0, self._above)), pivots])
         return np.maximum(self._solve(U, np.where(basic, y, 0.0), uplo="U")[0], 0.0), basic
 
     def _factors(self, below: Vector, diagonal: Vector, link: Vector) -> tuple[Vector, Vector]:
@@ -267,12 +259,6 @@ class Elimination:
         return L, pivots
 
 
-def _upper(pivots: Vector, above: Vector) -> Vector:
-    U = np.zeros((2, pivots.size), order="F")
-    U[0, 1:], U[1] = above, pivots
-    return U
-
-
 def of_tridiagonal(M: Matrix) -> Elimination | None:
     """Return the elimination of a sparse tridiagonal M-matrix; None for any other M."""
     if not (is_sparse(M) and M.shape[0] > 1 and M.nnz <= 3 * M.shape[0] and width(M) <= 1):
@@ -282,9 +268,7 @@ def of_tridiagonal(M: Matrix) -> Elimination | None:
 
 
 def eliminated(problem: Problem) -> Stage:
-    """Yield the solution by elimination; M is tridiagonal.
-
-    Stalled : M is no M-matrix, or rounding has led to wrong states."""
+    """Yield the solution by elimination. Stalled : M is no M-matrix, or rounding has led to wrong states."""
     own = of_tridiagonal(problem.M)
     if own is None:
         return Stalled("M is no tridiagonal M-matrix")
