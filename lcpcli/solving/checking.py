@@ -26,13 +26,13 @@ from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.labels import by_names
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.origins import Game
-from lcpcli.model.problem import Problem, as_problem, conditions_of
+from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.options import TOL
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import approximate, rounded
-from lcpcli.solving.minimum import WORDS, kind_of_point
+from lcpcli.solving.minimum import WORDS, data_of, kind_of_point
 from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify import exact_solution, strategies
@@ -200,12 +200,10 @@ def verified_proof(
     if data and not data.are_floats():  # of which nothing was proved but what y proves
         answer = undecided(origin)
     else:
-        of_doubles = origin.program(conditions_of(problem))
-        assert of_doubles is not None
         vector = rounded(y)
         up_to_rounding = not found.exact and not proves_infeasible(problem, vector)
         certificate = Certificate("farkas", found.message, vector, is_rounded=up_to_rounding)
-        answer = without_minimum(problem, certificate, origin, of_doubles)
+        answer = without_minimum(problem, certificate, origin, data_of(problem, origin))
     return replace(found, message=f"proved: {answer.statement}", answer=answer)
 
 
@@ -252,9 +250,7 @@ class _Proposal:
 
     def __init__(self, origin: Program, problem: Problem, values: Vector) -> None:
         self.origin, self.problem, self.k = origin, problem, origin.variables
-        data = origin.program(conditions_of(problem))
-        assert data is not None
-        self.data, self.x, self.sign = data, values[: self.k], SENSES[origin.sense]
+        self.data, self.x, self.sign = data_of(problem, origin), values[: self.k], SENSES[origin.sense]
         self.needs_multipliers = values.size == self.k < problem.n
 
     @cached_property

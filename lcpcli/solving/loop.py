@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -40,37 +41,38 @@ FINISHED = "the equation of the method is solved up to rounding, but z does not 
 STATUS_OF_CERTIFICATE = {"farkas": Status.INFEASIBLE, "exhaustion": Status.UNSOLVABLE, "ray": Status.RAY}
 
 
+@dataclass(eq=False, repr=False)
 class Loop:
     """The state of one run. The residual bound of an iterate is a bound on its relative residual that F gives at no
-    cost, or else the residual."""
+    cost, or else the residual. kept : the trace and the curve. interrupted : whether Ctrl-C has come, also before."""
 
-    def __init__(
-        self,
-        criterion: Criterion,
-        method: str,
-        limits: Limits,
-        traces: tuple[Trace | None, Trace | None],
-        stopwatch: Stopwatch,
-        observer: Observer | None,
-        x0: Vector,
-        callback: Callback | None = None,
-    ) -> None:
-        self.criterion, self.problem, self.method = criterion, criterion.problem, method
-        self.limits, self.stopwatch = limits, stopwatch
-        self.traces = [trace for trace in traces if trace is not None]
-        self.kept, self.observer, self.callback = traces, observer, callback
-        if self.problem.reference_z is not None and criterion.reference_solves:
-            x0 = self.problem.box.x_of(self.problem.reference_point, self.problem.q_ref)
-        self.start, self.k, self.evaluations = Iterate(x0, None, "", 0), -1, 0
-        self.last = self.best = x0
-        self.best_bound = self.first_bound = math.inf
-        self.last_by = self.best_by = ""
-        self.end: States | None = None
-        self.extra, self.interrupted = 0, False
-        self.route: list[str] = []
-        self.certificate: Certificate | None = None
-        self.solution: Point | None = None
-        self._newest: tuple[Vector | None, Point | None] = None, None
+    criterion: Criterion
+    method: str
+    limits: Limits
+    kept: tuple[Trace | None, Trace | None]
+    stopwatch: Stopwatch
+    observer: Observer | None
+    last: Vector
+    callback: Callback | None = None
+    interrupted: bool = False
+    k: int = -1
+    evaluations: int = 0
+    extra: int = 0
+    best_bound: float = math.inf
+    first_bound: float = math.inf
+    last_by: str = ""
+    best_by: str = ""
+    end: States | None = None
+    certificate: Certificate | None = None
+    solution: Point | None = None
+    _newest: tuple[Vector | None, Point | None] = None, None
+
+    def __post_init__(self) -> None:
+        self.problem, self.route = self.criterion.problem, list[str]()
+        self.traces = [trace for trace in self.kept if trace is not None]
+        if self.problem.reference_z is not None and self.criterion.reference_solves:
+            self.last = self.problem.box.x_of(self.problem.reference_point, self.problem.q_ref)
+        self.start, self.best = Iterate(self.last, None, "", 0), self.last
 
     def run(self, begin: Callable[[], Stage]) -> tuple[Status, str]:
         """Take the start, then the iterates of the method that `begin` sets up; return how the run ended, and why."""
@@ -78,6 +80,8 @@ class Loop:
         try:
             if stop := self._take(self.start):
                 return stop
+            if self.interrupted:
+                raise KeyboardInterrupt
             tick("verify")
             with np.errstate(over="raise", invalid="raise", divide="raise"):  # measuring ignores these
                 try:

@@ -10,16 +10,17 @@ a penalty for a forbidden move, makes the residual of strategies small that are 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, partial
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from lcpcli.clock import imports, seconds
-from lcpcli.games.behavior import Behavior, InformationSetStrategy, Strategies
+from lcpcli.games.behavior import Behavior, InformationSetStrategy
 from lcpcli.inspection.definite import semidefinite_rank
 from lcpcli.inspection.verdict import NO, YES, classify
 from lcpcli.interrupts import TimeIsUp, within
@@ -48,6 +49,8 @@ WORDS = {"min": "minimizer", "max": "maximizer"}
 DEFINITE = {"min": "positive", "max": "negative"}
 MOST_UNKNOWNS = 60  # of a game tree for which exact arithmetic is tried
 EFFORT = 20.0  # seconds of it, counted as work
+PLAYERS = "row", "column"
+UNSOLVED = "not solved, so there are no strategies"
 REASON = "z solves the problem to the tolerance, but its strategies are {}"
 KIND = "kind_of_point"  # the name by which a problem keeps what its solutions are
 
@@ -90,25 +93,11 @@ class Minimum:
         began = seconds()
         return self._conclude(), seconds() - began
 
-    @property
-    def statement(self) -> str:
-        return self._concluded[0].statement
-
-    @property
-    def proved(self) -> str | None:
-        return self._concluded[0].proved
-
-    @property
-    def ray(self) -> Vector | None:
-        return self._concluded[0].ray
-
-    @property
-    def certificate(self) -> Vector | None:
-        return self._concluded[0].certificate
-
-    @property
-    def seconds(self) -> float:
-        return self._concluded[1]
+    statement = property(lambda minimum: minimum._concluded[0].statement)
+    proved = property(lambda minimum: minimum._concluded[0].proved)
+    ray = property(lambda minimum: minimum._concluded[0].ray)
+    certificate = property(lambda minimum: minimum._concluded[0].certificate)
+    seconds = property(lambda minimum: minimum._concluded[1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,58 +153,45 @@ def answer(result: Result) -> Answer | None:
     origin = result.problem.origin
     if isinstance(origin, Program):
         return minimum(result, origin)
-    if isinstance(origin, Game):
-        return equilibrium(result, origin)
-    return behavior_equilibrium(result, origin) if isinstance(origin, ExtensiveGame) else None
+    return equilibrium(result, origin) if isinstance(origin, (Game, ExtensiveGame)) else None
 
 
-def behavior_equilibrium(result: Result, game: ExtensiveGame) -> BehaviorEquilibrium:
-    """Return behavior strategies, plans, payoffs and gains if the result is solved, and whether the strategies are an
-    equilibrium."""
+def equilibrium(result: Result, game: Game | ExtensiveGame) -> Equilibrium | BehaviorEquilibrium:
+    """Return strategies, payoffs and gains if the result is solved, and whether the strategies are an equilibrium."""
     found = of_solution(result.problem, result.z, result.tol) if result.solved else None
-    if found is None or not isinstance(own := found.own, Behavior):
-        return BehaviorEquilibrium(game.tree.names(), None, None, None, None, "not solved, so there are no strategies")
-    exact = None
-    if result.exact is not None and result.exact.z is not None:
-        x, y, *_ = game.parts(result.exact.z)
-        exact = Behavior.of_plans(game, x, y)
+    own: Any = None if found is None else found.own
+    parts = () if result.exact is None or result.exact.z is None else game.parts(result.exact.z)
+    exact: Any = None
+    if isinstance(game, Game):
+        if found is None:
+            return Equilibrium(None, None, None, None, UNSOLVED)
+        if parts:
+            exact = {name: [value / sum(part) for value in part] for name, part in zip(PLAYERS, parts, strict=True)}
+        return Equilibrium(own.row, own.column, own.payoffs, own.gains, own.statement(found.are_equilibrium), exact)
+    if found is None:
+        return BehaviorEquilibrium(game.tree.names(), None, None, None, None, UNSOLVED)
+    if parts:
+        exact = Behavior.of_plans(game, parts[0], parts[1])
     plans, said = (np.array(own.plans[0]), np.array(own.plans[1])), (exact or own).statement(found.are_equilibrium)
     return BehaviorEquilibrium(own.players, own.information_sets, plans, own.payoffs, own.gains, said, exact)
 
 
-def equilibrium(result: Result, game: Game) -> Equilibrium:
-    """Return strategies, payoffs and gains if the result is solved, and whether the strategies are an equilibrium."""
-    found = of_solution(result.problem, result.z, result.tol) if result.solved else None
-    if found is None or not isinstance(own := found.own, Strategies):
-        return Equilibrium(None, None, None, None, "not solved, so there are no strategies")
-    exact = None
-    if result.exact is not None and result.exact.z is not None:
-        parts = zip(("row", "column"), game.parts(result.exact.z), strict=True)
-        exact = {name: [value / sum(part) for value in part] for name, part in parts}
-    (by_row, by_column), (row, column) = own.payoffs, own.gains
-    said = own.statement(found.are_equilibrium)
-    return Equilibrium(own.row, own.column, (by_row, by_column), (row, column), said, exact)
-
-
 def checked(result: Result) -> Result:
-    """Return the result of a run, if it is not solved, or its strategies, if it has any, are an equilibrium to the
+    """Return the result of a run that has solved a game, if its strategies, if it has any, are an equilibrium to the
     tolerance; else one of exact arithmetic by `auto`, or one that is stalled and says what the players would gain."""
-    problem, game = result.problem, result.problem.origin
-    if not result.solved or not isinstance(game, (Game, ExtensiveGame)):
-        return result
+    problem = result.problem
     found = of_solution(problem, result.z, result.tol)
     if found is None or found.are_equilibrium:
         return result
     began = seconds()
-    if result.method == "auto" and (isinstance(game, Game) or problem.n <= MOST_UNKNOWNS):
-        z = _exact(result)
-        point = None if z is None else Point(Criterion(problem, result.tol), z)
-        if point is not None and point.solves():
-            exact = of_solution(problem, point.z, result.tol)
-            if exact is not None and exact.are_equilibrium:
-                route, parts = (*result.route, "exact"), {**result.parts}
-                parts["verify"] = parts.get("verify", 0.0) + seconds() - began
-                return replace(result, point=point, route=route, parts=parts, nearest="exact", end=None)
+    is_decided = isinstance(problem.origin, Game) or problem.n <= MOST_UNKNOWNS
+    z = _exact(result) if is_decided and result.method == "auto" else None
+    if z is not None and (point := Point(Criterion(problem, result.tol), z)).solves():
+        exact = of_solution(problem, z, result.tol)
+        if exact is not None and exact.are_equilibrium:
+            parts = {**result.parts, "verify": result.parts["verify"] + seconds() - began}
+            route = (*result.route, "exact")
+            return replace(result, point=point, route=route, parts=parts, nearest="exact", end=None)
     reason = REASON.format(found.own.statement(False))
     return replace(result, status=Status.STALLED, message=Status.STALLED.sentence(reason), end=None)
 
@@ -228,17 +204,14 @@ def _exact(result: Result) -> Vector | None:
         from lcpcli.verify.exact_solution import finitely_rounded, from_point
     problem, game = result.problem, result.problem.origin
     assert isinstance(game, (Game, ExtensiveGame))
-    z: Sequence[Fraction] | None
-    try:
-        with within(result.limits.time_limit - result.seconds):
-            data, effort = ExactProblem(problem, *game.exact_conditions()), elimination.Effort(EFFORT)
-            if isinstance(game, Game):
-                found = pivoting.equilibrium(data, game.A.shape[0], effort)
-                z = None if found is None else point_of_game(problem, np.array(found), data).tolist()
-            else:
-                z = from_point(data, result.z, effort) or first_solution(data, effort.steps(data))
-    except TimeIsUp:
-        return None
+    z: Sequence[Fraction] | None = None
+    with suppress(TimeIsUp), within(result.limits.time_limit - result.seconds):
+        data, effort = ExactProblem(problem, *game.exact_conditions()), elimination.Effort(EFFORT)
+        if isinstance(game, Game):
+            found = pivoting.equilibrium(data, game.A.shape[0], effort)
+            z = None if found is None else point_of_game(problem, np.array(found), data).tolist()
+        else:
+            z = from_point(data, result.z, effort) or first_solution(data, effort.steps(data))
     return None if z is None else finitely_rounded(z)
 
 
@@ -248,7 +221,7 @@ def minimum(result: Result, program: Program) -> Minimum:
     conclude = partial(conclusion, result.problem, copy(result))  # a copy, as a cycle would keep large arrays in memory
     if result.status.has_no_solution:
         return Minimum(None, None, None, None, None, None, None, conclude)
-    sign, data = SENSES[program.sense], _data(result.problem, program)
+    sign, data = SENSES[program.sense], data_of(result.problem, program)
     x, y = program.parts(result.z)
     w = program.parts(result.w)[0]
     active = np.where(w > 0, x - data.lower <= w, data.upper - x <= -w)  # else w is rounding of 0
@@ -263,7 +236,8 @@ def minimum(result: Result, program: Program) -> Minimum:
     return Minimum(x + 0.0, sign * y + 0.0, bounded, activities, slacks, value + 0.0, exact, conclude)
 
 
-def _data(problem: Problem, program: Program) -> ProgramData:
+def data_of(problem: Problem, program: Program) -> ProgramData:
+    """Return the program, to be minimized, whose conditions the problem has."""
     data = program.program(conditions_of(problem))
     assert data is not None
     return data
@@ -276,11 +250,10 @@ def conclusion(problem: Problem, result: Result) -> Conclusion:
     has ended the run. What is known about every solution of the problem is kept with it."""
     program = problem.origin
     assert isinstance(program, Program)
-    word = WORDS[program.sense]
+    word, data = WORDS[program.sense], data_of(problem, program)
     if result.status.has_no_solution:
-        if result.interrupted:
-            return undecided(program)
-        return without_minimum(problem, result.certificate, program, _data(problem, program))
+        done = result.interrupted
+        return undecided(program) if done else without_minimum(problem, result.certificate, program, data)
     if result.status is Status.ILL_POSED:
         return Conclusion(f"the program is ill-posed: whether it has a {word} depends on the rounding of its data")
     if not result.solved:
@@ -288,7 +261,6 @@ def conclusion(problem: Problem, result: Result) -> Conclusion:
         return Conclusion(f"x does not solve the program: it is the best iterate, with a relative residual of {size}")
     if result.interrupted:
         return Conclusion(f"x satisfies the first-order conditions; whether it is a {word} was not examined")
-    data = _data(problem, program)
     kind: Conclusion | None = getattr(problem, KIND, None)
     if kind is None:
         kind = kind_of_point(data, program)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import os
     from fractions import Fraction
 
-    from lcpcli.solving.derivatives import Derivative, Gradient
+    from lcpcli.solving.derivatives import OneDerivative, OneGradient
     from lcpcli.solving.trace import Trace
     from lcpcli.verify.certificate import Certificate
     from lcpcli.verify.error_theorems import Bound
@@ -201,7 +201,7 @@ class Result:
         dupper: VectorLike | None = None,
         one_sided: bool = False,
         J: Any = None,
-    ) -> Derivative:
+    ) -> OneDerivative:
         """Return the derivative of z and w for a change of the data in a given direction. `Derivative` explains what
         holds at kinks, where z_i is at a bound and w_i = 0, and what `one_sided` does there.
 
@@ -216,10 +216,10 @@ class Result:
         [-2.0, 1.0]
         """
         changes = {"dM": dM, "dq": dq, "dlower": dlower, "dupper": dupper}
-        found: Derivative = views.derivative.derivative(self.problem, self, changes, one_sided, J)
+        found: OneDerivative = views.derivative.derivative(self.problem, self, changes, one_sided, J)
         return found
 
-    def gradient(self, g: VectorLike, J: Any = None) -> Gradient:
+    def gradient(self, g: VectorLike, J: Any = None) -> OneGradient:
         """Return the derivatives of a function of z with respect to M, q and the bounds, by solving one linear system.
 
         g : the gradient of the function at z, shape (n,); with J, of shape (k, n), of a function of J z, shape (k,).
@@ -232,7 +232,7 @@ class Result:
         >>> gradient.q.round(9).tolist(), gradient.M.round(6).tolist()
         ([-2.0, 1.0], [[-2.666667, -4.666667], [1.333333, 2.333333]])
         """
-        found: Gradient = views.derivative.gradient(self.problem, self, g, J)
+        found: OneGradient = views.derivative.gradient(self.problem, self, g, J)
         return found
 
     @property
