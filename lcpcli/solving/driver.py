@@ -63,16 +63,13 @@ def run(
     compiled: bool | None = None,
     **chosen: Any,
 ) -> Result:
-    """Run a method from x0, or from z0 (by default the problem's own, else the origin); `call.run` calls this driver.
+    """Run a method, as `call.solve` explains it; `call.run` calls this driver.
 
     The status is "solved" only if the relative residual, recomputed from the original M and q, is at most limits.tol,
-    or if exact arithmetic shows that z is the solution up to its last digits.
-    `scale` makes an iterative method work on the equilibrated problem, `finish` makes it stop as soon as its active set
-    yields the solution. `chosen` are options of the method; any other raises an OptionError. `trace` and
-    `curve` keep iterates, each as it is set up. `observe` is called at intervals with the progress, as in
-    `trace.Observer`. `callback` and `threads` are as in `call.solve`. `began` is the beginning
-    of the run by the `clock`, by default now; the time limit covers everything from then on except imports. `compiled`
-    is as in `call.solve`.
+    or if exact arithmetic shows that z is the solution up to its last digits. `chosen` are options of the method; any
+    other raises an OptionError. `trace` and `curve` keep iterates, each as it is set up. `observe` is called at
+    intervals with the progress, as in `trace.Observer`. `began` is the beginning of the run by the `clock`, by default
+    now; the time limit covers everything from then on except imports.
     """
     keeps = trace is not None or curve is not None
     stopwatch = Stopwatch(clock, clock() if began is None else began, MOST_LAPS if keeps else 0)
@@ -233,9 +230,9 @@ def verified(result: Result) -> Result:
     with imports:
         from lcpcli.verify.exact_solution import is_rounded_difference, is_rounded_solution
         from lcpcli.verify.ill_posed import enclosed
-    own = result.problem, result.z, result.tol
-    holds = Point(Criterion(result.problem, result.tol), result.z, is_admissible=False).solution() is not None
-    holds = holds or is_rounded_difference(*own) or not enclosed(*own)[1] or is_rounded_solution(*own[:2])
+    own = problem, z, tol = result.problem, result.z, result.tol
+    holds = Point(Criterion(problem, tol), z, is_admissible=False).solution() is not None
+    holds = holds or is_rounded_difference(*own) or not enclosed(*own)[1] or is_rounded_solution(problem, z)
     return replace(result, verified=holds)
 
 

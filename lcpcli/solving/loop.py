@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -93,9 +93,9 @@ class Loop:
                         step = stages.advance(stage)
                     finally:
                         tick("solve")
+                    self._note_method(step.method)
                     if not isinstance(step, Iterate):
                         break
-                    self._note_method(step.method)
                     stop = self._take(step)
                     if self.callback is not None and self._calls_for_the_end(step, self.callback):
                         stop = stop or (Status.INTERRUPTED, BY_CALLBACK)
@@ -125,8 +125,7 @@ class Loop:
             self.last = self.best = np.clip(iterate.x, -LARGEST_X, LARGEST_X)
         if bound < self.best_bound:
             self.best_bound, self.best, self.best_by = bound, iterate.x, iterate.method
-        if not self.first_bound < math.inf:
-            self.first_bound = bound
+        self.first_bound = self.first_bound if self.first_bound < math.inf else bound
         if self.observer:
             self.observer.note(iterate.method or self.method, self.k, bound)
         solution = None
@@ -141,12 +140,10 @@ class Loop:
         return self._stopping_rule(iterate, bound)
 
     def _measured(self, iterate: Iterate) -> tuple[float, Point | None]:
-        """Return a bound on the relative residual, infinite if unknown, and the point if it deserves a closer look.
-
-        A closer look costs two products with M. Without F it is taken at iterates that may be the last, and every few
-        iterations. With F it is taken if the bound is near the tolerance, and at k = 0, 1, 2, 4, 8, ..., in case the
-        bound never decreases although the residual does.
-        """
+        """Return a bound on the relative residual, infinite if unknown, and the point if it deserves a closer look, at
+        the cost of two products with M: without F at iterates that may be the last, and every few iterations; with F
+        near the tolerance, and at k = 0, 1, 2, 4, 8, ..., in case the bound never decreases although the residual
+        does."""
         if iterate.F is not None:
             bound = self.criterion.bound(iterate.F)
             worth = bound <= MEASURED_FROM * self.limits.tol or self.k & (self.k - 1) == 0
@@ -158,26 +155,19 @@ class Loop:
 
     def _stopping_rule(self, iterate: Iterate, bound: float) -> tuple[Status, str] | None:
         """Return the status and the reason of the first stopping rule that applies, other than a solution."""
-        grows = declared(self.method).iterates and not bound <= GROWTH_LIMIT * self.first_bound
-        if grows and self._diverges(iterate.x):
-            return Status.DIVERGED, ""
+        if declared(self.method).iterates and not bound <= GROWTH_LIMIT * self.first_bound:
+            with np.errstate(over="ignore", invalid="ignore"):  # whether F itself, computed from M and q, has grown
+                each = [(self.problem.box.z_of(x), x) for x in (self.start.x, iterate.x)]
+                first, last = (self.criterion.bound(self.problem.w(z) - (z - 2 * x)) for z, x in each)
+            if not last <= GROWTH_LIMIT * first:
+                return Status.DIVERGED, ""
         if self.k >= self.limits.max_iterations:
             return Status.ITERATION_LIMIT, ""
         return (Status.TIME_LIMIT, "") if self._time_is_up() else None
 
-    @np.errstate(over="ignore", invalid="ignore")
-    def _diverges(self, x: Vector) -> bool:
-        """Return whether F, computed from M and q, has grown by more than GROWTH_LIMIT since the start."""
-        sizes = []
-        for place in (self.start.x, x):
-            z = self.problem.box.z_of(place)
-            sizes.append(self.criterion.bound(self.problem.w(z) - (z - 2 * place)))
-        return not sizes[1] <= GROWTH_LIMIT * sizes[0]
-
     def _ended(self, ending: Ending) -> tuple[Status, str]:
         """Return the status and the reason when the method itself ends: those that a certificate justifies, once it is
         verified on M and q."""
-        self._note_method(ending.method)
         if isinstance(ending, stages.NoSolution):
             claim = ending.certificate
             self.certificate = confirm(self.problem, claim, declared(self.method).excludes_exactly)
@@ -221,10 +211,9 @@ class Loop:
         with imports:
             from lcpcli.solving.trace import TraceRow
         self.stopwatch.count("verify")
-        z, method = self.problem.box.z_of(iterate.x), iterate.method or self.method
-        return TraceRow(
-            max(self.k, 0), z, None, None, self.stopwatch.total, iterate.step, method, x=iterate.x, z0=iterate.z0
-        )
+        z, at = self.problem.box.z_of(iterate.x), self.stopwatch.total
+        method = iterate.method or self.method
+        return TraceRow(max(self.k, 0), z, None, None, at, iterate.step, method, x=iterate.x, z0=iterate.z0)
 
     def _calls_for_the_end(self, iterate: Iterate, callback: Callback) -> bool:
         """Return whether the callback asks for the end of the run after this iterate; its own time does not count."""
@@ -306,18 +295,14 @@ ENCLOSED = (
 DOUBT = "z satisfies each row by its own terms but is too large to be a solution beyond doubt, and {}"
 
 
-Conclusion: TypeAlias = tuple[Point, str, Status, Certificate | None]
-"""The point to report, the reason and the status that it justifies; with the proof of an ill-posed problem, or None."""
-
-
-def conclusion(criterion: Criterion, last: Point, best: Point, rounded: Certificate | None) -> Conclusion | None:
-    """Return the conclusion from the last and the best iterate, neither of which meets the criterion: the problem is
-    ill-posed if one of them leads to a solution beyond it, and there is a proof but for rounding. None if neither is a
-    solution up to rounding or a run-off; STALLED with the reason if a run-off stays in doubt.
-
-    rounded : a proof but for rounding, if one is known. Without one, a solution up to rounding is a solution.
-    """
-    problem, tol, points = criterion.problem, criterion.tol, [last.z, best.z]
+def conclusion(
+    criterion: Criterion, last: Point, best: Point, rounded: Certificate | None
+) -> tuple[Point, str, Status, Certificate | None] | None:
+    """Return the conclusion from the last and the best iterate, neither of which meets the criterion: the point to
+    report, the reason and the status that it justifies, with the proof of a problem that is ill-posed, as one of them
+    leads to a solution beyond the criterion. None if neither is a solution up to rounding or a run-off; STALLED with
+    the reason if a run-off stays in doubt. rounded : a proof but for rounding, if one is known."""
+    problem, tol = criterion.problem, criterion.tol
     if rounded is None:
         if is_rounded_difference(problem, last.z, tol):
             return last, ROUNDED.format(last.relative_residual), Status.SOLVED, None
@@ -332,7 +317,7 @@ def conclusion(criterion: Criterion, last: Point, best: Point, rounded: Certific
             if doubt.fault:
                 return point, DOUBT.format(doubt.fault), Status.STALLED, None
             return point, ENCLOSED.format(point.relative_residual), Status.SOLVED, None
-    large = large_solution(problem, points, rounded, tol)
+    large = large_solution(problem, [last.z, best.z], rounded, tol)
     if large is None:
         return None
     point = Point(criterion, large[0])

@@ -50,6 +50,7 @@ class Result:
     z, w : the best iterate and w = M z + q, each of shape (n,), in the problem's units.
     residual, relative_residual, error : as defined in `point.Point`, recomputed from M and q; the error is the distance
         to the nearest known solution, None if none is known.
+    names : those of the components of z, "" for those without one.
     negligible_q : the indices, from 0, of the entries of q that had to be treated as 0: in a large problem they may be
         rounding errors (see `verify.noise`). The relative residual leaves them out, the residual does not.
     iterations, evaluations : the number of iterations, and of evaluations of F, or of its smoothed form, in them.
@@ -117,6 +118,7 @@ class Result:
     residual = _derived(lambda result: result.point.residual)
     relative_residual = _derived(lambda result: result.point.relative_residual)
     negligible_q = _derived(lambda result: result.point.negligible)
+    names = _derived(lambda result: result.problem.names)
     error = _derived(lambda result: result.problem.error(result.z))
     tol = _derived(lambda result: result.limits.tol)
     setup_seconds = _derived(lambda result: result.parts["setup"])
@@ -234,11 +236,6 @@ class Result:
         """
         found: OneGradient = views.derivative.gradient(self.problem, self, g, J)
         return found
-
-    @property
-    def names(self) -> Sequence[str]:
-        """Return the names of the components of z, "" for those without one."""
-        return self.problem.names
 
     def __getitem__(self, name: str) -> float:
         """Return the component of z with this name; a multiplier of a maximization is in its own sense. Raise KeyError,

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 
@@ -73,13 +73,8 @@ class LateRow(TraceRow):
         (residual,), (rounding,) = criterion.residuals(z[np.newaxis])
         return residual, rounding
 
-    @cached_property
-    def residual(self) -> float | None:
-        return self._measures[0]
-
-    @cached_property
-    def rounding(self) -> bool:
-        return self._measures[1]
+    residual = cast("float | None", property(lambda row: row._measures[0]))
+    rounding = cast(bool, property(lambda row: row._measures[1]))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return TraceRow, tuple(getattr(self, field.name) for field in fields(TraceRow))
@@ -138,7 +133,10 @@ class Trace:
     def add(self, row: TraceRow, criterion: Criterion) -> None:
         """Add an iterate with its whole z, not yet measured; the one that is no longer among the last three is dropped,
         or kept to be measured."""
-        self._note_milestones(row, criterion)
+        pending = self.levels[len(self.milestones) :]
+        if pending and (error := criterion.problem.error(row.z)) is not None:
+            reached = (level for level in pending if error <= level * criterion.problem.size_of_solutions)
+            self.milestones += [Milestone(level, row.k, row.seconds) for level in reached]
         self._last.append(row)
         if len(self._last) > 3:
             leaving = self._last.pop(0)
@@ -180,14 +178,6 @@ class Trace:
 
     def _is_kept(self, k: int) -> bool:
         return k <= 1 or k % self.every == 0
-
-    def _note_milestones(self, row: TraceRow, criterion: Criterion) -> None:
-        pending = self.levels[len(self.milestones) :]
-        problem = criterion.problem
-        error = problem.error(row.z) if pending else None
-        if error is not None:
-            reached = [level for level in pending if error <= level * problem.size_of_solutions]
-            self.milestones += [Milestone(level, row.k, row.seconds) for level in reached]
 
     @np.errstate(all="ignore")
     def _measure(self, criterion: Criterion) -> None:
