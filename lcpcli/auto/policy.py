@@ -12,9 +12,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import suppress
+from fractions import Fraction
 from functools import cache, cached_property, partial
 from itertools import chain
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -31,18 +32,17 @@ from lcpcli.methods.final_states import MOST_DECIDED, confirmed, is_doubtful
 from lcpcli.methods.newton import from_start
 from lcpcli.methods.stages import Ending, Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, advance, changed
 from lcpcli.model.problem import Problem
+from lcpcli.rational.elimination import Effort
+from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.numbers import rounded, rounded_direction
+from lcpcli.rational.tree import solution_search
 from lcpcli.typing import Vector
 from lcpcli.verify import measure
 from lcpcli.verify.certificate import EXHAUSTION_EFFORT, Certificate, infeasible, is_clear, proves_infeasible
 from lcpcli.verify.exact_solution import from_point, is_rounded_solution, refined
+from lcpcli.verify.farkas import farkas_vector
 from lcpcli.verify.ill_posed import enclosed, settled
 from lcpcli.verify.point import Criterion, Point
-
-if TYPE_CHECKING:
-    from fractions import Fraction
-
-    from lcpcli.rational.elimination import Effort
-    from lcpcli.rational.exact_problem import ExactProblem
 
 REFINED = "refined"
 MOST_REFINEMENTS = 3  # of one point: each may change states that those before it have left wrong
@@ -53,7 +53,7 @@ EXCLUDED = "each complementary set is excluded in exact arithmetic"
 OUT_OF_RANGE = "there is a solution, but doubles cannot represent it: its numbers are too large or too small"
 LOST_BY_ROUNDING = "there is a solution, but its nearest doubles do not solve the problem"
 UNDECIDED_IN_TIME = "exact arithmetic did not decide the problem in time"
-NOTHING = list["Fraction"]()  # after all nodes of a tree without a solution
+NOTHING = list[Fraction]()  # after all nodes of a tree without a solution
 # Of the tree, in counted work: what it does at first, in which it decides nearly all problems; after turns of other
 # methods it goes on, each time with twice that or the largest share, up to the most in all.
 FIRST_EFFORT, LARGEST_EFFORT, MOST_EFFORT = 0.25, 2.0, 16.0
@@ -295,34 +295,28 @@ class Tree:
     """The tree over the states of a problem with few unknowns in exact arithmetic, which is suspended and goes on; most
     problems never need it, so that it is set up when it is first asked.
 
-    is_decided : whether it has ended. solution : the exact solution that it has found; None if there is none.
+    data : the problem in exact numbers. is_decided : whether the tree has ended. solution : the exact solution that it
+    has found; None if there is none.
     """
 
     def __init__(self, problem: Problem) -> None:
-        self._problem, self._share = problem, FIRST_EFFORT
+        self._problem, self._effort, self._share = problem, Effort(), FIRST_EFFORT
         self.is_decided = False
         self.solution: list[Fraction] | None = None
 
     @cached_property
-    def _parts(self) -> tuple[ExactProblem, Effort, Iterator[list[Fraction] | None]]:
-        with imports:
-            from lcpcli.rational.elimination import Effort
-            from lcpcli.rational.exact_problem import ExactProblem
-            from lcpcli.rational.tree import solution_search
-        data, effort = ExactProblem.of_floats(self._problem), Effort()
-        return data, effort, solution_search(data, effort.steps(data))
-
-    @property
     def data(self) -> ExactProblem:
-        """Return the problem in exact numbers."""
-        return self._parts[0]
+        return ExactProblem.of_floats(self._problem)
+
+    @cached_property
+    def _search(self) -> Iterator[list[Fraction] | None]:
+        return solution_search(self.data, self._effort.steps(self.data))
 
     def goes_on(self) -> bool:
         """Do the next share of the work; return whether the problem is decided."""
-        _, effort, search = self._parts
-        until = min(effort.spent + self._share, MOST_EFFORT)
-        while not self.is_decided and effort.spent < until:
-            found = next(search, NOTHING)
+        until = min(self._effort.spent + self._share, MOST_EFFORT)
+        while not self.is_decided and self._effort.spent < until:
+            found = next(self._search, NOTHING)
             self.is_decided, self.solution = found is not None, None if found is NOTHING else found
         self._share = min(2 * self._share, LARGEST_EFFORT)
         return self.is_decided
@@ -400,11 +394,6 @@ def exactly(problem: Problem, turns: Turns, tree: Tree | None = None) -> Stage:
 
 
 def _exact(problem: Problem, z: Vector, tree: Tree | None) -> Stage:
-    with imports:
-        from lcpcli.rational.elimination import Effort
-        from lcpcli.rational.exact_problem import ExactProblem
-        from lcpcli.rational.numbers import rounded, rounded_direction
-        from lcpcli.verify.farkas import farkas_vector
     data, reason = ExactProblem.of_floats(problem) if tree is None else tree.data, UNDECIDED_IN_TIME
 
     def solutions() -> Iterator[list[Fraction] | None]:

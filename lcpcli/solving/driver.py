@@ -68,8 +68,8 @@ def run(
     The status is "solved" only if the relative residual, recomputed from the original M and q, is at most limits.tol,
     or if exact arithmetic shows that z is the solution up to its last digits. `chosen` are options of the method; any
     other raises an OptionError. `trace` and `curve` keep iterates, each as it is set up. `observe` is called at
-    intervals with the progress, as in `trace.Observer`. `began` is the beginning of the run by the `clock`, by default
-    now; the time limit covers everything from then on except imports.
+    intervals with the progress. `began` is the beginning of the run by the `clock`, by default now; the time limit
+    covers everything from then on except imports.
     """
     keeps = trace is not None or curve is not None
     stopwatch = Stopwatch(clock, clock() if began is None else began, MOST_LAPS if keeps else 0)
@@ -105,13 +105,8 @@ def run(
             known = {"tried": session.tried} if given is None else given.known_to_auto
         stage = session.replay or partial(_stage, method, change, start, in_force | known, finish)
         stopwatch.count("setup")
-        observer = None
-        if observe is not None:
-            with imports:
-                from lcpcli.solving.trace import Observer
-            observer = Observer(observe, method)
         criterion = Criterion(problem, limits.tol, judge=direct_run.judge if compiled else None)
-        loop = Loop(criterion, method, limits, (trace, curve), stopwatch, observer, start, session.callback or callback)
+        loop = Loop(criterion, method, limits, (trace, curve), stopwatch, observe, start, session.callback or callback)
         loop.interrupted = session.interrupted
         return _of(original, ended(loop, stage, in_force | additions), compiled)
 
@@ -185,7 +180,7 @@ def variables_of(method: str, problem: Problem, is_scaled: bool) -> Change:
 
 def ended(loop: Loop, stage: Callable[[], Stage], options: dict[str, Any]) -> Result:
     """Run the loop within its time limit and return the result, also if Ctrl-C comes while it is made."""
-    limit, watch = loop.limits.time_limit, None if loop.observer is None else loop.observer.report_if_due
+    limit, watch = loop.limits.time_limit, None if loop.observe is None else loop.report_if_due
     with within(limit - loop.stopwatch.elapsed(), watch) if watch or limit < math.inf else nullcontext():
         status, reason = loop.run(stage)
     try:

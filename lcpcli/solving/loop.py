@@ -6,6 +6,7 @@ What to conclude from a run whose points are solutions up to rounding, or run-of
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -30,10 +31,11 @@ from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
-    from lcpcli.solving.trace import Callback, Observer, Trace, TraceRow
+    from lcpcli.solving.trace import Callback, Observe, Trace, TraceRow
 
 MEASURED_FROM = 100  # times the tolerance: the bound on the residual from which on the residual itself is computed
 MEASURED_EVERY = 16  # iterations, if the method gives no bound on the residual
+INTERVAL = 0.2  # seconds between two reports: often enough for the eye
 BY_CALLBACK = "by the callback"
 EXTRA_ITERATIONS = 3  # iterations after the tolerance is reached, if the method reports that signs are still wrong
 GROWTH_LIMIT = 1e100  # times the first bound on the residual, beyond which the run has diverged
@@ -51,7 +53,7 @@ class Loop:
     limits: Limits
     kept: tuple[Trace | None, Trace | None]
     stopwatch: Stopwatch
-    observer: Observer | None
+    observe: Observe | None
     last: Vector
     callback: Callback | None = None
     interrupted: bool = False
@@ -73,6 +75,8 @@ class Loop:
         if self.problem.reference_z is not None and self.criterion.reference_solves:
             self.last = self.problem.box.x_of(self.problem.reference_point, self.problem.q_ref)
         self.start, self.best = Iterate(self.last, None, "", 0), self.last
+        self._seen, self._began = (self.method, 0, math.inf), time.monotonic()
+        self._due = self._began + INTERVAL
 
     def run(self, begin: Callable[[], Stage]) -> tuple[Status, str]:
         """Take the start, then the iterates of the method that `begin` sets up; return how the run ended, and why."""
@@ -126,8 +130,9 @@ class Loop:
         if bound < self.best_bound:
             self.best_bound, self.best, self.best_by = bound, iterate.x, iterate.method
         self.first_bound = self.first_bound if self.first_bound < math.inf else bound
-        if self.observer:
-            self.observer.note(iterate.method or self.method, self.k, bound)
+        if self.observe is not None:
+            self._seen = iterate.method or self.method, self.k, bound
+            self.report_if_due()
         solution = None
         if point is not None:  # one near it is sought for many unknowns, not within an iteration, which goes on
             is_last = iterate.F is None and self.k > 0 and self.problem.n > FEW_UNKNOWNS
@@ -186,6 +191,13 @@ class Loop:
         method = method or self.method
         if method not in self.route:
             self.route.append(method)
+
+    def report_if_due(self) -> None:
+        """Call `observe` with what was seen last, if it is time; also during a long step."""
+        now = time.monotonic()
+        if self.observe is not None and now >= self._due:
+            self._due = now + INTERVAL
+            self.observe(*self._seen, now - self._began)
 
     def _time_is_up(self) -> bool:
         """Return whether the time of this run, or of what it is part of, is up; measuring the iterates counts too."""

@@ -194,16 +194,13 @@ def _refuse_as_problems(problems: Any, **bounds: Any) -> None:
 
 
 def _by_blocks(columns: Columns, limits: Limits, given: dict[str, Any]) -> Iterator[Result]:
-    like = columns.like
-    is_direct = applies(like) and not is_sparse(like.M)
-    is_compiled = direct_run.uses_kernels(given.get("compiled"), columns.k)
-    fast = direct_run.compiled() if is_direct and is_compiled else None
+    like, is_compiled = columns.like, direct_run.uses_kernels(given.get("compiled"), columns.k)
+    fast = direct_run.compiled() if is_compiled and applies(like) and not is_sparse(like.M) else None
     first, size, most = 0, FIRST_BLOCK, max(FIRST_BLOCK, BLOCK_NUMBERS // max(1, columns.n))
     while first < columns.k:
         began, last = seconds(), min(first + size, columns.k)
         rows = _answers(like, columns.block(first, last), limits, fast, began, threads=given.get("threads"))
-        for i in range(last - first):
-            yield rows.result(i, given)
+        yield from (rows.result(i, given) for i in range(last - first))
         first, size = last, min(size * BLOCK_GROWTH, most)
 
 

@@ -36,6 +36,7 @@ from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.rational import elimination
 from lcpcli.rational.exact_problem import ExactProblem, rows_of
 from lcpcli.rational.numbers import over_one_denominator, shortest_decimal
+from lcpcli.rational.tree import first_solution
 from lcpcli.solving.no_minimum import OPTIMUM, SEVERAL, STATIONARY, UNIQUE, Conclusion, undecided, without_minimum
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Mask, Matrix, Vector
@@ -200,7 +201,6 @@ def _exact(result: Result) -> Vector | None:
     """Return an equilibrium of the game with its payoffs as written, rounded; None if none is found in time."""
     with imports:
         from lcpcli.rational import pivoting
-        from lcpcli.rational.tree import first_solution
         from lcpcli.verify.exact_solution import finitely_rounded, from_point
     problem, game = result.problem, result.problem.origin
     assert isinstance(game, (Game, ExtensiveGame))
@@ -218,7 +218,7 @@ def _exact(result: Result) -> Vector | None:
 def minimum(result: Result, program: Program) -> Minimum:
     """Return x, y and the objective, at the best iterate if the result is not solved, unless it is proved that there is
     no solution."""
-    conclude = partial(conclusion, result.problem, copy(result))  # a copy, as a cycle would keep large arrays in memory
+    conclude = partial(conclusion, result.problem, copy(result), program)  # a cycle would keep large arrays in memory
     if result.status.has_no_solution:
         return Minimum(None, None, None, None, None, None, None, conclude)
     sign, data = SENSES[program.sense], data_of(result.problem, program)
@@ -245,11 +245,9 @@ def data_of(problem: Problem, program: Program) -> ProgramData:
 
 @with_limited_threads
 @np.errstate(all="ignore")
-def conclusion(problem: Problem, result: Result) -> Conclusion:
+def conclusion(problem: Problem, result: Result, program: Program) -> Conclusion:
     """Return what a result on the conditions of a program says about the program; nothing that takes long if Ctrl-C
     has ended the run. What is known about every solution of the problem is kept with it."""
-    program = problem.origin
-    assert isinstance(program, Program)
     word, data = WORDS[program.sense], data_of(problem, program)
     if result.status.has_no_solution:
         done = result.interrupted
@@ -265,7 +263,7 @@ def conclusion(problem: Problem, result: Result) -> Conclusion:
     if kind is None:
         kind = kind_of_point(data, program)
         problem.knowing(**{KIND: kind})
-    if kind.proved == OPTIMUM and has_other_minimum(result, data):
+    if kind.proved == OPTIMUM and has_other_minimum(result, program, data):
         return Conclusion(kind.statement.replace(f"a {word}", f"one of several {word}s"), SEVERAL)
     return kind
 
@@ -308,12 +306,10 @@ LEAST_DISTANCE = 1e-3  # relative to the largest |x_i|: how far another minimize
 MOST_FREE = 100  # variables that are not at a bound, for a linear system that is solved exactly in a second
 
 
-def has_other_minimum(result: Result, data: ProgramData) -> bool:
+def has_other_minimum(result: Result, program: Program, data: ProgramData) -> bool:
     """Return whether an LP finds another minimizer, which is verified as a solution of the conditions as x was, and
     whether exact arithmetic confirms that there is more than one minimizer."""
-    program, problem = result.problem.origin, result.problem
-    assert isinstance(program, Program)
-    if problem.n > MOST_LP_UNKNOWNS:
+    if result.problem.n > MOST_LP_UNKNOWNS:
         return False
     x, y = program.parts(result.z)
     least = LEAST_DISTANCE * max(1.0, float(np.abs(x).max()))
@@ -323,7 +319,7 @@ def has_other_minimum(result: Result, data: ProgramData) -> bool:
         if other is None or not np.abs(other - x).max() > least:
             continue
         z = program.z_of(other, y, data)
-        if Point(Criterion(problem, result.tol), z).solution() is not None:
+        if Point(Criterion(result.problem, result.tol), z).solution() is not None:
             return _may_move((x + other) / 2, data)
     return False
 
