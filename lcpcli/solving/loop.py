@@ -1,7 +1,4 @@
-"""The common loop: it takes iterates from a method, times the method, measures them and reports how it ended.
-
-What to conclude from a run whose points are solutions up to rounding, or run-offs, but not within the tolerance.
-"""
+"""The common loop: it takes iterates from a method, times the method, measures them and reports how it ended."""
 
 from __future__ import annotations
 
@@ -40,6 +37,11 @@ BY_CALLBACK = "by the callback"
 EXTRA_ITERATIONS = 3  # iterations after the tolerance is reached, if the method reports that signs are still wrong
 GROWTH_LIMIT = 1e100  # times the first bound on the residual, beyond which the run has diverged
 FINISHED = "the equation of the method is solved up to rounding, but z does not solve the problem"
+ROUNDED = "z is the exact solution up to rounding of its last digits, which leaves a relative residual of {:.1e}"
+ENCLOSED = (
+    "an exact solution is proved to have the states of z, which is large beside q: its relative residual is {:.1e}"
+)
+DOUBT = "z satisfies each row by its own terms but is too large to be a solution beyond doubt, and {}"
 STATUS_OF_CERTIFICATE = {"farkas": Status.INFEASIBLE, "exhaustion": Status.UNSOLVABLE, "ray": Status.RAY}
 
 
@@ -286,10 +288,9 @@ class Loop:
             return solution, solution.counted_as_0, Status.SOLVED
         if self.criterion.is_linear and not self.interrupted and status is not Status.TIME_LIMIT:
             with suppress(TimeIsUp), within(self.limits.time_limit - self.stopwatch.elapsed()):
-                found = conclusion(self.criterion, last, best, rounded)
+                found = self._conclusion(last, best, rounded)
                 if found is not None and found[2] is not Status.STALLED:
-                    self.certificate = found[3]
-                    return found[:3]
+                    return found
                 reason = reason if found is None or status is not Status.STALLED else found[1]
         if rounded is not None:
             return last, reason, status
@@ -299,38 +300,28 @@ class Loop:
             reason = f"{reason}; " * bool(reason) + "the best iterate is reported, not the last"
         return best, reason, status
 
-
-ROUNDED = "z is the exact solution up to rounding of its last digits, which leaves a relative residual of {:.1e}"
-ENCLOSED = (
-    "an exact solution is proved to have the states of z, which is large beside q: its relative residual is {:.1e}"
-)
-DOUBT = "z satisfies each row by its own terms but is too large to be a solution beyond doubt, and {}"
-
-
-def conclusion(
-    criterion: Criterion, last: Point, best: Point, rounded: Certificate | None
-) -> tuple[Point, str, Status, Certificate | None] | None:
-    """Return the conclusion from the last and the best iterate, neither of which meets the criterion: the point to
-    report, the reason and the status that it justifies, with the proof of a problem that is ill-posed, as one of them
-    leads to a solution beyond the criterion. None if neither is a solution up to rounding or a run-off; STALLED with
-    the reason if a run-off stays in doubt. rounded : a proof but for rounding, if one is known."""
-    problem, tol = criterion.problem, criterion.tol
-    if rounded is None:
-        if is_rounded_difference(problem, last.z, tol):
-            return last, ROUNDED.format(last.relative_residual), Status.SOLVED, None
-        doubt = settled(problem, last.z, tol) or settled(problem, best.z, tol)
-        if doubt is None:
+    def _conclusion(self, last: Point, best: Point, rounded: Certificate | None) -> tuple[Point, str, Status] | None:
+        """Return what the last and the best iterate justify, neither of which meets the criterion: the problem is
+        ill-posed if one of them leads to a solution beyond it, and there is a proof but for rounding. None if neither
+        is a solution up to rounding or a run-off; STALLED with the reason if a run-off stays in doubt. rounded : a
+        proof but for rounding, if one is known; without one, a solution up to rounding is a solution."""
+        problem, tol = self.problem, self.criterion.tol
+        if rounded is None:
+            if is_rounded_difference(problem, last.z, tol):
+                return last, ROUNDED.format(last.relative_residual), Status.SOLVED
+            doubt = settled(problem, last.z, tol) or settled(problem, best.z, tol)
+            if doubt is None:
+                return None
+            rounded, point = doubt.certificate, Point(self.criterion, doubt.z)
+            if rounded is None and doubt.fault:
+                return point, DOUBT.format(doubt.fault), Status.STALLED
+            if rounded is None:
+                return point, ENCLOSED.format(point.relative_residual), Status.SOLVED
+            if not rounded.is_rounded:
+                self.certificate = rounded
+                return point, rounded.statement, Status.INFEASIBLE
+        large = large_solution(problem, [last.z, best.z], rounded, tol)
+        if large is None:
             return None
-        rounded = doubt.certificate
-        if rounded is None or not rounded.is_rounded:
-            point = Point(criterion, doubt.z)
-            if rounded is not None:
-                return point, rounded.statement, Status.INFEASIBLE, rounded
-            if doubt.fault:
-                return point, DOUBT.format(doubt.fault), Status.STALLED, None
-            return point, ENCLOSED.format(point.relative_residual), Status.SOLVED, None
-    large = large_solution(problem, [last.z, best.z], rounded, tol)
-    if large is None:
-        return None
-    point = Point(criterion, large[0])
-    return (point, "", Status.SOLVED, None) if point.solves() else (point, large[1], Status.ILL_POSED, rounded)
+        self.certificate, point = rounded, Point(self.criterion, large[0])
+        return (point, "", Status.SOLVED) if point.solves() else (point, large[1], Status.ILL_POSED)
