@@ -279,10 +279,10 @@ def _least(runs: Sequence[Result], kept: Result) -> Result:
     if not first.laps:  # each iterate has the same share of the time as before
         ends, least = np.array([0.0, first.seconds]), np.array([0.0, total])
 
-    def retimed(trace: Trace | None) -> Trace | None:
-        """Return the trace with the least times; each of its iterates ends a lap, if there are any."""
-        return trace and trace.retimed({k: float(np.interp(at, ends, least)) for k, at in trace.times.items()})
+    def retime(at: float) -> float:
+        return float(np.interp(at, ends, least))
 
+    trace, curve = (each and each.retimed(retime) for each in (first.trace, first.curve))
     ordered = sorted(run.seconds for run in runs)
     spread = (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / (2 * total)
-    return replace(first, parts=parts, laps=laps, spread=spread, trace=retimed(first.trace), curve=retimed(first.curve))
+    return replace(first, parts=parts, laps=laps, spread=spread, trace=trace, curve=curve)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
@@ -164,15 +164,10 @@ class Trace:
         chosen.rows = [row if components is None else replace(row, z=row.z[components]) for row in kept]
         return chosen
 
-    @property
-    def times(self) -> dict[int, float]:
-        """Return the seconds up to each iterate that is kept or is a milestone, by its number."""
-        return {row.k: row.seconds for row in self.rows} | {level.k: level.seconds for level in self.milestones}
-
-    def retimed(self, times: Mapping[int, float]) -> Trace:
-        """Return the same trace with other `times`."""
-        rows = [replace(row, seconds=times[row.k]) for row in self.rows]
-        return replace(self, rows=rows, milestones=[replace(each, seconds=times[each.k]) for each in self.milestones])
+    def retimed(self, retime: Callable[[float], float]) -> Trace:
+        """Return the same trace with other seconds."""
+        rows = [replace(row, seconds=retime(row.seconds)) for row in self.rows]
+        return replace(self, rows=rows, milestones=[replace(m, seconds=retime(m.seconds)) for m in self.milestones])
 
     def _is_kept(self, k: int) -> bool:
         return k <= 1 or k % self.every == 0
