@@ -39,7 +39,7 @@ from lcpcli.rational.numbers import over_one_denominator, shortest_decimal
 from lcpcli.rational.tree import first_solution
 from lcpcli.solving.no_minimum import OPTIMUM, SEVERAL, STATIONARY, UNIQUE, Conclusion, undecided, without_minimum
 from lcpcli.solving.result import Result, Status
-from lcpcli.typing import Mask, Matrix, Vector
+from lcpcli.typing import Mask, Vector
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.strategies import of_solution, point_of_game
 
@@ -269,11 +269,17 @@ def conclusion(problem: Problem, result: Result, program: Program) -> Conclusion
 
 
 def kind_of_point(data: ProgramData, program: Program) -> Conclusion:
-    """Return the kind of a solution of the first-order conditions, from what is proved about Q."""
-    word, definite = WORDS[program.sense], DEFINITE[program.sense]
+    """Return the kind of a solution of the first-order conditions, from what is proved about Q: whether it is definite
+    or semidefinite, by floating point, or else by all that the classes of matrices know, fractions included."""
+    word, definite, n = WORDS[program.sense], DEFINITE[program.sense], data.c.size
     if not (data.Q != 0).sum():
         return Conclusion(f"x is a {word} of the linear program", OPTIMUM)
-    is_definite, verdict = _definiteness(data.Q)
+    rank = semidefinite_rank(data.Q)
+    is_definite, verdict = YES if rank == n else NO, YES
+    if rank is None:
+        steps = LEAST_DEFINITENESS_STEPS + DEFINITENESS_STEPS / n**3
+        verdicts = classify(data.Q, "positive_semidefinite", steps)
+        is_definite, verdict = verdicts["positive_definite"].word, verdicts["positive_semidefinite"].word
     if is_definite == YES:
         return Conclusion(f"x is the unique {word}, as Q is {definite} definite", UNIQUE)
     if verdict == YES:
@@ -282,22 +288,11 @@ def kind_of_point(data: ProgramData, program: Program) -> Conclusion:
         return Conclusion(
             f"x is a stationary point and need not be a {word}: Q is not {definite} semidefinite", STATIONARY
         )
-    if data.c.size <= MOST_FLOAT_VARIABLES and is_semidefinite(data.Q):
+    if n <= MOST_FLOAT_VARIABLES and is_semidefinite(data.Q):
         up_to = f"as far as Q is {definite} semidefinite, which it is up to rounding"
         return Conclusion(f"x is a {word}, {up_to}", OPTIMUM)
     open_question = f"whether Q is {definite} semidefinite and x a {word} is not decided"
     return Conclusion(f"x satisfies the first-order conditions; {open_question}")
-
-
-def _definiteness(Q: Matrix) -> tuple[str, str]:
-    """Return the verdicts on whether Q is positive definite and semidefinite: by floating point, or else by all that
-    the classes of matrices know, fractions included."""
-    n = Q.shape[0]
-    rank = semidefinite_rank(Q)
-    if rank is not None:
-        return (YES if rank == n else NO), YES
-    verdicts = classify(Q, "positive_semidefinite", LEAST_DEFINITENESS_STEPS + DEFINITENESS_STEPS / n**3)
-    return verdicts["positive_definite"].word, verdicts["positive_semidefinite"].word
 
 
 MOST_LP_UNKNOWNS = 500  # an LP for more would take longer than many a solution
