@@ -345,11 +345,10 @@ def in_rounds(structure: Structure, table: Sequence[Row] = TABLE) -> Iterator[tu
     suspended = dict[int, _Attempt]()
     for number in range(ROUNDS_BEFORE_MILP if structure.problem.n <= MOST_FOR_MILP else ROUNDS):
         for i, row in enumerate(table):
+            attempt = suspended.pop(i, None)
             if row.first_round == number and row.applies(structure):
                 attempt = _Attempt(row, structure)
-            elif i in suspended:
-                attempt = suspended.pop(i)
-            else:
+            if attempt is None:
                 continue
             yield row.method, attempt.turn(attempt.share * 2.0**number)
             if not attempt.is_over and structure.problem.n <= MOST_HELD:

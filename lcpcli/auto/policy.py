@@ -12,9 +12,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import suppress
+from fractions import Fraction
 from functools import cache, cached_property, partial
 from itertools import chain
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -29,37 +30,19 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
 from lcpcli.methods.final_states import MOST_DECIDED, confirmed, is_doubtful
 from lcpcli.methods.newton import from_start
-from lcpcli.methods.stages import (
-    TIME_LIMIT_REACHED,
-    Ending,
-    Finished,
-    Iterate,
-    NoSolution,
-    OutOfTime,
-    Search,
-    Stage,
-    Stalled,
-    Tried,
-    Turns,
-    Undecided,
-    advance,
-    changed,
-    ended,
-    in_given_variables,
-)
+from lcpcli.methods.stages import Ending, Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, advance, changed
 from lcpcli.model.problem import Problem
+from lcpcli.rational.elimination import Effort
+from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.numbers import rounded, rounded_direction
+from lcpcli.rational.tree import solution_search
 from lcpcli.typing import Vector
 from lcpcli.verify import measure
 from lcpcli.verify.certificate import EXHAUSTION_EFFORT, Certificate, infeasible, is_clear, proves_infeasible
 from lcpcli.verify.exact_solution import from_point, is_rounded_solution, refined
+from lcpcli.verify.farkas import farkas_vector
 from lcpcli.verify.ill_posed import enclosed, settled
 from lcpcli.verify.point import Criterion, Point
-
-if TYPE_CHECKING:
-    from fractions import Fraction
-
-    from lcpcli.rational.elimination import Effort
-    from lcpcli.rational.exact_problem import ExactProblem
 
 REFINED = "refined"
 MOST_REFINEMENTS = 3  # of one point: each may change states that those before it have left wrong
@@ -70,6 +53,7 @@ EXCLUDED = "each complementary set is excluded in exact arithmetic"
 OUT_OF_RANGE = "there is a solution, but doubles cannot represent it: its numbers are too large or too small"
 LOST_BY_ROUNDING = "there is a solution, but its nearest doubles do not solve the problem"
 UNDECIDED_IN_TIME = "exact arithmetic did not decide the problem in time"
+NOTHING = list[Fraction]()  # after all nodes of a tree without a solution
 # Of the tree, in counted work: what it does at first, in which it decides nearly all problems; after turns of other
 # methods it goes on, each time with twice that or the largest share, up to the most in all.
 FIRST_EFFORT, LARGEST_EFFORT, MOST_EFFORT = 0.25, 2.0, 16.0
@@ -82,15 +66,13 @@ def auto(
     presolve: bool = True,
     states: bool = False,
     near: bool = False,
-    tried: Tried | None = None,
+    tried: stages.Tried | None = None,
 ) -> Stage:
-    """Solve any LCP, or prove that it has no solution, by the first method that succeeds.
+    """Solve any LCP, or prove that it has no solution, by the first method in the table that succeeds, and milp last,
+    which finds a solution or a proof that there is none, or reaches its limits.
 
-    The table in `attempts` says which method is tried when; milp comes last, which finds a solution or a proof that
-    there is none, or reaches its limits. Free variables that equations define are substituted before. Mixed problems
-    that may gain by presolve are first solved by what that leaves. Few unknowns are left to `small`. If there are
-    bounds of 1e20 or more, all of these but milp are tried first without them. Where the reference point is a solution,
-    that is the answer, unless the run has a start of its own, which the problem does not have.
+    Free variables that equations define are substituted before. Where the reference point is a solution, that is the
+    answer, unless the run has a start of its own, which the problem does not have.
 
     x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
     presolve : whether a mixed problem is first solved by what presolve leaves of it.
@@ -98,9 +80,6 @@ def auto(
         right, x0 is not used any further.
     near : whether x0 is of a z near a solution, whose states are tried first where M has zeros on the diagonal.
     tried : first attempts in the table that have been made, by method; none has solved the problem.
-
-    Yields the iterates of the methods, each with its method's name. NoSolution : with a Farkas proof or by exhaustion,
-    as by lemke and milp. Otherwise it ends as the last method does.
     """
     if problem.x0 is not None and np.array_equal(x0, problem.x0) and Criterion(problem).reference_solves:
         trivial = problem.box.x_of(problem.reference_point, problem.q_ref)
@@ -145,7 +124,7 @@ def _searched(problem: Problem, x0: Vector, milp: bool = True, **how: Any) -> St
             doubt = settled(problem, point.z, point.criterion.tol)
             if doubt is None or doubt.fault:
                 ending = yield from turns.take("", search(problem, Turns(x0), tried=None))
-    if milp and isinstance(ending, Undecided):
+    if milp and isinstance(ending, stages.Undecided):
         return (yield from turns.take("milp", stages.begin("milp", problem, turns.last.x)))
     return ending
 
@@ -157,7 +136,7 @@ def _search(
     states: bool = False,
     near: bool = False,
     milp: bool = True,
-    tried: Tried | None = None,
+    tried: stages.Tried | None = None,
     begun: bool = False,
     is_decided: Callable[[], bool] = lambda: False,
 ) -> Stage:
@@ -203,7 +182,7 @@ def _search(
                 left = patience
         if left <= 0 and isinstance(last, NoSolution):
             break
-    return Undecided("no other method is tried") if last is None else last
+    return stages.Undecided("no other method is tried") if last is None else last
 
 
 def _improved(problem: Problem, turns: Turns, tol: float) -> Generator[Iterate, None, bool]:
@@ -237,7 +216,7 @@ MUCH_SMALLER = 0.8  # of the unknowns: what presolve may leave if milp is to beg
 
 
 def all_stages(
-    problem: Problem, x0: Vector, presolve: bool, tried: Tried | None = None, begun: bool = False
+    problem: Problem, x0: Vector, presolve: bool, tried: stages.Tried | None = None, begun: bool = False
 ) -> Iterator[tuple[str, Stage]]:
     """Yield the stages before milp in order; with presolve first on what that leaves of a mixed problem, but a small or
     dense one is first given to newton, which takes no longer than presolve. milp comes after all others for what
@@ -259,13 +238,13 @@ def all_stages(
     if may_gain_by_presolve(structure):
         change = presolved(problem)
     if isinstance(change, Refuted) and clearly_refutes(problem, change.y):
-        yield "presolve", ended(NoSolution(infeasible(problem, change.y)))
+        yield "presolve", stages.ended(NoSolution(infeasible(problem, change.y)))
     if not isinstance(change, Presolved) or not (problem.n <= factors.MOST_NUMPY_ROWS or change.is_worthwhile):
         yield from given
         return
     left = Structure(change.problem, change.start(x0))
     for name, stage in in_rounds(left):
-        yield name, _clearly(problem, in_given_variables(change, stage))
+        yield name, _clearly(problem, stages.in_given_variables(change, stage))
     yield from given
     if change.kept.size <= MUCH_SMALLER * problem.n:
         milp = stages.changed(change, x0, partial(stages.begin, "milp"))
@@ -295,7 +274,7 @@ def _for_half_of_the_time(stage: Stage) -> Stage:
                 step = advance(stage)
         except TimeIsUp:
             check()  # whether all of the time is up
-            return OutOfTime(TIME_LIMIT_REACHED)
+            return stages.OutOfTime(stages.TIME_LIMIT_REACHED)
         if not isinstance(step, Iterate):
             return step
         yield step
@@ -317,51 +296,39 @@ class Tree:
     """The tree over the states of a problem with few unknowns in exact arithmetic, which is suspended and goes on; most
     problems never need it, so that it is set up when it is first asked.
 
-    is_decided : whether it has ended. solution : the exact solution that it has found; None if there is none.
+    data : the problem in exact numbers. is_decided : whether the tree has ended. solution : the exact solution that it
+    has found; None if there is none.
     """
 
     def __init__(self, problem: Problem) -> None:
-        self._problem, self._share = problem, FIRST_EFFORT
+        self._problem, self._effort, self._share = problem, Effort(), FIRST_EFFORT
         self.is_decided = False
         self.solution: list[Fraction] | None = None
 
     @cached_property
-    def _parts(self) -> tuple[ExactProblem, Effort, Iterator[list[Fraction] | None]]:
-        with imports:
-            from lcpcli.rational.elimination import Effort
-            from lcpcli.rational.exact_problem import ExactProblem
-            from lcpcli.rational.tree import solution_search
-        data, effort = ExactProblem.of_floats(self._problem), Effort()
-        return data, effort, solution_search(data, effort.steps(data))
-
-    @property
     def data(self) -> ExactProblem:
-        """Return the problem in exact numbers."""
-        return self._parts[0]
+        return ExactProblem.of_floats(self._problem)
+
+    @cached_property
+    def _search(self) -> Iterator[list[Fraction] | None]:
+        return solution_search(self.data, self._effort.steps(self.data))
 
     def goes_on(self) -> bool:
         """Do the next share of the work; return whether the problem is decided."""
-        _, effort, search = self._parts
-        until = min(effort.spent + self._share, MOST_EFFORT)
-        while not self.is_decided and effort.spent < until:
-            for found in search:
-                self.is_decided, self.solution = found is not None, found
-                break
-            else:
-                self.is_decided = True
+        until = min(self._effort.spent + self._share, MOST_EFFORT)
+        while not self.is_decided and self._effort.spent < until:
+            found = next(self._search, NOTHING)
+            self.is_decided, self.solution = found is not None, None if found is NOTHING else found
         self._share = min(2 * self._share, LARGEST_EFFORT)
         return self.is_decided
 
 
-def small(problem: Problem, x0: Vector, search: Search, states: bool = False, tried: Tried | None = None) -> Stage:
-    """Solve a problem of at most FEW_UNKNOWNS; `search` runs the other methods if exact arithmetic takes too long, or
-    all of them on a larger problem.
-
-    A solution that is found where rounding hides terms is replaced by an exact one. Where pivoting finds none, exact
-    arithmetic decides: between the turns of the other methods, if it has not decided in its first one.
-
-    states : whether x0 stands for states that a solution may have.
-    """
+def small(
+    problem: Problem, x0: Vector, search: Search, states: bool = False, tried: stages.Tried | None = None
+) -> Stage:
+    """Solve a problem of at most FEW_UNKNOWNS: where pivoting finds no solution, exact arithmetic decides, between the
+    turns of the other methods, which `search` runs, if it has not decided in its first one. A larger problem is left to
+    `search`. states : whether x0 stands for states that a solution may have."""
     if problem.n > measure.FEW_UNKNOWNS:
         return (yield from search(problem, x0, states=states, tried=tried))
     tree, turns = Tree(problem), Turns(x0)
@@ -405,7 +372,7 @@ def _without_doubt(problem: Problem, turns: Turns, stage: Stage, tree: Tree | No
     return step
 
 
-def _pivoting(problem: Problem, turns: Turns, tried: Tried | None, states: bool) -> Stage:
+def _pivoting(problem: Problem, turns: Turns, tried: stages.Tried | None, states: bool) -> Stage:
     ending: Ending = Finished()
     first = [("newton", from_start(problem, problem.box.basis_of(turns.last.x)))] if states else []
     structure = Structure(problem, np.zeros(problem.n) if states else turns.last.x, tried)
@@ -428,58 +395,33 @@ def exactly(problem: Problem, turns: Turns, tree: Tree | None = None) -> Stage:
 
 
 def _exact(problem: Problem, z: Vector, tree: Tree | None) -> Stage:
-    with imports:
-        from lcpcli.rational.elimination import Effort
-        from lcpcli.rational.exact_problem import ExactProblem
     data, reason = ExactProblem.of_floats(problem) if tree is None else tree.data, UNDECIDED_IN_TIME
 
-    def solutions() -> Iterator[list[Fraction]]:
-        if tree is not None and problem.n <= MOST_DECIDED and tree.goes_on() and tree.solution is not None:
+    def solutions() -> Iterator[list[Fraction] | None]:
+        if tree is not None and problem.n <= MOST_DECIDED and tree.goes_on():
             yield tree.solution
         if tree is None or not tree.is_decided or tree.solution is not None:
-            near = None
             with suppress(TimeIsUp):
-                near = from_point(data, np.where(np.isfinite(z), z, 0.0), Effort(EXHAUSTION_EFFORT))
+                yield from_point(data, np.where(np.isfinite(z), z, 0.0), Effort(EXHAUSTION_EFFORT))
             check()
-            if near is not None:
-                yield near
-        if tree is not None and tree.goes_on() and tree.solution is not None:
+        if tree is not None and tree.goes_on():
             yield tree.solution
 
-    for solution in solutions():
-        reason = yield from _rounded(problem, solution, data.w(solution))
-        if not reason:
+    for solution in (each for each in solutions() if each is not None):
+        exact_z, exact_w = rounded(solution), rounded(data.w(solution))
+        if not (is_finite(exact_z) and is_finite(exact_w)):
+            reason = OUT_OF_RANGE
+            continue
+        x = problem.box.x_of(exact_z, exact_w)
+        yield Iterate(x, None, "exact", 1)
+        near = problem.box.z_of(x)
+        if Point(Criterion(problem), near).solves() or is_rounded_solution(problem, near):
             return Finished()
-    if tree is not None and tree.is_decided and tree.solution is None:
-        return NoSolution(_no_solution(problem, data))
-    return Stalled(reason)
-
-
-def _rounded(
-    problem: Problem, exact_z: Sequence[Fraction], exact_w: Sequence[Fraction]
-) -> Generator[Iterate, None, str]:
-    """Yield (z - w) / 2 of an exact solution, rounded; return "", or why that is no solution."""
-    with imports:
-        from lcpcli.rational.numbers import rounded
-    z, w = rounded(exact_z), rounded(exact_w)
-    if not (is_finite(z) and is_finite(w)):
-        return OUT_OF_RANGE
-    x = problem.box.x_of(z, w)
-    yield Iterate(x, None, "exact", 1)
-    z = problem.box.z_of(x)
-    return "" if Point(Criterion(problem), z).solves() or is_rounded_solution(problem, z) else LOST_BY_ROUNDING
-
-
-def _no_solution(problem: Problem, data: ExactProblem) -> Certificate:
-    """Return the certificate of a problem that has no solution: with a Farkas vector, if it is infeasible."""
-    with imports:
-        from lcpcli.rational.elimination import Effort
-        from lcpcli.rational.numbers import rounded_direction
-        from lcpcli.verify.farkas import farkas_vector
-    y = None
+        reason = LOST_BY_ROUNDING
+    if tree is None or not tree.is_decided or tree.solution is not None:
+        return Stalled(reason)
     with suppress(TimeIsUp):
         y = farkas_vector(data, Effort(EXHAUSTION_EFFORT).steps(data))
-    vector = None if y is None else rounded_direction(y)
-    if vector is None or not proves_infeasible(problem, vector):
-        return Certificate("exhaustion", EXCLUDED)
-    return infeasible(problem, vector)
+        if y is not None and proves_infeasible(problem, vector := rounded_direction(y)):
+            return NoSolution(infeasible(problem, vector))
+    return NoSolution(Certificate("exhaustion", EXCLUDED))

@@ -11,15 +11,8 @@ from lcpcli.basis.free_variables import Reduction
 from lcpcli.clock import imports
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.matrices import has_no_positive_links, is_sparse, thinned
-from lcpcli.methods.direct import (
-    MOST_AS_DENSE,
-    MOST_FILLED,
-    MOST_PIVOTED,
-    as_dense,
-    as_sparse,
-    basic_zeros,
-    is_full_band,
-)
+from lcpcli.methods import direct
+from lcpcli.methods.direct import MOST_PIVOTED, as_dense
 from lcpcli.methods.stages import Tried
 from lcpcli.model.changes import is_far_from_one
 from lcpcli.model.problem import Problem
@@ -48,18 +41,18 @@ class Structure:
         self.given, self.x0, self.tried = problem, x0, tried or {}
         self.follow: Follow = tableau.follow
         self.reduced: Callable[[Problem], Reduction] | None = None
-        self.is_narrow = is_full_band(problem.M)
-        self.is_large_and_sparse = self.is_narrow or (is_sparse(problem.M) and problem.n > MOST_AS_DENSE)
+        self.is_narrow = direct.is_full_band(problem.M)
+        self.is_large_and_sparse = self.is_narrow or (is_sparse(problem.M) and problem.n > direct.MOST_AS_DENSE)
         self.problem = problem if self.is_large_and_sparse else as_dense(problem)
 
     @cached_property
     def thin(self) -> Problem:
         """Return the problem with sparse M if M has so few entries that sparse factors cost less even for small n; else
         with dense M for small n."""
-        most = MOST_FILLED * self.given.n**2
+        most = direct.MOST_FILLED * self.given.n**2
         M = self.given.M if self.given.n <= MOST_UNFILLED else thinned(self.given.M, most)
         is_thin = is_sparse(M) and self.given.n > MOST_UNFILLED and M.nnz <= most
-        return as_sparse(self.given, M) if is_thin else self.problem
+        return direct.as_sparse(self.given, M) if is_thin else self.problem
 
     @property
     def reduction(self) -> Reduction | None:
@@ -101,7 +94,7 @@ class Structure:
         """Return `direct.basic_zeros` if M is small, or has no more entries than a tree, so that its factors cost
         little; else None."""
         problem = self.problem
-        return basic_zeros(problem) if not self.is_large_and_sparse or problem.M.nnz <= 2 * problem.n else None
+        return direct.basic_zeros(problem) if not self.is_large_and_sparse or problem.M.nnz <= 2 * problem.n else None
 
     @cached_property
     def is_semidefinite(self) -> bool:

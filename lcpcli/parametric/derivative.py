@@ -48,7 +48,7 @@ from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector, by_name
 from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.model.right_hand_sides import Stack, as_stack
-from lcpcli.solving.derivatives import BatchDerivative, BatchGradient, Derivative, Gradient
+from lcpcli.solving.derivatives import BatchDerivative, BatchGradient, Derivative, Gradient, OneDerivative, OneGradient
 from lcpcli.solving.result import Result
 from lcpcli.typing import Indices, Mask, Matrix, Vector, VectorLike
 from lcpcli.verify.digits import room, signs
@@ -66,7 +66,7 @@ Found = TypeVar("Found", BatchGradient, BatchDerivative)
 
 @with_limited_threads
 @np.errstate(all="ignore")
-def gradient(problem: Problem, result: Result, g: VectorLike, J: Any = None) -> Gradient:
+def gradient(problem: Problem, result: Result, g: VectorLike, J: Any = None) -> OneGradient:
     """Return the derivatives of a function of z with the gradient g, shape (n,), at a result of the problem; with J, of
     a function of J z with the gradient g, shape (k,)."""
     rows = None if J is None else _rows(J, problem.n)
@@ -88,7 +88,7 @@ def gradient(problem: Problem, result: Result, g: VectorLike, J: Any = None) -> 
 
 @with_limited_threads
 @np.errstate(all="ignore")
-def derivative(problem: Problem, result: Result, changes: Mapping[str, Any], one_sided: bool, J: Any) -> Derivative:
+def derivative(problem: Problem, result: Result, changes: Mapping[str, Any], one_sided: bool, J: Any) -> OneDerivative:
     """Return the derivative of the solution, or of J z, in the direction of these changes; None for no change."""
     dM = changes["dM"]
     at, rows = linearization(result, J is not None), None if J is None else _rows(J, problem.n)
@@ -407,11 +407,11 @@ def gradients(
     rows = None if J is None else as_stack("J", J, (m, None, n))
     given = as_stack("g", g, (m, n if rows is None else rows.shape[1]))
     of_z = np.array(given if rows is None else each_product(rows.swapaxes(1, 2), given))
-    found = BatchGradient(
+    found: BatchGradient = Gradient(
         0.0 - at.solve(of_z, transposed=True), stack.M, at.z.copy(), of_z, at.basic.copy(), at.upper.copy(), {}
     )
 
-    def one(i: int) -> Gradient:
+    def one(i: int) -> OneGradient:
         return results[i].gradient(given[i], J=None if rows is None else rows[i])
 
     clear = at.clear & np.isfinite(found.q).all(axis=1)
@@ -437,9 +437,9 @@ def derivatives(
     dz -= at.solve(each_product(stack.M, dz) + change)
     dw = np.where(at.basic, 0.0, each_product(stack.M, dz) + change)
     dz = dz if rows is None else each_product(rows, dz)
-    found = BatchDerivative(dz, dw, {}, [True] * m)
+    found: BatchDerivative = Derivative(dz, dw, {}, [True] * m)
 
-    def one(i: int) -> Derivative:
+    def one(i: int) -> OneDerivative:
         own = {name: change[i] for name, change in given.items()}
         return results[i].derivative(**own, one_sided=one_sided, J=None if rows is None else rows[i])
 

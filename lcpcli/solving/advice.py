@@ -40,11 +40,9 @@ def suggestions(result: Result) -> Suggestions:
         return _where_stuck(result)
     if status is Status.TIME_LIMIT:
         longer = {"time_limit": _round(max(LEAST_TIME_LIMIT, 10 * result.seconds))}
-        if result.method in NONLINEAR:
-            return Suggestions((longer,))
-        if not automatic:
+        if not automatic and result.method not in NONLINEAR:
             return Suggestions((AUTOMATIC,), longer)
-        is_near = result.nearest in METHODS and result.relative_residual <= NEAR
+        is_near = automatic and result.nearest in METHODS and result.relative_residual <= NEAR
         return Suggestions((longer, {"method": result.nearest} | longer) if is_near else (longer,))
     if status is Status.ITERATION_LIMIT:
         return _after_the_limit(result)
@@ -90,12 +88,10 @@ def _after_the_limit(result: Result) -> Suggestions:
 def _with_less_smoothing(result: Result) -> list[Options]:
     """Return the p with which the smoothing error of `shi` is rounding, if that error is what is left: its default in
     the variables in which it ran."""
-    if result.method != "shi":
-        return []
     with imports:
         from lcpcli.methods.shi import SMOOTHING, default_p
         from lcpcli.solving.driver import variables_of
-    if SMOOTHING not in result.message:
+    if result.method != "shi" or SMOOTHING not in result.message:
         return []
     ran_on = variables_of(result.method, result.problem, bool(result.options.get("scale"))).problem
     return [{"p": _round(default_p(ran_on))}]
@@ -130,8 +126,6 @@ def in_python(options: Options) -> str:
 
 def value_text(value: Any, quotes: bool) -> str:
     """Return a value as it is written in Python, or on the command line, where words have no quotes."""
-    if isinstance(value, str):
-        return f'"{value}"' if quotes else value
-    if isinstance(value, int):
-        return str(value)
+    if isinstance(value, str | int):
+        return f'"{value}"' if quotes and isinstance(value, str) else str(value)
     return f"{value:.0f}" if 1 <= value < EXPONENT_FROM else f"{value:.0e}"

@@ -8,12 +8,13 @@ lower objective.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property, partial
 from numbers import Rational
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -25,13 +26,13 @@ from lcpcli.model.arrays import as_vector, by_names
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.origins import Game
-from lcpcli.model.problem import Problem, as_problem, conditions_of
+from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.options import TOL
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import approximate, rounded
-from lcpcli.solving.minimum import WORDS, kind_of_point
+from lcpcli.solving.minimum import WORDS, data_of, kind_of_point
 from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify import exact_solution, strategies
@@ -132,11 +133,12 @@ def lengths(problem: Problem | NonlinearProblem) -> dict[int, str]:
     origin = problem.origin
     if isinstance(origin, Game):
         return {problem.n: "{} and {} strategies".format(*origin.A.shape)}
+    others: dict[int, str] = {}
     if isinstance(origin, ExtensiveGame):
-        return {problem.n: "z", origin.actions: "the probabilities of all actions"}
-    if not isinstance(origin, Program):
-        return {problem.n: "z"}
-    return {problem.n: "z", problem.n - origin.ranges: "x and y", origin.variables: "x"}
+        others = {origin.actions: "the probabilities of all actions"}
+    elif isinstance(origin, Program):
+        others = {problem.n - origin.ranges: "x and y", origin.variables: "x"}
+    return {problem.n: "z", **others}
 
 
 def verified(problem: Problem, values: Vector, tol: float, own: bool = False) -> Verification:
@@ -148,10 +150,7 @@ def verified(problem: Problem, values: Vector, tol: float, own: bool = False) ->
     if not isinstance(origin, Program):
         return strategies.verified(problem, values, partial(verify, problem, tol=tol), tol=tol)
     proposal = _Proposal(origin, problem, values)
-    if proposal.needs_multipliers:
-        readings = iter([proposal.with_step()])
-    else:
-        readings = _readings(proposal, values, own, lambda x, y: origin.z_of(x, y, proposal.data))
+    readings = proposal.readings(values, own, lambda x, y: origin.z_of(x, y, proposal.data), lambda: proposal.step[0])
     return proposal.verified((verify(problem, z, tol) for z in readings), tol)
 
 
@@ -174,13 +173,13 @@ def verified_exactly(
     if not isinstance(origin, Program):
         return strategies.verified(data.problem, values, partial(verify_exactly, data, given_w=w), data=data)
     proposal, exact = _Proposal(origin, data.problem, rounded(values)), np.array(values, dtype=object)
-    if proposal.needs_multipliers:
+
+    def sought() -> Any:
         near = proposal.with_step()
-        z = exact_solution.from_point(data, near, Effort(MOST_EFFORT))
-        y = (fractions_of(near) if z is None else z)[proposal.k : data.n - origin.ranges]
-        readings = iter([_completed(data, proposal, exact, np.array(y, dtype=object))])
-    else:
-        readings = _readings(proposal, exact, own, lambda x, y: _completed(data, proposal, x, y))
+        z = exact_solution.from_point(data, near, Effort(MOST_EFFORT)) or fractions_of(near)
+        return np.array(z[proposal.k : data.n - origin.ranges], dtype=object)
+
+    readings = proposal.readings(exact, own, partial(_completed, data, proposal), sought)
     given_w = w if len(values) == data.n else None
     return proposal.verified((verify_exactly(data, list(z), given_w) for z in readings), TOL.value)
 
@@ -199,45 +198,11 @@ def verified_proof(
     if data and not data.are_floats():  # of which nothing was proved but what y proves
         answer = undecided(origin)
     else:
-        of_doubles = origin.program(conditions_of(problem))
-        assert of_doubles is not None
         vector = rounded(y)
         up_to_rounding = not found.exact and not proves_infeasible(problem, vector)
         certificate = Certificate("farkas", found.message, vector, is_rounded=up_to_rounding)
-        answer = without_minimum(problem, certificate, origin, of_doubles)
+        answer = without_minimum(problem, certificate, origin, data_of(problem, origin))
     return replace(found, message=f"proved: {answer.statement}", answer=answer)
-
-
-class MultiplierStep(NamedTuple):
-    """The multipliers y of the rows, shape (m,), and by how much the step that belongs to them lowers the objective."""
-
-    y: Vector
-    gain: float
-
-
-@np.errstate(all="ignore")
-def step_from(data: ProgramData, x: Vector) -> MultiplierStep | None:
-    """Return the multipliers at x of a program to be minimized, and what a step from x gains; None if there are none
-    in the range of doubles."""
-    g = product(data.Q, x) + data.c
-    largest = float(np.abs(x).max())
-    sizes = BOX_SIZE * np.maximum(np.abs(x), LEAST_BOX_SIZE * largest) if largest else np.ones(x.size)
-    A, heights = data.A, np.ones(data.row_lower.size)
-    if heights.size:
-        heights = row_maxima(scaled(A, heights, sizes))
-        heights[heights == 0] = 1.0
-        A = scaled(A, 1 / heights, sizes)
-    ends = _around(product(data.A, x), data.row_lower, data.row_upper)
-    low, high = _around(x, data.lower, data.upper)
-    bounds = np.maximum(low / sizes, -1.0), np.minimum(high / sizes, 1.0)
-    unit = float(np.abs(g * sizes).max()) or 1.0
-    found = minimized(g * sizes / unit, A, (ends[0] / heights, ends[1] / heights), bounds)
-    if found is None or not np.isfinite(found.y).all():
-        return None
-    d = found.x * sizes
-    slope, curvature = float(g @ d), float(d @ product(data.Q, d))
-    t = min(1.0, -slope / curvature) if curvature > 0 else 1.0
-    return MultiplierStep(found.y * unit / heights, -t * (slope + t * curvature / 2))
 
 
 def _around(value: Vector, lower: Vector, upper: Vector) -> tuple[Vector, Vector]:
@@ -251,19 +216,55 @@ class _Proposal:
 
     def __init__(self, origin: Program, problem: Problem, values: Vector) -> None:
         self.origin, self.problem, self.k = origin, problem, origin.variables
-        data = origin.program(conditions_of(problem))
-        assert data is not None
-        self.data, self.x, self.sign = data, values[: self.k], SENSES[origin.sense]
+        self.data, self.x, self.sign = data_of(problem, origin), values[: self.k], SENSES[origin.sense]
         self.needs_multipliers = values.size == self.k < problem.n
 
     @cached_property
-    def step(self) -> MultiplierStep | None:
-        return step_from(self.data, self.x)
+    @np.errstate(all="ignore")
+    def step(self) -> tuple[Vector, float]:
+        """Return the multipliers of the rows at x, shape (m,), and by how much the step that belongs to them lowers the
+        objective; zeros and nan if there are none in the range of doubles."""
+        data, x, heights = self.data, self.x, np.ones(self.data.row_lower.size)
+        g = product(data.Q, x) + data.c
+        largest = float(np.abs(x).max())
+        sizes = BOX_SIZE * np.maximum(np.abs(x), LEAST_BOX_SIZE * largest) if largest else np.ones(x.size)
+        A = data.A
+        if heights.size:
+            heights = row_maxima(scaled(A, heights, sizes))
+            heights[heights == 0] = 1.0
+            A = scaled(A, 1 / heights, sizes)
+        ends = _around(product(data.A, x), data.row_lower, data.row_upper)
+        low, high = _around(x, data.lower, data.upper)
+        bounds = np.maximum(low / sizes, -1.0), np.minimum(high / sizes, 1.0)
+        unit = float(np.abs(g * sizes).max()) or 1.0
+        found = minimized(g * sizes / unit, A, (ends[0] / heights, ends[1] / heights), bounds)
+        if found is None or not np.isfinite(found.y).all():
+            return np.zeros(heights.size), math.nan
+        d = found.x * sizes
+        slope, curvature = float(g @ d), float(d @ product(data.Q, d))
+        t = min(1.0, -slope / curvature) if curvature > 0 else 1.0
+        return found.y * unit / heights, -t * (slope + t * curvature / 2)
 
     def with_step(self) -> Vector:
         """Return the z that consists of x and the multipliers of the step from it."""
-        y = np.zeros(self.data.row_lower.size) if self.step is None else self.step.y
-        return self.origin.z_of(self.x, y, self.data)
+        return self.origin.z_of(self.x, self.step[0], self.data)
+
+    def readings(
+        self, values: Any, own: bool, completed: Callable[[Any, Any], Any], sought: Callable[[], Any]
+    ) -> Iterator[Any]:
+        """Yield each z for which the values may stand, as `completed` makes it from x and y, which is sought if it is
+        missing; for a maximum, y may have either sign."""
+        ranges, n = self.origin.ranges, self.problem.n
+        x, y = values[: self.k], values[self.k : n - ranges]
+        if self.needs_multipliers:
+            yield completed(x, sought())
+            return
+        if values.size == n and not own:
+            yield values
+        if values.size < n or own:
+            yield completed(x, -y if self.sign < 0 else y)
+        if self.sign < 0 and not own and y.size and (values.size < n or not ranges):
+            yield completed(x, y if values.size < n else -y)
 
     def verified(self, of_readings: Iterator[Verification], tol: float) -> Verification:
         """Return the first verification that is accepted, or else the first of all, with a statement on x, and with the
@@ -282,29 +283,17 @@ class _Proposal:
             return f"x is not feasible: {violated}"
         origin, feasible = self.origin, f"x is feasible to the tolerance {tol:g}"
         word, value = WORDS[origin.sense], self.sign * self.data.objective(self.x) + origin.constant
-        if self.step is None:
+        _, gain = self.step
+        if math.isnan(gain):
             return feasible
         size = np.abs(self.x)
         terms = float(size @ (absolute_product(self.data.Q, size) / 2 + np.abs(self.data.c)))  # of the objective
-        if self.step.gain > max(tol, LEAST_GAIN) * terms:
-            gain = approximate(Fraction(float(self.step.gain)), -1, 2)
-            far = f"at least {gain} {OBJECTIVE_CLAUSES[self.origin.sense]}"
+        if gain > max(tol, LEAST_GAIN) * terms:
+            far = f"at least {approximate(Fraction(gain), -1, 2)} {OBJECTIVE_CLAUSES[self.origin.sense]}"
             return f"{feasible}, but not a {word}: its objective {value:.7g} is {far}"
         if not self.needs_multipliers and verify(self.problem, self.with_step(), tol).accepted:
             return f"{kind_of_point(self.data, origin).statement}, but with other multipliers"
         return f"{feasible}, but not shown to be a {word}"
-
-
-def _readings(proposal: _Proposal, values: Any, own: bool, completed: Callable[[Any, Any], Any]) -> Iterator[Any]:
-    """Yield each z for which the values may stand; for a maximum, y may have either sign."""
-    ranges, n = proposal.origin.ranges, proposal.problem.n
-    x, y = values[: proposal.k], values[proposal.k : n - ranges]
-    if values.size == n and not own:
-        yield values
-    if values.size < n or own:
-        yield completed(x, -y if proposal.sign < 0 else y)
-    if proposal.sign < 0 and not own and y.size and (values.size < n or not ranges):
-        yield completed(x, y if values.size < n else -y)
 
 
 def _completed(data: ExactProblem, proposal: _Proposal, x: Any, y: Any) -> Any:

@@ -70,8 +70,7 @@ def _iterates(name: str, problem: Problem, start: float) -> list[Iterate]:
     """Return the iterates of a method from a start of equal numbers up to a solution, checked as they come."""
     given = variables_of(name, problem, False).problem
     M, q = given.M.copy(), given.q.copy()
-    criterion, found = Criterion(given, TOL.value), list[Iterate]()
-    copies: list[Vector] = []
+    criterion, found, copies = Criterion(given, TOL.value), list[Iterate](), list[Vector]()
     ending: object = None
     with np.errstate(over="raise", invalid="raise", divide="raise"):
         try:
@@ -85,8 +84,8 @@ def _iterates(name: str, problem: Problem, start: float) -> list[Iterate]:
             _require(not isinstance(fault, PackageFault), name, problem, f"fails: {fault}")
             ending = Breakdown()
     _require(isinstance(ending, Iterate | Ending), name, problem, f"returns {ending!r}")
-    changed = any((step.x != copy).any() for step, copy in zip(found, copies, strict=True))
-    _require(not changed, name, problem, "changes an array that it has yielded")
+    is_kept = all((step.x == copy).all() for step, copy in zip(found, copies, strict=True))
+    _require(is_kept, name, problem, "changes an array that it has yielded")
     _require(bool((given.M != M).sum() == 0 and (given.q == q).all()), name, problem, "changes M or q")
     grows = all(a.evaluations <= b.evaluations for a, b in pairwise(found))
     _require(grows, name, problem, "counts fewer evaluations than before")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Generic, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -11,10 +12,15 @@ from lcpcli.linalg.factors import each_product
 from lcpcli.linalg.matrices import is_sparse, product
 from lcpcli.typing import Mask, Matrix, Vector
 
+Kinks = TypeVar("Kinks", list[int], dict[int, list[int]])
+Regular = TypeVar("Regular", bool | None, list[bool | None])
+
 
 @dataclass(frozen=True, eq=False)
-class Derivative:
-    """The derivative of a solution for a change of the data in a given direction.
+class Derivative(Generic[Kinks, Regular]):
+    """The derivative of a solution for a change of the data in a given direction; for a batch of b problems, z and w
+    have a first dimension of length b, kinks is keyed by the number of each problem that has any, and strongly_regular
+    is a list.
 
     z, w : the derivatives of z and of w = M z + q, shape (n,). With J, z is the derivative of J z, shape (k,), and w is
         nan in components in which the solutions differ.
@@ -29,19 +35,20 @@ class Derivative:
 
     z: Vector
     w: Vector
-    kinks: list[int]
-    strongly_regular: bool | None
+    kinks: Kinks
+    strongly_regular: Regular
 
 
 @dataclass(frozen=True, eq=False)
-class Sensitivities:
-    """The derivatives of a function with respect to all data, each computed when it is read. For a batch of b problems,
-    each has a first dimension of length b.
+class Gradient(Generic[Kinks]):
+    """The derivatives of a function of z with respect to all data, each computed when it is read. For a batch of b
+    problems, each has a first dimension of length b.
 
     q : with respect to q, shape (n,); 0 at bounds.
     M : with respect to M, shape (n, n); for a sparse M, a csr_array with respect to its stored entries.
     lower, upper : with respect to the bounds, shape (n,); 0 where z is not at that bound. Where l_i = u_i, only the sum
         of the two is meaningful, as both bounds have to change together.
+    kinks : as in `Derivative`; the variables there are held at their bounds.
     """
 
     q: Vector
@@ -50,6 +57,7 @@ class Sensitivities:
     _g: Vector = field(repr=False)
     _basic: Mask = field(repr=False)
     _upper: Mask = field(repr=False)
+    kinks: Kinks
 
     @cached_property
     @np.errstate(all="ignore")
@@ -76,31 +84,7 @@ class Sensitivities:
         return np.where(self._basic, 0.0, self._g + rest)
 
 
-@dataclass(frozen=True, eq=False)
-class Gradient(Sensitivities):
-    """The derivatives of a function of z with respect to all data: q, M, lower and upper, as in `Sensitivities`.
-
-    kinks : as in `Derivative`; the variables there are held at their bounds.
-    """
-
-    kinks: list[int]
-
-
-@dataclass(frozen=True, eq=False)
-class BatchGradient(Sensitivities):
-    """The derivatives of functions of the solutions of b problems with respect to their q, shape (b, n), M, lower and
-    upper, as in `Sensitivities`. kinks : as in `Derivative`, keyed by the number of each problem that has any; the
-    variables there are held at their bounds."""
-
-    kinks: dict[int, list[int]]
-
-
-@dataclass(frozen=True, eq=False)
-class BatchDerivative:
-    """The derivatives of the solutions of b problems in a direction: z and w, of shape (b, n), and strongly_regular, of
-    length b, as in `Derivative`. kinks : as in `Derivative`, keyed by the number of each problem that has any."""
-
-    z: Vector
-    w: Vector
-    kinks: dict[int, list[int]]
-    strongly_regular: list[bool | None]
+OneDerivative: TypeAlias = Derivative[list[int], bool | None]
+OneGradient: TypeAlias = Gradient[list[int]]
+BatchDerivative: TypeAlias = Derivative[dict[int, list[int]], list[bool | None]]
+BatchGradient: TypeAlias = Gradient[dict[int, list[int]]]

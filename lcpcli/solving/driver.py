@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
-from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -34,14 +33,13 @@ if TYPE_CHECKING:
     from lcpcli.methods.stages import Iterate, Stage
     from lcpcli.model.words import Start
     from lcpcli.solving.loop import Loop
-    from lcpcli.solving.trace import Callback, Observe, Observer, Trace
+    from lcpcli.solving.trace import Callback, Observe, Trace
 
 BRIEF = 0.02  # seconds of a first run up to which it is repeated, for as long: the wait goes unnoticed
 LONGEST_REPEATED = 1.0  # seconds of a compared run; in a longer run, pauses of the machine hardly count
 MOST_BY_KERNELS = 100  # unknowns of a program up to which kernels for mixed problems take less time than PIQP
 MOST_REPETITIONS = 20  # after which the least time of a step hardly decreases
 REPETITION_SECONDS = 0.3  # after which no repetition is begun, so that a comparison of many runs stays short
-ROUNDING = 1e-9  # relative error of sums of seconds, far above that of doubles and below that of the clock
 
 
 @with_limited_threads
@@ -65,16 +63,13 @@ def run(
     compiled: bool | None = None,
     **chosen: Any,
 ) -> Result:
-    """Run a method from x0, or from z0 (by default the problem's own, else the origin); `call.run` calls this driver.
+    """Run a method, as `call.solve` explains it; `call.run` calls this driver.
 
     The status is "solved" only if the relative residual, recomputed from the original M and q, is at most limits.tol,
-    or if exact arithmetic shows that z is the solution up to its last digits.
-    `scale` makes an iterative method work on the equilibrated problem, `finish` makes it stop as soon as its active set
-    yields the solution. `chosen` are options of the method; any other raises an OptionError. `trace` and
-    `curve` keep iterates, each as it is set up. `observe` is called at intervals with the progress, as in
-    `trace.Observer`. `callback` and `threads` are as in `call.solve`. `began` is the beginning
-    of the run by the `clock`, by default now; the time limit covers everything from then on except imports. `compiled`
-    is as in `call.solve`.
+    or if exact arithmetic shows that z is the solution up to its last digits. `chosen` are options of the method; any
+    other raises an OptionError. `trace` and `curve` keep iterates, each as it is set up. `observe` is called at
+    intervals with the progress. `began` is the beginning of the run by the `clock`, by default now; the time limit
+    covers everything from then on except imports.
     """
     keeps = trace is not None or curve is not None
     stopwatch = Stopwatch(clock, clock() if began is None else began, MOST_LAPS if keeps else 0)
@@ -108,19 +103,12 @@ def run(
         known: dict[str, Any] = {}
         if method == "auto":
             known = {"tried": session.tried} if given is None else given.known_to_auto
-        stage = session.replay or partial(_stage, method, change, start, in_force | known, finish, session.interrupted)
+        stage = session.replay or partial(_stage, method, change, start, in_force | known, finish)
         stopwatch.count("setup")
-        observer = None if observe is None else _observer(observe, method)
         criterion = Criterion(problem, limits.tol, judge=direct_run.judge if compiled else None)
-        loop = Loop(criterion, method, limits, (trace, curve), stopwatch, observer, start, session.callback or callback)
-        loop.interrupted = session.interrupted  # also if the start is a solution, so that no stage begins
+        loop = Loop(criterion, method, limits, (trace, curve), stopwatch, observe, start, session.callback or callback)
+        loop.interrupted = session.interrupted
         return _of(original, ended(loop, stage, in_force | additions), compiled)
-
-
-def _observer(observe: Observe, method: str) -> Observer:
-    with imports:
-        from lcpcli.solving import trace
-    return trace.Observer(observe, method)
 
 
 def _without_loop(
@@ -192,10 +180,8 @@ def variables_of(method: str, problem: Problem, is_scaled: bool) -> Change:
 
 def ended(loop: Loop, stage: Callable[[], Stage], options: dict[str, Any]) -> Result:
     """Run the loop within its time limit and return the result, also if Ctrl-C comes while it is made."""
-    limit, observer = loop.limits.time_limit, loop.observer
-    bounded = limit < math.inf or observer is not None
-    watch = observer.report_if_due if observer else None
-    with within(limit - loop.stopwatch.elapsed(), watch) if bounded else nullcontext():
+    limit, watch = loop.limits.time_limit, None if loop.observe is None else loop.report_if_due
+    with within(limit - loop.stopwatch.elapsed(), watch) if watch or limit < math.inf else nullcontext():
         status, reason = loop.run(stage)
     try:
         return loop.result(options, status, reason)
@@ -213,15 +199,10 @@ def _start(problem: Problem, method: str, given: dict[str, Any]) -> Start:
     return start_at(problem, **given)
 
 
-def _stage(
-    method: str, change: Change, start: Vector, in_force: dict[str, Any], finishes: bool, interrupted: bool
-) -> Stage:
-    """Set up the method in changed variables, with a finish on its active set if it is to have one; raise the
-    KeyboardInterrupt of a run that has been interrupted."""
+def _stage(method: str, change: Change, start: Vector, in_force: dict[str, Any], finishes: bool) -> Stage:
+    """Set up the method in changed variables, with a finish on its active set if it is to have one."""
     with imports:
         from lcpcli.methods.stages import begin, changed
-    if interrupted:
-        raise KeyboardInterrupt
     if in_force.get("x1") is not None:
         in_force = in_force | {"x1": change.start(in_force["x1"])}
 
@@ -244,9 +225,9 @@ def verified(result: Result) -> Result:
     with imports:
         from lcpcli.verify.exact_solution import is_rounded_difference, is_rounded_solution
         from lcpcli.verify.ill_posed import enclosed
-    own = result.problem, result.z, result.tol
-    holds = Point(Criterion(result.problem, result.tol), result.z, is_admissible=False).solution() is not None
-    holds = holds or is_rounded_difference(*own) or not enclosed(*own)[1] or is_rounded_solution(*own[:2])
+    own = problem, z, tol = result.problem, result.z, result.tol
+    holds = Point(Criterion(problem, tol), z, is_admissible=False).solution() is not None
+    holds = holds or is_rounded_difference(*own) or not enclosed(*own)[1] or is_rounded_solution(problem, z)
     return replace(result, verified=holds)
 
 
@@ -293,21 +274,15 @@ def _least(runs: Sequence[Result], kept: Result) -> Result:
     first = runs[0] if kept.laps else kept
     laps = least_laps([run.laps or tuple(run.parts.items()) for run in runs])
     parts = {part: sum(seconds for own, seconds in laps if own == part) for part in PARTS}
-    ends, least_ends = (list(accumulate(seconds for _, seconds in each)) for each in (first.laps, laps))
+    total = sum(parts.values())
+    ends, least = (np.cumsum([0.0, *(seconds for _, seconds in each)]) for each in (first.laps, laps))
+    if not first.laps:  # each iterate has the same share of the time as before
+        ends, least = np.array([0.0, first.seconds]), np.array([0.0, total])
 
-    def retime(trace: Trace | None) -> Trace | None:
-        """Return the trace with the least times: each of its iterates ends a lap, up to rounding of the sums, or if the
-        run kept none, has the same share of the time as before."""
-        if trace is None:
-            return None
-        if not first.laps:
-            return trace.retimed({k: at * sum(parts.values()) / first.seconds for k, at in trace.times.items()})
-        with imports:
-            from bisect import bisect
-        ended = {k: bisect(ends, (1 - ROUNDING) * seconds) for k, seconds in trace.times.items()}
-        return trace.retimed({k: least_ends[i] for k, i in ended.items()})
+    def retime(at: float) -> float:
+        return float(np.interp(at, ends, least))
 
+    trace, curve = (each and each.retimed(retime) for each in (first.trace, first.curve))
     ordered = sorted(run.seconds for run in runs)
-    median = (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / 2
-    spread = median / sum(parts.values())
-    return replace(first, parts=parts, laps=laps, spread=spread, trace=retime(first.trace), curve=retime(first.curve))
+    spread = (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / (2 * total)
+    return replace(first, parts=parts, laps=laps, spread=spread, trace=trace, curve=curve)

@@ -1,14 +1,13 @@
-"""The common loop: it takes iterates from a method, times the method, measures them and reports how it ended.
-
-What to conclude from a run whose points are solutions up to rounding, or run-offs, but not within the tolerance.
-"""
+"""The common loop: it takes iterates from a method, times the method, measures them and reports how it ended."""
 
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, TypeAlias
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,48 +28,57 @@ from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
-    from lcpcli.solving.trace import Callback, Observer, Trace, TraceRow
+    from lcpcli.solving.trace import Callback, Observe, Trace, TraceRow
 
 MEASURED_FROM = 100  # times the tolerance: the bound on the residual from which on the residual itself is computed
 MEASURED_EVERY = 16  # iterations, if the method gives no bound on the residual
+INTERVAL = 0.2  # seconds between two reports: often enough for the eye
 BY_CALLBACK = "by the callback"
 EXTRA_ITERATIONS = 3  # iterations after the tolerance is reached, if the method reports that signs are still wrong
 GROWTH_LIMIT = 1e100  # times the first bound on the residual, beyond which the run has diverged
 FINISHED = "the equation of the method is solved up to rounding, but z does not solve the problem"
+ROUNDED = "z is the exact solution up to rounding of its last digits, which leaves a relative residual of {:.1e}"
+ENCLOSED = (
+    "an exact solution is proved to have the states of z, which is large beside q: its relative residual is {:.1e}"
+)
+DOUBT = "z satisfies each row by its own terms but is too large to be a solution beyond doubt, and {}"
 STATUS_OF_CERTIFICATE = {"farkas": Status.INFEASIBLE, "exhaustion": Status.UNSOLVABLE, "ray": Status.RAY}
 
 
+@dataclass(eq=False, repr=False)
 class Loop:
     """The state of one run. The residual bound of an iterate is a bound on its relative residual that F gives at no
-    cost, or else the residual."""
+    cost, or else the residual. kept : the trace and the curve. interrupted : whether Ctrl-C has come, also before."""
 
-    def __init__(
-        self,
-        criterion: Criterion,
-        method: str,
-        limits: Limits,
-        traces: tuple[Trace | None, Trace | None],
-        stopwatch: Stopwatch,
-        observer: Observer | None,
-        x0: Vector,
-        callback: Callback | None = None,
-    ) -> None:
-        self.criterion, self.problem, self.method = criterion, criterion.problem, method
-        self.limits, self.stopwatch = limits, stopwatch
-        self.traces = [trace for trace in traces if trace is not None]
-        self.kept, self.observer, self.callback = traces, observer, callback
-        if self.problem.reference_z is not None and criterion.reference_solves:
-            x0 = self.problem.box.x_of(self.problem.reference_point, self.problem.q_ref)
-        self.start, self.k, self.evaluations = Iterate(x0, None, "", 0), -1, 0
-        self.last = self.best = x0
-        self.best_bound = self.first_bound = math.inf
-        self.last_by = self.best_by = ""
-        self.end: States | None = None
-        self.extra, self.interrupted = 0, False
-        self.route: list[str] = []
-        self.certificate: Certificate | None = None
-        self.solution: Point | None = None
-        self._newest: tuple[Vector | None, Point | None] = None, None
+    criterion: Criterion
+    method: str
+    limits: Limits
+    kept: tuple[Trace | None, Trace | None]
+    stopwatch: Stopwatch
+    observe: Observe | None
+    last: Vector
+    callback: Callback | None = None
+    interrupted: bool = False
+    k: int = -1
+    evaluations: int = 0
+    extra: int = 0
+    best_bound: float = math.inf
+    first_bound: float = math.inf
+    last_by: str = ""
+    best_by: str = ""
+    end: States | None = None
+    certificate: Certificate | None = None
+    solution: Point | None = None
+    _newest: tuple[Vector | None, Point | None] = None, None
+
+    def __post_init__(self) -> None:
+        self.problem, self.route = self.criterion.problem, list[str]()
+        self.traces = [trace for trace in self.kept if trace is not None]
+        if self.problem.reference_z is not None and self.criterion.reference_solves:
+            self.last = self.problem.box.x_of(self.problem.reference_point, self.problem.q_ref)
+        self.start, self.best = Iterate(self.last, None, "", 0), self.last
+        self._seen, self._began = (self.method, 0, math.inf), time.monotonic()
+        self._due = self._began + INTERVAL
 
     def run(self, begin: Callable[[], Stage]) -> tuple[Status, str]:
         """Take the start, then the iterates of the method that `begin` sets up; return how the run ended, and why."""
@@ -78,6 +86,8 @@ class Loop:
         try:
             if stop := self._take(self.start):
                 return stop
+            if self.interrupted:
+                raise KeyboardInterrupt
             tick("verify")
             with np.errstate(over="raise", invalid="raise", divide="raise"):  # measuring ignores these
                 try:
@@ -89,9 +99,9 @@ class Loop:
                         step = stages.advance(stage)
                     finally:
                         tick("solve")
+                    self._note_method(step.method)
                     if not isinstance(step, Iterate):
                         break
-                    self._note_method(step.method)
                     stop = self._take(step)
                     if self.callback is not None and self._calls_for_the_end(step, self.callback):
                         stop = stop or (Status.INTERRUPTED, BY_CALLBACK)
@@ -121,10 +131,10 @@ class Loop:
             self.last = self.best = np.clip(iterate.x, -LARGEST_X, LARGEST_X)
         if bound < self.best_bound:
             self.best_bound, self.best, self.best_by = bound, iterate.x, iterate.method
-        if not self.first_bound < math.inf:
-            self.first_bound = bound
-        if self.observer:
-            self.observer.note(iterate.method or self.method, self.k, bound)
+        self.first_bound = self.first_bound if self.first_bound < math.inf else bound
+        if self.observe is not None:
+            self._seen = iterate.method or self.method, self.k, bound
+            self.report_if_due()
         solution = None
         if point is not None:  # one near it is sought for many unknowns, not within an iteration, which goes on
             is_last = iterate.F is None and self.k > 0 and self.problem.n > FEW_UNKNOWNS
@@ -137,12 +147,10 @@ class Loop:
         return self._stopping_rule(iterate, bound)
 
     def _measured(self, iterate: Iterate) -> tuple[float, Point | None]:
-        """Return a bound on the relative residual, infinite if unknown, and the point if it deserves a closer look.
-
-        A closer look costs two products with M. Without F it is taken at iterates that may be the last, and every few
-        iterations. With F it is taken if the bound is near the tolerance, and at k = 0, 1, 2, 4, 8, ..., in case the
-        bound never decreases although the residual does.
-        """
+        """Return a bound on the relative residual, infinite if unknown, and the point if it deserves a closer look, at
+        the cost of two products with M: without F at iterates that may be the last, and every few iterations; with F
+        near the tolerance, and at k = 0, 1, 2, 4, 8, ..., in case the bound never decreases although the residual
+        does."""
         if iterate.F is not None:
             bound = self.criterion.bound(iterate.F)
             worth = bound <= MEASURED_FROM * self.limits.tol or self.k & (self.k - 1) == 0
@@ -154,26 +162,19 @@ class Loop:
 
     def _stopping_rule(self, iterate: Iterate, bound: float) -> tuple[Status, str] | None:
         """Return the status and the reason of the first stopping rule that applies, other than a solution."""
-        grows = declared(self.method).iterates and not bound <= GROWTH_LIMIT * self.first_bound
-        if grows and self._diverges(iterate.x):
-            return Status.DIVERGED, ""
+        if declared(self.method).iterates and not bound <= GROWTH_LIMIT * self.first_bound:
+            with np.errstate(over="ignore", invalid="ignore"):  # whether F itself, computed from M and q, has grown
+                each = [(self.problem.box.z_of(x), x) for x in (self.start.x, iterate.x)]
+                first, last = (self.criterion.bound(self.problem.w(z) - (z - 2 * x)) for z, x in each)
+            if not last <= GROWTH_LIMIT * first:
+                return Status.DIVERGED, ""
         if self.k >= self.limits.max_iterations:
             return Status.ITERATION_LIMIT, ""
         return (Status.TIME_LIMIT, "") if self._time_is_up() else None
 
-    @np.errstate(over="ignore", invalid="ignore")
-    def _diverges(self, x: Vector) -> bool:
-        """Return whether F, computed from M and q, has grown by more than GROWTH_LIMIT since the start."""
-        sizes = []
-        for place in (self.start.x, x):
-            z = self.problem.box.z_of(place)
-            sizes.append(self.criterion.bound(self.problem.w(z) - (z - 2 * place)))
-        return not sizes[1] <= GROWTH_LIMIT * sizes[0]
-
     def _ended(self, ending: Ending) -> tuple[Status, str]:
         """Return the status and the reason when the method itself ends: those that a certificate justifies, once it is
         verified on M and q."""
-        self._note_method(ending.method)
         if isinstance(ending, stages.NoSolution):
             claim = ending.certificate
             self.certificate = confirm(self.problem, claim, declared(self.method).excludes_exactly)
@@ -192,6 +193,13 @@ class Loop:
         method = method or self.method
         if method not in self.route:
             self.route.append(method)
+
+    def report_if_due(self) -> None:
+        """Call `observe` with what was seen last, if it is time; also during a long step."""
+        now = time.monotonic()
+        if self.observe is not None and now >= self._due:
+            self._due = now + INTERVAL
+            self.observe(*self._seen, now - self._began)
 
     def _time_is_up(self) -> bool:
         """Return whether the time of this run, or of what it is part of, is up; measuring the iterates counts too."""
@@ -217,10 +225,9 @@ class Loop:
         with imports:
             from lcpcli.solving.trace import TraceRow
         self.stopwatch.count("verify")
-        z, method = self.problem.box.z_of(iterate.x), iterate.method or self.method
-        return TraceRow(
-            max(self.k, 0), z, None, None, self.stopwatch.total, iterate.step, method, x=iterate.x, z0=iterate.z0
-        )
+        z, at = self.problem.box.z_of(iterate.x), self.stopwatch.total
+        method = iterate.method or self.method
+        return TraceRow(max(self.k, 0), z, None, None, at, iterate.step, method, x=iterate.x, z0=iterate.z0)
 
     def _calls_for_the_end(self, iterate: Iterate, callback: Callback) -> bool:
         """Return whether the callback asks for the end of the run after this iterate; its own time does not count."""
@@ -281,10 +288,9 @@ class Loop:
             return solution, solution.counted_as_0, Status.SOLVED
         if self.criterion.is_linear and not self.interrupted and status is not Status.TIME_LIMIT:
             with suppress(TimeIsUp), within(self.limits.time_limit - self.stopwatch.elapsed()):
-                found = conclusion(self.criterion, last, best, rounded)
+                found = self._conclusion(last, best, rounded)
                 if found is not None and found[2] is not Status.STALLED:
-                    self.certificate = found[3]
-                    return found[:3]
+                    return found
                 reason = reason if found is None or status is not Status.STALLED else found[1]
         if rounded is not None:
             return last, reason, status
@@ -294,42 +300,28 @@ class Loop:
             reason = f"{reason}; " * bool(reason) + "the best iterate is reported, not the last"
         return best, reason, status
 
-
-ROUNDED = "z is the exact solution up to rounding of its last digits, which leaves a relative residual of {:.1e}"
-ENCLOSED = (
-    "an exact solution is proved to have the states of z, which is large beside q: its relative residual is {:.1e}"
-)
-DOUBT = "z satisfies each row by its own terms but is too large to be a solution beyond doubt, and {}"
-
-
-Conclusion: TypeAlias = tuple[Point, str, Status, Certificate | None]
-"""The point to report, the reason and the status that it justifies; with the proof of an ill-posed problem, or None."""
-
-
-def conclusion(criterion: Criterion, last: Point, best: Point, rounded: Certificate | None) -> Conclusion | None:
-    """Return the conclusion from the last and the best iterate, neither of which meets the criterion: the problem is
-    ill-posed if one of them leads to a solution beyond it, and there is a proof but for rounding. None if neither is a
-    solution up to rounding or a run-off; STALLED with the reason if a run-off stays in doubt.
-
-    rounded : a proof but for rounding, if one is known. Without one, a solution up to rounding is a solution.
-    """
-    problem, tol, points = criterion.problem, criterion.tol, [last.z, best.z]
-    if rounded is None:
-        if is_rounded_difference(problem, last.z, tol):
-            return last, ROUNDED.format(last.relative_residual), Status.SOLVED, None
-        doubt = settled(problem, last.z, tol) or settled(problem, best.z, tol)
-        if doubt is None:
+    def _conclusion(self, last: Point, best: Point, rounded: Certificate | None) -> tuple[Point, str, Status] | None:
+        """Return what the last and the best iterate justify, neither of which meets the criterion: the problem is
+        ill-posed if one of them leads to a solution beyond it, and there is a proof but for rounding. None if neither
+        is a solution up to rounding or a run-off; STALLED with the reason if a run-off stays in doubt. rounded : a
+        proof but for rounding, if one is known; without one, a solution up to rounding is a solution."""
+        problem, tol = self.problem, self.criterion.tol
+        if rounded is None:
+            if is_rounded_difference(problem, last.z, tol):
+                return last, ROUNDED.format(last.relative_residual), Status.SOLVED
+            doubt = settled(problem, last.z, tol) or settled(problem, best.z, tol)
+            if doubt is None:
+                return None
+            rounded, point = doubt.certificate, Point(self.criterion, doubt.z)
+            if rounded is None and doubt.fault:
+                return point, DOUBT.format(doubt.fault), Status.STALLED
+            if rounded is None:
+                return point, ENCLOSED.format(point.relative_residual), Status.SOLVED
+            if not rounded.is_rounded:
+                self.certificate = rounded
+                return point, rounded.statement, Status.INFEASIBLE
+        large = large_solution(problem, [last.z, best.z], rounded, tol)
+        if large is None:
             return None
-        rounded = doubt.certificate
-        if rounded is None or not rounded.is_rounded:
-            point = Point(criterion, doubt.z)
-            if rounded is not None:
-                return point, rounded.statement, Status.INFEASIBLE, rounded
-            if doubt.fault:
-                return point, DOUBT.format(doubt.fault), Status.STALLED, None
-            return point, ENCLOSED.format(point.relative_residual), Status.SOLVED, None
-    large = large_solution(problem, points, rounded, tol)
-    if large is None:
-        return None
-    point = Point(criterion, large[0])
-    return (point, "", Status.SOLVED, None) if point.solves() else (point, large[1], Status.ILL_POSED, rounded)
+        self.certificate, point = rounded, Point(self.criterion, large[0])
+        return (point, "", Status.SOLVED) if point.solves() else (point, large[1], Status.ILL_POSED)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Iterable, Iterator, Sequence, Set, Sized
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
@@ -30,7 +30,7 @@ from lcpcli.solving import direct_run
 from lcpcli.solving.call import COMMON_OPTIONS, RunOptions, SolverOptions, chosen, run
 from lcpcli.solving.result import Result
 from lcpcli.solving.solver import Solver
-from lcpcli.typing import BoundLike, Indices, Mask, Vector
+from lcpcli.typing import BoundLike, Mask, Vector
 from lcpcli.verify.measure import Measure
 from lcpcli.verify.point import Criterion, Point
 
@@ -194,16 +194,13 @@ def _refuse_as_problems(problems: Any, **bounds: Any) -> None:
 
 
 def _by_blocks(columns: Columns, limits: Limits, given: dict[str, Any]) -> Iterator[Result]:
-    like = columns.like
-    is_direct = applies(like) and not is_sparse(like.M)
-    is_compiled = direct_run.uses_kernels(given.get("compiled"), columns.k)
-    fast = direct_run.compiled() if is_direct and is_compiled else None
+    like, is_compiled = columns.like, direct_run.uses_kernels(given.get("compiled"), columns.k)
+    fast = direct_run.compiled() if is_compiled and applies(like) and not is_sparse(like.M) else None
     first, size, most = 0, FIRST_BLOCK, max(FIRST_BLOCK, BLOCK_NUMBERS // max(1, columns.n))
     while first < columns.k:
         began, last = seconds(), min(first + size, columns.k)
         rows = _answers(like, columns.block(first, last), limits, fast, began, threads=given.get("threads"))
-        for i in range(last - first):
-            yield rows.result(i, given)
+        yield from (rows.result(i, given) for i in range(last - first))
         first, size = last, min(size * BLOCK_GROWTH, most)
 
 
@@ -233,7 +230,7 @@ class Batch(Sequence[Result]):
         if together:
             fast = direct_run.compiled() if given["compiled"] and stack.box.is_orthant else None
             self._rows = _answers(stack.like, stack, limits, fast, seconds(), threads=given.get("threads"))
-            self.solved |= self._rows.certain
+            self.solved |= np.array(self._rows.kinds) == CERTAIN
             self.z[self.solved] = self._rows.Z[self.solved]
         for i in (~self.solved).nonzero()[0].tolist():
             result = run(stack.problem(i), method, **given) if self._rows is None else self._rows.result(i, given)
@@ -331,44 +328,31 @@ class _RowResult(Result):
         return Result, tuple(getattr(self, field.name) for field in fields(Result))
 
 
+@dataclass(eq=False, repr=False)
 class BlockAnswers:
     """The answers of pivoting to the problems of a block.
 
-    Z : the z of each, shape (m, n). kinds, steps : what each is, as `direct.direct_many` returns them, shape (m,).
-    by_gradient : which of them began with gradients. parts : the share of each in the time.
+    Z : the z of each, shape (m, n). kinds, steps, routes : what each is, as `direct.direct_many` returns it, and how it
+    was found. parts : the share of each in the time.
     """
 
-    def __init__(
-        self,
-        block: Block | Stack,
-        Z: Vector,
-        kinds: Indices,
-        steps: Indices,
-        limits: Limits,
-        stopwatch: Stopwatch,
-        by_gradient: Mask | bool = False,
-        is_compiled: bool = False,
-    ) -> None:
-        self.parts = {part: spent / len(Z) for part, spent in stopwatch.parts.items()}
-        self.block, self.Z, self._limits = block, Z, limits
-        most_steps = limits.max_iterations if sum(self.parts.values()) < limits.time_limit else -1
-        kinds = np.where(block.are_moderate & (steps <= most_steps), kinds, NOTHING)
-        self.certain: Mask = kinds == CERTAIN
-        self._kinds, self._steps = kinds.tolist(), steps.tolist()
-        self._routes = np.where(by_gradient, 2, np.minimum(steps, 1)).tolist()
-        self._options = methods.options_in_force(AUTO, block.like, {})
-        if is_compiled:
-            self._options["compiled"] = True
+    block: Block | Stack
+    Z: Vector
+    kinds: list[int]
+    steps: list[int]
+    routes: list[int]
+    limits: Limits
+    options: dict[str, Any]
+    parts: dict[str, float]
 
     def result(self, i: int, given: dict[str, Any]) -> Result:
         """Return the result of a row; if its answer is no solution, that of a run, whose time includes its share."""
-        kind = self._kinds[i]
-        solved = ROUTES[self._routes[i]], self._steps[i], self._limits, self._options.copy(), self.parts
-        if kind == CERTAIN:
+        solved = ROUTES[self.routes[i]], self.steps[i], self.limits, self.options.copy(), self.parts
+        if self.kinds[i] == CERTAIN:
             return _RowResult.of_solution(*solved, _row=(self.block, i, self.Z))
         problem = self.block.problem(i)
-        point = Point(Criterion(problem, self._limits.tol), self.Z[i])
-        if kind == CANDIDATE and point.solves():
+        point = Point(Criterion(problem, self.limits.tol), self.Z[i])
+        if self.kinds[i] == CANDIDATE and point.solves():
             return Result.of_solution(*solved, problem=problem, point=point)
         result = run(problem, **given)
         return replace(result, parts={part: spent + self.parts[part] for part, spent in result.parts.items()})
@@ -386,29 +370,33 @@ def _answers(
 ) -> BlockAnswers:
     """Return the answers of block pivoting to the problems of a block, by a kernel if there is one for them; those of a
     stack are judged one by one, others by the measures of the block, or else by the row's own."""
-    stopwatch, kernel = (
-        Stopwatch(seconds, began),
-        fast.direct_many if fast is not None and block.box.is_orthant else None,
-    )
+    stopwatch, by_gradient = Stopwatch(seconds, began), np.zeros(len(block.q), dtype=bool)
+    kernel = fast.direct_many if fast is not None and block.box.is_orthant else None
     if kernel is not None or isinstance(block, Stack):
         stopwatch.count("setup")
         of_all = like.M[np.newaxis], np.array([like.largest])
         M, largest = (block.M, block.largest) if isinstance(block, Stack) else of_all
         data = M, block.q, largest, limits.tol
         z, found = direct_many(*data, block.box) if kernel is None else kernel(*data)
+        kinds, steps = found[:, 0], found[:, 1]
         stopwatch.count("solve")
-        return BlockAnswers(block, z, found[:, 0], found[:, 1], limits, stopwatch, is_compiled=kernel is not None)
-    measure, frame = Measure(block), frame_of(block)
-    ready: Mask = np.asarray((measure.reference_violations <= 0).all(axis=1))
-    stopwatch.count("setup")
-    R, C = (np.exp2(powers) for powers in (block.units.rows, block.units.columns))
-    found = pivoted(frame, ~ready, R, C, limits.max_iterations, lambda: stopwatch.elapsed() > limits.time_limit)
-    z = in_given_variables(frame, found.z)
-    stopwatch.count("solve")
-    surely = ready | (found.ended & _refined(frame, measure, found, z, limits.tol))
-    stopwatch.count("verify")
-    kinds = np.where(surely, CERTAIN, np.where(found.ended, CANDIDATE, NOTHING))
-    return BlockAnswers(block, z, kinds, found.steps, limits, stopwatch, found.by_gradient)
+    else:
+        measure, frame = Measure(block), frame_of(block)
+        ready: Mask = np.asarray((measure.reference_violations <= 0).all(axis=1))
+        stopwatch.count("setup")
+        R, C = (np.exp2(powers) for powers in (block.units.rows, block.units.columns))
+        pivots = pivoted(frame, ~ready, R, C, limits.max_iterations, lambda: stopwatch.elapsed() > limits.time_limit)
+        z, steps, by_gradient = in_given_variables(frame, pivots.z), pivots.steps, pivots.by_gradient
+        stopwatch.count("solve")
+        surely = ready | (pivots.ended & _refined(frame, measure, pivots, z, limits.tol))
+        stopwatch.count("verify")
+        kinds = np.where(surely, CERTAIN, np.where(pivots.ended, CANDIDATE, NOTHING))
+    parts = {part: spent / len(z) for part, spent in stopwatch.parts.items()}
+    most_steps = limits.max_iterations if sum(parts.values()) < limits.time_limit else -1
+    kinds = np.where(block.are_moderate & (steps <= most_steps), kinds, NOTHING)
+    routes = np.where(by_gradient, 2, np.minimum(steps, 1)).tolist()
+    options = methods.options_in_force(AUTO, like, {}) | ({} if kernel is None else {"compiled": True})
+    return BlockAnswers(block, z, kinds.tolist(), steps.tolist(), routes, limits, options, parts)
 
 
 def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: float) -> Mask:

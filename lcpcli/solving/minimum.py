@@ -10,16 +10,17 @@ a penalty for a forbidden move, makes the residual of strategies small that are 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, partial
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from lcpcli.clock import imports, seconds
-from lcpcli.games.behavior import Behavior, InformationSetStrategy, Strategies
+from lcpcli.games.behavior import Behavior, InformationSetStrategy
 from lcpcli.inspection.definite import semidefinite_rank
 from lcpcli.inspection.verdict import NO, YES, classify
 from lcpcli.interrupts import TimeIsUp, within
@@ -35,9 +36,10 @@ from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.rational import elimination
 from lcpcli.rational.exact_problem import ExactProblem, rows_of
 from lcpcli.rational.numbers import over_one_denominator, shortest_decimal
+from lcpcli.rational.tree import first_solution
 from lcpcli.solving.no_minimum import OPTIMUM, SEVERAL, STATIONARY, UNIQUE, Conclusion, undecided, without_minimum
 from lcpcli.solving.result import Result, Status
-from lcpcli.typing import Mask, Matrix, Vector
+from lcpcli.typing import Mask, Vector
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.strategies import of_solution, point_of_game
 
@@ -48,6 +50,8 @@ WORDS = {"min": "minimizer", "max": "maximizer"}
 DEFINITE = {"min": "positive", "max": "negative"}
 MOST_UNKNOWNS = 60  # of a game tree for which exact arithmetic is tried
 EFFORT = 20.0  # seconds of it, counted as work
+PLAYERS = "row", "column"
+UNSOLVED = "not solved, so there are no strategies"
 REASON = "z solves the problem to the tolerance, but its strategies are {}"
 KIND = "kind_of_point"  # the name by which a problem keeps what its solutions are
 
@@ -90,25 +94,11 @@ class Minimum:
         began = seconds()
         return self._conclude(), seconds() - began
 
-    @property
-    def statement(self) -> str:
-        return self._concluded[0].statement
-
-    @property
-    def proved(self) -> str | None:
-        return self._concluded[0].proved
-
-    @property
-    def ray(self) -> Vector | None:
-        return self._concluded[0].ray
-
-    @property
-    def certificate(self) -> Vector | None:
-        return self._concluded[0].certificate
-
-    @property
-    def seconds(self) -> float:
-        return self._concluded[1]
+    statement = property(lambda minimum: minimum._concluded[0].statement)
+    proved = property(lambda minimum: minimum._concluded[0].proved)
+    ray = property(lambda minimum: minimum._concluded[0].ray)
+    certificate = property(lambda minimum: minimum._concluded[0].certificate)
+    seconds = property(lambda minimum: minimum._concluded[1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,58 +154,45 @@ def answer(result: Result) -> Answer | None:
     origin = result.problem.origin
     if isinstance(origin, Program):
         return minimum(result, origin)
-    if isinstance(origin, Game):
-        return equilibrium(result, origin)
-    return behavior_equilibrium(result, origin) if isinstance(origin, ExtensiveGame) else None
+    return equilibrium(result, origin) if isinstance(origin, (Game, ExtensiveGame)) else None
 
 
-def behavior_equilibrium(result: Result, game: ExtensiveGame) -> BehaviorEquilibrium:
-    """Return behavior strategies, plans, payoffs and gains if the result is solved, and whether the strategies are an
-    equilibrium."""
+def equilibrium(result: Result, game: Game | ExtensiveGame) -> Equilibrium | BehaviorEquilibrium:
+    """Return strategies, payoffs and gains if the result is solved, and whether the strategies are an equilibrium."""
     found = of_solution(result.problem, result.z, result.tol) if result.solved else None
-    if found is None or not isinstance(own := found.own, Behavior):
-        return BehaviorEquilibrium(game.tree.names(), None, None, None, None, "not solved, so there are no strategies")
-    exact = None
-    if result.exact is not None and result.exact.z is not None:
-        x, y, *_ = game.parts(result.exact.z)
-        exact = Behavior.of_plans(game, x, y)
+    own: Any = None if found is None else found.own
+    parts = () if result.exact is None or result.exact.z is None else game.parts(result.exact.z)
+    exact: Any = None
+    if isinstance(game, Game):
+        if found is None:
+            return Equilibrium(None, None, None, None, UNSOLVED)
+        if parts:
+            exact = {name: [value / sum(part) for value in part] for name, part in zip(PLAYERS, parts, strict=True)}
+        return Equilibrium(own.row, own.column, own.payoffs, own.gains, own.statement(found.are_equilibrium), exact)
+    if found is None:
+        return BehaviorEquilibrium(game.tree.names(), None, None, None, None, UNSOLVED)
+    if parts:
+        exact = Behavior.of_plans(game, parts[0], parts[1])
     plans, said = (np.array(own.plans[0]), np.array(own.plans[1])), (exact or own).statement(found.are_equilibrium)
     return BehaviorEquilibrium(own.players, own.information_sets, plans, own.payoffs, own.gains, said, exact)
 
 
-def equilibrium(result: Result, game: Game) -> Equilibrium:
-    """Return strategies, payoffs and gains if the result is solved, and whether the strategies are an equilibrium."""
-    found = of_solution(result.problem, result.z, result.tol) if result.solved else None
-    if found is None or not isinstance(own := found.own, Strategies):
-        return Equilibrium(None, None, None, None, "not solved, so there are no strategies")
-    exact = None
-    if result.exact is not None and result.exact.z is not None:
-        parts = zip(("row", "column"), game.parts(result.exact.z), strict=True)
-        exact = {name: [value / sum(part) for value in part] for name, part in parts}
-    (by_row, by_column), (row, column) = own.payoffs, own.gains
-    said = own.statement(found.are_equilibrium)
-    return Equilibrium(own.row, own.column, (by_row, by_column), (row, column), said, exact)
-
-
 def checked(result: Result) -> Result:
-    """Return the result of a run, if it is not solved, or its strategies, if it has any, are an equilibrium to the
+    """Return the result of a run that has solved a game, if its strategies, if it has any, are an equilibrium to the
     tolerance; else one of exact arithmetic by `auto`, or one that is stalled and says what the players would gain."""
-    problem, game = result.problem, result.problem.origin
-    if not result.solved or not isinstance(game, (Game, ExtensiveGame)):
-        return result
+    problem = result.problem
     found = of_solution(problem, result.z, result.tol)
     if found is None or found.are_equilibrium:
         return result
     began = seconds()
-    if result.method == "auto" and (isinstance(game, Game) or problem.n <= MOST_UNKNOWNS):
-        z = _exact(result)
-        point = None if z is None else Point(Criterion(problem, result.tol), z)
-        if point is not None and point.solves():
-            exact = of_solution(problem, point.z, result.tol)
-            if exact is not None and exact.are_equilibrium:
-                route, parts = (*result.route, "exact"), {**result.parts}
-                parts["verify"] = parts.get("verify", 0.0) + seconds() - began
-                return replace(result, point=point, route=route, parts=parts, nearest="exact", end=None)
+    is_decided = isinstance(problem.origin, Game) or problem.n <= MOST_UNKNOWNS
+    z = _exact(result) if is_decided and result.method == "auto" else None
+    if z is not None and (point := Point(Criterion(problem, result.tol), z)).solves():
+        exact = of_solution(problem, z, result.tol)
+        if exact is not None and exact.are_equilibrium:
+            parts = {**result.parts, "verify": result.parts["verify"] + seconds() - began}
+            route = (*result.route, "exact")
+            return replace(result, point=point, route=route, parts=parts, nearest="exact", end=None)
     reason = REASON.format(found.own.statement(False))
     return replace(result, status=Status.STALLED, message=Status.STALLED.sentence(reason), end=None)
 
@@ -224,31 +201,27 @@ def _exact(result: Result) -> Vector | None:
     """Return an equilibrium of the game with its payoffs as written, rounded; None if none is found in time."""
     with imports:
         from lcpcli.rational import pivoting
-        from lcpcli.rational.tree import first_solution
         from lcpcli.verify.exact_solution import finitely_rounded, from_point
     problem, game = result.problem, result.problem.origin
     assert isinstance(game, (Game, ExtensiveGame))
-    z: Sequence[Fraction] | None
-    try:
-        with within(result.limits.time_limit - result.seconds):
-            data, effort = ExactProblem(problem, *game.exact_conditions()), elimination.Effort(EFFORT)
-            if isinstance(game, Game):
-                found = pivoting.equilibrium(data, game.A.shape[0], effort)
-                z = None if found is None else point_of_game(problem, np.array(found), data).tolist()
-            else:
-                z = from_point(data, result.z, effort) or first_solution(data, effort.steps(data))
-    except TimeIsUp:
-        return None
+    z: Sequence[Fraction] | None = None
+    with suppress(TimeIsUp), within(result.limits.time_limit - result.seconds):
+        data, effort = ExactProblem(problem, *game.exact_conditions()), elimination.Effort(EFFORT)
+        if isinstance(game, Game):
+            found = pivoting.equilibrium(data, game.A.shape[0], effort)
+            z = None if found is None else point_of_game(problem, np.array(found), data).tolist()
+        else:
+            z = from_point(data, result.z, effort) or first_solution(data, effort.steps(data))
     return None if z is None else finitely_rounded(z)
 
 
 def minimum(result: Result, program: Program) -> Minimum:
     """Return x, y and the objective, at the best iterate if the result is not solved, unless it is proved that there is
     no solution."""
-    conclude = partial(conclusion, result.problem, copy(result))  # a copy, as a cycle would keep large arrays in memory
+    conclude = partial(conclusion, result.problem, copy(result), program)  # a cycle would keep large arrays in memory
     if result.status.has_no_solution:
         return Minimum(None, None, None, None, None, None, None, conclude)
-    sign, data = SENSES[program.sense], _data(result.problem, program)
+    sign, data = SENSES[program.sense], data_of(result.problem, program)
     x, y = program.parts(result.z)
     w = program.parts(result.w)[0]
     active = np.where(w > 0, x - data.lower <= w, data.upper - x <= -w)  # else w is rounding of 0
@@ -263,7 +236,8 @@ def minimum(result: Result, program: Program) -> Minimum:
     return Minimum(x + 0.0, sign * y + 0.0, bounded, activities, slacks, value + 0.0, exact, conclude)
 
 
-def _data(problem: Problem, program: Program) -> ProgramData:
+def data_of(problem: Problem, program: Program) -> ProgramData:
+    """Return the program, to be minimized, whose conditions the problem has."""
     data = program.program(conditions_of(problem))
     assert data is not None
     return data
@@ -271,16 +245,13 @@ def _data(problem: Problem, program: Program) -> ProgramData:
 
 @with_limited_threads
 @np.errstate(all="ignore")
-def conclusion(problem: Problem, result: Result) -> Conclusion:
+def conclusion(problem: Problem, result: Result, program: Program) -> Conclusion:
     """Return what a result on the conditions of a program says about the program; nothing that takes long if Ctrl-C
     has ended the run. What is known about every solution of the problem is kept with it."""
-    program = problem.origin
-    assert isinstance(program, Program)
-    word = WORDS[program.sense]
+    word, data = WORDS[program.sense], data_of(problem, program)
     if result.status.has_no_solution:
-        if result.interrupted:
-            return undecided(program)
-        return without_minimum(problem, result.certificate, program, _data(problem, program))
+        done = result.interrupted
+        return undecided(program) if done else without_minimum(problem, result.certificate, program, data)
     if result.status is Status.ILL_POSED:
         return Conclusion(f"the program is ill-posed: whether it has a {word} depends on the rounding of its data")
     if not result.solved:
@@ -288,22 +259,27 @@ def conclusion(problem: Problem, result: Result) -> Conclusion:
         return Conclusion(f"x does not solve the program: it is the best iterate, with a relative residual of {size}")
     if result.interrupted:
         return Conclusion(f"x satisfies the first-order conditions; whether it is a {word} was not examined")
-    data = _data(problem, program)
     kind: Conclusion | None = getattr(problem, KIND, None)
     if kind is None:
         kind = kind_of_point(data, program)
         problem.knowing(**{KIND: kind})
-    if kind.proved == OPTIMUM and has_other_minimum(result, data):
+    if kind.proved == OPTIMUM and has_other_minimum(result, program, data):
         return Conclusion(kind.statement.replace(f"a {word}", f"one of several {word}s"), SEVERAL)
     return kind
 
 
 def kind_of_point(data: ProgramData, program: Program) -> Conclusion:
-    """Return the kind of a solution of the first-order conditions, from what is proved about Q."""
-    word, definite = WORDS[program.sense], DEFINITE[program.sense]
+    """Return the kind of a solution of the first-order conditions, from what is proved about Q: whether it is definite
+    or semidefinite, by floating point, or else by all that the classes of matrices know, fractions included."""
+    word, definite, n = WORDS[program.sense], DEFINITE[program.sense], data.c.size
     if not (data.Q != 0).sum():
         return Conclusion(f"x is a {word} of the linear program", OPTIMUM)
-    is_definite, verdict = _definiteness(data.Q)
+    rank = semidefinite_rank(data.Q)
+    is_definite, verdict = YES if rank == n else NO, YES
+    if rank is None:
+        steps = LEAST_DEFINITENESS_STEPS + DEFINITENESS_STEPS / n**3
+        verdicts = classify(data.Q, "positive_semidefinite", steps)
+        is_definite, verdict = verdicts["positive_definite"].word, verdicts["positive_semidefinite"].word
     if is_definite == YES:
         return Conclusion(f"x is the unique {word}, as Q is {definite} definite", UNIQUE)
     if verdict == YES:
@@ -312,22 +288,11 @@ def kind_of_point(data: ProgramData, program: Program) -> Conclusion:
         return Conclusion(
             f"x is a stationary point and need not be a {word}: Q is not {definite} semidefinite", STATIONARY
         )
-    if data.c.size <= MOST_FLOAT_VARIABLES and is_semidefinite(data.Q):
+    if n <= MOST_FLOAT_VARIABLES and is_semidefinite(data.Q):
         up_to = f"as far as Q is {definite} semidefinite, which it is up to rounding"
         return Conclusion(f"x is a {word}, {up_to}", OPTIMUM)
     open_question = f"whether Q is {definite} semidefinite and x a {word} is not decided"
     return Conclusion(f"x satisfies the first-order conditions; {open_question}")
-
-
-def _definiteness(Q: Matrix) -> tuple[str, str]:
-    """Return the verdicts on whether Q is positive definite and semidefinite: by floating point, or else by all that
-    the classes of matrices know, fractions included."""
-    n = Q.shape[0]
-    rank = semidefinite_rank(Q)
-    if rank is not None:
-        return (YES if rank == n else NO), YES
-    verdicts = classify(Q, "positive_semidefinite", LEAST_DEFINITENESS_STEPS + DEFINITENESS_STEPS / n**3)
-    return verdicts["positive_definite"].word, verdicts["positive_semidefinite"].word
 
 
 MOST_LP_UNKNOWNS = 500  # an LP for more would take longer than many a solution
@@ -336,12 +301,10 @@ LEAST_DISTANCE = 1e-3  # relative to the largest |x_i|: how far another minimize
 MOST_FREE = 100  # variables that are not at a bound, for a linear system that is solved exactly in a second
 
 
-def has_other_minimum(result: Result, data: ProgramData) -> bool:
+def has_other_minimum(result: Result, program: Program, data: ProgramData) -> bool:
     """Return whether an LP finds another minimizer, which is verified as a solution of the conditions as x was, and
     whether exact arithmetic confirms that there is more than one minimizer."""
-    program, problem = result.problem.origin, result.problem
-    assert isinstance(program, Program)
-    if problem.n > MOST_LP_UNKNOWNS:
+    if result.problem.n > MOST_LP_UNKNOWNS:
         return False
     x, y = program.parts(result.z)
     least = LEAST_DISTANCE * max(1.0, float(np.abs(x).max()))
@@ -351,7 +314,7 @@ def has_other_minimum(result: Result, data: ProgramData) -> bool:
         if other is None or not np.abs(other - x).max() > least:
             continue
         z = program.z_of(other, y, data)
-        if Point(Criterion(problem, result.tol), z).solution() is not None:
+        if Point(Criterion(result.problem, result.tol), z).solution() is not None:
             return _may_move((x + other) / 2, data)
     return False
 

@@ -44,6 +44,7 @@ from lcpcli.verify.point import Criterion, Point
 UNSOLVABLE = "every complementary set is excluded by inequalities that were checked in rational arithmetic"
 BEYOND_DOUBLES = "the exact z is beyond the range of doubles, so that the other z is that of the last run"
 UNPROVED = "no exact proof was found for the numbers as written"
+EXCLUDED = Exact(Status.UNSOLVABLE, UNSOLVABLE)
 # Of a search without a time limit: up to 20 unknowns a second is enough, beyond 30 a minute may not be.
 EXACT_SEARCH_EFFORT = 60.0
 REFERENCE_SECONDS = 10.0  # for the search for a reference
@@ -102,20 +103,14 @@ def prove(exactly: Callable[[], ExactProblem], result: Result) -> Result:
     is proved, the result stays as it was, and its message says so. Raises OptionError without python-flint.
     """
     require()
-    if result.interrupted:
-        return _unproved(result)
     try:
-        with within(result.limits.time_limit - result.seconds):
+        with suppress(TimeIsUp), within(result.limits.time_limit - result.seconds):
             check()
-            data = exactly()
-            exact = _decided(data, result)
-            if exact is not None:
+            if not result.interrupted and (exact := _decided(data := exactly(), result)) is not None:
                 return _proved(data, result, exact)
-    except TimeIsUp:
-        pass
     except KeyboardInterrupt:
         result = replace(result, status=Status.INTERRUPTED, interrupted=True, message=Status.INTERRUPTED.value)
-    return _unproved(result)
+    return replace(result, message=f"{result.message}; {UNPROVED}", exact=Exact(None, UNPROVED))
 
 
 def _decided(data: ExactProblem, result: Result) -> Exact | None:
@@ -129,14 +124,15 @@ def _decided(data: ExactProblem, result: Result) -> Exact | None:
         if other.interrupted:
             raise KeyboardInterrupt
         exact = _exact(data, other, True)
-    return _searched(data) if exact is None else exact
+    with suppress(TimeIsUp):
+        return _searched(data) if exact is None else exact
+    return None
 
 
 def _exact(data: ExactProblem, run: Result, is_exact: bool) -> Exact | None:
     """Return what can be proved starting from a run, or None."""
-    certificate = run.certificate
-    if certificate is not None and certificate.kind == "farkas" and certificate.vector is not None:
-        y = certificate.vector
+    y = None if run.certificate is None or run.certificate.kind != "farkas" else run.certificate.vector
+    if y is not None:
         if run.problem is not data.problem:  # in integers: rows are multiplied by their denominators
             largest = max(data.scales)  # of the positive multiples of y, a finite one
             y = y * rounded(Fraction(scale, largest) for scale in data.scales)
@@ -144,28 +140,20 @@ def _exact(data: ExactProblem, run: Result, is_exact: bool) -> Exact | None:
         if found is not None:
             return _verified(data, y=found)
     if is_exact and run.status is Status.UNSOLVABLE:
-        return Exact(Status.UNSOLVABLE, UNSOLVABLE)
+        return EXCLUDED
     return _verified(data, from_point(data, _finite(run.z)))
 
 
 def _searched(data: ExactProblem) -> Exact | None:
-    """Return what a search decides in the remaining time, Lemke's method in half of it; None if that is nothing."""
-    most = EXACT_SEARCH_EFFORT if remaining() == math.inf else math.inf
-    try:
-        z = y = None
-        if not data.problem.is_mixed and Structure(data.problem, data.problem.q).has_no_positive_links:
-            z, y = decided(data, Effort(EXACT_EFFORT))
-        if y is not None:
-            return _verified(data, y=simplified(data, y))
-        z = z or pivoting.solve(data, Effort(EXACT_SEARCH_EFFORT / 2))
-        count = Effort(most).steps(data)
-        z = z or first_solution(data, count)
-        if z is not None:
-            return _verified(data, z)
-        y = farkas_vector(data, count)
-    except TimeIsUp:
-        return None
-    return Exact(Status.UNSOLVABLE, UNSOLVABLE) if y is None else _verified(data, y=simplified(data, y))
+    """Return what a search decides in the remaining time, Lemke's method in half of it; TimeIsUp if that is nothing."""
+    z = y = None
+    if not data.problem.is_mixed and Structure(data.problem, data.problem.q).has_no_positive_links:
+        z, y = decided(data, Effort(EXACT_EFFORT))
+    if z is None and y is None:
+        count = Effort(EXACT_SEARCH_EFFORT if remaining() == math.inf else math.inf).steps(data)
+        z = pivoting.solve(data, Effort(EXACT_SEARCH_EFFORT / 2)) or first_solution(data, count)
+        y = farkas_vector(data, count) if z is None else None
+    return EXCLUDED if z is None and y is None else _verified(data, z, y and simplified(data, y))
 
 
 def _verified(data: ExactProblem, z: list[Fraction] | None = None, y: list[Fraction] | None = None) -> Exact | None:
@@ -182,22 +170,11 @@ def _proved(data: ExactProblem, result: Result, exact: Exact) -> Result:
     if z is not None and not np.isfinite(z).all():
         exact, z = exact._replace(proof=f"{exact.proof}; {BEYOND_DOUBLES}"), None
     assert exact.status is not None
-    certificate = Certificate("exhaustion", exact.proof) if exact.status is Status.UNSOLVABLE else None
-    if exact.y is not None:
-        certificate = exact_certificate(data, exact.proof, exact.y)
-    result = replace(
-        result,
-        status=exact.status,
-        message=exact.status.sentence(exact.proof),
-        certificate=certificate,
-        exact=exact,
-    )
-    return result if z is None else replace(result, point=Point(Criterion(data.problem), z))
-
-
-def _unproved(result: Result) -> Result:
-    exact = Exact(None, UNPROVED)
-    return replace(result, message=f"{result.message}; {exact.proof}", exact=exact)
+    certificate = None if exact.y is None else exact_certificate(data, exact.proof, exact.y)
+    if exact.status is Status.UNSOLVABLE:
+        certificate = Certificate("exhaustion", exact.proof)
+    point, said = result.point if z is None else Point(Criterion(data.problem), z), exact.status.sentence(exact.proof)
+    return replace(result, status=exact.status, message=said, certificate=certificate, exact=exact, point=point)
 
 
 def _finite(z: Vector) -> Vector:

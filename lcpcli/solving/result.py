@@ -26,14 +26,13 @@ if TYPE_CHECKING:
     import os
     from fractions import Fraction
 
-    from lcpcli.solving.derivatives import Derivative, Gradient
+    from lcpcli.solving.derivatives import OneDerivative, OneGradient
     from lcpcli.solving.trace import Trace
     from lcpcli.verify.certificate import Certificate
     from lcpcli.verify.error_theorems import Bound
 
 WITHOUT_OPTIMUM = INFEASIBLE, UNBOUNDED, NONE = "infeasible", "unbounded", "no_optimum"  # what is proved of a program
 T = TypeVar("T")
-GONE = {"exit_code": "ask result.solved (0) and result.status.has_no_solution (3)"}  # since 0.1.0
 
 
 def _derived(read: Callable[[Result], T]) -> T:
@@ -50,6 +49,7 @@ class Result:
     z, w : the best iterate and w = M z + q, each of shape (n,), in the problem's units.
     residual, relative_residual, error : as defined in `point.Point`, recomputed from M and q; the error is the distance
         to the nearest known solution, None if none is known.
+    names : those of the components of z, "" for those without one.
     negligible_q : the indices, from 0, of the entries of q that had to be treated as 0: in a large problem they may be
         rounding errors (see `verify.noise`). The relative residual leaves them out, the residual does not.
     iterations, evaluations : the number of iterations, and of evaluations of F, or of its smoothed form, in them.
@@ -117,6 +117,7 @@ class Result:
     residual = _derived(lambda result: result.point.residual)
     relative_residual = _derived(lambda result: result.point.relative_residual)
     negligible_q = _derived(lambda result: result.point.negligible)
+    names = _derived(lambda result: result.problem.names)
     error = _derived(lambda result: result.problem.error(result.z))
     tol = _derived(lambda result: result.limits.tol)
     setup_seconds = _derived(lambda result: result.parts["setup"])
@@ -157,12 +158,6 @@ class Result:
         )
         return result
 
-    if not TYPE_CHECKING:  # otherwise type checkers would not find misspelt names
-
-        def __getattr__(self, name: str) -> Any:
-            hint = f"; {GONE[name]}" if name in GONE else ""
-            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}{hint}")
-
     def __repr__(self) -> str:
         return str(views.outcome.result_text(self))
 
@@ -201,7 +196,7 @@ class Result:
         dupper: VectorLike | None = None,
         one_sided: bool = False,
         J: Any = None,
-    ) -> Derivative:
+    ) -> OneDerivative:
         """Return the derivative of z and w for a change of the data in a given direction. `Derivative` explains what
         holds at kinks, where z_i is at a bound and w_i = 0, and what `one_sided` does there.
 
@@ -216,10 +211,10 @@ class Result:
         [-2.0, 1.0]
         """
         changes = {"dM": dM, "dq": dq, "dlower": dlower, "dupper": dupper}
-        found: Derivative = views.derivative.derivative(self.problem, self, changes, one_sided, J)
+        found: OneDerivative = views.derivative.derivative(self.problem, self, changes, one_sided, J)
         return found
 
-    def gradient(self, g: VectorLike, J: Any = None) -> Gradient:
+    def gradient(self, g: VectorLike, J: Any = None) -> OneGradient:
         """Return the derivatives of a function of z with respect to M, q and the bounds, by solving one linear system.
 
         g : the gradient of the function at z, shape (n,); with J, of shape (k, n), of a function of J z, shape (k,).
@@ -232,13 +227,8 @@ class Result:
         >>> gradient.q.round(9).tolist(), gradient.M.round(6).tolist()
         ([-2.0, 1.0], [[-2.666667, -4.666667], [1.333333, 2.333333]])
         """
-        found: Gradient = views.derivative.gradient(self.problem, self, g, J)
+        found: OneGradient = views.derivative.gradient(self.problem, self, g, J)
         return found
-
-    @property
-    def names(self) -> Sequence[str]:
-        """Return the names of the components of z, "" for those without one."""
-        return self.problem.names
 
     def __getitem__(self, name: str) -> float:
         """Return the component of z with this name; a multiplier of a maximization is in its own sense. Raise KeyError,

@@ -62,6 +62,8 @@ class Solver:
     """
 
     compiled = True  # whether there are so many problems that the kernels of the extra `fast` are worth loading
+    n, _infinity = -1, math.inf
+    _last: Result | None = None
 
     def __init__(
         self,
@@ -73,22 +75,18 @@ class Solver:
         **options: Unpack[SolverOptions],
     ) -> None:
         given = chosen(options, SolverOptions.__annotations__, of="Solver")
-        self._begin(Problem(M, np.zeros(_order(M)), lower=lower, upper=upper, infinity=infinity), given, infinity)
+        self._given, self._limits, self._infinity = given, Limits.taken_from({**given}), infinity
+        self._prepare(Problem(M, np.zeros(_order(M)), lower=lower, upper=upper, infinity=infinity))
 
     @classmethod
     def of(cls, like: Problem | None, options: dict[str, Any]) -> Solver:
         """Return a Solver for problems with the same M as this one; if it is None, with that of the first to follow."""
         solver = cls.__new__(cls)
         solver.compiled = direct_run.uses_kernels(options.get("compiled"), direct_run.MANY)
-        solver._begin(like, options)
-        return solver
-
-    def _begin(self, like: Problem | None, options: dict[str, Any], infinity: float = math.inf) -> None:
-        self._given, self._infinity, self._limits = options, infinity, Limits.taken_from({**options})
-        self._last: Result | None = None
-        self.n = -1
+        solver._given, solver._limits = options, Limits.taken_from({**options})
         if like is not None:
-            self._prepare(like)
+            solver._prepare(like)
+        return solver
 
     def _prepare(self, like: Problem) -> None:
         like = as_sparse(like, stored(like.M))
@@ -96,19 +94,17 @@ class Solver:
         self._like = as_dense(like) if like.n <= MOST_PIVOTED and not self._elimination else like
         self._principal: PrincipalSolver | None = None
         self._reduction: Reduction | None = None
+        self._last = self._last if like.n == self.n else None
         self.M, self.n = self._like.M, self._like.n
         self._paused, self._pause = 0, 1
 
     def update(self, M: Any) -> None:
         """Replace M and keep the bounds; the next problem still starts from the last states. For LCPs, the new M may
         have another shape, as when contacts come and go; the last states are then dropped."""
-        box, q = self._like.box, np.zeros(_order(M))
-        if q.size != self.n and not box.is_orthant:
-            raise ProblemError("M", f"has {count(q.size, 'row')} for {self.n} bounds", "make another Solver for it")
-        other = Problem(M, q)
-        if q.size != self.n:
-            self._last = None
-        self._prepare(other if box.is_orthant else like_with(other, q, box))
+        box, other = self._like.box, Problem(M, np.zeros(_order(M)))
+        if other.n != self.n and not box.is_orthant:
+            raise ProblemError("M", f"has {count(other.n, 'row')} for {self.n} bounds", "make another Solver for it")
+        self._prepare(other if box.is_orthant else like_with(other, other.q, box))
 
     def solve(self, q: VectorLike, *, lower: BoundLike = None, upper: BoundLike = None, warm: bool = True) -> Result:
         """Return the result for a right-hand side, as `solve` does.
@@ -130,17 +126,14 @@ class Solver:
         stopwatch = Stopwatch(seconds, seconds() if began is None else began)
         session = Session(problem, self._limits, options, stopwatch, self.compiled, reduced=self._reduced)
         result = self._attempted(session, warm, threads=self._given.get("threads"))
-        if result is None:
-            result = run(problem, **self._given)
-        if result.solved:
-            self._last = result
+        result = run(problem, **self._given) if result is None else result
+        self._last = result if result.solved else self._last
         return result
 
     def follow(self, problem: Problem, compiled: bool = True) -> Result:
         """Return the result for the next problem of a sequence, as `run` does, from the last states, also for another M
         of the same shape. compiled : whether there are so many that kernels are worth loading."""
         if as_problem(problem).n != self.n:
-            self._last = None
             self._prepare(problem)
         elif not are_equal(problem.M, self.M):
             self.update(problem.M)
@@ -151,7 +144,7 @@ class Solver:
     def _attempted(self, session: Session, warm: bool, threads: int | None) -> Result | None:  # noqa: ARG002 (limited)
         """Return the result where elimination, the direct route, or a few exchanges from the states of the last
         solution, suffice; else None."""
-        problem, result = session.problem, None
+        problem = session.problem
         if self._elimination is not None and problem.is_moderate and problem.box.is_orthant:
             session.stopwatch.count("setup")
             z, basic = self._elimination.solution(problem.q)
@@ -159,7 +152,7 @@ class Solver:
             result = session.judged(session.point(z), 1, ("elimination",), end=of_masks(basic))
             if result is not None:
                 return result
-        basis = self._states(problem) if warm else None
+        basis, result = self._states(problem) if warm else None, None
         if direct_run.applies(problem):
             session.start = None if basis is None else Start(problem, basis)
             return direct_run.solved_directly(session)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 
@@ -73,13 +71,8 @@ class LateRow(TraceRow):
         (residual,), (rounding,) = criterion.residuals(z[np.newaxis])
         return residual, rounding
 
-    @cached_property
-    def residual(self) -> float | None:
-        return self._measures[0]
-
-    @cached_property
-    def rounding(self) -> bool:
-        return self._measures[1]
+    residual = cast("float | None", property(lambda row: row._measures[0]))
+    rounding = cast(bool, property(lambda row: row._measures[1]))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return TraceRow, tuple(getattr(self, field.name) for field in fields(TraceRow))
@@ -138,7 +131,10 @@ class Trace:
     def add(self, row: TraceRow, criterion: Criterion) -> None:
         """Add an iterate with its whole z, not yet measured; the one that is no longer among the last three is dropped,
         or kept to be measured."""
-        self._note_milestones(row, criterion)
+        pending = self.levels[len(self.milestones) :]
+        if pending and (error := criterion.problem.error(row.z)) is not None:
+            reached = (level for level in pending if error <= level * criterion.problem.size_of_solutions)
+            self.milestones += [Milestone(level, row.k, row.seconds) for level in reached]
         self._last.append(row)
         if len(self._last) > 3:
             leaving = self._last.pop(0)
@@ -168,26 +164,13 @@ class Trace:
         chosen.rows = [row if components is None else replace(row, z=row.z[components]) for row in kept]
         return chosen
 
-    @property
-    def times(self) -> dict[int, float]:
-        """Return the seconds up to each iterate that is kept or is a milestone, by its number."""
-        return {row.k: row.seconds for row in self.rows} | {level.k: level.seconds for level in self.milestones}
-
-    def retimed(self, times: Mapping[int, float]) -> Trace:
-        """Return the same trace with other `times`."""
-        rows = [replace(row, seconds=times[row.k]) for row in self.rows]
-        return replace(self, rows=rows, milestones=[replace(each, seconds=times[each.k]) for each in self.milestones])
+    def retimed(self, retime: Callable[[float], float]) -> Trace:
+        """Return the same trace with other seconds."""
+        rows = [replace(row, seconds=retime(row.seconds)) for row in self.rows]
+        return replace(self, rows=rows, milestones=[replace(m, seconds=retime(m.seconds)) for m in self.milestones])
 
     def _is_kept(self, k: int) -> bool:
         return k <= 1 or k % self.every == 0
-
-    def _note_milestones(self, row: TraceRow, criterion: Criterion) -> None:
-        pending = self.levels[len(self.milestones) :]
-        problem = criterion.problem
-        error = problem.error(row.z) if pending else None
-        if error is not None:
-            reached = [level for level in pending if error <= level * problem.size_of_solutions]
-            self.milestones += [Milestone(level, row.k, row.seconds) for level in reached]
 
     @np.errstate(all="ignore")
     def _measure(self, criterion: Criterion) -> None:
@@ -203,32 +186,6 @@ class Trace:
             self.rows.append(replace(row, z=kept, residual=residual, error=error, rounding=is_rounding, x=x))
 
 
-INTERVAL = 0.2  # seconds between two reports: often enough for the eye
-
-Observe = Callable[[str, int, float, float], None]
-
-
-class Observer:
-    """Reports how a run is going, at most every INTERVAL seconds.
-
-    report : called with the method at work, the number k of the last iterate, the bound on its relative residual that
-        the loop uses, infinite if there is none yet, and the seconds since the observer was made.
-    """
-
-    def __init__(self, report: Observe, method: str) -> None:
-        self._report = report
-        self._seen = method, 0, math.inf
-        self._began = time.monotonic()
-        self._due = self._began + INTERVAL
-
-    def note(self, method: str, k: int, bound: float) -> None:
-        """Note one more iterate."""
-        self._seen = method, k, bound
-        self.report_if_due()
-
-    def report_if_due(self) -> None:
-        """Report the iterate that was noted last, if it is time; also called during a long step."""
-        now = time.monotonic()
-        if now >= self._due:
-            self._due = now + INTERVAL
-            self._report(*self._seen, now - self._began)
+Observe: TypeAlias = Callable[[str, int, float, float], None]
+"""What is called with the method at work, the number k of the last iterate, the bound on its relative residual that the
+loop uses, infinite if there is none yet, and the seconds since the loop was made."""

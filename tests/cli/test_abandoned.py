@@ -39,8 +39,8 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import Doubles, fraction
 from lcpcli.solving import driver
 from lcpcli.solving.driver import run
+from lcpcli.solving.loop import INTERVAL
 from lcpcli.solving.proof import prove
-from lcpcli.solving.trace import INTERVAL, Observer
 from lcpcli.typing import Vector
 from lcpcli.verify import error_theorems
 
@@ -297,16 +297,20 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     return clock
 
 
-def test_observer_reports_by_the_clock_and_not_by_the_iterate(clock: Clock) -> None:
+def test_driver_reports_by_the_clock_and_not_by_the_iterate(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
+    def method(problem: Problem, x0: Vector, **_: object) -> Stage:  # noqa: ARG001
+        for k in range(1, 1000):
+            clock.now = k * INTERVAL / 100
+            yield Iterate(np.array([9.0]), np.array([1.0 / (k + 1)]), "", k, method="shi")
+        return Finished()
+
+    monkeypatch.setattr(methods, "load", lambda name: method)  # noqa: ARG005
     reports: list[tuple[str, int, float, float]] = []
-    observer = Observer(lambda *seen: reports.append(seen), "shi")
-    for k in range(1000):
-        clock.now = k * INTERVAL / 100
-        observer.note("shi", k, 1.0 / (k + 1))
+    run(Problem([[1.0]], [-1.0]), "newton", observe=lambda *seen: reports.append(seen))
     assert 9 <= len(reports) <= 10
     assert all(later[3] - earlier[3] >= 0.999 * INTERVAL for earlier, later in itertools.pairwise(reports))
-    method, k, level, seconds = reports[0]
-    assert (method, level) == ("shi", 1.0 / (k + 1))
+    name, k, level, seconds = reports[0]
+    assert (name, level) == ("shi", 1.0 / (k + 1))
     assert seconds == pytest.approx(k * INTERVAL / 100)
 
 
@@ -362,7 +366,7 @@ def test_long_solve_shows_its_line_on_standard_error(lcp: Lcp, folder: Path, mon
     monkeypatch.setattr(sys, "stderr", stream)
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setattr(terminal, "PATIENCE", 0.0)
-    monkeypatch.setattr("lcpcli.solving.trace.INTERVAL", 0.0)
+    monkeypatch.setattr("lcpcli.solving.loop.INTERVAL", 0.0)
     assert (folder / "none.json").exists()  # so that the iterates run off for ever
     outcome = lcp("solve", "none.json", "--method", "fixed-point", "--max-iterations", "200", "--format", "json")
     shown = stream.getvalue()
