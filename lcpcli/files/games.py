@@ -1,4 +1,4 @@
-"""Games of two players: in Gambit's strategic form, .nfg, in its extensive form, .efg, of which `model.game_tree` makes
+"""Games of two players: in Gambit's strategic form, .nfg, in its extensive form, .efg, of which `model.extensive` makes
 a tree, and in two tables, one with the payoffs of each player.
 
 A .nfg file lists the payoffs of all pairs of strategies, or outcomes with payoffs and then the outcome of each pair;

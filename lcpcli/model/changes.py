@@ -147,13 +147,16 @@ def scale(problem: Problem, moderate: int = MODERATE_POWER) -> Scaled:
     """Return the equilibrated problem; M is copied once. An R q whose largest entry has a power of two beyond
     `moderate` is scaled to size about 1. Where no powers of two in range achieve that, nothing changes."""
     R, C = equilibrate(problem.M, problem.q, problem.row_maxima)
-    t = np.exp2(_common_power(problem.q, R, C, moderate))
+    rows, columns = np.log2(R), np.log2(C)
+    size = float((np.frexp(problem.q)[1] + rows).max(where=problem.q != 0, initial=-np.inf))
     with np.errstate(over="ignore"):
-        R, C = R * t, C / t
-        q = R * problem.q
-    if not np.isfinite(q).all():
-        return Scaled(problem, problem, np.ones(q.size), np.ones(q.size))
-    return in_units(problem, R, C)
+        if abs(size) > moderate and size != -np.inf:  # R q comes into range as far as R and C allow
+            low = max(-LARGEST_POWER - rows.min(), columns.max() - LARGEST_POWER)
+            high = min(LARGEST_POWER - rows.max(), columns.min() + LARGEST_POWER)
+            t = np.exp2(np.clip(-size, low, high) if low <= high else 0.0)
+            R, C = R * t, C / t
+        is_in_range = np.isfinite(R * problem.q).all()
+    return in_units(problem, R, C) if is_in_range else Scaled(problem, problem, np.ones(R.size), np.ones(R.size))
 
 
 def in_units(problem: Problem, R: Vector, C: Vector) -> Scaled:
@@ -170,17 +173,6 @@ def in_units(problem: Problem, R: Vector, C: Vector) -> Scaled:
 def is_far_from_one(problem: Problem) -> bool:
     """Return whether numbers of the problem are so large or small that products of a few over- or underflow."""
     return not all(map(are_moderate, (problem.M.data if is_sparse(problem.M) else problem.M, problem.q)))
-
-
-def _common_power(q: Vector, R: Vector, C: Vector, moderate: int) -> float:
-    """Return the power of two for R, and its inverse for C, that brings R q into range as far as R and C allow."""
-    rows, columns = np.log2(R), np.log2(C)
-    size = float((np.frexp(q)[1] + rows).max(where=q != 0, initial=-np.inf))
-    if abs(size) <= moderate or size == -np.inf:
-        return 0.0
-    low = max(-LARGEST_POWER - rows.min(), columns.max() - LARGEST_POWER)
-    high = min(LARGEST_POWER - rows.max(), columns.min() + LARGEST_POWER)
-    return float(np.clip(-size, low, high)) if low <= high else 0.0
 
 
 class Shifted(Change):

@@ -87,8 +87,14 @@ class Game:
         if given.q.size != m + k or (given.q != -1).any() or given.lower.any() or (given.upper < np.inf).any():
             return False
         M = matrices.dense(given.M)
-        costs = (M[:m, m:], self.A), (M[m:, :m].T, self.B)
-        return not M[:m, :m].any() and not M[m:, m:].any() and all(_complement(*each) for each in costs)
+        with np.errstate(over="ignore", invalid="ignore"):
+            for costs, own in (
+                (M[:m, m:], self.A),
+                (M[m:, :m].T, self.B),
+            ):  # which add up to a constant, up to rounding
+                if not np.ptp(costs + own) <= 8 * EPS * (np.abs(costs).max() + np.abs(own).max()):
+                    return False
+        return not M[:m, :m].any() and not M[m:, m:].any()
 
     def conditions(self) -> tuple[Vector, Vector]:
         """Return M and q."""
@@ -155,13 +161,6 @@ def _payoffs(field: str, values: Any) -> tuple[Vector, Payoffs | None]:
 
 def _decimals(payoffs: Vector) -> Payoffs:
     return [[Fraction(repr(value)) for value in row] for row in payoffs.tolist()]
-
-
-def _complement(costs: Vector, payoffs: Vector) -> bool:
-    """Return whether costs and payoffs add up to a constant, up to rounding."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        total = costs + payoffs
-        return bool(np.ptp(total) <= 8 * EPS * (np.abs(costs).max() + np.abs(payoffs).max()))
 
 
 def _listed(payoffs: Vector, exact: Payoffs | None) -> list[list[float | str]]:
