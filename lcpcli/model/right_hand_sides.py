@@ -104,8 +104,8 @@ class Block:
         self.like, self.M = columns.like, columns.M
         self.units, self.references = self.like.units, references or reference(self.M, q, box)
         self.reference_z, self.q_ref, self.q_error = self.references
-        self._fields = {**self.like.known_of_M(), "lower": self.like.lower, "upper": self.like.upper, "box": box}
-        self._fields.update(reference_z=None, q_error=0.0)
+        bounds = {"lower": self.like.lower, "upper": self.like.upper, "box": box}
+        self._fields = {**self.like.known_of_M(), **bounds, "reference_z": None, "q_error": 0.0}
 
     def part(self, rows: Indices) -> Block:
         return Block(self.columns, self.q[rows], self.box.part(rows), self.references.part(rows))

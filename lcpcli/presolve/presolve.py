@@ -52,8 +52,8 @@ class Presolved(Change):
     """The problem of the columns that are `kept`; if none is, a problem of one unknown whose solution is 0.
 
     rows, factors : their rows, and by what each was multiplied. steps : how the others were removed.
-    removed : the number of unknowns that each rule has removed. keeps_all : whether, of integers, nothing was lost.
-    never_rounds : whether none of its rules ever rounds.
+    removed : the number of unknowns that each rule has removed. keeps_all : whether surely nothing was rounded or lost:
+    no rule does that, or small integers have remained integers.
     """
 
     kept: Indices
@@ -62,7 +62,6 @@ class Presolved(Change):
     steps: tuple[Step, ...]
     removed: dict[str, int]
     keeps_all: bool
-    never_rounds: bool = False
 
     @property
     def is_worthwhile(self) -> bool:
@@ -76,11 +75,7 @@ class Presolved(Change):
 
     @property
     def is_exact(self) -> bool:
-        """Return whether surely nothing was rounded: no rule does, or small integers have remained integers."""
-        if self.never_rounds:
-            return True
-        whole = self.original.has_small_integers and self.problem.has_small_integers
-        return whole and self.keeps_all and all(step.keeps_integers for step in self.steps)
+        return self.keeps_all
 
     def start(self, x: Vector) -> Vector:
         return x[self.kept] if self.kept.size else np.zeros(1)
@@ -150,8 +145,9 @@ def presolved(given: Problem, only: Collection[str] = ALL) -> Presolved | Refute
     except ProblemError:  # numbers have overflowed
         return None
     keeps_all = system.keeps_all and float(system.terms.max()) <= LARGEST_INTEGER
-    never_rounds = DEFINITIONS in only and len(only) == 1
-    return Presolved(problem, given, kept, rows, system.factors[rows], tuple(steps), removed, keeps_all, never_rounds)
+    keeps_all &= all(step.keeps_integers for step in steps) and given.has_small_integers and problem.has_small_integers
+    keeps_all |= DEFINITIONS in only and len(only) == 1
+    return Presolved(problem, given, kept, rows, system.factors[rows], tuple(steps), removed, keeps_all)
 
 
 def substituted(problem: Problem) -> Change:
