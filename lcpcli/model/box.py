@@ -28,9 +28,7 @@ from lcpcli.model.arrays import FROM_0, as_floats, own, plain
 from lcpcli.options import INFINITY
 from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 
-CANCELLATION = (
-    1000  # terms of a row of M z + q that exceed their sum by this factor are summed exactly at the reference
-)
+CANCELLATION = 1000  # from this ratio of the terms of a row of M z + q to their sum on, it is summed exactly
 NO_BOUND = 1e20  # a bound of this size or more means none, by the convention of MPS files and of OSQP
 LARGEST_X = LARGEST_DOUBLE / 2  # up to this |x|, z and w are finite
 LOWER, BASIC, UPPER = -1, 0, 1  # states: z_i = l_i and w_i >= 0, w_i = 0, z_i = u_i and w_i <= 0

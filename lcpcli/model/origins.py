@@ -88,10 +88,7 @@ class Game:
             return False
         M = matrices.dense(given.M)
         with np.errstate(over="ignore", invalid="ignore"):
-            for costs, own in (
-                (M[:m, m:], self.A),
-                (M[m:, :m].T, self.B),
-            ):  # which add up to a constant, up to rounding
+            for costs, own in ((M[:m, m:], self.A), (M[m:, :m].T, self.B)):  # their sum is constant up to rounding
                 if not np.ptp(costs + own) <= 8 * EPS * (np.abs(costs).max() + np.abs(own).max()):
                     return False
         return not M[:m, :m].any() and not M[m:, m:].any()
