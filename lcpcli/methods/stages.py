@@ -218,7 +218,7 @@ def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **optio
     form = standard_form_of(problem)
     if form is None:
         return ended(Breakdown(NO_STANDARD_FORM))
-    stage = function(form.problem, form.start(x0), **options)
+    stage = function(form.problem, x0 if form.is_identity else form.start(x0), **options)
     return stage if form.is_identity else in_given_variables(form, stage, BasicSolutions(problem))
 
 
