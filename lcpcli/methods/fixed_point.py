@@ -16,7 +16,7 @@ import numpy as np
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.krylov import ends, norm
 from lcpcli.methods.registry import ANDERSON, OMEGA
-from lcpcli.methods.stages import Breakdown, Iterate, Stage, Stalled
+from lcpcli.methods.stages import Breakdown, Iterate, Stage, Stalled, ended
 from lcpcli.model.problem import Problem
 from lcpcli.options import AUTO
 from lcpcli.typing import Matrix, Vector
@@ -47,9 +47,12 @@ def fixed_point(
     except factors.SingularMatrix:
         name = "I + M" if omega == 1 else f"{omega:g} I + M"
         reason = f"{name} is singular to working precision, so the iteration is not defined; try another --omega"
-        return Breakdown(reason)
-    M, q, box, x, evaluations = problem.M, problem.q, problem.box, x0, 1
-    accelerator = Anderson(int(anderson), problem.n) if anderson else None
+        return ended(Breakdown(reason))
+    return _iterates(problem, x0, omega, Anderson(int(anderson), problem.n) if anderson else None, solve)
+
+
+def _iterates(problem: Problem, x: Vector, omega: float, accelerator: Anderson | None, solve: factors.Solve) -> Stage:
+    M, q, box, evaluations = problem.M, problem.q, problem.box, 1
     image = _image(M, omega, box.reflected(x))
     while True:
         base, base_image = x, image

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
-from contextlib import suppress
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
@@ -177,14 +177,26 @@ def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:
         return ended(Breakdown(f"it takes at most {declared.max_unknowns} unknowns; this problem has {problem.n}"))
     own = function if declared.takes_bounds else partial(as_lcp, function)
     package = function.__module__.partition(".")[0]
-    stage = partial(own, problem, x0, **options)
-    return stage() if package == "lcpcli" else _guarded(stage, problem.n, package)
+    if package == "lcpcli":
+        return own(problem, x0, **options)
+    with _blaming(package):
+        return _guarded(own(problem, x0, **options), problem.n, package)
 
 
-def _guarded(begin: Callable[[], Stage], n: int, package: str) -> Stage:
-    """Pass on the stage of a method of another package; raise PackageFault for its errors and for what is no stage."""
+@contextmanager
+def _blaming(package: str) -> Iterator[None]:
+    """Open a context in which errors of another package become a PackageFault."""
     try:
-        stage = begin()
+        yield
+    except (*FAULTS, TimeIsUp, LCPError):
+        raise
+    except Exception as error:
+        raise PackageFault(f"the package {package} raises {raised(error)}") from error
+
+
+def _guarded(stage: Stage, n: int, package: str) -> Stage:
+    """Pass on the stage of a method of another package; raise PackageFault for what is no stage."""
+    with _blaming(package):
         while isinstance(step := advance(stage), Iterate):
             x, evaluations = step.x, step.evaluations
             if not isinstance(x, np.ndarray) or x.dtype.kind not in "fiu":
@@ -196,10 +208,6 @@ def _guarded(begin: Callable[[], Stage], n: int, package: str) -> Stage:
             if not isinstance(evaluations, int | np.integer):
                 raise PackageFault(f"the package {package} counts {evaluations!r} evaluations")
             yield step
-    except (*FAULTS, TimeIsUp, LCPError):
-        raise
-    except Exception as error:
-        raise PackageFault(f"the package {package} raises {raised(error)}") from error
     if not isinstance(step, Ending):
         raise PackageFault(f"the package {package} yields or returns {step!r}")
     return step
@@ -210,7 +218,7 @@ def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **optio
     form = standard_form_of(problem)
     if form is None:
         return ended(Breakdown(NO_STANDARD_FORM))
-    stage = function(form.problem, form.start(x0), **options)
+    stage = function(form.problem, x0 if form.is_identity else form.start(x0), **options)
     return stage if form.is_identity else in_given_variables(form, stage, BasicSolutions(problem))
 
 
