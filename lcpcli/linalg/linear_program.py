@@ -5,7 +5,8 @@ installed, else in scipy.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from typing import Any, NamedTuple
@@ -24,36 +25,6 @@ EARLIER = 0.9  # of the time that remains, for the solver: if it ends by itself,
 OF_ITERATION, OF_ENTRY, OF_LINE = 1e-5, 5e-9, 4e-8
 Pair = tuple[Vector, Vector]
 TOLERANCES = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
-
-
-def linprog(
-    objective: Vector,
-    A: Matrix,
-    b: Vector,
-    effort: float = math.inf,
-    upper: Vector | float = math.inf,
-    equal: tuple[Matrix, Vector] | tuple[None, None] = (None, None),
-    lower: Vector | float = 0.0,
-) -> Any:
-    """Minimize objective'x subject to A x <= b, equal, lower <= x <= upper: return scipy's result or None.
-
-    None means that no minimizer was found. The solver takes no longer than remains for the run.
-
-    effort : so many iterations are done as usually take so many seconds; their number depends on the size of A alone.
-    """
-    with imports:
-        from scipy.optimize import linprog as solve
-    bounds = np.column_stack([np.broadcast_to(bound, objective.size) for bound in (lower, upper)])
-    options = TOLERANCES | _limits(A, effort, "maxiter")
-
-    def solved() -> Any:
-        with np.errstate(all="ignore"):
-            return solve(objective, A, b, *equal, bounds=bounds, method="highs-ds", options=options)
-
-    found = solved() if A.shape[0] * A.shape[1] <= FEW_ENTRIES else interruptibly(solved)
-    if found.status == LIMIT_REACHED and remaining() <= 0:  # where calls are direct, the solver's limit is the only one
-        raise TimeIsUp
-    return found if found.status == 0 else None
 
 
 def _limits(A: Matrix, effort: float, name: str) -> dict[str, float]:
@@ -77,35 +48,49 @@ class Optimum(NamedTuple):
 
 def minimized(objective: Vector, A: Matrix, ends: Pair, bounds: Pair, effort: float = math.inf) -> Optimum | None:
     """Return the minimum of objective'x with row_lower <= A x <= row_upper and lower <= x <= upper, if one is found.
+    The solver takes no longer than remains for the run.
 
-    ends, bounds : the pairs row_lower, row_upper and lower, upper; infinite where there is no bound. effort : as for
-    `linprog`, to which more is copied than to HiGHS in its own package.
+    ends, bounds : the pairs row_lower, row_upper and lower, upper; infinite where there is no bound. effort : so many
+    iterations are done as usually take so many seconds; their number depends on the size of A alone.
     """
     with imports:
         highspy = import_module("highspy") if find_spec("highspy") else None
-    if highspy is not None:
+    run = interruptibly if A.shape[0] * A.shape[1] > FEW_ENTRIES else lambda call: call()
+    if highspy is None:
+        found, is_late = _by_scipy(run, objective, A, ends, bounds, _limits(A, effort, "maxiter"))
+    else:
         limits = _limits(A, effort, "simplex_iteration_limit")
         if (highs := highs_with(highspy, objective, A, ends, bounds, TOLERANCES | limits)) is None:
             return None
-        highs.run() if A.shape[0] * A.shape[1] <= FEW_ENTRIES else interruptibly(highs.run)
+        run(highs.run)
         status, known, solution = highs.getModelStatus(), highspy.HighsModelStatus, highs.getSolution()
-        if status == known.kTimeLimit and remaining() <= 0:
-            raise TimeIsUp
-        found = Optimum(np.array(solution.col_value), np.array(solution.row_dual), highs.getObjectiveValue())
-        return found if status == known.kOptimal else None
+        optimum = Optimum(np.array(solution.col_value), np.array(solution.row_dual), highs.getObjectiveValue())
+        found, is_late = optimum if status == known.kOptimal else None, status == known.kTimeLimit
+    if is_late and remaining() <= 0:  # where calls are direct, the solver's limit is the only one
+        raise TimeIsUp
+    return found
+
+
+def _by_scipy(
+    run: Callable[[Callable[[], Any]], Any], objective: Vector, A: Matrix, ends: Pair, bounds: Pair, limits: Any
+) -> tuple[Optimum | None, bool]:
+    """Return the minimum by the HiGHS of scipy, or None, and whether one of these limits has ended it."""
+    with imports:
+        from scipy.optimize import linprog
     low, high = ends
     equal = np.flatnonzero(low == high)
     below, above = (np.flatnonzero(np.isfinite(end) & (low != high)) for end in ends)
-    inequalities = stack([[-A[below]], [A[above]]]), np.concatenate((-low[below], high[above]))
-    lower, upper = bounds
-    found = linprog(objective, *inequalities, effort, equal=(A[equal], low[equal]), lower=lower, upper=upper)
-    if found is None:
-        return None
+    rows = stack([[-A[below]], [A[above]]]), np.concatenate((-low[below], high[above]))
+    how = {"bounds": np.column_stack(bounds), "method": "highs-ds", "options": TOLERANCES | limits}
+    with np.errstate(all="ignore"):
+        found = run(partial(linprog, objective, *rows, A[equal], low[equal], **how))
+    if found.status != 0:
+        return None, found.status == LIMIT_REACHED
     y = np.zeros(low.size)
     y[equal] = found.eqlin.marginals
     y[below] -= found.ineqlin.marginals[: below.size]
     y[above] += found.ineqlin.marginals[below.size :]
-    return Optimum(found.x, y, float(found.fun))
+    return Optimum(found.x, y, float(found.fun)), False
 
 
 def highs_with(

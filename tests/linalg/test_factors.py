@@ -20,7 +20,7 @@ from lcpcli.basis.dual_simplex import DualSimplex
 from lcpcli.basis.free_variables import combinations
 from lcpcli.linalg import factors, linear_program, shifted_systems
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.linear_program import Optimum, linprog, minimized
+from lcpcli.linalg.linear_program import Optimum, minimized
 from lcpcli.linalg.patterns import LONG_ROW, Band, is_structurally_singular, order_of
 from lcpcli.linalg.shifted_systems import MOST_SPLIT_OFF, Bordered, SuperLU, dense_places
 from lcpcli.linalg.units import PseudoInverse
@@ -180,8 +180,8 @@ def is_feasible(A: np.ndarray, b: np.ndarray, zero: list[int]) -> bool:
     m, n = A.shape
     upper = np.full(n + m, np.inf)
     upper[zero] = 0.0
-    equations = np.hstack((-A, np.eye(m))), b
-    return linprog(np.zeros(n + m), np.zeros((0, n + m)), [], upper=upper, equal=equations) is not None
+    equations = np.hstack((-A, np.eye(m)))
+    return minimized(np.zeros(n + m), equations, (b, b), (np.zeros(n + m), upper)) is not None
 
 
 @settings(max_examples=50)
