@@ -22,7 +22,7 @@ from lcpcli.linalg import factors, linear_program, shifted_systems
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import Optimum, minimized
 from lcpcli.linalg.patterns import LONG_ROW, Band, is_structurally_singular, order_of
-from lcpcli.linalg.shifted_systems import MOST_SPLIT_OFF, Bordered, SuperLU, dense_places
+from lcpcli.linalg.shifted_systems import MOST_SPLIT_OFF, Bordered, dense_places
 from lcpcli.linalg.units import PseudoInverse
 
 
@@ -40,7 +40,7 @@ def test_bordered_systems_are_those_of_the_whole_matrix(places: list[int]) -> No
     random = np.random.default_rng(1)
     M = bordered(500, places, random)
     assert dense_places(M).tolist() == places
-    systems = Bordered(M, dense_places(M), SuperLU)
+    systems = Bordered(M, dense_places(M))
     for _ in range(3):
         d, b = random.uniform(0, 9, 500), random.normal(size=500)
         systems.factorize(d)
@@ -52,7 +52,7 @@ def test_bordered_systems_are_those_of_the_whole_matrix(places: list[int]) -> No
 def test_a_singular_border_is_told() -> None:
     M = csr_array(np.block([[np.eye(3), np.ones((3, 1))], [np.ones((1, 3)), np.full((1, 1), 3.0)]]))
     with pytest.raises(SingularMatrix):
-        Bordered(M, np.array([3]), SuperLU).factorize(np.zeros(4))
+        Bordered(M, np.array([3])).factorize(np.zeros(4))
 
 
 def test_many_dense_rows_are_no_border() -> None:
