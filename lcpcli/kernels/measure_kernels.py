@@ -13,8 +13,8 @@ import numpy as np
 from numba import njit, types
 
 from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING, SMALL_DISTANCE
-from lcpcli.linalg.logarithms import FEW_CG_STEPS, SETTLED_ERROR
 from lcpcli.linalg.matrices import TINY_TERMS
+from lcpcli.linalg.units import FEW_CG_STEPS, SETTLED_ERROR
 from lcpcli.model.box import CANCELLATION, NO_BOUND
 from lcpcli.verify.measure import DROWNED, FINEST
 
@@ -134,7 +134,7 @@ def _components(begin: Any, columns: Any, values: Any) -> Any:
 @njit(types.Tuple((NUMBERS, NUMBERS, PARTS, types.int64))(*ROWS), **OPTIONS)
 def units_of(begin: Any, columns: Any, values: Any) -> Any:
     """Return log2 of R and of C, the components of rows and columns, shape (2 n,), and their number, as
-    `linalg.logarithms.least_squares` finds them up to a constant for each component; 0 components if they are not
+    `linalg.units.units` finds them up to a constant for each component; 0 components if they are not
     settled."""
     n = begin.size - 1
     sums, counts = np.zeros(2 * n), np.zeros(2 * n)
