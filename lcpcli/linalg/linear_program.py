@@ -1,6 +1,4 @@
-"""Linear programs, solved by HiGHS, which is kept from delaying Ctrl-C and time limits: in its own package where it is
-installed, else in scipy.
-"""
+"""Linear programs, solved by HiGHS, in its own package or in scipy, kept from delaying Ctrl-C and time limits."""
 
 from __future__ import annotations
 

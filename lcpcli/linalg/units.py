@@ -101,8 +101,7 @@ def units(M: Matrix, S: Vector | None = None) -> Units:
 
 
 def mean_logarithms(rows: Vector) -> Vector:
-    """Return the means of log2 |M_ij| in rows of a matrix: if it has no entry 0, their differences are those of
-    `Units.rows` with the opposite sign."""
+    """Return the means of log2 |M_ij| in rows of a matrix without entries 0: up to a constant, minus `Units.rows`."""
     return np.asarray(np.log2(np.abs(rows)).mean(axis=1))
 
 

@@ -206,8 +206,7 @@ def _is_factorized(A: Vector, shift: float) -> bool:
 
 
 def _called(call: Callable[[], Any], A: Vector) -> Any:
-    """Return the value of a call that takes some n^3 operations, interruptibly if these take longer than a thread; None
-    if it fails."""
+    """Return the value of a call of some n^3 operations, interruptible if these take longer than a thread, or None."""
     with suppress(SingularMatrix):
         return interruptibly(call) if A.shape[0] > MOST_NUMPY_ROWS else call()
 
@@ -400,8 +399,7 @@ NEIGHBOUR_REFINEMENTS = 3  # of a basic solution: each gains several digits wher
 
 @dataclass(frozen=True)
 class Bound:
-    """|z - z*|_inf <= value, in the problem's units, infinite if nothing is known; source : the theorem, and the class
-    of M that was verified for it."""
+    """|z - z*|_inf <= value, in the problem's units, infinite if unknown; source : the theorem and the class of M."""
 
     value: float
     source: str

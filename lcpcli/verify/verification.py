@@ -2,8 +2,7 @@
 
 The componentwise backward error of z is the smallest omega for which z solves a problem with data M + dM, q + dq such
 that |dM| <= omega |M| and |dq| <= omega |q|: these change w_i by up to omega (|M| |z| + |q|)_i, each independently (see
-`measure`). For a z_i beyond its bounds no change helps, unless l_i = u_i, which may change by omega of its size, |l_i|
-or what is natural for z_i.
+`measure`). For a z_i beyond its bounds no change helps, unless l_i = u_i, which may change by omega of its size.
 
 Strategies that are proposed as a solution of a game stand for a z: the components of z that belong to a player are its
 probabilities divided by what a best response costs the other one. A z whose two parts are nonnegative and each add up
@@ -33,7 +32,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, rounded
 from lcpcli.typing import Vector
-from lcpcli.verify.certificate import proves_infeasible, rounded_proof
+from lcpcli.verify.certificate import is_run_off, proves_infeasible, rounded_proof, settled
 from lcpcli.verify.error_theorems import Bound, error_bound
 from lcpcli.verify.farkas import exact_proof
 from lcpcli.verify.measure import quotients
@@ -167,8 +166,6 @@ def _verified(point: Point, others: Iterable[Point], tol: float, bound: Bound | 
 
 def _settled(point: Point, tol: float) -> tuple[bool, str]:
     """Return whether a point beyond the criterion is a solution all the same, and why or why not, as a clause."""
-    with imports:
-        from lcpcli.verify.ill_posed import is_run_off, settled
     problem = point.criterion.problem
     points = (point, *(other for other in point.alternatives() if not other.negligible and other.is_near(point)))
     admissible = (other.z for other in points if np.array_equal(problem.box.project(other.z), other.z))
