@@ -12,8 +12,8 @@ import math
 
 import numpy as np
 
-from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import is_sparse, mirrored
+from lcpcli.linalg.programs import minimized
 from lcpcli.methods.newton import finish
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled, ended, in_given_variables
 from lcpcli.model import changes

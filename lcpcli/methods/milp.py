@@ -32,8 +32,8 @@ from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, check, interruptibly, remaining, silent
 from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import dense, is_sparse, stack, unit_columns
+from lcpcli.linalg.programs import minimized
 from lcpcli.methods import stages
 from lcpcli.methods.direct import MOST_AS_DENSE, as_dense
 from lcpcli.methods.stages import TIME_LIMIT_REACHED, Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance

@@ -20,8 +20,8 @@ import numpy as np
 
 from lcpcli import options
 from lcpcli.errors import ParameterError, count
-from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import absolute_product, product, row_maxima, scaled
+from lcpcli.linalg.programs import minimized
 from lcpcli.model.arrays import as_vector, by_names
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.nonlinear import NonlinearProblem

@@ -26,8 +26,8 @@ from lcpcli.inspection.verdict import NO, YES, classify
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.krylov import is_semidefinite
-from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import dense, product, stack
+from lcpcli.linalg.programs import minimized
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game

@@ -62,6 +62,7 @@ from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL, sizes
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, PrincipalSolver, SingularMatrix, Solve
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity, norm
 from lcpcli.linalg.matrices import accurate_residual, is_sparse, product
+from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import half_power
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.box import BASIC, Box
@@ -95,18 +96,13 @@ def lower_image(M: Matrix, diagonal: Vector, d: Vector) -> Vector:
 
 
 def factor(terms: int) -> float:
-    """Return gamma_k = k u / (1 - k u), the relative error of a sum of k products, with a margin for a few operations
-    before and after (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, chapter 3)."""
+    """Return gamma_k = k u / (1 - k u), the relative error of a sum of k products, and of a few operations more."""
     return (terms + 16) * EPS
 
 
 def _candidates(C: Matrix, check: Callable[[], None]) -> Iterator[Vector]:
     """Yield candidates for d: C d = L 1 or, where d varies widely, (C - SLACK L) d = L 1."""
-    diagonal, direct = C.diagonal(), True
-    if is_sparse(C) or diagonal.size > MOST_NUMPY_ROWS:
-        with imports:
-            from lcpcli.linalg.patterns import affordable
-        direct = affordable(C)
+    diagonal, direct = C.diagonal(), affordable(C)
     for slack in (0.0, SLACK):
         check()
         A, all_of_it = matrices.plus_diagonal(C, -slack * diagonal) if slack else C, np.arange(diagonal.size)
@@ -311,9 +307,18 @@ def _scaling(M: Matrix) -> tuple[Vector, Solve | None] | None:
     ratios = matrices.absolute_product(M, e) / diagonal - 1
     if ratios.max() < SLOW_JACOBI:
         return e, None
-    u = None if ratios.min() > 1 else scaling(M, lambda u: bool(lower_image(M, diagonal, u).min() > 0))
+    if ratios.min() > 1:
+        return None
+
+    def holds(u: Vector) -> bool:
+        return bool(lower_image(M, diagonal, u).min() > 0)
+
     with suppress(SingularMatrix):
-        return None if u is None else (u, solver(matrices.comparison(M)))
+        C = matrices.comparison(M)
+        solve = PrincipalSolver(C).at(np.arange(e.size)) if affordable(C) else solver(C)
+        proposed = np.abs(solve(diagonal))
+        u = proposed if np.isfinite(proposed).all() and holds(proposed) else scaling(M, holds)
+        return None if u is None else (u, solve)
     return None
 
 

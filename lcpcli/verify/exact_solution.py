@@ -21,8 +21,8 @@ from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, ROUNDING, distinct
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import accurate_residual
+from lcpcli.linalg.programs import minimized
 from lcpcli.linalg.units import equilibrate
 from lcpcli.model import changes
 from lcpcli.model.box import BASIC, LOWER, UPPER

@@ -29,7 +29,7 @@ from lcpcli.gallery import families
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.linalg import factors
 from lcpcli.linalg.factors import PrincipalSolver
-from lcpcli.linalg.linear_program import minimized
+from lcpcli.linalg.programs import minimized
 from lcpcli.methods import registry as methods
 from lcpcli.methods.bimatrix import costs, lemke_howson
 from lcpcli.methods.stages import Finished, Iterate, Stage
@@ -67,7 +67,7 @@ import numpy as np
 from lcpcli.gallery import families
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg import factors
-from lcpcli.linalg.linear_program import minimized
+from lcpcli.linalg.programs import minimized
 
 rng = np.random.default_rng(0)
 """

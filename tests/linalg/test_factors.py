@@ -18,10 +18,10 @@ from scipy.sparse import csr_array, diags_array
 from lcpcli import from_qp, run
 from lcpcli.basis.dual_simplex import DualSimplex
 from lcpcli.basis.free_variables import combinations
-from lcpcli.linalg import factors, linear_program, shifted_systems
+from lcpcli.linalg import factors, programs, shifted_systems
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.linear_program import Optimum, minimized
 from lcpcli.linalg.patterns import LONG_ROW, Band, is_structurally_singular, order_of
+from lcpcli.linalg.programs import Optimum, minimized
 from lcpcli.linalg.shifted_systems import MOST_SPLIT_OFF, Bordered, dense_places
 from lcpcli.linalg.units import PseudoInverse
 
@@ -223,7 +223,7 @@ def test_a_point_that_only_the_margin_admits_is_none() -> None:
 def by_both(monkeypatch: pytest.MonkeyPatch, *program: object) -> tuple[Optimum | None, Optimum | None]:
     pytest.importorskip("highspy")
     own = minimized(*program)  # type: ignore[arg-type]
-    monkeypatch.setattr(linear_program, "find_spec", lambda _: None)
+    monkeypatch.setattr(programs, "find_spec", lambda _: None)
     return own, minimized(*program)  # type: ignore[arg-type]
 
 
@@ -252,9 +252,9 @@ def test_neither_finds_a_minimum_where_there_is_none(c: float, high: float, monk
 
 CODE = """
 import numpy as np
-from lcpcli.linalg import linear_program
+from lcpcli.linalg import programs
 ends = np.zeros(2), np.full(2, np.inf)
-found = linear_program.minimized(np.ones(2), np.array([[1.0, 1.0]]), (np.ones(1), np.full(1, np.inf)), ends)
+found = programs.minimized(np.ones(2), np.array([[1.0, 1.0]]), (np.ones(1), np.full(1, np.inf)), ends)
 assert found.value == 1.0, found
 """
 
