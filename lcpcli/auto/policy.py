@@ -37,11 +37,10 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.tree import solution_search
 from lcpcli.typing import Vector
-from lcpcli.verify import measure
+from lcpcli.verify import certificate, measure
 from lcpcli.verify.certificate import EXHAUSTION_EFFORT, Certificate, infeasible, is_clear, proves_infeasible
 from lcpcli.verify.exact_solution import from_point, is_rounded_solution, refined
 from lcpcli.verify.farkas import farkas_vector
-from lcpcli.verify.ill_posed import enclosed, settled
 from lcpcli.verify.point import Criterion, Point
 
 REFINED = "refined"
@@ -121,7 +120,7 @@ def _searched(problem: Problem, x0: Vector, milp: bool = True, **how: Any) -> St
     if isinstance(ending, Finished) and problem.reference_z is not None:
         point = Point(Criterion(problem), problem.box.z_of(turns.last.x))
         if point.solution() is None:
-            doubt = settled(problem, point.z, point.criterion.tol)
+            doubt = certificate.settled(problem, point.z, point.criterion.tol)
             if doubt is None or doubt.fault:
                 ending = yield from turns.take("", search(problem, Turns(x0), tried=None))
     if milp and isinstance(ending, stages.Undecided):
@@ -191,7 +190,7 @@ def _improved(problem: Problem, turns: Turns, tol: float) -> Generator[Iterate, 
     if problem.n <= measure.FEW_UNKNOWNS:
         return isinstance((yield from exactly(problem, turns)), Finished)
     box = problem.box
-    z, fault = enclosed(problem, box.z_of(turns.last.x), tol)
+    z, fault = certificate.enclosed(problem, box.z_of(turns.last.x), tol)
     if not fault:
         x = box.x_within(z, problem.w(z), box.basis_at(z))
         turns.last = turns.last._replace(x=x, F=None, step=REFINED, signs_final=True)

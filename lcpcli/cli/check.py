@@ -111,7 +111,7 @@ def _verification(
     from lcpcli.model.problem import Problem
     from lcpcli.rational.numbers import rounded
     from lcpcli.solving import checking
-    from lcpcli.verify import strategies, verification
+    from lcpcli.verify import verification
 
     if not isinstance(problem, Problem):
         refuse(answer.kind == "farkas", "SOLUTION", "is a proof, which a nonlinear model cannot have", "give z")
@@ -120,7 +120,7 @@ def _verification(
         refuse_beside("a proof", {"--tol": tol})
         return checking.verified_proof(problem, answer.values, data, is_rounded=not answer.exact)
     if answer.rows is not None:
-        strategies.require_strategies(problem, answer.values, answer.rows)
+        verification.require_strategies(problem, answer.values, answer.rows)
     if data:
         verified = checking.verified_exactly(data, answer.values, answer.w, answer.kind == "answer")
     else:

@@ -32,7 +32,7 @@ from lcpcli.rational.numbers import brief, over_one_denominator
 from lcpcli.rational.polyhedra import Direction, Point, generators
 from lcpcli.rational.tree import Node, Unknowns
 from lcpcli.typing import Vector
-from lcpcli.verify.matrix_classes import row_scalings, scaling
+from lcpcli.verify.error_theorems import row_scalings, scaling
 
 FIXED = "fixed"
 SHOWN_PARTS = 6  # numbers of a point, and points, that are printed: they fit on a line

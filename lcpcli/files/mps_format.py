@@ -25,7 +25,7 @@ from lcpcli.errors import ProblemError, quoted, visible
 from lcpcli.files.fields import LARGEST_DENSE
 from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.files.json_format import number_text
-from lcpcli.linalg.linear_program import solver
+from lcpcli.linalg.programs import solver
 from lcpcli.model.box import NO_BOUND
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import Doubles, decimal, fraction, rounded, shortest_decimal

@@ -1,7 +1,7 @@
 """Positive definite and semidefinite matrices, symmetric or not: the sign of v'Mv = v'(M + M')v / 2.
 
 Small matrices are decided by exact elimination, larger ones by factors of S = M + M' that prove definiteness (see
-`verify.matrix_classes`). A factorization that fails gives a v, and v'Mv is determined exactly.
+`verify.error_theorems`). A factorization that fails gives a v, and v'Mv is determined exactly.
 
 Copositive (v'Mv >= 0 for all v >= 0), strictly copositive (> 0 for v != 0) and copositive-plus matrices.
 
@@ -34,7 +34,7 @@ from lcpcli.linalg.patterns import affordable
 from lcpcli.rational import elimination
 from lcpcli.rational.elimination import Rows
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.matrix_classes import proof_of_definiteness
+from lcpcli.verify.error_theorems import proof_of_definiteness
 
 EXACT_FIRST = 20  # n up to which exact elimination, in milliseconds, precedes floating-point arithmetic
 EXACT_LAST = 200  # n up to which exact elimination is tried while time is left; beyond, its integers are too long

@@ -15,7 +15,7 @@ No null vector of it vanishes on I, as a multiple of it could be subtracted from
 of M_PP + t diag(1_I), t > 0, has a counterexample; it suffices to examine all I and P.
 
 H+ and M-matrices are P-matrices: they are strictly diagonally dominant after a positive scaling of the columns.
-M is an H+-matrix if C d > 0 for its comparison matrix C and some d > 0 (see `verify.matrix_classes`). There is no such
+M is an H+-matrix if C d > 0 for its comparison matrix C and some d > 0 (see `verify.error_theorems`). There is no such
 d if C v <= 0 for some v >= 0, v != 0, as C^-1 >= 0. d and v are computed in double precision and verified exactly.
 """
 
@@ -31,7 +31,7 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse, product
 from lcpcli.rational import elimination, numbers
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.matrix_classes import scaling
+from lcpcli.verify.error_theorems import scaling
 
 EXACT_MINORS = 64  # n up to which the leading minors of C are computed exactly, in about a second
 STEPS = 300  # of power iteration for a v that rules out d, which is verified whatever its accuracy
@@ -60,9 +60,9 @@ def scaled_dominance(M: Matrix, check: verdict.Check) -> Verdict:
         return Verdict(YES, "it is strictly diagonally dominant: d = (1, ..., 1)", vector=e)
     if (row <= 0).all():
         return _excluded(e)
-    if found := scaling(M, lambda d: bool((signs(C, d, check) > 0).all()), check):
-        evidence = f"scaling the columns of M by d = {text_of(found.d)} makes it strictly diagonally dominant"
-        return Verdict(YES, evidence, vector=found.d)
+    if (d := scaling(M, lambda d: bool((signs(C, d, check) > 0).all()), check)) is not None:
+        evidence = f"scaling the columns of M by d = {text_of(d)} makes it strictly diagonally dominant"
+        return Verdict(YES, evidence, vector=d)
     v, diagonal = e, C.diagonal()
     for _ in range(STEPS):  # power iteration on I + J, which may lead to a Perron vector v >= 0 of J = I - D^-1 C
         check()

@@ -2,8 +2,7 @@
 
 These are `newton` and the first bound of `Measure.surely_solves` once more, for dense LCPs of few unknowns:
 for ten of them, calls of numpy take a hundred times as long as the arithmetic. Where they find no solution beyond
-doubt, the methods themselves decide. All are compiled when `kernels.compiled` loads this file, or taken from numba's
-cache.
+doubt, the methods themselves decide. All are compiled when `kernels.compiled` loads this file, or are in a cache.
 
 Block pivoting on mixed problems is `newton` as `auto` runs it, for few unknowns; `measure_kernels` judge what it finds.
 M is given by the entries of its rows: where each row begins, the columns and the values.

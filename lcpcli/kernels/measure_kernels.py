@@ -13,8 +13,8 @@ import numpy as np
 from numba import njit, types
 
 from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING, SMALL_DISTANCE
-from lcpcli.linalg.logarithms import FEW_CG_STEPS, SETTLED_ERROR
 from lcpcli.linalg.matrices import TINY_TERMS
+from lcpcli.linalg.units import FEW_CG_STEPS, SETTLED_ERROR
 from lcpcli.model.box import CANCELLATION, NO_BOUND
 from lcpcli.verify.measure import DROWNED, FINEST
 
@@ -133,9 +133,8 @@ def _components(begin: Any, columns: Any, values: Any) -> Any:
 
 @njit(types.Tuple((NUMBERS, NUMBERS, PARTS, types.int64))(*ROWS), **OPTIONS)
 def units_of(begin: Any, columns: Any, values: Any) -> Any:
-    """Return log2 of R and of C, the components of rows and columns, shape (2 n,), and their number, as
-    `linalg.logarithms.least_squares` finds them up to a constant for each component; 0 components if they are not
-    settled."""
+    """Return log2 of R and of C, the components of rows and columns, shape (2 n,), and their number, as `units.units`
+    finds them up to a constant for each component; 0 components if they are not settled."""
     n = begin.size - 1
     sums, counts = np.zeros(2 * n), np.zeros(2 * n)
     used = values != 0.0
@@ -177,8 +176,7 @@ def units_of(begin: Any, columns: Any, values: Any) -> Any:
 
 @njit(types.Tuple((types.boolean, NUMBERS, NUMBERS))(*ROWS, *(VECTOR,) * 3), **OPTIONS)
 def reference_of(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any) -> Any:
-    """Return whether the reference point of a mixed problem seems to solve it, the point z, and z - (M z + q), without
-    entries if a bound is far."""
+    """Return whether the reference point z of a mixed problem seems to solve it, z, and z - w, empty for far bounds."""
     z, w, _, _ = _reference(begin, columns, values, q, lower, upper)
     t, solves = z - w, True
     for i in range(z.size):

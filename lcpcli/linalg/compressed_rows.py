@@ -1,5 +1,4 @@
-"""Matrices in compressed sparse rows made of arrays, without the checks of scipy's constructors, which take longer than
-the solution of a small problem.
+"""Matrices in compressed sparse rows made of arrays, without scipy's checks, which take longer than a small problem.
 
 scipy's routines without checks are not public: where they are not found, the usual ones stand in.
 """
@@ -54,8 +53,7 @@ def of_columns(M: Matrix) -> Matrix:
 
 
 def principal(M: Matrix, indices: Indices) -> Matrix:
-    """Return M_PP for the indices of P, ascending; in a fraction of the time of scipy's selection where M is small or P
-    has most of the indices."""
+    """Return M_PP for the indices of P, ascending, far faster than scipy where M is small or P has most indices."""
     return of_arrays((indices.size, indices.size), *block(M, indices, indices))
 
 

@@ -148,8 +148,7 @@ dense_factors = cache(_DenseFactors)
 
 
 def invert(A: Matrix) -> TwoWay:
-    """Return a solver solve(b, transposed=False) from the inverse with one step of refinement, of systems with A or its
-    transpose: as accurate as LU factors, without scipy."""
+    """Return a solver as `_DenseFactors.lu` does, from the inverse with one step of refinement: as accurate as LU."""
     inverse = np.linalg.inv(A)
 
     def solve(b: Vector, transposed: bool = False) -> Vector:
@@ -314,8 +313,7 @@ LARGE_SHARE = 0.55  # of all indices: from there on the systems of the complemen
 
 
 def solve_principal(M: Matrix, sets: Mask, B: Vector, inverse: Matrix | None = None) -> Vector:
-    """Return x with M_PP x_P = b_P and zeros elsewhere for each row of B; NaN where M_PP is singular or numbers
-    overflow.
+    """Return x with M_PP x_P = b_P and zeros elsewhere for each row of B; NaN if M_PP is singular, or for overflow.
 
     M, sets, B : shapes (n, n), (m, n), (m, n); row i of sets is the mask of the index set P for row i of B.
     inverse : G, the inverse of M, if M is well-conditioned. If most indices are in P and few in N, M_PP^-1 = G_PP -

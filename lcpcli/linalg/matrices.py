@@ -18,7 +18,7 @@ import math
 import sys
 from collections.abc import Callable, Iterator
 from functools import partial
-from itertools import chain, pairwise
+from itertools import chain, pairwise, starmap
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -412,7 +412,8 @@ CANCELLED = 2.0**-80  # of the terms: sums that are smaller need more than three
 def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
     """Return b - A x for A dense or in compressed sparse rows, rounded once (except for over- and underflow)."""
     if not is_sparse(A):
-        return np.array([_sum(value, *_products(row, x)) for value, row in zip(b.tolist(), A, strict=True)])
+        pairs = zip(b.tolist(), A, strict=True)
+        return np.array([math.fsum(chain((value,), *_products(row, x))) for value, row in pairs])
     w = np.empty(b.size)
     for part in row_parts(b.size):
         rows = A if w.size <= part.stop - part.start else A[part]
@@ -424,8 +425,8 @@ def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
 
 def _summed(A: Matrix, x: Vector, b: Vector) -> Vector:
     terms, errors = _products(A.data, x[A.indices])
-    rows = [slice(start, stop) for start, stop in pairwise(A.indptr.tolist())]
-    return np.array([_sum(value, terms[row], errors[row]) for value, row in zip(b.tolist(), rows, strict=True)])
+    rows = zip(b.tolist(), starmap(slice, pairwise(A.indptr.tolist())), strict=True)
+    return np.array([math.fsum(chain((value,), terms[row], errors[row])) for value, row in rows])
 
 
 def _distilled(A: Matrix, x: Vector, b: Vector) -> Vector:
@@ -448,10 +449,6 @@ def _distilled(A: Matrix, x: Vector, b: Vector) -> Vector:
     if unsure.size:
         w[unsure] = _summed(A[unsure], x, b[unsure])
     return w
-
-
-def _sum(value: float, terms: list[float], errors: list[float]) -> float:
-    return math.fsum(chain((value,), terms, errors))
 
 
 def _products(a: Vector, x: Vector) -> tuple[list[float], list[float]]:

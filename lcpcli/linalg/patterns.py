@@ -166,8 +166,7 @@ def outside(indices: Any, size: int) -> Indices:
 
 
 def are_compressed(ends: Any, indices: Any, lines: int, across: int) -> bool:
-    """Return whether some indices, below `across`, belong to this number of compressed rows or columns, each of which
-    begins at the end of the previous one."""
+    """Return whether indices below `across` belong to this number of compressed rows or columns with these ends."""
     are_ends = ends.size == lines + 1 and ends[0] == 0 and ends[-1] <= indices.size and (ends[1:] >= ends[:-1]).all()
     return bool(are_ends) and not outside(indices[: ends[-1]], across).size
 

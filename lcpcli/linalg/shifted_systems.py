@@ -36,7 +36,7 @@ def systems(M: Matrix, S: Vector | None) -> Systems:
         return _Dense(M)
     if S is None or not has_qdldl():
         dense = dense_places(M)
-        return Bordered(M, dense, SuperLU) if dense.size else SuperLU(M)
+        return Bordered(M, dense) if dense.size else SuperLU(M)
     return LDL(M, S)
 
 
@@ -64,44 +64,39 @@ class _Dense:
 
 
 class SuperLU:
-    """Systems by scipy's SuperLU, with diagonal pivots in a given order or one found once, or with partial pivoting.
+    """Systems by scipy's SuperLU with diagonal pivots, in a given order or in that of the first factorization, as
+    SuperLU's own search for an order may take longer than all factorizations."""
 
-    SuperLU's own search for an order may take longer than all factorizations.
-    """
-
-    def __init__(self, M: Matrix, pivoting: bool = False, order: Indices | None = None) -> None:
-        with imports:
-            from scipy.sparse.linalg import splu
-        self._splu, self._columns, self._places = splu, *_columns(*_entries(M), M.shape[0])
-        self._diagonal = M.diagonal()
-        self._order = self._inverse = np.arange(M.shape[0])
-        self._how: dict[str, Any] = {"permc_spec": "COLAMD"}
-        self._seeks_order = not pivoting and order is None
-        if not pivoting:
-            self._how = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True, "Equil": False}}
-        if self._seeks_order:
-            self._how["permc_spec"] = order_of(M)
-        elif order is not None:
-            self._keep_order(order)
+    def __init__(self, M: Matrix, order: Indices | None = None) -> None:
+        self._M, self._diagonal = M, M.diagonal()
+        self._keep(np.arange(M.shape[0]) if order is None else order, "NATURAL" if order is not None else order_of(M))
 
     def factorize(self, d: Vector) -> None:
+        with imports:
+            from scipy.sparse.linalg import splu
         self._columns.data[self._places] = (self._diagonal + d)[self._inverse]
-        self._lu = _factorized(partial(self._splu, self._columns, **self._how), self._columns.nnz)
-        self._solving = self._order
-        if self._seeks_order:
-            self._keep_order(self._lu.perm_c)
+        how: dict[str, Any] = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True, "Equil": False}}
+        factorize = partial(splu, self._columns, permc_spec=self._search, **how)
+        self._lu, self._solving = _factorized(factorize, self._columns.nnz), self._order
+        if self._search != "NATURAL":
+            self._keep(self._lu.perm_c, "NATURAL")
 
     def solve(self, b: Vector) -> Vector:
         permuted = np.empty_like(b)
         permuted[self._solving] = b
         return np.asarray(self._lu.solve(permuted)[self._solving])
 
-    def _keep_order(self, order: Indices) -> None:
-        """Permute rows and columns to these places, so that later factorizations need not search for an ordering."""
-        coo = self._columns.tocoo()
-        self._columns, self._places = _columns(coo.data, order[coo.row], order[coo.col], order.size)
-        self._order, self._inverse = order, np.argsort(order)
-        self._how["permc_spec"], self._seeks_order = "NATURAL", False
+    def _keep(self, order: Indices, search: str) -> None:
+        """Permute rows and columns to these places, the whole diagonal among them; search : for an order from there."""
+        with imports:
+            from scipy.sparse import csc_array
+        coo, n, self._order, self._search, self._inverse = self._M.tocoo(), order.size, order, search, np.argsort(order)
+        off = coo.row != coo.col
+        rows, columns = (order[np.concatenate((places[off], np.arange(n)))] for places in (coo.row, coo.col))
+        values = np.concatenate((coo.data[off], np.zeros(n)))
+        self._columns = csc_array((values, (rows, columns)), shape=(n, n))
+        self._columns.sort_indices()
+        self._places = np.flatnonzero(self._columns.indices == np.repeat(np.arange(n), np.diff(self._columns.indptr)))
 
 
 class LDL:
@@ -160,24 +155,6 @@ def _factorized(factorize: Callable[[], Any], entries: int) -> Any:
         raise SingularMatrix from error
 
 
-def _entries(M: Matrix) -> tuple[Vector, Indices, Indices]:
-    """Return the values, rows and columns of the entries of M; the whole diagonal, zeros included, comes last."""
-    coo, every = M.tocoo(), np.arange(M.shape[0])
-    off = coo.row != coo.col
-    values = np.concatenate((coo.data[off], M.diagonal()))
-    return values, np.concatenate((coo.row[off], every)), np.concatenate((coo.col[off], every))
-
-
-def _columns(values: Vector, rows: Indices, columns: Indices, n: int) -> tuple[Any, Indices]:
-    """Return the matrix of these entries in compressed sparse columns, and the places of its diagonal entries."""
-    with imports:
-        from scipy.sparse import csc_array
-    matrix = csc_array((values, (rows, columns)), shape=(n, n))
-    matrix.sort_indices()
-    owners = np.repeat(np.arange(n), np.diff(matrix.indptr))
-    return matrix, np.flatnonzero(matrix.indices == owners)
-
-
 def dense_places(M: Matrix) -> Indices:
     """Return the indices of dense rows and columns; none if there are too many."""
     n = M.shape[0]
@@ -187,12 +164,12 @@ def dense_places(M: Matrix) -> Indices:
 
 
 class Bordered:
-    """Systems with some rows and columns split off as a border; `inner` makes the systems of the rest."""
+    """Systems with some rows and columns split off as a border."""
 
-    def __init__(self, M: Matrix, places: Indices, inner: Callable[[Matrix], SuperLU]) -> None:
+    def __init__(self, M: Matrix, places: Indices) -> None:
         self._places, self._rest = places, np.delete(np.arange(M.shape[0]), places)
         rows, border = M[self._rest], M[places]
-        self._inner = inner(rows[:, self._rest])
+        self._inner = SuperLU(rows[:, self._rest])
         self._B, self._C = matrices.dense(rows[:, places]), border[:, self._rest]
         self._E = matrices.dense(border[:, places])
 

@@ -14,7 +14,7 @@ from lcpcli.errors import ProblemError
 from lcpcli.linalg.compressed_rows import block, of_arrays
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import compressed
-from lcpcli.linalg.quadratic_program import minimized
+from lcpcli.linalg.programs import convex_minimum
 from lcpcli.linalg.shifted_systems import operations, systems
 from lcpcli.methods.direct import as_sparse
 from lcpcli.methods.interior import EXCHANGE_ROUNDS, FAR_RESIDUAL, Run
@@ -99,7 +99,7 @@ def _minimizer(problem: Problem, S: Vector) -> Vector | None:
         for sign, each, (ends, indices, data) in zip((1, -1, -1), (x, equations, rows), parts, strict=True)
     )
     of_rows = G, low[rows], high[rows]
-    ended = minimized(Q, q[x], (A, -q[equations]), of_rows, (lower[x], upper[x]), TOLERANCE, MOST_STEPS, MOST_GAP)
+    ended = convex_minimum(Q, q[x], (A, -q[equations]), of_rows, (lower[x], upper[x]), TOLERANCE, MOST_STEPS, MOST_GAP)
     z: Vector = np.zeros(problem.n)
     z[x], z[equations], z[rows] = ended[:3]
     return None if "INFEASIBLE" in ended.status or not np.isfinite(z).all() else z

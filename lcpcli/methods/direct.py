@@ -165,8 +165,8 @@ def may_be_program(problem: Problem) -> bool:
     elif not is_sparse(problem.M):
         return False
     with imports:
-        from lcpcli.linalg.quadratic_program import is_installed
-    return is_installed() and not problem.M.diagonal().all()
+        from lcpcli.linalg.programs import has_piqp
+    return has_piqp() and not problem.M.diagonal().all()
 
 
 def stored(M: Matrix) -> Matrix:

@@ -12,8 +12,8 @@ import math
 
 import numpy as np
 
-from lcpcli.linalg.linear_program import linprog, minimized
 from lcpcli.linalg.matrices import is_sparse, mirrored
+from lcpcli.linalg.programs import minimized
 from lcpcli.methods.newton import finish
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled, ended, in_given_variables
 from lcpcli.model import changes
@@ -34,7 +34,8 @@ def linear(problem: Problem, effort: float = math.inf) -> Stage:
         return NoSolution(proof)
     if problem.is_mixed or not is_skew(problem.M):
         return Breakdown("no linear program is known to solve it")
-    found = linprog(units.problem.q, -units.problem.M, units.problem.q, effort)  # the least q'z over the feasible z
+    M, q, none = units.problem.M, units.problem.q, np.zeros(problem.n)  # the least q'z over the feasible z:
+    found = minimized(q, M, (-q, none + np.inf), (none, none + np.inf), effort)
     return (yield from _finished(units, None if found is None else found.x))
 
 

@@ -32,8 +32,8 @@ from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, check, interruptibly, remaining, silent
 from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.matrices import dense, is_sparse, stack, unit_columns
+from lcpcli.linalg.programs import minimized
 from lcpcli.methods import stages
 from lcpcli.methods.direct import MOST_AS_DENSE, as_dense
 from lcpcli.methods.stages import TIME_LIMIT_REACHED, Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
@@ -347,11 +347,12 @@ def _solutions(M: Matrix, q: Vector, active: Indices, inactive: Indices) -> Iter
         yield PrincipalSolver(M).solve(active, -q[active])
     if not 0 < active.size <= MOST_DENSE_ROWS / q.size:
         return
-    A, beside = (dense(M[rows][:, active]) for rows in (active, inactive))
-    found = linprog(np.ones(active.size), -beside, q[inactive], equal=(A, -q[active]))
+    columns, above, none = dense(M[:, active]), -q, np.zeros(active.size)
+    above[inactive] = np.inf
+    found = minimized(none + 1, columns, (-q, above), (none, none + np.inf))
     if found is None:
         return
-    support = np.flatnonzero(found.x > farkas.SNAP * found.x.max())
+    A, support = columns[active], np.flatnonzero(found.x > farkas.SNAP * found.x.max())
     z: Vector = np.zeros(active.size)
     for _ in range(2):
         z[support] -= np.linalg.lstsq(A[:, support], A @ z + q[active], rcond=None)[0]

@@ -249,14 +249,14 @@ def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions |
     if not isinstance(step, NoSolution):
         return step
     with imports:
-        from lcpcli.verify.certificate import KINDS, proves_infeasible, rounded_proof
+        from lcpcli.verify.certificate import UNVERIFIED, proves_infeasible, rounded_proof
     proof = step.certificate
     if proof.kind == "exhaustion":
         return step if change.is_exact else Undecided(INEXACT)
     y = None if proof.vector is None or proof.kind == "ray" else change.multipliers(proof.vector)
     if y is not None and not proves_infeasible(change.original, y):
         rounded = rounded_proof(change.original, y)
-        return Stalled(KINDS[proof.kind].unverified) if rounded is None else replace(step, certificate=rounded)
+        return Stalled(UNVERIFIED[proof.kind]) if rounded is None else replace(step, certificate=rounded)
     other_bounds = y is not None and change.original.box is not change.problem.box
     statement = change.original.box.wording.farkas if other_bounds else proof.statement
     return replace(step, certificate=replace(proof, statement=statement, vector=y))

@@ -29,9 +29,8 @@ from lcpcli.model.box import LOWER, UPPER
 from lcpcli.model.right_hand_sides import Columns
 from lcpcli.parametric.path import Family
 from lcpcli.typing import Indices, Mask, States, Vector
-from lcpcli.verify import noise
 from lcpcli.verify.measure import Measure, Rows
-from lcpcli.verify.point import Criterion, Point
+from lcpcli.verify.point import Criterion, Point, pivoted
 
 NEGLIGIBLE = 2.0**-44  # of what moves along a piece: what rounding of t may leave at its ends
 SHARE, NEAR = 2.0**-10, 2.0**-32  # of the pieces beside, and of z at their ends: how far off a replacement of z may be
@@ -157,7 +156,7 @@ class _Breakpoints:
         for t, _ in self._moved(k, k + 1, steps):
             problem = self.family.at(t)
             for states in beside.values():
-                for z in noise.pivoted(problem, states):
+                for z in pivoted(problem, states):
                     yield t, z[np.newaxis]
 
     def _moved(self, first: int, end: int, steps: int) -> Iterator[tuple[float, Vector]]:

@@ -26,9 +26,9 @@ import numpy as np
 
 from lcpcli import clock
 from lcpcli.clock import imports
-from lcpcli.linalg import krylov, linear_program
+from lcpcli.linalg import krylov
 from lcpcli.linalg.matrices import is_sparse, is_symmetric
-from lcpcli.linalg.quadratic_program import minimized
+from lcpcli.linalg.programs import convex_minimum, highs_with
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import Program, ProgramData
 from lcpcli.peers import registry
@@ -223,7 +223,7 @@ def highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limit
     ends = (program.row_lower, program.row_upper) if m else (program.lower[:1], program.upper[:1])
     options = {"time_limit": time_limit, "kkt_tolerance": max(tol, 1e-10), "qp_regularization_value": 0.0}
     triangle = tril(program.Q) if (program.Q != 0).sum() else None
-    highs = linear_program.highs_with(highspy, program.c, rows, ends, bounds, options, triangle)
+    highs = highs_with(highspy, program.c, rows, ends, bounds, options, triangle)
     if highs is None:
         return None, None, False, "refused the model"
     highs.run()
@@ -271,7 +271,7 @@ def piqp(_: Any, problem: Problem, program: ProgramData, tol: float, __: float) 
     stored, y = columns if is_sparse(problem.M) else dense, np.zeros(program.row_lower.size)
     low, high, equal = program.row_lower, program.row_upper, program.row_lower == program.row_upper
     equations, rows = (stored(program.A[equal]), low[equal]), (stored(program.A[~equal]), low[~equal], high[~equal])
-    ended = minimized(stored(program.Q), program.c.copy(), equations, rows, (program.lower, program.upper), tol)
+    ended = convex_minimum(stored(program.Q), program.c.copy(), equations, rows, (program.lower, program.upper), tol)
     y[equal], y[~equal] = ended.of_equations, ended.of_rows
     return ended.x, y, ended.status == "PIQP_SOLVED", ended.status
 

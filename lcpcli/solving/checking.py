@@ -20,8 +20,8 @@ import numpy as np
 
 from lcpcli import options
 from lcpcli.errors import ParameterError, count
-from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import absolute_product, product, row_maxima, scaled
+from lcpcli.linalg.programs import minimized
 from lcpcli.model.arrays import as_vector, by_names
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.nonlinear import NonlinearProblem
@@ -35,9 +35,9 @@ from lcpcli.rational.numbers import approximate, rounded
 from lcpcli.solving.minimum import WORDS, data_of, kind_of_point
 from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.typing import Vector, VectorLike
-from lcpcli.verify import exact_solution, strategies
+from lcpcli.verify import exact_solution
 from lcpcli.verify.certificate import Certificate, proves_infeasible
-from lcpcli.verify.verification import Verification, verify, verify_exactly, verify_farkas, verify_nonlinear
+from lcpcli.verify.verification import Verification, of_game, verify, verify_exactly, verify_farkas, verify_nonlinear
 
 MOST_EFFORT = 60.0  # for exact multipliers: as for exact proofs
 LARGEST_TOL = 1e-4  # the largest one that is proposed for an answer whose digits were rounded
@@ -148,7 +148,7 @@ def verified(problem: Problem, values: Vector, tol: float, own: bool = False) ->
     """
     origin = problem.origin
     if not isinstance(origin, Program):
-        return strategies.verified(problem, values, partial(verify, problem, tol=tol), tol=tol)
+        return of_game(problem, values, partial(verify, problem, tol=tol), tol=tol)
     proposal = _Proposal(origin, problem, values)
     readings = proposal.readings(values, own, lambda x, y: origin.z_of(x, y, proposal.data), lambda: proposal.step[0])
     return proposal.verified((verify(problem, z, tol) for z in readings), tol)
@@ -171,7 +171,7 @@ def verified_exactly(
     """Verify z, x, or x and y in rational arithmetic. w : a claimed M z + q for a z, to be verified too."""
     origin = data.problem.origin
     if not isinstance(origin, Program):
-        return strategies.verified(data.problem, values, partial(verify_exactly, data, given_w=w), data=data)
+        return of_game(data.problem, values, partial(verify_exactly, data, given_w=w), data=data)
     proposal, exact = _Proposal(origin, data.problem, rounded(values)), np.array(values, dtype=object)
 
     def sought() -> Any:

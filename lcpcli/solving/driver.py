@@ -223,8 +223,8 @@ def verified(result: Result) -> Result:
     if not result.solved:
         return result
     with imports:
+        from lcpcli.verify.certificate import enclosed
         from lcpcli.verify.exact_solution import is_rounded_difference, is_rounded_solution
-        from lcpcli.verify.ill_posed import enclosed
     own = problem, z, tol = result.problem, result.z, result.tol
     holds = Point(Criterion(problem, tol), z, is_admissible=False).solution() is not None
     holds = holds or is_rounded_difference(*own) or not enclosed(*own)[1] or is_rounded_solution(problem, z)

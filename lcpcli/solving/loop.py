@@ -21,9 +21,8 @@ from lcpcli.model.box import LARGEST_X, in_range
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import States, Vector
-from lcpcli.verify.certificate import KINDS, Certificate, confirm
+from lcpcli.verify.certificate import UNVERIFIED, Certificate, confirm, large_solution, settled
 from lcpcli.verify.exact_solution import is_rounded_difference
-from lcpcli.verify.ill_posed import large_solution, settled
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
@@ -179,7 +178,7 @@ class Loop:
             claim = ending.certificate
             self.certificate = confirm(self.problem, claim, declared(self.method).excludes_exactly)
             if self.certificate is None:
-                return Status.STALLED, KINDS[claim.kind].unverified
+                return Status.STALLED, UNVERIFIED[claim.kind]
             return STATUS_OF_CERTIFICATE[self.certificate.kind], self.certificate.statement
         if isinstance(ending, stages.Finished):
             return Status.STALLED, f"{ending.reason}, but z does not solve the problem" if ending.reason else FINISHED

@@ -26,8 +26,8 @@ from lcpcli.inspection.verdict import NO, YES, classify
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.krylov import is_semidefinite
-from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import dense, product, stack
+from lcpcli.linalg.programs import minimized
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
@@ -41,7 +41,7 @@ from lcpcli.solving.no_minimum import OPTIMUM, SEVERAL, STATIONARY, UNIQUE, Conc
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Mask, Vector
 from lcpcli.verify.point import Criterion, Point
-from lcpcli.verify.strategies import of_solution, point_of_game
+from lcpcli.verify.verification import of_solution, point_of_game
 
 # Pivots of exact elimination, and other steps, that may decide whether Q is semidefinite, times n^3, and at least.
 DEFINITENESS_STEPS, LEAST_DEFINITENESS_STEPS = 1.5e7, 20.0

@@ -14,8 +14,8 @@ import numpy as np
 
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
-from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import compressed, dense, is_sparse, stack, unit_columns
+from lcpcli.linalg.programs import minimized
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program, ProgramData
 from lcpcli.rational.elimination import Effort

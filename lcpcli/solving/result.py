@@ -51,7 +51,7 @@ class Result:
         to the nearest known solution, None if none is known.
     names : those of the components of z, "" for those without one.
     negligible_q : the indices, from 0, of the entries of q that had to be treated as 0: in a large problem they may be
-        rounding errors (see `verify.noise`). The relative residual leaves them out, the residual does not.
+        rounding errors (see `verify.point`). The relative residual leaves them out, the residual does not.
     iterations, evaluations : the number of iterations, and of evaluations of F, or of its smoothed form, in them.
     seconds : the time from the problem in memory (for `solve`, from its arrays) to the verified result, without imports
         and the recording of traces. It is the sum of three times:

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.basis.dual_simplex import MARGIN, MOST_DENSE, DualSimplex
-from lcpcli.linalg.linear_program import Optimum, minimized
 from lcpcli.linalg.matrices import is_sparse, stack, unit_columns
+from lcpcli.linalg.programs import Optimum, minimized
 from lcpcli.model.box import ORTHANT, Box
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem

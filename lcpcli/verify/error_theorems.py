@@ -1,5 +1,8 @@
 """Rigorous bounds on the distance of any z from the solution, for the data in doubles, rounding errors included.
 
+And proofs that M is in the classes that have them: H+-matrices, by a positive scaling u, and positive definite ones, by
+factors. Whoever asks for u says in which arithmetic <M> u > 0 is to be proved.
+
 X. Chen and S. Xiang, Computation of error bounds for P-matrix linear complementarity problems, Mathematical Programming
 106 (2006) 513-525, for H+ matrices, componentwise and independent of scaling. Let w = M z + q, r = min(z, w) and <M>
 the comparison matrix of M: |M_ii| on the diagonal, -|M_ij| off it. There is a diagonal D, 0 <= D <= I, with
@@ -10,7 +13,8 @@ Rows may be scaled beforehand; the best scaling is by 1 / L, for which L becomes
     |z - z*| <= <M>^-1 |min(L z, w)|.
 
 The same holds with bounds, where min(z, w) is z - mid(l, u, z - w). M is H+ if and only if its diagonal is positive and
-<M> u > 0 for some u > 0; then <M>^-1 >= 0. So <M> t >= s yields t >= <M>^-1 s, and an approximate t is corrected by
+<M> u > 0 for some u > 0 (A. Berman and R. J. Plemmons, Nonnegative matrices in the mathematical sciences, SIAM 1994,
+chapter 6); then <M>^-1 >= 0. So <M> t >= s yields t >= <M>^-1 s, and an approximate t is corrected by
 adding a multiple of u: no system has to be solved exactly.
 
 R. Mathias and J.-S. Pang, Error bounds for the linear complementarity problem with a P-matrix, Linear Algebra and its
@@ -31,7 +35,8 @@ Pang's (1 + |M|_2) |min(z, w)|_2 / lambda. The bound is applied in units in whic
 the centre of the ellipsoid, c = S^-1 g / 2 for the symmetric part S: f = e - c has f'S f <= (g - 2 S c)'f + c'(g - S c)
 for every c, so that c may be rounded. lambda is verified by Cholesky's factorization of the shifted matrix, which runs
 to completion only if no eigenvalue is below minus its rounding errors: S. M. Rump, Verification of positive
-definiteness, BIT Numerical Mathematics 46 (2006) 433-452.
+definiteness, BIT Numerical Mathematics 46 (2006) 433-452. For a sparse S, |S - c I - L U| <= gamma |L| |U|,
+and U = D L' up to a difference that is computed.
 
 Rounding errors: an inner product of k terms has an error of at most gamma_k = k u / (1 - k u) times that of the
 absolute values (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, chapter 3). With the
@@ -41,25 +46,203 @@ entries of M and z in the range required here, no product M_ij z_j underflows.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
+from typing import Any, TypeAlias
 
 import numpy as np
 
+from lcpcli import interrupts
+from lcpcli.clock import imports
+from lcpcli.interrupts import interruptibly
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL, sizes
-from lcpcli.linalg.factors import SingularMatrix, Solve
-from lcpcli.linalg.krylov import bicgstab, identity, norm
-from lcpcli.linalg.matrices import accurate_residual, is_sparse
+from lcpcli.linalg.factors import MOST_NUMPY_ROWS, PrincipalSolver, SingularMatrix, Solve
+from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity, norm
+from lcpcli.linalg.matrices import accurate_residual, is_sparse, product
+from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import half_power
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.box import BASIC, Box
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector, VectorLike
-from lcpcli.verify.matrix_classes import Scaling, factor, least_eigenvalue, lower_image, row_scalings, scaling
+
+SLACK = 2.0**-30  # of the diagonal: far above rounding, so that d passes the exact check, and small beside most margins
+SCALING_RIDGE = 1e-9  # added to the Laplacian of the least-squares problem, which is singular
+BALANCING_STEPS = 50  # far more than are needed where rows have been multiplied by numbers
+LARGEST_EXPONENT = 400  # binary; matrices with entries further from 1 are left undecided, as products might overflow
+KRYLOV_STEPS = 2000  # at most: the scaling found by then is verified in any case
+
+Proof: TypeAlias = "tuple[bool, Vector | None]"
+"""Whether S is proved to be positive definite; if not, a v, shape (n,), that may have v'Sv <= 0, or None."""
+
+
+def scaling(M: Matrix, holds: Callable[[Vector], bool], check: Callable[[], None] = interrupts.check) -> Vector | None:
+    """Return a d > 0 with <M> d > 0, for M of shape (n, n) with positive diagonal; None if none was found. holds :
+    whether <M> d > 0 is proved for a finite d > 0, as by `lower_image`, or in exact arithmetic. check : called between
+    steps; it may raise TimeIsUp."""
+    candidates = _candidates(matrices.comparison(M), check)
+    return next((d for d in candidates if np.isfinite(d).all() and (d > 0).all() and holds(d)), None)
+
+
+def lower_image(M: Matrix, diagonal: Vector, d: Vector) -> Vector:
+    """Return a lower bound on <M> d for d >= 0: 2 L d - |M| d minus a bound on the rounding errors."""
+    terms = int(np.diff(M.indptr).max(initial=0)) if is_sparse(M) else M.shape[1]
+    own, others = 2 * diagonal * d, matrices.absolute_product(M, d)
+    return np.asarray(own - others - (factor(terms) * (own + others) + (terms + 4) * SMALLEST_NORMAL))
+
+
+def factor(terms: int) -> float:
+    """Return gamma_k = k u / (1 - k u), the relative error of a sum of k products, and of a few operations more."""
+    return (terms + 16) * EPS
+
+
+def _candidates(C: Matrix, check: Callable[[], None]) -> Iterator[Vector]:
+    """Yield candidates for d: C d = L 1 or, where d varies widely, (C - SLACK L) d = L 1."""
+    diagonal, direct = C.diagonal(), affordable(C)
+    for slack in (0.0, SLACK):
+        check()
+        A, all_of_it = matrices.plus_diagonal(C, -slack * diagonal) if slack else C, np.arange(diagonal.size)
+        d = np.full(diagonal.size, np.nan)
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"), suppress(SingularMatrix):
+            d = PrincipalSolver(A).solve(all_of_it, diagonal) if direct else _krylov(A, diagonal, check)
+        yield d
+
+
+def _krylov(C: Matrix, diagonal: Vector, check: Callable[[], None]) -> Vector:
+    def multiply(v: Vector) -> Vector:
+        check()
+        return product(C, v)
+
+    solve = conjugate_gradients if matrices.is_symmetric(C) else bicgstab
+    target = min(0.5 * float(diagonal.min()), 1e-3 * norm(diagonal))
+    return solve(multiply, diagonal, np.ones(diagonal.size), target, KRYLOV_STEPS, lambda r: r / diagonal)[0]
+
+
+def proof_of_definiteness(S: Matrix) -> Proof:
+    """Return the proof for an affordable S of shape (n, n), with positive diagonal, symmetric up to rounding, which is
+    first scaled by powers of two to a diagonal near 1."""
+    power = -half_power(S.diagonal())
+    if np.abs(power).max() > LARGEST_EXPONENT:
+        return False, None
+    D = np.exp2(power)
+    with np.errstate(over="ignore"):
+        A = matrices.scaled(S, D, D)
+        rounding = EPS * matrices.norm_inf(A)
+    if not rounding < 1:
+        return False, None
+    proved, v = _sparse(A, rounding) if is_sparse(A) else _dense(A)
+    return proved, None if v is None else D * v
+
+
+def _dense(A: Vector) -> Proof:
+    if _is_factorized(A, _lost(A)):
+        return True, None
+    with imports:
+        from scipy.linalg import get_lapack_funcs, solve_triangular
+    (potrf,) = get_lapack_funcs(("potrf",), (A,))
+    factor, info = potrf(A, lower=True)
+    v = np.zeros(A.shape[0])
+    if info > 0:
+        k = info - 1
+        v[:k] = -solve_triangular(factor[:k, :k], factor[k, :k], lower=True, trans=1)
+        v[k] = 1.0
+    return False, v
+
+
+def row_scalings(M: Vector) -> Iterator[Vector]:
+    """Yield diagonals T > 0 of shape (n,) for which T M may be positive definite, for a dense M with positive diagonal;
+    with NaN where numbers overflow. All solutions of a problem stay what they are."""
+    for proposed in (_symmetrising, _balanced):
+        with np.errstate(all="ignore"):
+            T = proposed(M)
+        yield T
+
+
+def _symmetrising(M: Vector) -> Vector:
+    """Return T for which T M is as close to symmetric as possible: least squares on log |T_i M_ij / T_j M_ji|."""
+    sizes = np.log2(np.abs(M), where=M != 0, out=np.zeros_like(M))
+    pairs = (M != 0) & (M.T != 0)
+    excess = np.where(pairs, sizes.T - sizes, 0.0).sum(axis=1)
+    laplacian = np.diag(pairs.sum(axis=1) + SCALING_RIDGE) - pairs
+    return np.asarray(np.exp2(np.linalg.solve(laplacian, excess)))
+
+
+def _balanced(M: Vector) -> Vector:
+    """Return d > 0 for which rows of diag(d) M have about the norms of columns; NaN where numbers overflow."""
+    d = np.ones(len(M))
+    for _ in range(BALANCING_STEPS):
+        scaled = d[:, None] * M
+        d *= np.sqrt(np.linalg.norm(scaled, axis=0) / np.linalg.norm(scaled, axis=1))
+    return d
+
+
+def least_eigenvalue(S: Vector) -> float | None:
+    """Return a positive lower bound on the smallest eigenvalue of a dense symmetric S with entries near 1 or smaller,
+    each rounded once; None if none is proved."""
+    if (estimate := _called(lambda: np.linalg.eigvalsh(S)[0], S)) is None:
+        return None
+    lost = _lost(S)
+    shift = float(estimate) - 2 * lost
+    return float(shift - lost) * (1 - 4 * EPS) if shift > lost and _is_factorized(S, shift) else None
+
+
+def _lost(A: Vector) -> float:
+    """Return a bound on how far below 0 eigenvalues of A may be if its Cholesky factorization is completed."""
+    n = len(A)
+    return 2 * (n + 4) * EPS * float(np.trace(A)) + EPS * matrices.norm_inf(A) + n * n * SMALLEST_NORMAL
+
+
+def _is_factorized(A: Vector, shift: float) -> bool:
+    """Return whether Cholesky's factorization of A - shift I runs to completion."""
+    return _called(lambda: np.linalg.cholesky(matrices.plus_diagonal(A, -shift)), A) is not None
+
+
+def _called(call: Callable[[], Any], A: Vector) -> Any:
+    """Return the value of a call of some n^3 operations, interruptible if these take longer than a thread, or None."""
+    with suppress(SingularMatrix):
+        return interruptibly(call) if A.shape[0] > MOST_NUMPY_ROWS else call()
+
+
+def _sparse(A: Matrix, rounding: float) -> Proof:
+    n = A.shape[0]
+    for shift in (2.0**-20, 2.0**-32):
+        try:
+            lu = factors.sparse_lu(symmetric=True)(matrices.plus_diagonal(A, -shift))
+        except SingularMatrix:
+            return False, None
+        if factors.positive_pivots(lu):
+            return _error(lu, n) + rounding + 4 * EPS < shift, None
+    return False, _direction(lu, n)
+
+
+def _error(lu: Any, n: int) -> float:
+    """Return a bound on |S - c I - L D L'| in the maximum norm, for factors computed without row interchanges."""
+    L, U = lu.L.tocsr(), lu.U.tocsr()
+    D = U.diagonal()
+    gamma = 2 * (n + 4) * EPS
+    with np.errstate(over="ignore"):
+        sums = abs(L) @ (abs(U) @ np.ones(n))
+        row = U.copy()
+        row.data /= np.repeat(D, np.diff(U.indptr))
+        difference = abs(L) @ (D * (abs(row - L.T.tocsr()) @ np.ones(n)))
+        slack = abs(L) @ (D * (abs(row) @ np.ones(n)))
+    return float((1 + gamma) * (gamma * sums.max() + difference.max() + gamma * slack.max()))
+
+
+def _direction(lu: Any, n: int) -> Vector | None:
+    """Return v with L'v = e_k in the order of elimination, for which v'Sv is about the k-th pivot, the smallest one."""
+    if not np.array_equal(lu.perm_r, lu.perm_c):
+        return None
+    with imports:
+        from scipy.sparse.linalg import spsolve_triangular
+    unit = np.zeros(n)
+    unit[int(lu.U.diagonal().argmin())] = 1.0
+    return np.asarray(spsolve_triangular(lu.L.T.tocsr(), unit, lower=False, unit_diagonal=True)[lu.perm_c])
+
 
 Theorem = Callable[[Vector, Vector], float]
 """An upper bound on |z - z*|_inf, possibly infinite, from z in range and w = M z + q with relative errors up to EPS."""
@@ -93,9 +276,9 @@ def h_plus_theorem(problem: Problem) -> Theorem | None:
     M, diagonal = problem.M, problem.M.diagonal()
     units = scale(problem)
     within = units.problem.M
-    if not within.diagonal().min() > 0 or (found := _scaling(within, within.diagonal())) is None:
+    if not within.diagonal().min() > 0 or (found := _scaling(within)) is None:
         return None
-    u, solve = units.z_outside(found.d), found.solve
+    u, solve = units.z_outside(found[0]), found[1]
     gain = lower_image(M, diagonal, u)
     if not (u.min() > SMALLEST_NORMAL and gain.min() > 0 and np.isfinite(gain).all()):
         return None
@@ -117,18 +300,25 @@ def h_plus_theorem(problem: Problem) -> Theorem | None:
     return bound
 
 
-def _scaling(M: Matrix, diagonal: Vector) -> Scaling | None:
+def _scaling(M: Matrix) -> tuple[Vector, Solve | None] | None:
     """Return a proof that M is H+, with a solver for <M> unless Jacobi's iteration for it converges fast: with B = L -
     <M>, the ratios (B u)_i / (L u)_i enclose its rate for every u > 0 (Collatz and Wielandt)."""
-    e = np.ones(diagonal.size)
+    e, diagonal = np.ones(M.shape[0]), M.diagonal()
     ratios = matrices.absolute_product(M, e) / diagonal - 1
     if ratios.max() < SLOW_JACOBI:
-        return Scaling(e, None)
-    found = None if ratios.min() > 1 else scaling(M, lambda u: bool(lower_image(M, diagonal, u).min() > 0))
-    if found is None or found.solve is not None:
-        return found
+        return e, None
+    if ratios.min() > 1:
+        return None
+
+    def holds(u: Vector) -> bool:
+        return bool(lower_image(M, diagonal, u).min() > 0)
+
     with suppress(SingularMatrix):
-        return found._replace(solve=solver(matrices.comparison(M)))
+        C = matrices.comparison(M)
+        solve = PrincipalSolver(C).at(np.arange(e.size)) if affordable(C) else solver(C)
+        proposed = np.abs(solve(diagonal))
+        u = proposed if np.isfinite(proposed).all() and holds(proposed) else scaling(M, holds)
+        return None if u is None else (u, solve)
     return None
 
 
@@ -214,8 +404,7 @@ NEIGHBOUR_REFINEMENTS = 3  # of a basic solution: each gains several digits wher
 
 @dataclass(frozen=True)
 class Bound:
-    """|z - z*|_inf <= value, in the problem's units, infinite if nothing is known; source : the theorem, and the class
-    of M that was verified for it."""
+    """|z - z*|_inf <= value, in the problem's units, infinite if unknown; source : the theorem and the class of M."""
 
     value: float
     source: str

@@ -21,8 +21,8 @@ from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, ROUNDING, distinct
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.matrices import accurate_residual
+from lcpcli.linalg.programs import minimized
 from lcpcli.linalg.units import equilibrate
 from lcpcli.model import changes
 from lcpcli.model.box import BASIC, LOWER, UPPER
@@ -151,7 +151,7 @@ def _solved(
 def _at_vertex(data: ExactProblem, basis: States, effort: Effort) -> list[Fraction] | None:
     """Return a vertex of the set of z within their bounds with z_N at these, w_P = 0, and w_N of the signs that the
     bounds ask for: the z at their bounds by an LP, then the others exactly."""
-    active, inactive = np.flatnonzero(basis == BASIC), np.flatnonzero(basis != BASIC)
+    active = np.flatnonzero(basis == BASIC)
     with np.errstate(all="ignore"):
         scaled = scale(data.problem, moderate=0).problem
         lower, upper = scaled.box.vectors(data.n)
@@ -159,10 +159,10 @@ def _at_vertex(data: ExactProblem, basis: States, effort: Effort) -> list[Fracti
         columns, q = scaled.M[:, active], scaled.w(at_bounds) if at_bounds.any() else scaled.q
     if not (np.isfinite(columns.sum()) and np.isfinite(q).all()):
         return None
-    low, high, sides = lower[active], upper[active], basis[inactive] * (lower < upper)[inactive]
-    beside = matrices.scaled(columns[inactive], sides.astype(float), np.ones(active.size)), -sides * q[inactive]
+    low, high, is_any = lower[active], upper[active], (basis != BASIC) & (lower == upper)
+    signs = np.where(is_any | (basis == UPPER), -np.inf, -q), np.where(is_any | (basis == LOWER), np.inf, -q)
     towards = np.where(np.isfinite(low), 1.0, np.where(np.isfinite(high), -1.0, 0.0))
-    found = linprog(towards, *beside, VERTEX_EFFORT, upper=high, equal=(columns[active], -q[active]), lower=low)
+    found = minimized(towards, columns, signs, (low, high), VERTEX_EFFORT)
     if found is None:
         return None
     near = ACTIVE_COLUMN * max(float(np.abs(found.x).max()), ACTIVE_COLUMN)

@@ -292,7 +292,9 @@ def _small(problem: Problem, y: Vector) -> Iterator[list[Fraction]]:
 def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fraction]]:
     """Yield vectors of simple fractions near y, and some with M'y = 0 exactly where it may be 0, the simplest first;
     at last y itself. quickly : without that, by linear systems that are small, while numbers stay short."""
-    snapped, active = fractions_of(np.where(np.abs(y) < SNAP * np.abs(y).max(), 0.0, y)), _active(data, y)
+    snapped = fractions_of(np.where(np.abs(y) < SNAP * np.abs(y).max(), 0.0, y))
+    of = Multiplied(data.problem.M, data.problem.q, y, data.problem.box)
+    active = (of.is_active & (of.excess <= ACTIVE_COLUMN * of.size)).nonzero()[0].tolist()
     largest, least = (extreme(abs(value) for value in snapped if value) for extreme in (max, min))
     units = product(SIMPLE_DENOMINATORS, (largest, least))
     simple = ([(value / unit).limit_denominator(most) for value in snapped] for most, unit in units)
@@ -308,16 +310,6 @@ def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fract
         exact = fractions_of(y)
         yield exact
         yield _corrected(data, exact, active, quickly) or exact
-
-
-def _active(data: ExactProblem, y: Vector) -> list[int]:
-    """Return the columns where M'y is small beside its terms and has to vanish, unless its sign fits one bound."""
-    columns, _ = data.with_transpose(fractions_of(y))
-    with np.errstate(all="ignore"):
-        small = np.abs(rounded(columns)) <= ACTIVE_COLUMN * (abs(data.problem.M).T @ np.abs(y))
-    small &= [low is None or high is None for low, high in zip(data.lower, data.upper, strict=True)]
-    used = {j for i in np.flatnonzero(y).tolist() for j in data.rows[i]}
-    return [j for j in np.flatnonzero(small).tolist() if j in used]
 
 
 def _corrected(data: ExactProblem, y: list[Fraction], active: list[int], quickly: bool) -> list[Fraction] | None:
@@ -337,8 +329,7 @@ def _corrected(data: ExactProblem, y: list[Fraction], active: list[int], quickly
 def farkas_vector(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
     """Return a y that passes `data.refuted_by`, in integers without a common divisor; None if some z within its bounds
     has w with the signs that the bounds ask for. If there is no such z, a row of a dictionary, whose coefficients y
-    has, shows that one of these signs is violated wherever all earlier ones hold. `check` is called before each pivot
-    and may raise."""
+    has, shows that one of these signs is violated wherever all earlier ones hold. `check` may raise at each pivot."""
     unknowns, n = Unknowns(data, check), data.n
     rows, factors, kept = unknowns.forms()
     for k in unknowns.boxes:

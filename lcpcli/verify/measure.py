@@ -44,8 +44,8 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg.doubles import LARGEST_DOUBLE, ROUNDING, ROW_ROUNDING, SMALLEST_NORMAL, are_moderate
-from lcpcli.linalg.logarithms import mean_logarithms
 from lcpcli.linalg.matrices import absolute_product, accurate_residual, is_sparse, product, row_errors
+from lcpcli.linalg.units import mean_logarithms
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 

@@ -38,8 +38,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify.error_theorems import Bound
 from lcpcli.verify.measure import Rows
-from lcpcli.verify.noise import on_bounds, without_small_distances
-from lcpcli.verify.point import Criterion, Point
+from lcpcli.verify.point import Criterion, Point, on_bounds, without_small_distances
 
 SOURCE = "Krawczyk 1969, the only solution at this distance"
 NO_INTERVALS = Bound(math.inf, "F has no evaluation in interval arithmetic")
@@ -269,7 +268,7 @@ class NonlinearPoint(Point):
 
     @np.errstate(all="ignore")
     def cleaned(self) -> Iterator[NonlinearPoint]:
-        """Yield points without what rounding and the steps of a method leave of zeros, as `noise` has them; then those
+        """Yield points without what rounding and the steps of a method leave of zeros, as in `point`; then those
         without components that are rounding beside the largest one, or no more than the natural residual."""
         measure, problem, seen = self.criterion.measure, self.given.evaluations.problem, [self.z]
         small = (np.where(np.abs(self.z) <= most, 0.0, self.z) for most in (VANISHED * size(self.z), self.residual))

@@ -1,22 +1,44 @@
 """Whether a point solves a problem, and its residuals, always for the original M and q; and whether the known solutions
-of a problem solve it, to the digits with which they are given."""
+of a problem solve it, to the digits with which they are given.
+
+Points without what rounding left of zeros: components at bounds, distances from the reference point, entries of q.
+
+A method leaves a z_j of 1e-17 where 0 is meant, and a row whose terms are all of that kind is violated by its own
+terms, however small these are beside the numbers of the problem. So points are tried in which such z_j are at their
+bounds or at the reference point; each of them is then measured as any other.
+
+The q of large problems from other sources has entries like 2e-16 beside 1 that are rounding of 0, as they were computed
+as sums that cancel. An entry counts as 0 if its row is violated, and
+
+- |q_i| is the only term of the row, so that no z_j of that size was computed wrong, and no whole number,
+- it is at most ROW_ROUNDING of the cap of the row, as rounding of the other numbers of its part of the problem may be,
+- as it is and in the units of M, it is by a factor in ROUNDING_OF_Q smaller than each of the LARGER_SHARE largest
+  |q_j| != 0 of this part, which are at least FEWEST_LARGER: a few large numbers do not make rounding of the others,
+- and LITERAL_STEPS of block pivoting from the states of the point find no solution for q as it is.
+
+For up to FEW_UNKNOWNS exact arithmetic decides what matters. Entries of M and bounds never count as 0.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
+from itertools import islice, product
 from typing import TypeAlias
 
 import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import listed
-from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING, is_finite, size
+from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING, SMALL_DISTANCE, distinct, is_finite, size
+from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import absolute_product, is_sparse, row_parts
+from lcpcli.linalg.units import LARGEST_POWER
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Vector
+from lcpcli.typing import Indices, Matrix, States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure, Rows, decision, quotients, rounded_once
 
 ROUGH = 1e-3  # the relative residual up to which z counts as a rounded solution, whatever its digits
@@ -24,6 +46,9 @@ ROUGH = 1e-3  # the relative residual up to which z counts as a rounded solution
 FEWEST_GIVEN_DIGITS, MOST_GIVEN_DIGITS = 4, 7
 MOST_NAMED = 3  # entries of q that a message names
 LARGEST_ROUNDED = 2.0**900  # terms of a row from which its sum may overflow
+ROUNDING_OF_Q = 1e-24, 1e-12  # of the least of the larger entries of q: an entry that may be rounding of 0
+LARGER_SHARE, FEWEST_LARGER = 1 / 3, 8  # of the entries of q that are not 0, in a part of M
+LITERAL_STEPS = 8  # of block pivoting, each at the cost of a factorization
 Judge: TypeAlias = Callable[[Problem, Vector, float], "tuple[bool | None, Rows | None]"]
 
 
@@ -107,7 +132,7 @@ class Point:
     relative_residual : as defined in `measure`. NaN and overflow count as infinity, and so does a z beyond a bound,
         unless l_i = u_i.
     is_admissible : whether z is known to lie within its bounds, as iterates do; otherwise this is checked.
-    negligible : the indices of entries of q that count as 0, as they are rounding of it (see `noise`).
+    negligible : the indices of entries of q that count as 0, as they are rounding of it (see above).
     """
 
     _product: Vector | None = None
@@ -221,12 +246,10 @@ class Point:
     def scaled_residual(self) -> float:
         """Return for any z the measure that a solver with one tolerance for all rows can reach: the larger one of the
         largest v_i / c_i of z put on the bounds, and how far that moves z, as `is_near` measures it."""
-        with imports:
-            from lcpcli.verify import noise
         criterion, measure = self.criterion, self.criterion.measure
         if not np.isfinite(self.z).all():
             return np.inf
-        moved = Point(criterion, criterion.original(noise.on_bounds(measure, self._inside, self._plain.w)))
+        moved = Point(criterion, criterion.original(on_bounds(measure, self._inside, self._plain.w)))
         z, rows = moved._inside, moved._rows
         largest = size(quotients(measure.violations(z, rows.w), measure.caps(z)))
         return max(largest, float(measure.distances(self._inside, z).max(initial=0.0)))
@@ -257,30 +280,28 @@ class Point:
     @np.errstate(all="ignore")
     def alternatives(self) -> Iterator[Point]:
         """Yield points that differ from this one by what rounding and a method's tolerance leave of zeros (see
-        `noise`): first points with other components, and then those for which entries of q count as 0."""
-        with imports:
-            from lcpcli.verify import noise
+        above): first points with other components, and then those for which entries of q count as 0."""
         criterion, measure, z = self.criterion, self.criterion.measure, self._inside
         points, start = [self], z
         while True:
-            cleaned = noise.on_bounds(measure, start, (self._plain if start is z else measure.rows(start)).w)
+            cleaned = on_bounds(measure, start, (self._plain if start is z else measure.rows(start)).w)
             if not np.array_equal(cleaned, z):
                 points.append(Point(criterion, criterion.original(cleaned)))
                 yield points[-1]
-            if start is not z or np.array_equal(start := noise.without_small_distances(measure, z), z):
+            if start is not z or np.array_equal(start := without_small_distances(measure, z), z):
                 break
         for point in points[:]:
             rows = point._rows_of_noise
-            if rows.size and (moved := noise.without_columns(measure, point._inside, rows)) is not None:
+            if rows.size and (moved := without_columns(measure, point._inside, rows)) is not None:
                 points.append(Point(criterion, criterion.original(moved)))
                 yield points[-1]
         if criterion.problem.reference_z is not None:
-            yield from (Point(criterion, z) for z in noise.with_small_components(criterion.problem, self.z))
+            yield from (Point(criterion, z) for z in with_small_components(criterion.problem, self.z))
         for point in points:
-            negligible = noise.negligible_q(measure, criterion.problem.q, point._inside, point._rows_of_noise)
+            negligible = negligible_q(measure, criterion.problem.q, point._inside, point._rows_of_noise)
             if negligible.size:
                 basis = criterion.problem.box.basis_at(point.z)
-                yield from (Point(criterion, z) for z in noise.pivoted(criterion.problem, basis))
+                yield from (Point(criterion, z) for z in pivoted(criterion.problem, basis))
                 other = Point(criterion, point.z, negligible=negligible.tolist())
                 other._plain, other._rows = point._plain, point._rows
                 yield other
@@ -292,6 +313,90 @@ class Point:
         caps = measure.caps(z)
         small = (rows.full_terms <= ROW_ROUNDING * caps) & (caps < np.inf)
         return (small & (measure.violations(z, rows.w) > measure.allowed(rows, caps, self.criterion.tol))).nonzero()[0]
+
+
+def on_bounds(measure: Measure, z: Vector, w: Vector) -> Vector:
+    """Return the nearest admissible z, on the bounds that it is closer to than w_i is to 0, in the units of M."""
+    units, box = measure.data.units, measure.data.box
+    powers = np.clip(units.rows + units.columns, -LARGEST_POWER, LARGEST_POWER)
+    return box.on_bounds(z, w, np.exp2(-powers))[0]
+
+
+@np.errstate(divide="ignore")
+def without_small_distances(measure: Measure, z: Vector) -> Vector:
+    """Return z with the reference point in place of components at distances from it that are small beside k and beside
+    the largest in their component of M, and 0 in place of those that are as small themselves and may be 0; and with the
+    reference point in all components whose rows it satisfies, as they are with the other z_i in place."""
+    units, reference = measure.data.units, measure.reference
+    distances, sizes = np.log2(np.abs(z - reference)) - units.columns, measure.unsolved_sizes(z)
+    small = np.minimum(units.largest(distances, units.column_part), sizes)[units.column_part]
+    small += np.log2(SMALL_DISTANCE)
+    is_solved = ~(sizes > -np.inf)
+    near = np.where(distances <= small, reference, z)
+    if measure.data.reference_z is not None:
+        tiny = np.log2(np.abs(near)) - units.columns <= small
+        near = np.where(tiny & (measure.data.box.project(np.zeros_like(z)) == 0), 0.0, near)
+    while True:
+        cleaned = np.where(is_solved[units.column_part], reference, near)
+        violated = is_solved[units.row_part] & (measure.violations(cleaned, measure.reference_w) > 0)
+        if not violated.any():
+            return cleaned
+        is_solved[units.row_part[violated]] = False
+
+
+def without_columns(measure: Measure, z: Vector, rows: Indices) -> Vector | None:
+    """Return z with the reference point in place of the components that these rows of M use; None if that is z."""
+    used, cleaned = _columns(measure.data.M, rows), z.copy()
+    cleaned[used] = measure.reference[used]
+    return None if np.array_equal(cleaned, z) else cleaned
+
+
+@np.errstate(divide="ignore")
+def negligible_q(measure: Measure, q: Vector, z: Vector, rows: Indices) -> Indices:
+    """Return those of some violated rows, whose terms may be rounding of 0, whose q_i count as 0; all, or none."""
+    data, parts = measure.data, measure.data.units.row_part
+    if q.size <= FEW_UNKNOWNS or (q[rows] == np.rint(q[rows])).any() or z[_columns(data.M, rows)].any():
+        return rows[:0]
+    in_units = np.log2(np.abs(data.q)) + data.units.rows
+    for sizes, number in product((np.log2(np.abs(q)), in_units), distinct(parts[rows]).tolist()):
+        own = np.sort(sizes[(parts == number) & (data.q != 0)])
+        larger = own[own.size - int(np.ceil(LARGER_SHARE * own.size)) :]
+        if larger.size < FEWEST_LARGER:
+            return rows[:0]
+        factors = sizes[rows[parts[rows] == number]] - larger[0]
+        if factors.min() < np.log2(ROUNDING_OF_Q[0]) or factors.max() > np.log2(ROUNDING_OF_Q[1]):
+            return rows[:0]
+    return rows
+
+
+def with_small_components(problem: Problem, z: Vector) -> Iterator[Vector]:
+    """Yield the basic solution of the states of z if it differs from z by rounding, and components of z are smaller
+    than those of the reference point: as differences from it they lose digits."""
+    largest = max(size(z), size(problem.reference_point))
+    is_smaller = (np.abs(z) < np.abs(problem.reference_point)).any()
+    for found in islice(pivoted(problem, problem.box.basis_at(z)), 1 if is_smaller else 0):
+        if size(found - z) <= SMALL_DISTANCE * largest:
+            yield found
+
+
+def pivoted(problem: Problem, basis: States) -> Iterator[Vector]:
+    """Yield the z of the first steps of block pivoting from a basis, as long as there are any."""
+    with imports:
+        from lcpcli.basis.exchanges import BasicSolutions
+    solutions = BasicSolutions(problem)
+    with suppress(SingularMatrix):
+        for found in islice(solutions.exchanging(basis), LITERAL_STEPS):
+            yield problem.box.project(found.z)
+            if not solutions.count_violations(found):
+                return
+
+
+def _columns(M: Matrix, rows: Indices) -> Indices:
+    if not is_sparse(M):
+        return np.flatnonzero(M[rows].any(axis=0))
+    owned = np.zeros(M.shape[0], dtype=bool)
+    owned[rows] = True
+    return distinct(M.indices[np.repeat(owned, np.diff(M.indptr))])
 
 
 def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:

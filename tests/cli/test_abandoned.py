@@ -29,7 +29,7 @@ from lcpcli.gallery import families
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.linalg import factors
 from lcpcli.linalg.factors import PrincipalSolver
-from lcpcli.linalg.linear_program import linprog
+from lcpcli.linalg.programs import minimized
 from lcpcli.methods import registry as methods
 from lcpcli.methods.bimatrix import costs, lemke_howson
 from lcpcli.methods.stages import Finished, Iterate, Stage
@@ -67,11 +67,14 @@ import numpy as np
 from lcpcli.gallery import families
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg import factors
-from lcpcli.linalg.linear_program import linprog
+from lcpcli.linalg.programs import minimized
 
 rng = np.random.default_rng(0)
 """
-IN_HIGHS = "A = rng.standard_normal((300, 300)); call = lambda: linprog(rng.random(300), A, -rng.random(300))"
+IN_HIGHS = """
+A, zero, one = rng.standard_normal((300, 300)), np.zeros(300), rng.random(300)
+call = lambda: minimized(one, A, (zero - np.inf, -rng.random(300)), (zero, zero + np.inf))
+"""
 IN_SUPERLU = "A = families.make('dominant', 3000, 0).M; lu = factors.sparse_lu(False); call = lambda: lu(A)"
 IN_LAPACK = "A = rng.random((4000, 4000)); call = lambda: factors.checked_solver(A, 1.0)"
 
@@ -120,13 +123,13 @@ def test_command_ends_at_once(tmp_path: Path) -> None:
 
 def test_time_limit_of_the_run_ends_a_linear_program_in_any_thread() -> None:
     rng = np.random.default_rng(0)
-    A, b = rng.standard_normal((300, 300)), rng.random(300)
+    A, b, zero = rng.standard_normal((300, 300)), rng.random(300), np.zeros(300)
     errors: list[BaseException] = []
 
     def limited() -> None:
         try:
             with within(0.01):
-                linprog(-rng.random(300), A, b)
+                minimized(-rng.random(300), A, (zero - np.inf, b), (zero, zero + np.inf))
         except BaseException as error:
             errors.append(error)
 

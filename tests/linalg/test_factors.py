@@ -18,11 +18,11 @@ from scipy.sparse import csr_array, diags_array
 from lcpcli import from_qp, run
 from lcpcli.basis.dual_simplex import DualSimplex
 from lcpcli.basis.free_variables import combinations
-from lcpcli.linalg import factors, linear_program, shifted_systems
+from lcpcli.linalg import factors, programs, shifted_systems
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.linear_program import Optimum, linprog, minimized
 from lcpcli.linalg.patterns import LONG_ROW, Band, is_structurally_singular, order_of
-from lcpcli.linalg.shifted_systems import MOST_SPLIT_OFF, Bordered, SuperLU, dense_places
+from lcpcli.linalg.programs import Optimum, minimized
+from lcpcli.linalg.shifted_systems import MOST_SPLIT_OFF, Bordered, dense_places
 from lcpcli.linalg.units import PseudoInverse
 
 
@@ -40,7 +40,7 @@ def test_bordered_systems_are_those_of_the_whole_matrix(places: list[int]) -> No
     random = np.random.default_rng(1)
     M = bordered(500, places, random)
     assert dense_places(M).tolist() == places
-    systems = Bordered(M, dense_places(M), SuperLU)
+    systems = Bordered(M, dense_places(M))
     for _ in range(3):
         d, b = random.uniform(0, 9, 500), random.normal(size=500)
         systems.factorize(d)
@@ -52,7 +52,7 @@ def test_bordered_systems_are_those_of_the_whole_matrix(places: list[int]) -> No
 def test_a_singular_border_is_told() -> None:
     M = csr_array(np.block([[np.eye(3), np.ones((3, 1))], [np.ones((1, 3)), np.full((1, 1), 3.0)]]))
     with pytest.raises(SingularMatrix):
-        Bordered(M, np.array([3]), SuperLU).factorize(np.zeros(4))
+        Bordered(M, np.array([3])).factorize(np.zeros(4))
 
 
 def test_many_dense_rows_are_no_border() -> None:
@@ -180,8 +180,8 @@ def is_feasible(A: np.ndarray, b: np.ndarray, zero: list[int]) -> bool:
     m, n = A.shape
     upper = np.full(n + m, np.inf)
     upper[zero] = 0.0
-    equations = np.hstack((-A, np.eye(m))), b
-    return linprog(np.zeros(n + m), np.zeros((0, n + m)), [], upper=upper, equal=equations) is not None
+    equations = np.hstack((-A, np.eye(m)))
+    return minimized(np.zeros(n + m), equations, (b, b), (np.zeros(n + m), upper)) is not None
 
 
 @settings(max_examples=50)
@@ -223,7 +223,7 @@ def test_a_point_that_only_the_margin_admits_is_none() -> None:
 def by_both(monkeypatch: pytest.MonkeyPatch, *program: object) -> tuple[Optimum | None, Optimum | None]:
     pytest.importorskip("highspy")
     own = minimized(*program)  # type: ignore[arg-type]
-    monkeypatch.setattr(linear_program, "find_spec", lambda _: None)
+    monkeypatch.setattr(programs, "find_spec", lambda _: None)
     return own, minimized(*program)  # type: ignore[arg-type]
 
 
@@ -252,9 +252,9 @@ def test_neither_finds_a_minimum_where_there_is_none(c: float, high: float, monk
 
 CODE = """
 import numpy as np
-from lcpcli.linalg import linear_program
+from lcpcli.linalg import programs
 ends = np.zeros(2), np.full(2, np.inf)
-found = linear_program.minimized(np.ones(2), np.array([[1.0, 1.0]]), (np.ones(1), np.full(1, np.inf)), ends)
+found = programs.minimized(np.ones(2), np.array([[1.0, 1.0]]), (np.ones(1), np.full(1, np.inf)), ends)
 assert found.value == 1.0, found
 """
 

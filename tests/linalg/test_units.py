@@ -15,10 +15,9 @@ from scipy.sparse import coo_array, csc_array, csr_array, diags_array, random_ar
 from lcpcli import Problem, from_qp
 from lcpcli.linalg import compressed_rows
 from lcpcli.linalg.compressed_rows import of_columns
-from lcpcli.linalg.logarithms import LARGEST_ELIMINATED, mean_logarithms
 from lcpcli.linalg.matrices import column_maxima, multiplier, norm_inf, row_and_column_maxima, row_maxima
 from lcpcli.linalg.stencils import Operator
-from lcpcli.linalg.units import equilibrate, units
+from lcpcli.linalg.units import LARGEST_ELIMINATED, equilibrate, mean_logarithms, units
 from lcpcli.typing import Matrix
 
 from ..methods.grids import plane, space, stream

@@ -24,7 +24,7 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
 from lcpcli.verify import certificate
-from lcpcli.verify.certificate import KINDS, RAY, Certificate, proves_infeasible
+from lcpcli.verify.certificate import RAY, UNVERIFIED, Certificate, proves_infeasible
 
 from .. import exact, exact_measure, mixed_problems
 from .liars import LIE, Liar, assert_refused, at
@@ -266,7 +266,7 @@ def test_vector_that_proves_nothing_is_refused_in_rational_arithmetic_too(name: 
     problem, y = WRONG[name]
     result = liar.run(problem, ending=farkas(y))
     assert_refused(result)
-    assert result.message == f"stalled: {KINDS['farkas'].unverified}"
+    assert result.message == f"stalled: {UNVERIFIED['farkas']}"
     if y is not None and len(y) == problem.n and np.isfinite(y).all():
         fractions = [Fraction(value) for value in y]
         assert not lcpcli.check(problem, y=fractions).accepted
@@ -285,7 +285,7 @@ def test_vector_that_is_wrong_in_other_variables_is_refused_in_all_of_them(liar:
                 declaration = {"iterates": True, "takes_bounds": takes_bounds}
                 result = liar.run(problem, [], lambda own, v=vector: farkas(v(own.n)), declaration, scale=True)
                 assert_refused(result)
-                assert result.message == f"stalled: {KINDS['farkas'].unverified}"
+                assert result.message == f"stalled: {UNVERIFIED['farkas']}"
 
 
 def test_true_proof_of_the_same_method_is_believed(liar: Liar) -> None:
@@ -323,7 +323,7 @@ def test_exhaustion_that_is_not_verified_is_believed_only_of_methods_that_declar
     for problem in (MANY, families.make("unsolvable", 24)):
         result = liar.run(problem, ending=EXHAUSTED)
         assert_refused(result)
-        assert result.message == f"stalled: {KINDS['exhaustion'].unverified}"
+        assert result.message == f"stalled: {UNVERIFIED['exhaustion']}"
     monkeypatch.setattr(certificate, "EXHAUSTION_EFFORT", 0.0)
     assert_refused(liar.run(SWAP, ending=EXHAUSTED))
     believed = liar.run(SWAP, [], EXHAUSTED, {"excludes_exactly": True})
@@ -360,7 +360,7 @@ def test_ray_that_is_none_is_refused(name: str, liar: Liar) -> None:
     problem, z = RAYS[name]
     result = liar.run(problem, [at(np.full(problem.n, 0.5))], NoSolution(Certificate("ray", LIE, np.array(z))))
     assert_refused(result)
-    assert result.message == f"stalled: {KINDS['ray'].unverified}"
+    assert result.message == f"stalled: {UNVERIFIED['ray']}"
 
 
 def test_ray_proves_nothing_whatever_a_method_says(liar: Liar) -> None:

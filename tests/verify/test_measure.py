@@ -16,7 +16,7 @@ from lcpcli import Problem, Status, check, from_qp, run
 from lcpcli.gallery import families
 from lcpcli.model.right_hand_sides import Columns
 from lcpcli.typing import Vector
-from lcpcli.verify.ill_posed import is_run_off
+from lcpcli.verify.certificate import is_run_off
 from lcpcli.verify.measure import NEGLIGIBLE_ROUNDING, Measure
 from lcpcli.verify.point import Criterion, Point
 
