@@ -15,22 +15,12 @@ from typing import IO, TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.files import json_format, reading
-from lcpcli.files.contents import (
-    STANDARD_INPUT,
-    Source,
-    checked,
-    content_of,
-    open_file,
-    place,
-    refuse_folder,
-    within,
-    without_mark,
-)
+from lcpcli.files import contents, json_format, reading
+from lcpcli.files.contents import STANDARD_INPUT, Source, checked, content_of, place, within
 from lcpcli.files.fields import BOUNDS, TEXTS, is_whole, made
-from lcpcli.files.formats import LINES, form_of, kind_in, load
+from lcpcli.files.formats import LINES, form_of, kind_in, load, refuse
 from lcpcli.files.reading import LINE, WHOLE
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import dense, is_sparse
 from lcpcli.model.arrays import as_matrix
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix
@@ -149,13 +139,13 @@ def nonlinear_in(path: str, content: bytes) -> Model | None:
     return None if within(place(path), lambda: isinstance(model.problem, Problem)) else model
 
 
-def digest(*contents: bytes) -> str:
+def digest(*parts: bytes) -> str:
     from hashlib import blake2b
 
     found = blake2b(digest_size=8)
-    for content in contents:
-        found.update(len(content).to_bytes(8, "big"))
-        found.update(content)
+    for part in parts:
+        found.update(len(part).to_bytes(8, "big"))
+        found.update(part)
     return found.hexdigest()
 
 
@@ -172,14 +162,14 @@ def inputs(
     while left:
         path = left.pop(0)
         try:
-            refuse_folder(path)
-            with open_file(path) as file:
+            contents.refuse_folder(path)
+            with contents.open_file(path) as file:
                 head, are_lines = _head(path, file, streams and path == STANDARD_INPUT)
                 if are_lines and has_q:
                     raise ProblemError(left.pop(), "is not needed", f"{place(path)} has problems in its lines")
                 if are_lines:
                     for number, line in enumerate(chain(head, file), 1):
-                        if text := (without_mark(line) if number == 1 else line).strip():
+                        if text := (contents.without_mark(line) if number == 1 else line).strip():
                             yield Input((path,), (text,), line=number)
                     continue
                 content = checked(path, b"".join([*head, file.read()]), WHOLE)
@@ -206,7 +196,7 @@ def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]
 
 def _is_object(line: bytes) -> bool:
     with suppress(ValueError, RecursionError):
-        return isinstance(json.loads(without_mark(line), parse_int=float), dict)
+        return isinstance(json.loads(contents.without_mark(line), parse_int=float), dict)
     return False
 
 
@@ -237,8 +227,8 @@ def _with_next(path: str, content: bytes, left: list[str], of_folders: Collectio
     if columns is None or M is None:
         return Input((path, q_path), (content, q_content))
     own = columns[0][:, : len(columns[0])]
-    if 1 < len(own) >= len(columns[1]) - 1 and np.array_equal(own, M.toarray() if is_sparse(M) else M):
-        raise ProblemError(place(q_path), f"begins with M of {place(path)}", "if it holds M and q, name it alone")
+    has_M = 1 < len(own) >= len(columns[1]) - 1 and np.array_equal(own, dense(M))
+    refuse(has_M, place(q_path), f"begins with M of {place(path)}", "if it holds M and q, name it alone")
     return QColumns((path, q_path), M, *columns, shared or {})
 
 
@@ -273,7 +263,7 @@ def _is_q(path: str, n: int | None = None) -> bool:
         return False
     own: Problem | Matrix | None = None
     with suppress(ProblemError):
-        with open_file(path) as file:
+        with contents.open_file(path) as file:
             head = file.read(FIRST_BYTES)
             is_other = head.lstrip().startswith(b"{") and not head.lstrip(b"{ \t\r\n").startswith(b'"q"')
             content = b"" if is_other else checked(path, head + file.read(), LINE)

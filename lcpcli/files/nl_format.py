@@ -65,8 +65,7 @@ def _ends(ends: Sequence[Any], of: Callable[[Any], float]) -> Vector:
 
 def _model(content: bytes, is_exact: bool = False) -> NlModel:
     def decimal(text: str) -> Any:
-        double = float(text)
-        return fraction(text) if isfinite(double) else double
+        return fraction(text) if isfinite(double := float(text)) else double
 
     return NlModel(segments_in(content, decimal if is_exact else float), is_exact)
 
@@ -114,8 +113,7 @@ class Model:
         self.remark = in_names(path, self.model.remark)
 
     def solution_in(self, path: str) -> list[Fraction]:
-        header = self.model.header
-        values = within(place(path), values_in, content_of(path, WHOLE), header.variables)
+        values = within(place(path), values_in, content_of(path, WHOLE), self.model.header.variables)
         return [values[variable] for variable in self.model.unknowns]
 
     @cached_property
@@ -147,18 +145,10 @@ class Model:
     @cached_property
     def nonlinear(self) -> NonlinearProblem:
         refuse(self.model.objective is not None, "", *NO_OBJECTIVE)
-        lower, upper = np.array(self.model.lower, float), np.array(self.model.upper, float)
-        return NonlinearProblem(
-            self._functions.F,
-            self._functions.J,
-            lower=lower,
-            upper=upper,
-            x0=self.model.start,
-            name=self.name,
-            note=self.remark,
-            names=self.names,
-            interval=self._enclosure,
-        )
+        ends: dict[str, Any] = {"lower": np.array(self.model.lower, float), "upper": np.array(self.model.upper, float)}
+        texts: dict[str, Any] = {"name": self.name, "note": self.remark, "names": self.names}
+        F, J = self._functions.F, self._functions.J
+        return NonlinearProblem(F, J, x0=self.model.start, interval=self._enclosure, **ends, **texts)
 
     @cached_property
     def _functions(self) -> Functions:
@@ -259,18 +249,10 @@ WITH_TOLERANCE = "3"  # as the second option: a tolerance stands behind the opti
 
 def solution_text(header: Header, message: str, values: Vector, number: int) -> str:
     """Return the file with the values of all variables, and none of multipliers. number : the solve_result_num."""
-    return "\n".join(
-        [
-            message,
-            "",
-            "Options",
-            *_options(header.options),
-            *map(str, (header.rows, 0, header.variables, len(values))),
-            *map(repr, values.tolist()),
-            f"objno 0 {number}",
-            "",
-        ]
-    )
+    size, *own = header.options
+    size = str(int(size) + 2 * (own[1:2] == [WITH_TOLERANCE]))  # which counts two more if a tolerance follows
+    lines = [message, "", "Options", size, *own, header.rows, 0, header.variables, len(values)]
+    return "\n".join(map(str, [*lines, *values.tolist(), f"objno 0 {number}", ""]))
 
 
 def values_in(content: bytes, variables: int) -> list[Fraction]:
@@ -287,14 +269,6 @@ def values_in(content: bytes, variables: int) -> list[Fraction]:
         found = [fraction(line) for line in lines[first : first + values]]
     except (ValueError, IndexError):
         raise ProblemError("", "is no .sol file in text", "write it as solvers for AMPL do, in text") from None
-    if own != variables or len(found) != own:
-        where = f"{count(len(found), 'value')} of {count(own, 'variable')}"
-        raise ProblemError("", f"has {where} for {variables} of the model", "solve the model again")
+    fault = f"has {count(len(found), 'value')} of {count(own, 'variable')} for {variables} of the model"
+    refuse(own != variables or len(found) != own, "", fault, "solve the model again")
     return found
-
-
-def _options(options: Sequence[str]) -> list[str]:
-    """Return the options of the model, with their number before them, which counts two more if a tolerance follows."""
-    size, *own = options
-    has_tolerance = own[1:2] == [WITH_TOLERANCE]
-    return [str(int(size) + 2 * has_tolerance), *own]

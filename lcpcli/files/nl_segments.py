@@ -276,9 +276,7 @@ class Segments:
             else:
                 self.slopes[number] = self._linear(integer())
         elif code == "V":
-            number, size, _ = integer() - header.variables, integer(), integer()
-            if number in self.common or not 0 <= number < header.common:
-                raise tokens.error(f"defines common expression {number} of {header.common}", COUNTS)
+            number, size, _ = self._index(header.common, "common expression", header.variables), integer(), integer()
             self.common[number] = self._linear(size), self._expression()
         elif code == "x":
             self.start = self._linear(integer())
@@ -300,9 +298,9 @@ class Segments:
         else:
             raise tokens.error(f"has {quoted(code)} in place of a segment", COUNTS)
 
-    def _index(self, end: float, noun: str) -> int:
-        """Return the number of a row, a variable or the like."""
-        number = self._tokens.integer()
+    def _index(self, end: float, noun: str, first: int = 0) -> int:
+        """Return the number of a row, a variable or the like, which the file counts from `first`."""
+        number = self._tokens.integer() - first
         if not 0 <= number < end:
             raise self._tokens.error(f"names {noun} {number}, counted from 0, of {end}", COUNTS)
         return number
@@ -321,9 +319,7 @@ class Segments:
         tokens = self._tokens
         kind = tokens.kind()
         if kind == "5" and row is not None:
-            bounds, variable = tokens.integer(), tokens.integer() - 1
-            if not 0 <= variable < self.header.variables:
-                raise tokens.error(f"complements variable {variable + 1} of {self.header.variables}", COUNTS)
+            bounds, variable = tokens.integer(), self._index(self.header.variables, "variable", 1)
             other, _ = self.complements.setdefault(variable, (row, bounds))
             fault = f"complements v{variable}, and so does C{other}"
             refuse(other != row, f"C{row}", fault, "give each row a variable of its own")

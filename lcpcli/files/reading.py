@@ -148,11 +148,12 @@ def exact_vector_in(
 ) -> list[Fraction]:
     """Return the vector in a file's content as `vector_in` does, with its numbers as written."""
     from lcpcli.rational.exact_problem import fractions_of
-    from lcpcli.rational.numbers import exact_vector
+    from lcpcli.rational.numbers import written
 
     if kind_in(form_of(path, content)).has_arrays:
         return fractions_of(vector_in(field, path, content, n, names=names))
-    return exact_vector(lambda number: vector_in(field, path, content, n, number, names))
+    found = written(lambda number: vector_in(field, path, content, n, number, names))
+    return [found.number(value) for value in found.own.tolist()]
 
 
 def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactParts:
