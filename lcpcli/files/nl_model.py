@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial, reduce
 from math import inf, isfinite
 from typing import Any, NamedTuple
 
@@ -29,6 +29,8 @@ _Parts = list[tuple[int, Any]]  # the nodes of a sum with their coefficients
 
 COMPARING = {"min", "max", "<", "<=", "=", ">=", ">", "!=", "if", "and", "or", "not", "<==>"}  # with infinity, too
 NAMES = {"*": "product", "/": "quotient", "and": "min", "or": "max", "<==>": "="}  # of operators in a graph
+NAMES |= {"square": "^", "less": "max", "not": "="}
+CONSTANTS = {"square": 2, "less": 0, "not": 0}  # the last argument of the operator in a graph
 SQUARE = "lcp solves square systems: rows with a complementing variable, and as many equations as other variables"
 UNCOMPLEMENTED = "lcp needs for each inequality the variable that complements it, as in 0 <= z complements F(z) >= 0"
 DIVIDED = "correct it; the program that wrote the file may have divided by 0"
@@ -152,8 +154,10 @@ class _Expressions:
     def _apply(self, name: str, arguments: Sequence[_Parts]) -> _Parts:
         """Return the value of an operator as a sum, so that sums of sums become nodes only once."""
         graph = self.graph
-        if name not in COMPARING:
-            self._refuse_infinite(node for part in arguments for node, _ in part)
+        constants = map(graph.value, () if name in COMPARING else (node for part in arguments for node, _ in part))
+        if lost := next((value for value in constants if value and not isfinite(value)), None):
+            fault = f"computes with the constant {float(lost):g}, so that it is finite nowhere"
+            raise ProblemError("", fault, DIVIDED)
         if name in ("+", "-", "sum", "negative"):
             (first, *others), is_minus = arguments, name == "-"
             if name == "negative":
@@ -162,25 +166,14 @@ class _Expressions:
                 first += [(node, -factor) for node, factor in part] if is_minus else part
             return first
         nodes = [graph.sum(part) for part in arguments]
-        if name == "square":
-            return [(graph.apply("^", nodes[0], graph.constant(2)), 1)]
         if name == "less":  # max(a - b, 0)
-            return [(graph.apply("max", graph.sum([(nodes[0], 1), (nodes[1], -1)]), graph.constant(0)), 1)]
-        if name == "not":
-            return [(graph.apply("=", nodes[0], graph.constant(0)), 1)]
+            nodes = [graph.sum([(nodes[0], 1), (nodes[1], -1)])]
+        if name in CONSTANTS:
+            nodes.append(graph.constant(CONSTANTS[name]))
         name = NAMES.get(name, name)
         if name not in ("min", "max"):
             return [(graph.apply(name, *nodes), 1)]
-        found, *others_nodes = nodes
-        for other in others_nodes:
-            found = graph.apply(name, found, other)
-        return [(found, 1)]
-
-    def _refuse_infinite(self, nodes: Iterable[int]) -> None:
-        for value in filter(None, map(self.graph.value, nodes)):
-            if not isfinite(value):
-                fault = f"computes with the constant {float(value):g}, so that it is finite nowhere"
-                raise ProblemError("", fault, DIVIDED)
+        return [(reduce(partial(graph.apply, name), nodes), 1)]
 
     def _piecewise_linear(self, slopes: Sequence[Any], breakpoints: Sequence[Any], argument: int) -> int:
         """Return the function with these slopes between the breakpoints that is 0 at 0: a sum of kinks."""

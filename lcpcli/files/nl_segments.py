@@ -215,23 +215,20 @@ def _header(lines: list[bytes]) -> Header:
     first = OPTIONS.match(_line(lines[0]))
     if first is None:
         raise ProblemError("line 1", "is not the beginning of an .nl file", "begin it with g3 or b3")
-    counts = [_counts(line, number) for number, line in enumerate(lines[1:], 2)]
+    counts = list[list[int]]()
+    for number, line, fewest in zip(range(2, HEADER_LINES + 1), lines[1:], FEWEST, strict=True):
+        own = list[int]()
+        with suppress(ValueError):
+            own = list(map(whole, _line(line).split()))
+        is_wrong = len(own) < fewest or min(own) < 0
+        refuse(is_wrong, f"line {number}", f"has not the {fewest} counts of the header", CUT_OFF)
+        counts.append([*own, 0, 0])
     (n, m, *_), (integers, logical) = counts[0], (sum(counts[5]), counts[0][5])
     for number, noun in ((integers, "integer variable"), (logical, "logical constraint")):
         refuse(number, "", f"has {count(number, noun)}", CONTINUOUS)
     order = "" if lines[0].startswith(b"g") else ">" if counts[4][2] == BIG_ENDIAN else "<"
     options = [first[1], *first[2].split(), *filter(None, [first[3]])]
     return Header(options, n, m, counts[6][0], sum(counts[8]), order)
-
-
-def _counts(line: bytes, number: int) -> list[int]:
-    words, fewest = _line(line).split(), FEWEST[number - 2]
-    counts: list[int] = []
-    with suppress(ValueError):
-        counts = list(map(whole, words))
-    if len(counts) < fewest or min(counts) < 0:
-        raise ProblemError(f"line {number}", f"has not the {fewest} counts of the header", CUT_OFF)
-    return [*counts, 0, 0]
 
 
 def _line(line: bytes) -> str:
