@@ -191,8 +191,7 @@ def read_candidates(path: str, lengths: Mapping[int, str], problem: Sought, name
 
 def read_states(given: str, problem: Problem) -> list[str]:
     """Return the states, one for each variable, given in words or in a file, of a basis that the problem has."""
-    is_file = os.path.exists(given)
-    words = given.replace(",", " ").split()
+    is_file, words = os.path.exists(given), given.replace(",", " ").split()
     if not is_file and not set(words) & set(WORDS.values()):
         raise ParameterError(
             "basis", f"{given!r} is neither a file nor states", "write lower,basic,upper or name a file"

@@ -59,26 +59,25 @@ class NlModel:
         self.unknowns = [i for i in range(len(bounds)) if i not in fixed]
         self.graph = graph = Graph(len(self.unknowns), is_exact)
         place = {variable: i for i, variable in enumerate(self.unknowns)}
-        nodes = [place[i] if i in place else graph.constant(fixed[i]) for i in range(len(bounds))]
-        expressions = _Expressions(graph, dict(enumerate(nodes)))
+        self._nodes = {i: place[i] if i in place else graph.constant(fixed[i]) for i in range(len(bounds))}
         for number, (linear, terms) in segments.common.items():
-            expressions.nodes[len(bounds) + number] = graph.share(expressions.node(linear, terms, 0))
+            self._nodes[len(bounds) + number] = graph.share(self._node(linear, terms, 0))
         self.equations, self.complements = list[int](), dict[int, int]()
         row_of = {row: variable for variable, (row, _) in segments.complements.items()}
         for row, (low, high) in enumerate(segments.sides):
             parts = segments.linear.get(row, {}), segments.rows[row]
             if row in row_of:
-                self.complements[place[row_of[row]]] = within(f"C{row}", expressions.node, *parts, 0)
+                self.complements[place[row_of[row]]] = within(f"C{row}", self._node, *parts, 0)
             elif low is not None or high is not None:
                 refuse(low != high, f"C{row}", "is an inequality that complements no variable", UNCOMPLEMENTED)
-                self.equations.append(within(f"C{row}", expressions.node, *parts, -low))
+                self.equations.append(within(f"C{row}", self._node, *parts, -low))
         stated = {place[variable]: kind for variable, (_, kind) in segments.complements.items()}
         conditions = Conditions(self, stated, [bounds[i] for i in self.unknowns])
         self.lower, self.upper = ([ends[k] for ends in conditions.bounds] for k in (0, 1))
         self.free = [i for i in range(graph.n) if i not in self.complements]
         conditions.refuse_others(self.free)
         self.start = np.array([float(segments.start.get(variable, 0)) for variable in self.unknowns])
-        self.objective, self.remark = _objective(segments, expressions), conditions.remark()
+        self.objective, self.remark = self._objective(segments), conditions.remark()
 
     @cached_property
     def rows(self) -> list[int]:
@@ -111,33 +110,18 @@ class NlModel:
         found[list(self.fixed)] = list(self.fixed.values())
         return found
 
+    def _objective(self, segments: Segments) -> tuple[str, int] | None:
+        found = list[tuple[str, int]]()
+        for number, (is_maximized, terms) in segments.objectives.items():
+            node = self._node(segments.slopes.get(number, {}), terms, 0)
+            if self.graph.value(node) is None:
+                found.append(("max" if is_maximized else "min", node))
+        refuse(len(found) > 1, "", f"has {len(found)} objectives", "keep one")
+        return found[0] if found else None
 
-def _ends(where: str, low: Any, high: Any) -> Side:
-    low, high = -inf if low is None else low, inf if high is None else high
-    if not low <= high or low == inf or high == -inf:
-        raise ProblemError(where, f"has the bounds {float(low):g} and {float(high):g}", "correct them")
-    return low, high
-
-
-def _objective(segments: Segments, expressions: _Expressions) -> tuple[str, int] | None:
-    found = list[tuple[str, int]]()
-    for number, (is_maximized, terms) in segments.objectives.items():
-        node = expressions.node(segments.slopes.get(number, {}), terms, 0)
-        if expressions.graph.value(node) is None:
-            found.append(("max" if is_maximized else "min", node))
-    refuse(len(found) > 1, "", f"has {len(found)} objectives", "keep one")
-    return found[0] if found else None
-
-
-class _Expressions:
-    """The expressions of a file in a graph. nodes : of each variable the unknown, or the constant if it is fixed."""
-
-    def __init__(self, graph: Graph, nodes: dict[int, int]) -> None:
-        self.graph, self.nodes = graph, nodes
-
-    def node(self, linear: Linear, terms: Sequence[Term], constant: Any) -> int:
+    def _node(self, linear: Linear, terms: Sequence[Term], constant: Any) -> int:
         """Return the sum of an expression, of multiples of variables and of a constant."""
-        parts = [(self.nodes[variable], factor) for variable, factor in linear.items()]
+        parts = [(self._nodes[variable], factor) for variable, factor in linear.items()]
         return self.graph.sum([*parts, (self._expression(terms), 1)], constant)
 
     def _expression(self, terms: Sequence[Term]) -> int:
@@ -148,7 +132,7 @@ class _Expressions:
             elif letter == "p":
                 found.append([(self._piecewise_linear(value[::2], value[1::2], self.graph.sum(found.pop())), 1)])
             else:
-                found.append([(self.nodes[value] if letter == "v" else self.graph.constant(value), 1)])
+                found.append([(self._nodes[value] if letter == "v" else self.graph.constant(value), 1)])
         return self.graph.sum(found.pop())
 
     def _apply(self, name: str, arguments: Sequence[_Parts]) -> _Parts:
@@ -184,6 +168,13 @@ class _Expressions:
             parts.append((kink, right - left))
             constant -= (right - left) * max(-place, 0)
         return graph.sum(parts, constant)
+
+
+def _ends(where: str, low: Any, high: Any) -> Side:
+    low, high = -inf if low is None else low, inf if high is None else high
+    if not low <= high or low == inf or high == -inf:
+        raise ProblemError(where, f"has the bounds {float(low):g} and {float(high):g}", "correct them")
+    return low, high
 
 
 LOWER, UPPER, BOTH = 1, 2, 3
