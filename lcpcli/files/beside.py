@@ -194,7 +194,7 @@ def read_states(given: str, problem: Problem) -> list[str]:
     is_file, words = os.path.exists(given), given.replace(",", " ").split()
     if not is_file and not set(words) & set(WORDS.values()):
         raise ParameterError(
-            "basis", f"{given!r} is neither a file nor states", "write lower,basic,upper or name a file"
+            "basis", f"{given!r} is neither a file nor states", "give lower,basic,upper or name a file"
         )
     states = parsed(given, STATES_HINT, lambda content: _states_in(given, content, problem)) if is_file else words
     try:
@@ -256,23 +256,16 @@ class Candidate(NamedTuple):
     """A proposed solution or proof of infeasibility, to be verified.
 
     kind : "solution" for a z, strategies of a game one after the other, or another vector, identified by its length;
-        "answer" for x, or x and y, in the program's own sense; "farkas" for a y that should prove that there is no
-        solution.
-    values : the entries, with all digits.
-    exact : whether the values come from exact arithmetic, unrounded.
-    w : the w given with z; with values that are not exact, only in CSV.
-    claim : a claim of the result that the vector cannot verify; "" if there is none.
-    rows : the number of values of the row player's strategy, where it is given separately; else None.
-    remark : which of several results this is, if another one may have been meant; else "".
+        "answer" for x, or x and y, in the program's own sense; "farkas" for a y that should prove that there is none.
     """
 
     kind: Literal["solution", "answer", "farkas"]
-    values: list[Fraction]
-    exact: bool = False
-    w: list[Fraction] | None = None
-    claim: str = ""
-    rows: int | None = None
-    remark: str = ""
+    values: list[Fraction]  # the entries, with all digits
+    exact: bool = False  # whether the values come from exact arithmetic, unrounded
+    w: list[Fraction] | None = None  # which is given with z; with values that are not exact, only in CSV
+    claim: str = ""  # of the result, which the vector cannot verify; "" if there is none
+    rows: int | None = None  # the number of values of the row player's strategy, where it is given separately
+    remark: str = ""  # which of several results this is, if another one may have been meant
 
 
 Sought = tuple[str, str]  # the file and the name of the problem whose result is sought

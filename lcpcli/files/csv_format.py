@@ -39,21 +39,15 @@ HEADED = "name q, lower and upper in a header, if the last columns are these"
 
 
 class Table(NamedTuple):
-    """The table in a text.
+    """The table in a text."""
 
-    top, header : the first line, and the names in it; none if it is no header. lines : the cells below it, by line.
-    indexed : whether the first column is an index. commas : whether commas are decimal marks. rows : the numbers; in
-    columns of bounds, None stands for no bound. places : the columns of q, lower and upper, from 0, if the header names
-    bounds. The header then leaves out the index.
-    """
-
-    top: int
-    header: list[str]
-    lines: list[tuple[int, list[str]]]
-    indexed: bool
-    commas: bool
-    rows: list[list[Any]]
-    places: dict[str, int]
+    top: int  # the first line
+    header: list[str]  # the names in it, none if it is no header; where the numbers are read, without that of an index
+    lines: list[tuple[int, list[str]]]  # the cells below it, by line
+    indexed: bool  # whether the first column is an index
+    commas: bool  # whether commas are decimal marks
+    rows: list[list[Any]]  # the numbers; in columns of bounds, None stands for no bound
+    places: dict[str, int]  # the columns of q, lower and upper, from 0, if the header names bounds
 
     @property
     def labels(self) -> list[str]:
@@ -201,15 +195,13 @@ def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds
     fault = f"has {count(len(header), 'name')} above {count(columns, 'column')}"
     one_more = len(header) == columns + 1  # of one more name than columns one is a title
     refuse((places and len(header) != columns) or one_more, f"line {top}", fault, "give each column one name")
-    bounds = {places[name] + indexed + 1 for name in BOUNDS if name in places}
+    bounds = {i + indexed + 1 for i in (range(columns) if all_bounds else map(places.get, BOUNDS)) if i is not None}
     may_be_plain = number_of is float and not commas and b"_" not in content  # float reads 1_000
     rows: list[list[Any]] = []
     for number, row in below:
         cells = row[indexed:]
         plain, own = _finite_floats(cells) if may_be_plain else None, enumerate(cells, 1 + indexed)
-        rows.append(
-            plain or [value_of(cell, number, i, commas, number_of, all_bounds or i in bounds) for i, cell in own]
-        )
+        rows.append(plain or [value_of(cell, number, i, commas, number_of, i in bounds) for i, cell in own])
     return grid._replace(header=header, rows=rows, places=places)
 
 

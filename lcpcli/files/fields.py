@@ -29,6 +29,8 @@ NONLINEAR = {"F", "f", "function", "functions", "expression", "expressions", "eq
 THREE_PLAYERS = "is a game of more than two players", "its equilibria are not the solutions of an LCP"
 PAYOFF_FIELDS = {"payoff", "payoffs", "payoff_matrix", "payoff_matrices", "players"}
 PAIRS_OF_BOUNDS = {"bounds", "bnds", "bound", "box", "limits"}
+OF_LOWER = ("l", "lb", "lo", "low", "xl", "zl", "lbound", "lowerbound", "lower_bound", "min")
+OF_UPPER = ("u", "ub", "hi", "up", "high", "xu", "zu", "ubound", "upperbound", "upper_bound", "max")
 OTHER_NAMES = {
     "matrix": "M",
     "a": "M",
@@ -37,9 +39,8 @@ OTHER_NAMES = {
     "solutions": "solution",
     "z": "solution",
     "start": "x0",
-    **dict.fromkeys(("l", "lb", "lo", "low", "xl", "zl", "lbound", "lowerbound", "lower_bound", "min"), "lower"),
-    **dict.fromkeys(("u", "ub", "hi", "up", "high", "xu", "zu", "ubound", "upperbound", "upper_bound", "max"), "upper"),
 }
+OTHER_NAMES |= dict.fromkeys(OF_LOWER, "lower") | dict.fromkeys(OF_UPPER, "upper")
 MATRICES = ("Q", "P", "A", "G", "B")  # of programs and games
 ROW_FIELDS = ("A", "b", "row_lower", "row_upper", "rows")
 NATIVE = ("Q", "c", *ROW_FIELDS, "lower", "upper", "free", "columns", "sense", "constant", *TEXTS)

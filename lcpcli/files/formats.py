@@ -23,25 +23,15 @@ ALL, BOUNDS, M_AND_Q, PROGRAM = "everything", "M, q and bounds", "M and q", "the
 
 
 class Kind(NamedTuple):
-    """The files with a suffix.
+    """The files with a suffix."""
 
-    form : the module that reads and writes them, a `Format`: in lcpcli.files, or with its full name.
-    keeps : what they keep of a problem that is written: ALL, BOUNDS or M_AND_Q, PROGRAM if only programs can be
-        written; "" if they are only read.
-    in_decimals : whether numbers are written in decimals, with any number of digits, rather than as doubles.
-    has_arrays : whether numbers are read as arrays of any type, not as texts.
-    is_packed : whether a file with .gz after the suffix is read too.
-    beginning : what such a file begins with, by which it is recognized whatever its suffix.
-    has_no_vector : why such a file holds no vector; "" if it may hold one.
-    """
-
-    form: str
-    keeps: str
-    in_decimals: bool = False
-    has_arrays: bool = False
-    is_packed: bool = False
-    beginning: bytes = b""
-    has_no_vector: str = ""
+    form: str  # the module that reads and writes them, a `Format`: in lcpcli.files, or with its full name
+    keeps: str  # of a problem: ALL, BOUNDS or M_AND_Q, PROGRAM if only programs are written; "" if they are only read
+    in_decimals: bool = False  # whether numbers are written with any number of digits, rather than as doubles
+    has_arrays: bool = False  # whether numbers are read as arrays of any type, not as texts
+    is_packed: bool = False  # whether a file with .gz after the suffix is read too
+    beginning: bytes = b""  # what such a file begins with, by which it is recognized whatever its suffix
+    has_no_vector: str = ""  # why such a file holds no vector; "" if it may hold one
 
 
 MPS_FILE = Kind("mps_format", PROGRAM, in_decimals=True, is_packed=True, has_no_vector="is a program")
@@ -76,10 +66,8 @@ LINES = (".jsonl", ".ndjson")  # one problem, or one result, in each line
 
 
 class Format(Protocol):
-    """Interface of a format's module. Errors do not name the file; the caller adds that.
-
-    number : makes doubles from the numbers in a text, where the nearest ones are not wanted.
-    """
+    """Interface of a format's module. Errors do not name the file; the caller adds that. number : makes doubles from
+    the numbers in a text, where the nearest ones are not wanted. exact : what doubles stand for, as in `Exact`."""
 
     def fields(self, content: bytes, number: Number = float, /) -> dict[str, Any]:
         """Return the fields in the file, as `lcpcli.files.fields` takes them; M alone if there is no q."""
@@ -88,11 +76,7 @@ class Format(Protocol):
         """Return the numbers of a file with a single field, or of the given field: a list or an array."""
 
     def render(self, fields: Mapping[str, Any], exact: Exact, /) -> dict[str, bytes]:
-        """Return the files to write: the file itself under "", others beside it under the part inserted before its
-        suffix.
-
-        exact : the numbers that doubles stand for, where these are not their shortest decimals.
-        """
+        """Return the files to write: the file itself under "", others under what is inserted before its suffix."""
 
 
 def load(form: str) -> Format:

@@ -35,18 +35,13 @@ FIRST_BYTES = 1024  # of a file, searched for its first character that is not bl
 
 
 class Input(NamedTuple):
-    """A problem to be read.
+    """A problem to be read."""
 
-    paths, contents : the path and the content of its file, or of the files of M and of q. line : the number of its
-    line, from 1, in a file with a problem in each line. fault : the error if its files could not be read. marks : the
-    mark of the problem in a log, or none.
-    """
-
-    paths: tuple[str, ...]
-    contents: tuple[bytes, ...] = ()
-    line: int | None = None
-    fault: ProblemError | None = None
-    marks: Sequence[Mapping[str, Any]] = ()
+    paths: tuple[str, ...]  # its file, or the files of M and of q
+    contents: tuple[bytes, ...] = ()  # of these files
+    line: int | None = None  # the number of its line, from 1, in a file with a problem in each line
+    fault: ProblemError | None = None  # the error if its files could not be read
+    marks: Sequence[Mapping[str, Any]] = ()  # the mark of the problem in a log, or none
 
     @property
     def sources(self) -> list[Source]:  # the place of its problem
@@ -83,20 +78,15 @@ class Input(NamedTuple):
 
 
 class QColumns(NamedTuple):
-    """Several problems with one M.
+    """Several problems with one M."""
 
-    paths : the files of M and of Q. Q : an array of shape (n, k) with a q in each column. names : the names of the
-    columns. shared : the bounds, and the names of the unknowns, that the file of M has. first : the number of the first
-    column in the file, from 1. marks : as in Input, for all problems or none.
-    """
-
-    paths: tuple[str, str]
+    paths: tuple[str, str]  # the files of M and of Q
     M: Matrix
-    Q: Matrix
-    names: Sequence[str]
-    shared: Mapping[str, Any] = {}
-    first: int = 1
-    marks: Sequence[Mapping[str, Any]] = ()
+    Q: Matrix  # of shape (n, k), with a q in each column
+    names: Sequence[str]  # of the columns
+    shared: Mapping[str, Any] = {}  # the bounds, and the names of the unknowns, that the file of M has
+    first: int = 1  # the number of the first column in the file, from 1
+    marks: Sequence[Mapping[str, Any]] = ()  # as in Input, for all problems or none
 
     @property
     def sources(self) -> list[Source]:  # the places of its problems

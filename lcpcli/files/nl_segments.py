@@ -188,19 +188,14 @@ CONTINUOUS = "lcp solves complementarity problems of continuous variables"
 
 
 class Header(NamedTuple):
-    """The header of a file.
+    """The header of a file, with the numbers of its variables, rows, entries of the Jacobian and common expressions."""
 
-    options : the numbers in the first line, which belong into the solution file. variables, rows, entries, common : the
-    numbers of variables, of rows, of entries of the Jacobian and of common expressions. order : the order of bytes, as
-    in `struct`; "" in a text.
-    """
-
-    options: list[str]
+    options: list[str]  # the numbers in the first line, which belong into the solution file
     variables: int
     rows: int
     entries: int
     common: int
-    order: str
+    order: str  # of bytes, as in `struct`; "" in a text
 
 
 def segments_in(content: bytes, constant: Constant) -> Segments:
@@ -236,22 +231,17 @@ def _line(line: bytes) -> str:
 
 
 class Segments:
-    """The content of a file. Expressions are lists of terms, operators before their arguments.
-
-    common : linear part and expression of each common expression, by its number. rows, linear : expression and linear
-    part of each row, by its number. objectives, slopes : of each objective, whether it is maximized and its expression,
-    and its linear part. sides, bounds : of rows and variables. complements : of a variable, the row that
-    complements it, and the number that says which bounds it has. start : values of variables.
-    """
+    """The content of a file. Expressions are lists of terms, operators before their arguments."""
 
     def __init__(self, header: Header, tokens: Tokens) -> None:
-        self.header, self._tokens = header, tokens
-        self.common, self.start = dict[int, tuple[Linear, list[Term]]](), Linear()
-        self.rows, self.linear = dict[int, list[Term]](), dict[int, Linear]()
-        self.objectives, self.slopes = dict[int, tuple[int, list[Term]]](), dict[int, Linear]()
-        self.sides, self.bounds = list[Side](), list[Side]()
-        self.complements = dict[int, tuple[int, int]]()
-        self._entries = 0
+        self.header, self._tokens, self._entries = header, tokens, 0
+        self.common = dict[int, tuple[Linear, list[Term]]]()  # the linear part and the expression, by their numbers
+        self.rows, self.linear = dict[int, list[Term]](), dict[int, Linear]()  # the same of the rows
+        self.objectives = dict[int, tuple[int, list[Term]]]()  # whether one is maximized, and its expression
+        self.slopes = dict[int, Linear]()  # the linear parts of the objectives
+        self.sides, self.bounds = list[Side](), list[Side]()  # of rows and of variables
+        self.complements = dict[int, tuple[int, int]]()  # of a variable its row, and which bounds it has, as a number
+        self.start = Linear()  # values of variables
         while code := tokens.code():
             self._read(code)
         self._refuse_incomplete()
