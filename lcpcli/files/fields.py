@@ -31,16 +31,8 @@ PAYOFF_FIELDS = {"payoff", "payoffs", "payoff_matrix", "payoff_matrices", "playe
 PAIRS_OF_BOUNDS = {"bounds", "bnds", "bound", "box", "limits"}
 OF_LOWER = ("l", "lb", "lo", "low", "xl", "zl", "lbound", "lowerbound", "lower_bound", "min")
 OF_UPPER = ("u", "ub", "hi", "up", "high", "xu", "zu", "ubound", "upperbound", "upper_bound", "max")
-OTHER_NAMES = {
-    "matrix": "M",
-    "a": "M",
-    "vector": "q",
-    "b": "q",
-    "solutions": "solution",
-    "z": "solution",
-    "start": "x0",
-}
-OTHER_NAMES |= dict.fromkeys(OF_LOWER, "lower") | dict.fromkeys(OF_UPPER, "upper")
+OTHER_NAMES = {"matrix": "M", "a": "M", "vector": "q", "b": "q", "solutions": "solution", "z": "solution"}
+OTHER_NAMES |= {"start": "x0"} | dict.fromkeys(OF_LOWER, "lower") | dict.fromkeys(OF_UPPER, "upper")
 MATRICES = ("Q", "P", "A", "G", "B")  # of programs and games
 ROW_FIELDS = ("A", "b", "row_lower", "row_upper", "rows")
 NATIVE = ("Q", "c", *ROW_FIELDS, "lower", "upper", "free", "columns", "sense", "constant", *TEXTS)
