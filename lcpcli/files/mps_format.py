@@ -82,7 +82,11 @@ class _Reader:
         lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
         self._squared = _squared(lines)
         for self._line, line in enumerate(lines, 1):
-            words = self._without_remark(line.split())
+            words = line.split()
+            for place, word in enumerate(words[2:] if "$" in line else (), 2):  # a remark begins with an unknown name
+                if word.startswith("$") and word not in self._kinds and word not in self._columns:
+                    words = words[:place]
+                    break
             if not words or line.startswith("*"):
                 continue
             is_sense = self._section == "OBJSENSE" and words[0].upper() in SENSES
@@ -109,13 +113,6 @@ class _Reader:
                         continue
                     raise
         return self._fields()
-
-    def _without_remark(self, words: list[str]) -> list[str]:
-        """Return the words before a remark, which begins with $ after the second word and is no declared name."""
-        for place, word in enumerate(words):
-            if place > 1 and word.startswith("$") and word not in self._kinds and word not in self._columns:
-                return words[:place]
-        return words
 
     def _error(self, fault: str, hint: str) -> ProblemError:
         return ProblemError(f"line {self._line}", fault, hint)

@@ -19,7 +19,7 @@ from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count
 from lcpcli.expressions.graph import Arithmetic, Intervals
 from lcpcli.expressions.tape import Jacobian, Tape
-from lcpcli.files.contents import content_of, decode, place, within
+from lcpcli.files.contents import content_of, decode, parsed, place, within
 from lcpcli.files.fields import LARGEST_DENSE, made
 from lcpcli.files.formats import Number, refuse
 from lcpcli.files.nl_model import NlModel
@@ -113,8 +113,23 @@ class Model:
         self.remark = in_names(path, self.model.remark)
 
     def solution_in(self, path: str) -> list[Fraction]:
-        values = within(place(path), values_in, content_of(path, WHOLE), self.model.header.variables)
-        return [values[variable] for variable in self.model.unknowns]
+        """Return the solution in a file .sol, with all decimals; raise ProblemError if it is none of this model."""
+        return parsed(path, WHOLE, self._solution)
+
+    def _solution(self, content: bytes) -> list[Fraction]:
+        variables = self.model.header.variables
+        lines = [line.strip() for line in decode(content).split("\n")]
+        try:
+            at = lines.index("Options") + 1
+            at += 1 + whole(lines[at]) - (lines[at + 2] == WITH_TOLERANCE)
+            _, duals, own, values = map(whole, lines[at : at + 4])
+            first = at + 4 + duals
+            found = [fraction(line) for line in lines[first : first + values]]
+        except (ValueError, IndexError):
+            raise ProblemError("", "is no .sol file in text", "write it as solvers for AMPL do, in text") from None
+        fault = f"has {count(len(found), 'value')} of {count(own, 'variable')} for {variables} of the model"
+        refuse(own != variables or len(found) != own, "", fault, "solve the model again")
+        return [found[variable] for variable in self.model.unknowns]
 
     @cached_property
     def problem(self) -> Problem | NonlinearProblem:
@@ -253,22 +268,3 @@ def solution_text(header: Header, message: str, values: Vector, number: int) -> 
     size = str(int(size) + 2 * (own[1:2] == [WITH_TOLERANCE]))  # which counts two more if a tolerance follows
     lines = [message, "", "Options", size, *own, header.rows, 0, header.variables, len(values)]
     return "\n".join(map(str, [*lines, *values.tolist(), f"objno 0 {number}", ""]))
-
-
-def values_in(content: bytes, variables: int) -> list[Fraction]:
-    """Return the values of all variables in a file, with all decimals; raise ProblemError if it has other ones.
-
-    variables : the number of variables in the model.
-    """
-    lines = [line.strip() for line in decode(content).split("\n")]
-    try:
-        at = lines.index("Options") + 1
-        at += 1 + whole(lines[at]) - (lines[at + 2] == WITH_TOLERANCE)
-        _, duals, own, values = map(whole, lines[at : at + 4])
-        first = at + 4 + duals
-        found = [fraction(line) for line in lines[first : first + values]]
-    except (ValueError, IndexError):
-        raise ProblemError("", "is no .sol file in text", "write it as solvers for AMPL do, in text") from None
-    fault = f"has {count(len(found), 'value')} of {count(own, 'variable')} for {variables} of the model"
-    refuse(own != variables or len(found) != own, "", fault, "solve the model again")
-    return found
