@@ -193,9 +193,8 @@ def read_states(given: str, problem: Problem) -> list[str]:
     """Return the states, one for each variable, given in words or in a file, of a basis that the problem has."""
     is_file, words = os.path.exists(given), given.replace(",", " ").split()
     if not is_file and not set(words) & set(WORDS.values()):
-        raise ParameterError(
-            "basis", f"{given!r} is neither a file nor states", "give lower,basic,upper or name a file"
-        )
+        fault = f"{given!r} is neither a file nor states"
+        raise ParameterError("basis", fault, "write lower,basic,upper or name a file")
     states = parsed(given, STATES_HINT, lambda content: _states_in(given, content, problem)) if is_file else words
     try:
         basis_of_words(problem, states)
