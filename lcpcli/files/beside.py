@@ -370,9 +370,10 @@ def _numbers(field: str, values: Any, lengths: Lengths) -> list[Fraction]:
 def _entries(field: str, values: Any) -> list[Fraction]:
     refuse(not isinstance(values, list), field, f"is {kind(values)}", "give a list of numbers")
     found = []
-    hint = f"give a number, or a fraction as a string {FROM_0}"
     for i, value in enumerate(values):
-        refuse(not isinstance(value, (Fraction, str)), f"{field}[{i}]", f"is {kind(value)}", hint)
+        if not isinstance(value, (Fraction, str)):
+            hint = f"give a number, or a fraction as a string {FROM_0}"
+            raise ProblemError(f"{field}[{i}]", f"is {kind(value)}", hint)
         found.append(within(f"{field}[{i}]", ratio, value) if isinstance(value, str) else value)
     return found
 
@@ -394,9 +395,9 @@ def of_table(content: bytes) -> list[Candidate]:
 
     def text_of(cell: str) -> str:
         number = cell.strip().replace(",", ".", 1)
-        return number if grid.commas and is_number(number) else cell.strip()
+        return number if is_number(number) else cell.strip()
 
-    lines = [(k, [*map(text_of, row)]) for k, row in grid.lines]
+    lines = [(k, [*map(text_of if grid.commas else str.strip, row)]) for k, row in grid.lines]
     width = len(lines[0][1])
     fault = f"has {count(len(header), 'name')} above {count(width, 'column')}"
     refuse(header and len(header) != width, f"line {grid.top}", fault, "give each column one name")
