@@ -94,8 +94,10 @@ def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
         return solve(A, b)[0]
     rows, columns = call(independent, SECONDS_PER_STEP * len(A) * len(A[0]) * min(len(A), len(A[0])), A)
     found, _ = solve([[A[i][j] for j in columns] for i in rows], [b[i] for i in rows])
-    values = dict(zip(columns, found or (), strict=found is not None))
-    return None if found is None else [values.get(j, Fraction(0)) for j in range(len(A[0]))]
+    if found is None:
+        return None
+    values = dict(zip(columns, found, strict=True))
+    return [values.get(j, Fraction(0)) for j in range(len(A[0]))]
 
 
 def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int], int]:
