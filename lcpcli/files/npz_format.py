@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
-from lcpcli.files.contents import refuse_mostly_absent, within
+from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent, within
 from lcpcli.files.fields import KEYS, MATRICES, kind_of, refuse_unknown
 from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.files.npy_format import UNREAD, array_in, named, of_arrays, text, unless_damaged, written
@@ -70,6 +70,7 @@ def _arrays(content: bytes) -> dict[str, Any]:
         for member in archive.infolist():
             name = member.filename.removesuffix(".npy")
             refuse(name in arrays, name, "occurs twice", "keep one")
+            refuse_beyond_memory(name, (member.file_size,), 1)
             with unless_damaged(name, f"is not an array {UNREAD}", hint), archive.open(member) as file:
                 arrays[name] = array_in(file)
     return arrays
