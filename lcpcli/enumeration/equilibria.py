@@ -14,9 +14,9 @@ from fractions import Fraction
 from lcpcli.enumeration.pieces import Piece
 from lcpcli.model.origins import Game
 from lcpcli.rational import elimination
+from lcpcli.rational.dictionary import Point, Vertex, connected
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import over_one_denominator
-from lcpcli.rational.polyhedra import Point, Vertex, connected
 
 
 @dataclass(frozen=True)

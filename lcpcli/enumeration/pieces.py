@@ -27,9 +27,9 @@ from lcpcli.model.box import BASIC, LOWER, UPPER, WORDS
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
 from lcpcli.rational import elimination
+from lcpcli.rational.dictionary import Direction, Point, generators
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import brief, over_one_denominator
-from lcpcli.rational.polyhedra import Direction, Point, generators
 from lcpcli.rational.tree import Node, Unknowns
 from lcpcli.typing import Vector
 from lcpcli.verify.error_theorems import row_scalings, scaling

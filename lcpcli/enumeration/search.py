@@ -21,9 +21,9 @@ from lcpcli.linalg import matrices
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.program import Program
+from lcpcli.rational.dictionary import Point, connected
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.polyhedra import Point, connected
 
 if TYPE_CHECKING:
     from lcpcli.enumeration.equilibria import Equilibria

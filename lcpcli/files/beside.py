@@ -19,7 +19,7 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from itertools import chain
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
 
@@ -60,31 +60,24 @@ def with_bounds(
     for an empty file) returns the content of the file. A bound of size infinity or more is infinite.
     doubles : makes doubles from the numbers as written, in place of the nearest doubles.
     """
-    names = [name for name in BOUNDS if given[name] is not None]
     number = float if doubles is None else doubles.of
-    values = {name: _values(name, given[name], fetch, number, lambda: problem.names) for name in names}
-    if values:
-        problem = _with_bounds(problem, values, given)
+    texts = {name: given[name] for name in BOUNDS if given[name] is not None}
+    values = {name: _values(name, text, fetch, number, lambda: problem.names) for name, text in texts.items()}
+    if values and problem.origin is not None and (kind := problem.origin.data()["kind"]) in REFUSALS:
+        raise ProblemError(f"--{next(iter(values))}", *REFUSALS[kind])
+    try:
+        problem = replace(problem, solutions=(), verdict="", **values) if values else problem
+    except ProblemError as error:
+        own = next((name for name in values if error.where.startswith(name)), "")
+        name = own or next(iter(values))
+        is_typed = _is_typed(texts[name])
+        where = error.where if is_typed else f"{place(texts[name])}: {error.where}"
+        raise ProblemError(f"{'--' if own and is_typed else f'--{name}: '}{where}", error.fault, error.hint) from None
     if given["infinity"] is None:
         return problem
     from lcpcli.model.changes import with_infinity
 
     return within("--infinity", with_infinity, problem, given["infinity"])
-
-
-def _with_bounds(problem: Problem, values: Mapping[str, Any], given: Mapping[str, Any]) -> Problem:
-    kind = "" if problem.origin is None else problem.origin.data()["kind"]
-    if kind in REFUSALS:
-        raise ProblemError(f"--{next(iter(values))}", *REFUSALS[kind])
-    try:
-        return replace(problem, solutions=(), verdict="", **values)
-    except ProblemError as error:
-        own = next((name for name in values if error.where.startswith(name)), "")
-        name = own or next(iter(values))
-        is_typed = _is_typed(given[name])
-        where = error.where if is_typed else f"{place(given[name])}: {error.where}"
-        option = "--" if own and is_typed else f"--{name}: "
-        raise ProblemError(f"{option}{where}", error.fault, error.hint) from None
 
 
 def with_exact_bounds(data: ExactProblem, problem: Problem, given: Mapping[str, Any], fetch: Fetch) -> ExactProblem:
@@ -198,8 +191,7 @@ def read_candidates(path: str, lengths: Mapping[int, str], problem: Sought, name
 
 def read_states(given: str, problem: Problem) -> list[str]:
     """Return the states, one for each variable, given in words or in a file, of a basis that the problem has."""
-    is_file = os.path.exists(given)
-    words = given.replace(",", " ").split()
+    is_file, words = os.path.exists(given), given.replace(",", " ").split()
     if not is_file and not set(words) & set(WORDS.values()):
         fault = f"{given!r} is neither a file nor states"
         raise ParameterError("basis", fault, "write lower,basic,upper or name a file")
@@ -225,9 +217,8 @@ def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
         if states is not None or not isinstance(data, dict) or not {"z", "w"} <= set(data):
             raise ProblemError("basis", "is missing" if states is None else f"is {kind(states)}", STATES_HINT)
     z, w = _result_in(form, content, problem.n)
-    if w is None:
-        raise ProblemError("", "has no column headed w", STATES_HINT)
-    return in_words(problem.box.basis_at(z, w))
+    refuse(w is None, "", "has no column headed w", STATES_HINT)
+    return in_words(problem.box.basis_at(z, cast(Vector, w)))
 
 
 def _result_in(form: str, content: bytes, n: int, before: str = "") -> tuple[Vector, Vector | None]:
@@ -264,23 +255,16 @@ class Candidate(NamedTuple):
     """A proposed solution or proof of infeasibility, to be verified.
 
     kind : "solution" for a z, strategies of a game one after the other, or another vector, identified by its length;
-        "answer" for x, or x and y, in the program's own sense; "farkas" for a y that should prove that there is no
-        solution.
-    values : the entries, with all digits.
-    exact : whether the values come from exact arithmetic, unrounded.
-    w : the w given with z; with values that are not exact, only in CSV.
-    claim : a claim of the result that the vector cannot verify; "" if there is none.
-    rows : the number of values of the row player's strategy, where it is given separately; else None.
-    remark : which of several results this is, if another one may have been meant; else "".
+        "answer" for x, or x and y, in the program's own sense; "farkas" for a y that should prove that there is none.
     """
 
     kind: Literal["solution", "answer", "farkas"]
-    values: list[Fraction]
-    exact: bool = False
-    w: list[Fraction] | None = None
-    claim: str = ""
-    rows: int | None = None
-    remark: str = ""
+    values: list[Fraction]  # the entries, with all digits
+    exact: bool = False  # whether the values come from exact arithmetic, unrounded
+    w: list[Fraction] | None = None  # which is given with z; with values that are not exact, only in CSV
+    claim: str = ""  # of the result, which the vector cannot verify; "" if there is none
+    rows: int | None = None  # the number of values of the row player's strategy, where it is given separately
+    remark: str = ""  # which of several results this is, if another one may have been meant
 
 
 Sought = tuple[str, str]  # the file and the name of the problem whose result is sought
@@ -407,14 +391,16 @@ def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Frac
 
 def of_table(content: bytes) -> list[Candidate]:
     grid = grid_of(content)
-    header, lines = [name.casefold() for name in grid.header], [(k, [*map(str.strip, row)]) for k, row in grid.lines]
+    header = [name.casefold() for name in grid.header]
+
+    def text_of(cell: str) -> str:
+        number = cell.strip().replace(",", ".", 1)
+        return number if is_number(number) else cell.strip()
+
+    lines = [(k, [*map(text_of if grid.commas else str.strip, row)]) for k, row in grid.lines]
     width = len(lines[0][1])
     fault = f"has {count(len(header), 'name')} above {count(width, 'column')}"
     refuse(header and len(header) != width, f"line {grid.top}", fault, "give each column one name")
-    if grid.commas:
-        lines = [
-            (k, [own if is_number(own := cell.replace(",", ".", 1)) else cell for cell in row]) for k, row in lines
-        ]
     if width == 1 or (len(lines) == 1 and "z" not in header):
         cells = [(f"line {k}, column {j}", cell) for k, row in lines for j, cell in enumerate(row, 1) if cell]
         return [Candidate("solution", [within(at, ratio, cell) for at, cell in cells])]
@@ -442,6 +428,7 @@ def _columns(rows: list[list[str]]) -> list[str]:
 
 def _strategies(rows: Rows) -> Candidate:
     own = [[each for each in rows if (each[1]["player"] == "row") == is_first] for is_first in (True, False)]
+    refuse(not all(own), "", "has an equilibrium with the strategy of one player alone", "give both strategies")
     values = [_column("probability", _in_order("strategy", part)) for part in own]
     return Candidate("solution", values[0] + values[1], rows=len(values[0]))
 
@@ -459,13 +446,13 @@ def _column(name: str, rows: Rows) -> list[Fraction]:
 
 def _in_order(name: str, rows: Rows) -> Rows:
     """Return the rows in the order of their components, which are in the column `name`, each once."""
-    given = [row[name] for _, row in rows]
-    wanted = dict.fromkeys(str(i) for i in range(1, len(rows) + 1))
-    if set(given) != set(wanted):
-        first = {here: i for i, here in reversed([*enumerate(given)])}
-        missing = next(i for i in wanted if i not in first)
-        at = next(i for i, here in enumerate(given) if here not in wanted or first[here] < i)
-        fault = f"has component {given[at]!r}{' again' * (given[at] in wanted)}, while {missing} is missing"
-        k, row = rows[at]
-        raise ProblemError(f"line {k}, column {[*row].index(name) + 1}", fault, f"give each of 1 to {len(rows)} once")
-    return [rows[i] for i in sorted(range(len(rows)), key=lambda i: int(given[i]))]
+    wanted, places = [str(i) for i in range(1, len(rows) + 1)], dict[str, tuple[int, dict[str, str]]]()
+    allowed, given = {*wanted}, {row[name] for _, row in rows}
+    for k, row in rows:
+        if (own := row[name]) in places or own not in allowed:
+            missing = next(i for i in wanted if i not in given)
+            fault = f"has component {own!r}{' again' * (own in places)}, while {missing} is missing"
+            where = f"line {k}, column {[*row].index(name) + 1}"
+            raise ProblemError(where, fault, f"give each of 1 to {len(rows)} once")
+        places[own] = k, row
+    return [places[i] for i in wanted]

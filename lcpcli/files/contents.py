@@ -31,15 +31,11 @@ Fetch = Callable[[str, str], bytes]  # returns the content of a file; the second
 
 
 class Source(NamedTuple):
-    """The place of a problem.
+    """The place of a problem."""
 
-    file : the file of the problem, or of q; None without a file. item : in a file with several problems, the number of
-    the line or of the column of q, from 1. mark : the further fields of its record in a log (`files/atomic_write.py`).
-    """
-
-    file: str | None = None
-    item: int | None = None
-    mark: Mapping[str, Any] | None = None
+    file: str | None = None  # the file of the problem, or of q
+    item: int | None = None  # in a file with several problems, the number of the line or of the column of q, from 1
+    mark: Mapping[str, Any] | None = None  # the further fields of its record in a log (`files/atomic_write.py`)
 
     def __str__(self) -> str:
         return f"{self.file}{'' if self.item is None else f':{self.item}'}"

@@ -39,21 +39,15 @@ HEADED = "name q, lower and upper in a header, if the last columns are these"
 
 
 class Table(NamedTuple):
-    """The table in a text.
+    """The table in a text."""
 
-    top, header : the first line, and the names in it; none if it is no header. lines : the cells below it, by line.
-    indexed : whether the first column is an index. commas : whether commas are decimal marks. rows : the numbers; in
-    columns of bounds, None stands for no bound. places : the columns of q, lower and upper, from 0, if the header names
-    bounds. The header then leaves out the index.
-    """
-
-    top: int
-    header: list[str]
-    lines: list[tuple[int, list[str]]]
-    indexed: bool
-    commas: bool
-    rows: list[list[Any]]
-    places: dict[str, int]
+    top: int  # the first line
+    header: list[str]  # the names in it, none if it is no header; where the numbers are read, without that of an index
+    lines: list[tuple[int, list[str]]]  # the cells below it, by line
+    indexed: bool  # whether the first column is an index
+    commas: bool  # whether commas are decimal marks
+    rows: list[list[Any]]  # the numbers; in columns of bounds, None stands for no bound
+    places: dict[str, int]  # the columns of q, lower and upper, from 0, if the header names bounds
 
     @property
     def labels(self) -> list[str]:
@@ -72,11 +66,10 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
         rows, places = [row[1:] for row in rows], {name: i - 1 for name, i in places.items()}
         header = header[1:]
     columns = len(rows[0])
-    if not places and columns not in (n, n + 1):
-        hint = f"{SHAPE}, or {HEADED}" if columns in (n + 2, n + 3) else SHAPE
-        hint += UNNAMED * (columns == n + 2 and bool(header))
-        raise ProblemError("", f"has {count(n, 'row')} of {count(columns, 'column')}", _numbering(rows) or hint)
     if not places:
+        hint = f"{SHAPE}, or {HEADED}" if columns in (n + 2, n + 3) else SHAPE
+        hint = _numbering(rows) or hint + UNNAMED * (columns == n + 2 and bool(header))
+        refuse(columns not in (n, n + 1), "", f"has {count(n, 'row')} of {count(columns, 'column')}", hint)
         return of_table(np.array(rows)) | (_names(header[:n]) if len(header) == columns == n + 1 else {})
     M = [[value for i, value in enumerate(row) if i not in places.values()] for row in rows]
     wanted = f"give M as many columns, beside {' and '.join(places)}"
@@ -125,7 +118,7 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     rows = [list(map(text, row)) for row in table.tolist()]
     names = fields.get("names", ())
     if len(given) > 1 or can_head(names):
-        rows.insert(0, [*(names if can_head(names) else (f"M{i}" for i in range(1, len(rows) + 1))), *given])
+        rows.insert(0, [*(names if can_head(names) else (f"M{i + 1}" for i in range(len(rows)))), *given])
     return {"": "".join(f"{','.join(row)}\n" for row in rows).encode()}
 
 
@@ -183,10 +176,9 @@ def grid_of(content: bytes, all_bounds: bool = False) -> Table:
     commas = delimiter != "," and any("," in line for _, line in lines[len(lines) - len(rows) :])
     widths = [(number, len(row)) for number, row in rows]
     for line, columns in [*widths[:1], *[(top, len(first))] * indexed]:  # the header is asked last
-        for number, own in widths:
-            if own != columns:
-                fault = f"has {count(own, 'column')} where line {line} has {columns}"
-                raise ProblemError(f"line {number}", fault, "give every line the same number of columns")
+        number, own = next((width for width in widths if width[1] != columns), (0, columns))
+        fault = f"has {count(own, 'column')} where line {line} has {columns}"
+        refuse(own != columns, f"line {number}", fault, "give every line the same number of columns")
     return Table(top, [cell.strip() for cell in first] if has_header else [], rows, indexed, commas, [], {})
 
 
@@ -203,18 +195,13 @@ def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds
     fault = f"has {count(len(header), 'name')} above {count(columns, 'column')}"
     one_more = len(header) == columns + 1  # of one more name than columns one is a title
     refuse((places and len(header) != columns) or one_more, f"line {top}", fault, "give each column one name")
-    bounds = {places[name] + indexed + 1 for name in BOUNDS if name in places}
+    bounds = {i + indexed + 1 for i in (range(columns) if all_bounds else map(places.get, BOUNDS)) if i is not None}
     may_be_plain = number_of is float and not commas and b"_" not in content  # float reads 1_000
     rows: list[list[Any]] = []
     for number, row in below:
         cells = row[indexed:]
-        rows.append(
-            (may_be_plain and _finite_floats(cells))
-            or [
-                value_of(cell, number, i, commas, number_of, all_bounds or i in bounds)
-                for i, cell in enumerate(cells, 1 + indexed)
-            ]
-        )
+        plain, own = _finite_floats(cells) if may_be_plain else None, enumerate(cells, 1 + indexed)
+        rows.append(plain or [value_of(cell, number, i, commas, number_of, i in bounds) for i, cell in own])
     return grid._replace(header=header, rows=rows, places=places)
 
 
@@ -241,9 +228,8 @@ def _places(line: int, names: list[str]) -> dict[str, int]:
     """Return the columns of q, lower and upper if the header names a bound; else an empty dictionary."""
     for column, name in list(enumerate(names, 1))[-3:]:
         meant = OTHER_NAMES.get(name.casefold(), name)
-        if name not in BOUNDS and meant in BOUNDS and "q" in names:
-            place = f"line {line}, column {column}"
-            raise ProblemError(place, f"is headed {quoted(name)}", f"call it {meant}, if it holds bounds of z")
+        hint, is_other = f"call it {meant}, if it holds bounds of z", name not in BOUNDS and meant in BOUNDS
+        refuse(is_other and "q" in names, f"line {line}, column {column}", f"is headed {quoted(name)}", hint)
     columns = [name for name in ("q", *BOUNDS) if name in names]
     if not set(columns) & set(BOUNDS):
         return {}
@@ -288,10 +274,9 @@ def remark(problem: Problem) -> str:
     """Return the line on a problem in one table that may begin with an index; "" for any other."""
     n, is_named = problem.n, any(problem.names)
     first = [] if is_named or n < FEWEST_NUMBERED else problem.M[:, 0].tolist()
-    if not first or first not in (list(range(n)), list(range(1, n + 1))):
-        return ""
     numbers = ", ".join(f"{x:g}" for x in first[:FEWEST_NUMBERED])
-    return f"the first column of M is {numbers}, ...; if it numbers the rows, add a header with an empty first cell"
+    line = f"the first column of M is {numbers}, ...; if it numbers the rows, add a header with an empty first cell"
+    return line if first and first in (list(range(n)), list(range(1, n + 1))) else ""
 
 
 def require_order(content: bytes, names: Callable[[], Sequence[str]]) -> None:
@@ -328,10 +313,8 @@ def cells_of(number: int, line: str, delimiter: str) -> list[str]:
     try:
         return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True))
     except csv.Error:
-        most, fault = csv.field_size_limit(), "its quotation marks do not match"
-        if len(line) > most:
-            fault = f"it may have an entry of more than {most} characters"
-        raise ProblemError(f"line {number}", f"is not CSV ({fault})", "correct it there") from None
+        fault = "is not CSV (its quotation marks do not match, or an entry is very long)"
+        raise ProblemError(f"line {number}", fault, "correct it there") from None
 
 
 def is_name(entry: str) -> bool:

@@ -29,17 +29,10 @@ NONLINEAR = {"F", "f", "function", "functions", "expression", "expressions", "eq
 THREE_PLAYERS = "is a game of more than two players", "its equilibria are not the solutions of an LCP"
 PAYOFF_FIELDS = {"payoff", "payoffs", "payoff_matrix", "payoff_matrices", "players"}
 PAIRS_OF_BOUNDS = {"bounds", "bnds", "bound", "box", "limits"}
-OTHER_NAMES = {
-    "matrix": "M",
-    "a": "M",
-    "vector": "q",
-    "b": "q",
-    "solutions": "solution",
-    "z": "solution",
-    "start": "x0",
-    **dict.fromkeys(("l", "lb", "lo", "low", "xl", "zl", "lbound", "lowerbound", "lower_bound", "min"), "lower"),
-    **dict.fromkeys(("u", "ub", "hi", "up", "high", "xu", "zu", "ubound", "upperbound", "upper_bound", "max"), "upper"),
-}
+OF_LOWER = ("l", "lb", "lo", "low", "xl", "zl", "lbound", "lowerbound", "lower_bound", "min")
+OF_UPPER = ("u", "ub", "hi", "up", "high", "xu", "zu", "ubound", "upperbound", "upper_bound", "max")
+OTHER_NAMES = {"matrix": "M", "a": "M", "vector": "q", "b": "q", "solutions": "solution", "z": "solution"}
+OTHER_NAMES |= {"start": "x0"} | dict.fromkeys(OF_LOWER, "lower") | dict.fromkeys(OF_UPPER, "upper")
 MATRICES = ("Q", "P", "A", "G", "B")  # of programs and games
 ROW_FIELDS = ("A", "b", "row_lower", "row_upper", "rows")
 NATIVE = ("Q", "c", *ROW_FIELDS, "lower", "upper", "free", "columns", "sense", "constant", *TEXTS)
@@ -68,17 +61,14 @@ def refuse_unknown(field: str, given: Collection[str], known: tuple[str, ...], w
     """Raise ProblemError for the first unknown key, suggesting the one that is likely meant."""
     keys = set(given)
     refuse({"A", "B", "C"} <= keys, "", *THREE_PLAYERS)
-    if keys & NONLINEAR and not keys & {"M", "Q", "A"}:
-        raise ProblemError(
-            "", "is a nonlinear problem", "give M and q of a linear one, or a .nl model (lcp help models)"
-        )
+    hint = "give M and q of a linear one, or a .nl model (lcp help models)"
+    refuse(keys & NONLINEAR and not keys & {"M", "Q", "A"}, "", "is a nonlinear problem", hint)
     refuse({"version", "status", "z"} <= keys, "", "is a result, not a problem", "name the file of the problem")
-    payoffs = next((key for key in given if key not in known and key.casefold() in PAYOFF_FIELDS), None)
-    if payoffs is not None:
-        raise ProblemError(payoffs, f"is not a key of {whole}", "give the payoffs of a game as A and B")
-    both = next((key for key in given if key not in known and key.casefold() in PAIRS_OF_BOUNDS), None)
-    if both is not None and "lower" in known:
-        raise ProblemError(both, f"is not a key of {whole}", "give the bounds as lower and upper, each a list")
+    others, bounds = [key for key in given if key not in known], PAIRS_OF_BOUNDS if "lower" in known else set[str]()
+    meanings = (PAYOFF_FIELDS, "payoffs of a game as A and B"), (bounds, "bounds as lower and upper, each a list")
+    for names, what in meanings:
+        for key in others:
+            refuse(key.casefold() in names, key, f"is not a key of {whole}", f"give the {what}")
     errors.refuse_unknown(field, given, known, whole, {k: v for k, v in OTHER_NAMES.items() if v in known})
 
 

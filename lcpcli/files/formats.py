@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, cast
 from lcpcli.errors import ProblemError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Mapping
     from fractions import Fraction
 
 Number: TypeAlias = "Callable[[str], float]"  # converts a number in a text to a double
@@ -23,25 +23,15 @@ ALL, BOUNDS, M_AND_Q, PROGRAM = "everything", "M, q and bounds", "M and q", "the
 
 
 class Kind(NamedTuple):
-    """The files with a suffix.
+    """The files with a suffix."""
 
-    form : the module that reads and writes them, a `Format`: in lcpcli.files, or with its full name.
-    keeps : what they keep of a problem that is written: ALL, BOUNDS or M_AND_Q, PROGRAM if only programs can be
-        written; "" if they are only read.
-    in_decimals : whether numbers are written in decimals, with any number of digits, rather than as doubles.
-    has_arrays : whether numbers are read as arrays of any type, not as texts.
-    is_packed : whether a file with .gz after the suffix is read too.
-    beginning : what such a file begins with, by which it is recognized whatever its suffix.
-    has_no_vector : why such a file holds no vector; "" if it may hold one.
-    """
-
-    form: str
-    keeps: str
-    in_decimals: bool = False
-    has_arrays: bool = False
-    is_packed: bool = False
-    beginning: bytes = b""
-    has_no_vector: str = ""
+    form: str  # the module that reads and writes them, a `Format`: in lcpcli.files, or with its full name
+    keeps: str  # of a problem: ALL, BOUNDS or M_AND_Q, PROGRAM if only programs are written; "" if they are only read
+    in_decimals: bool = False  # whether numbers are written with any number of digits, rather than as doubles
+    has_arrays: bool = False  # whether numbers are read as arrays of any type, not as texts
+    is_packed: bool = False  # whether a file with .gz after the suffix is read too
+    beginning: bytes = b""  # what such a file begins with, by which it is recognized whatever its suffix
+    has_no_vector: str = ""  # why such a file holds no vector; "" if it may hold one
 
 
 MPS_FILE = Kind("mps_format", PROGRAM, in_decimals=True, is_packed=True, has_no_vector="is a program")
@@ -76,10 +66,8 @@ LINES = (".jsonl", ".ndjson")  # one problem, or one result, in each line
 
 
 class Format(Protocol):
-    """Interface of a format's module. Errors do not name the file; the caller adds that.
-
-    number : makes doubles from the numbers in a text, where the nearest ones are not wanted.
-    """
+    """Interface of a format's module. Errors do not name the file; the caller adds that. number : makes doubles from
+    the numbers in a text, where the nearest ones are not wanted. exact : what doubles stand for, as in `Exact`."""
 
     def fields(self, content: bytes, number: Number = float, /) -> dict[str, Any]:
         """Return the fields in the file, as `lcpcli.files.fields` takes them; M alone if there is no q."""
@@ -88,11 +76,7 @@ class Format(Protocol):
         """Return the numbers of a file with a single field, or of the given field: a list or an array."""
 
     def render(self, fields: Mapping[str, Any], exact: Exact, /) -> dict[str, bytes]:
-        """Return the files to write: the file itself under "", others beside it under the part inserted before its
-        suffix.
-
-        exact : the numbers that doubles stand for, where these are not their shortest decimals.
-        """
+        """Return the files to write: the file itself under "", others under what is inserted before its suffix."""
 
 
 def load(form: str) -> Format:
@@ -134,12 +118,7 @@ FOREIGN: tuple[tuple[str, str, str, tuple[bytes, ...]], ...] = (  # fault, hint,
     (*PICKLE, ".pkl .pickle .joblib", (b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05")),
     ("is a binary table", "save it as CSV", ".parquet .feather .dta .sav .rds .rdata", (b"PAR1", b"ARROW1")),
     (*PACKED, ".zip .gz .bz2 .xz .7z .tar .tgz .zst", (GZIP, b"BZh", b"\xfd7zXZ", b"7z\xbc\xaf", b"\x28\xb5\x2f\xfd")),
-    (
-        "is HTML or XML",
-        "was a web page saved in place of the file?",
-        "",
-        (b"<!DOCTYPE", b"<!doctype", b"<html", b"<?xml"),
-    ),
+    ("is HTML or XML", "was a web page saved in its place?", "", (b"<!DOCTYPE", b"<!doctype", b"<html", b"<?xml")),
     ("is a document", "copy M and q into a CSV file", ".pdf .docx .doc .tex", (b"%PDF",)),
     ("is a document of Gambit's graphical interface", "save the game there as .efg or .nfg", ".gbt", ()),
     (*SCRIPT, ".m .py .ipynb .jl .r .mod .gms", ()),
@@ -162,17 +141,20 @@ def form_of(path: str, content: bytes) -> str:
     """
     ending = os.path.splitext(uncompressed(path))[1].casefold()
     if content.startswith(ZIP) and ending != ".npz":
-        if b".npy" not in content:
-            _refuse(SPREADSHEET if b"xl/" in content or b"opendocument.spreadsheet" in content else PACKED)
+        is_spreadsheet = b"xl/" in content or b"opendocument.spreadsheet" in content
+        refuse(b".npy" not in content, "", *(SPREADSHEET if is_spreadsheet else PACKED))
         return "npz_format"
     if not (content.startswith(GZIP) and ending in COMPRESSIBLE):
-        _refuse(next((advice for *advice, _, beginnings in FOREIGN if content.startswith(beginnings)), None))
+        foreign = (advice for *advice, _, beginnings in FOREIGN if content.startswith(beginnings))
+        fault, hint = next(foreign, ("", ""))
+        refuse(fault, "", fault, hint)
     begun = (kind for kind in FORMATS.values() if kind.beginning and content.startswith(kind.beginning))
     kind = next(begun, None) or kind_with(ending)
     form = kind.form if kind else "mat_format" if re.match(MAT_4, content) else None
     if form is None:
-        by_suffix = next((advice for *advice, suffixes, _ in FOREIGN if ending in suffixes.split()), None)
-        _refuse(AS_TABLE if re.search(RENDERED, content) else by_suffix)
+        by_suffix = next((advice for *advice, suffixes, _ in FOREIGN if ending in suffixes.split()), ("", ""))
+        fault, hint = AS_TABLE if re.search(RENDERED, content) else by_suffix
+        refuse(fault, "", fault, hint)
     if form is None and re.match(MPS, content):
         return "mps_format"
     if form is None or form == "csv_format":
@@ -194,8 +176,3 @@ def refuse(is_wrong: Any, where: str, fault: str, hint: str) -> None:
     """Raise ProblemError with this message if something is wrong."""
     if is_wrong:
         raise ProblemError(where, fault, hint)
-
-
-def _refuse(advice: Iterable[str] | None) -> None:
-    if advice is not None:
-        raise ProblemError("", *advice)

@@ -15,22 +15,12 @@ from typing import IO, TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.files import json_format, reading
-from lcpcli.files.contents import (
-    STANDARD_INPUT,
-    Source,
-    checked,
-    content_of,
-    open_file,
-    place,
-    refuse_folder,
-    within,
-    without_mark,
-)
+from lcpcli.files import contents, json_format, reading
+from lcpcli.files.contents import STANDARD_INPUT, Source, checked, content_of, place, within
 from lcpcli.files.fields import BOUNDS, TEXTS, is_whole, made
-from lcpcli.files.formats import LINES, form_of, kind_in, load
+from lcpcli.files.formats import LINES, form_of, kind_in, load, refuse
 from lcpcli.files.reading import LINE, WHOLE
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import dense, is_sparse
 from lcpcli.model.arrays import as_matrix
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix
@@ -45,18 +35,13 @@ FIRST_BYTES = 1024  # of a file, searched for its first character that is not bl
 
 
 class Input(NamedTuple):
-    """A problem to be read.
+    """A problem to be read."""
 
-    paths, contents : the path and the content of its file, or of the files of M and of q. line : the number of its
-    line, from 1, in a file with a problem in each line. fault : the error if its files could not be read. marks : the
-    mark of the problem in a log, or none.
-    """
-
-    paths: tuple[str, ...]
-    contents: tuple[bytes, ...] = ()
-    line: int | None = None
-    fault: ProblemError | None = None
-    marks: Sequence[Mapping[str, Any]] = ()
+    paths: tuple[str, ...]  # its file, or the files of M and of q
+    contents: tuple[bytes, ...] = ()  # of these files
+    line: int | None = None  # the number of its line, from 1, in a file with a problem in each line
+    fault: ProblemError | None = None  # the error if its files could not be read
+    marks: Sequence[Mapping[str, Any]] = ()  # the mark of the problem in a log, or none
 
     @property
     def sources(self) -> list[Source]:  # the place of its problem
@@ -93,20 +78,15 @@ class Input(NamedTuple):
 
 
 class QColumns(NamedTuple):
-    """Several problems with one M.
+    """Several problems with one M."""
 
-    paths : the files of M and of Q. Q : an array of shape (n, k) with a q in each column. names : the names of the
-    columns. shared : the bounds, and the names of the unknowns, that the file of M has. first : the number of the first
-    column in the file, from 1. marks : as in Input, for all problems or none.
-    """
-
-    paths: tuple[str, str]
+    paths: tuple[str, str]  # the files of M and of Q
     M: Matrix
-    Q: Matrix
-    names: Sequence[str]
-    shared: Mapping[str, Any] = {}
-    first: int = 1
-    marks: Sequence[Mapping[str, Any]] = ()
+    Q: Matrix  # of shape (n, k), with a q in each column
+    names: Sequence[str]  # of the columns
+    shared: Mapping[str, Any] = {}  # the bounds, and the names of the unknowns, that the file of M has
+    first: int = 1  # the number of the first column in the file, from 1
+    marks: Sequence[Mapping[str, Any]] = ()  # as in Input, for all problems or none
 
     @property
     def sources(self) -> list[Source]:  # the places of its problems
@@ -149,13 +129,13 @@ def nonlinear_in(path: str, content: bytes) -> Model | None:
     return None if within(place(path), lambda: isinstance(model.problem, Problem)) else model
 
 
-def digest(*contents: bytes) -> str:
+def digest(*parts: bytes) -> str:
     from hashlib import blake2b
 
     found = blake2b(digest_size=8)
-    for content in contents:
-        found.update(len(content).to_bytes(8, "big"))
-        found.update(content)
+    for part in parts:
+        found.update(len(part).to_bytes(8, "big"))
+        found.update(part)
     return found.hexdigest()
 
 
@@ -172,14 +152,14 @@ def inputs(
     while left:
         path = left.pop(0)
         try:
-            refuse_folder(path)
-            with open_file(path) as file:
+            contents.refuse_folder(path)
+            with contents.open_file(path) as file:
                 head, are_lines = _head(path, file, streams and path == STANDARD_INPUT)
                 if are_lines and has_q:
                     raise ProblemError(left.pop(), "is not needed", f"{place(path)} has problems in its lines")
                 if are_lines:
                     for number, line in enumerate(chain(head, file), 1):
-                        if text := (without_mark(line) if number == 1 else line).strip():
+                        if text := (contents.without_mark(line) if number == 1 else line).strip():
                             yield Input((path,), (text,), line=number)
                     continue
                 content = checked(path, b"".join([*head, file.read()]), WHOLE)
@@ -206,7 +186,7 @@ def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]
 
 def _is_object(line: bytes) -> bool:
     with suppress(ValueError, RecursionError):
-        return isinstance(json.loads(without_mark(line), parse_int=float), dict)
+        return isinstance(json.loads(contents.without_mark(line), parse_int=float), dict)
     return False
 
 
@@ -237,8 +217,8 @@ def _with_next(path: str, content: bytes, left: list[str], of_folders: Collectio
     if columns is None or M is None:
         return Input((path, q_path), (content, q_content))
     own = columns[0][:, : len(columns[0])]
-    if 1 < len(own) >= len(columns[1]) - 1 and np.array_equal(own, M.toarray() if is_sparse(M) else M):
-        raise ProblemError(place(q_path), f"begins with M of {place(path)}", "if it holds M and q, name it alone")
+    has_M = 1 < len(own) >= len(columns[1]) - 1 and np.array_equal(own, dense(M))
+    refuse(has_M, place(q_path), f"begins with M of {place(path)}", "if it holds M and q, name it alone")
     return QColumns((path, q_path), M, *columns, shared or {})
 
 
@@ -273,7 +253,7 @@ def _is_q(path: str, n: int | None = None) -> bool:
         return False
     own: Problem | Matrix | None = None
     with suppress(ProblemError):
-        with open_file(path) as file:
+        with contents.open_file(path) as file:
             head = file.read(FIRST_BYTES)
             is_other = head.lstrip().startswith(b"{") and not head.lstrip(b"{ \t\r\n").startswith(b'"q"')
             content = b"" if is_other else checked(path, head + file.read(), LINE)

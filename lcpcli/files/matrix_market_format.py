@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -28,17 +28,6 @@ CHOICES = (("array", "coordinate"), ("real", "double", "integer"), tuple(SIGNS))
 DECIMAL = rb"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"  # unambiguous, so that matching does not backtrack
 INTEGER = rb"[-+]?\d+"
 WIDTHS = {"array": 1, "coordinate": 3}  # numbers per entry
-
-
-class _Header(NamedTuple):
-    """The declarations of a file. entries : the number of entries. end : the place where the entries begin."""
-
-    form: str
-    field: str
-    symmetry: str
-    shape: tuple[int, int]
-    entries: int
-    end: int
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
@@ -80,50 +69,45 @@ def _text(matrix: Matrix, exact: Exact) -> bytes:
 
 def _matrix(field: str, content: bytes, number: Number) -> Any:
     """Return the matrix, dense or in scipy's coordinate form, if the file has its entries."""
-    header = _header(content)
-    declared, width = " x ".join(map(str, header.shape)), WIDTHS[header.form]
-    if SIGNS[header.symmetry] and header.shape[0] != header.shape[1]:
-        raise ProblemError(field, f"is {header.symmetry} but {declared}", "make it square or general")
-    if header.form == "array":
-        refuse_beyond_memory(field, header.shape)
-    fault = f"is declared with {count(header.entries, 'entry')}, more than the file holds"
-    refuse(header.entries * 2 * width > len(content) - header.end + 1, field, fault, "is it cut off?")
-    _refuse_other_lines(header, content)
-    words = content[header.end :].split()
-    fault = f"is declared with {count(header.entries, 'entry')} but has {count(len(words) // width, 'entry')}"
-    refuse(len(words) != header.entries * width, field, fault, "make them agree")
+    (form, kind, symmetry), shape, entries, end = _header(content)
+    width, sign = WIDTHS[form], SIGNS[symmetry]
+    fault = f"is {symmetry} but {shape[0]} x {shape[1]}"
+    refuse(sign and shape[0] != shape[1], field, fault, "make it square or general")
+    if form == "array":
+        refuse_beyond_memory(field, shape)
+    fault = f"is declared with {count(entries, 'entry')}, more than the file holds"
+    refuse(entries * 2 * width > len(content) - end + 1, field, fault, "is it cut off?")
+    _refuse_other_lines(form, kind, content, end)
+    words = content[end:].split()
+    fault = f"is declared with {count(entries, 'entry')} but has {count(len(words) // width, 'entry')}"
+    refuse(len(words) != entries * width, field, fault, "make them agree")
     texts = words[width - 1 :: width]
     doubles = map(float, texts) if number is float else (number(text.decode("ascii")) for text in texts)
-    values = np.fromiter(doubles, np.float64, header.entries)
-    if header.form == "array":
-        return _dense(header, values)
-    rows, cols = (np.fromiter(map(int, words[i::width]), np.int64, header.entries) for i in range(2))
-    return _sparse(field, header, values, rows, cols)
+    values = np.fromiter(doubles, np.float64, entries)
+    if form == "array":
+        return _dense(sign, shape, values)
+    rows, cols = (np.fromiter(map(int, words[i::width]), np.int64, entries) for i in range(2))
+    if sign:
+        mirrored = rows != cols
+        is_wrong = sign < 0 and not mirrored.all()
+        refuse(is_wrong, field, "is skew-symmetric with entries on its diagonal", "leave them out")
+        values = np.concatenate((values, sign * values[mirrored]))
+        rows, cols = np.concatenate((rows, cols[mirrored])), np.concatenate((cols, rows[mirrored]))
+    return of_coordinates(field, values, rows, cols, shape, 1)
 
 
-def _dense(header: _Header, values: Vector) -> Matrix:
-    """Return the matrix from its values by columns, which are only the lower triangle if the matrix is symmetric."""
-    if header.symmetry == "general":
-        return np.ascontiguousarray(values.reshape(header.shape, order="F"))
-    matrix, sign = np.zeros(header.shape), SIGNS[header.symmetry]
-    upper = np.triu_indices(header.shape[0], int(sign < 0))
+def _dense(sign: int, shape: tuple[int, int], values: Vector) -> Matrix:
+    """Return the matrix from its values by columns, which are only the lower triangle if it is mirrored with a sign."""
+    if not sign:
+        return np.ascontiguousarray(values.reshape(shape, order="F"))
+    matrix, upper = np.zeros(shape), np.triu_indices(shape[0], int(sign < 0))
     matrix[upper] = sign * values
     matrix.T[upper] = values
     return matrix
 
 
-def _sparse(field: str, header: _Header, values: Vector, rows: Any, cols: Any) -> Matrix:
-    """Return the matrix with entries at indices from 1, and with the mirrored entries if it is symmetric."""
-    if sign := SIGNS[header.symmetry]:
-        mirrored = rows != cols
-        if sign < 0 and not mirrored.all():
-            raise ProblemError(field, "is skew-symmetric with entries on its diagonal", "leave them out")
-        values = np.concatenate((values, sign * values[mirrored]))
-        rows, cols = np.concatenate((rows, cols[mirrored])), np.concatenate((cols, rows[mirrored]))
-    return of_coordinates(field, values, rows, cols, header.shape, 1)
-
-
-def _header(content: bytes) -> _Header:
+def _header(content: bytes) -> tuple[list[str], tuple[int, int], int, int]:
+    """Return the form, kind and symmetry of the matrix, its shape, how many entries it has, and where they begin."""
     file = io.BytesIO(content)
     words = file.readline().decode("latin-1").lower().split()
     if len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"]:
@@ -143,14 +127,14 @@ def _header(content: bytes) -> _Header:
     if not entries:
         sign = SIGNS[words[4]]
         entries = [rows * columns - abs(sign) * rows * (rows - sign) // 2]
-    return _Header(words[2], words[3], words[4], (rows, columns), entries[0], file.tell())
+    return words[2:], (rows, columns), entries[0], file.tell()
 
 
-def _refuse_other_lines(header: _Header, content: bytes) -> None:
-    number, kind = (INTEGER, "whole number") if header.field == "integer" else (DECIMAL, "number")
-    entry = number if header.form == "array" else rb"\d{1,18}[ \t]+\d{1,18}[ \t]+" + number
+def _refuse_other_lines(form: str, kind: str, content: bytes, end: int) -> None:
+    number, noun = (INTEGER, "whole number") if kind == "integer" else (DECIMAL, "number")
+    entry = number if form == "array" else rb"\d{1,18}[ \t]+\d{1,18}[ \t]+" + number
     other = re.compile(rb"^(?![ \t]*(?:%b[ \t]*)?\r?$)[^\n]*" % entry, re.MULTILINE)
-    if found := other.search(content, header.end):
+    if found := other.search(content, end):
         line = content.count(b"\n", 0, found.start()) + 1
-        expected = f"give one {kind}" if header.form == "array" else f"give a row, a column and a {kind}"
+        expected = f"give one {noun}" if form == "array" else f"give a row, a column and a {noun}"
         raise ProblemError(f"line {line}", f"is {quoted(found.group().decode('latin-1').strip())}", expected)

@@ -82,7 +82,11 @@ class _Reader:
         lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
         self._squared = _squared(lines)
         for self._line, line in enumerate(lines, 1):
-            words = self._without_remark(line.split())
+            words = line.split()
+            for place, word in enumerate(words[2:] if "$" in line else (), 2):  # a remark begins with an unknown name
+                if word.startswith("$") and word not in self._kinds and word not in self._columns:
+                    words = words[:place]
+                    break
             if not words or line.startswith("*"):
                 continue
             is_sense = self._section == "OBJSENSE" and words[0].upper() in SENSES
@@ -95,10 +99,9 @@ class _Reader:
                 elif self._section not in readers:
                     raise self._error(f"has the heading {quoted(self._section)}", HEADING)
                 elif self._section == "QSECTION":
-                    if words and words[0] != next((row for row, kind in self._kinds.items() if kind == "N"), None):
-                        raise self._error(
-                            f"has a quadratic part of row {quoted(words[0])}", "only an objective may have one"
-                        )
+                    if words and words[0] != self._objective():
+                        fault = f"has a quadratic part of row {quoted(words[0])}"
+                        raise self._error(fault, "only an objective may have one")
                     words = []
             if words and self._section != "NAME":
                 read = readers.get(self._section, self._refuse)
@@ -110,13 +113,6 @@ class _Reader:
                         continue
                     raise
         return self._fields()
-
-    def _without_remark(self, words: list[str]) -> list[str]:
-        """Return the words before a remark, which begins with $ after the second word and is no declared name."""
-        for place, word in enumerate(words):
-            if place > 1 and word.startswith("$") and word not in self._kinds and word not in self._columns:
-                return words[:place]
-        return words
 
     def _error(self, fault: str, hint: str) -> ProblemError:
         return ProblemError(f"line {self._line}", fault, hint)
@@ -216,10 +212,12 @@ class _Reader:
     def _misread(self, number: str) -> ProblemError:
         return self._error(f"has {quoted(number)} in place of a number", "give a number")
 
+    def _objective(self) -> str:
+        return next((row for row, kind in self._kinds.items() if kind == "N"), "")
+
     def _fields(self) -> dict[str, Any]:
-        objective = next((row for row, kind in self._kinds.items() if kind == "N"), None)
-        if objective is None:
-            raise ProblemError("", "has no objective, which is a row N", "add it to ROWS")
+        objective = self._objective()
+        refuse(not objective, "", "has no objective, which is a row N", "add it to ROWS")
         refuse(not self._columns, "", "has no columns", "give a program with at least one variable")
         columns, rows = list(self._columns), [row for row, kind in self._kinds.items() if kind != "N"]
         is_dense = len(columns) + len(rows) <= LARGEST_DENSE
@@ -430,15 +428,11 @@ def as_mps(text: bytes) -> bytes:
             status = highspy.HighsStatus.kError
         for line in events:
             if line.startswith(("WARNING", "ERROR")) and not any(words in line for words in TOLD):
-                raise ProblemError("", f"cannot be read ({_complaint(line)})", HINT)
+                first, _, rest = line.partition(":")[2].strip().partition("\n")
+                place = PLACE.search(rest)  # the line of the file, which follows since version 1.16 of HiGHS
+                where = "" if place is None else f"line {place[1]}: "
+                raise ProblemError("", f"cannot be read ({where}{' '.join(first.split())})", HINT)
         if status == highspy.HighsStatus.kError or not highs.getNumCol():
             raise ProblemError("", "is not a program in MPS or in the LP format", "is it complete?")
         highs.writeModel(str(made))
         return made.read_bytes().partition(b"\n")[2]  # without the name, which is that of the temporary file
-
-
-def _complaint(event: str) -> str:
-    """Return the first line of a complaint, with the line of the file, which follows it since version 1.16 of HiGHS."""
-    first, _, rest = event.partition(":")[2].strip().partition("\n")
-    place = PLACE.search(rest)
-    return " ".join(first.split()) if place is None else f"line {place[1]}: {first}"

@@ -19,7 +19,7 @@ from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count
 from lcpcli.expressions.graph import Arithmetic, Intervals
 from lcpcli.expressions.tape import Jacobian, Tape
-from lcpcli.files.contents import content_of, decode, place, within
+from lcpcli.files.contents import content_of, decode, parsed, place, within
 from lcpcli.files.fields import LARGEST_DENSE, made
 from lcpcli.files.formats import Number, refuse
 from lcpcli.files.nl_model import NlModel
@@ -65,8 +65,7 @@ def _ends(ends: Sequence[Any], of: Callable[[Any], float]) -> Vector:
 
 def _model(content: bytes, is_exact: bool = False) -> NlModel:
     def decimal(text: str) -> Any:
-        double = float(text)
-        return fraction(text) if isfinite(double) else double
+        return fraction(text) if isfinite(double := float(text)) else double
 
     return NlModel(segments_in(content, decimal if is_exact else float), is_exact)
 
@@ -114,9 +113,23 @@ class Model:
         self.remark = in_names(path, self.model.remark)
 
     def solution_in(self, path: str) -> list[Fraction]:
-        header = self.model.header
-        values = within(place(path), values_in, content_of(path, WHOLE), header.variables)
-        return [values[variable] for variable in self.model.unknowns]
+        """Return the solution in a file .sol, with all decimals; raise ProblemError if it is none of this model."""
+        return parsed(path, WHOLE, self._solution)
+
+    def _solution(self, content: bytes) -> list[Fraction]:
+        variables = self.model.header.variables
+        lines = [line.strip() for line in decode(content).split("\n")]
+        try:
+            at = lines.index("Options") + 1
+            at += 1 + whole(lines[at]) - (lines[at + 2] == WITH_TOLERANCE)
+            _, duals, own, values = map(whole, lines[at : at + 4])
+            first = at + 4 + duals
+            found = [fraction(line) for line in lines[first : first + values]]
+        except (ValueError, IndexError):
+            raise ProblemError("", "is no .sol file in text", "write it as solvers for AMPL do, in text") from None
+        fault = f"has {count(len(found), 'value')} of {count(own, 'variable')} for {variables} of the model"
+        refuse(own != variables or len(found) != own, "", fault, "solve the model again")
+        return [found[variable] for variable in self.model.unknowns]
 
     @cached_property
     def problem(self) -> Problem | NonlinearProblem:
@@ -147,18 +160,10 @@ class Model:
     @cached_property
     def nonlinear(self) -> NonlinearProblem:
         refuse(self.model.objective is not None, "", *NO_OBJECTIVE)
-        lower, upper = np.array(self.model.lower, float), np.array(self.model.upper, float)
-        return NonlinearProblem(
-            self._functions.F,
-            self._functions.J,
-            lower=lower,
-            upper=upper,
-            x0=self.model.start,
-            name=self.name,
-            note=self.remark,
-            names=self.names,
-            interval=self._enclosure,
-        )
+        ends: dict[str, Any] = {"lower": np.array(self.model.lower, float), "upper": np.array(self.model.upper, float)}
+        texts: dict[str, Any] = {"name": self.name, "note": self.remark, "names": self.names}
+        F, J = self._functions.F, self._functions.J
+        return NonlinearProblem(F, J, x0=self.model.start, interval=self._enclosure, **ends, **texts)
 
     @cached_property
     def _functions(self) -> Functions:
@@ -259,42 +264,7 @@ WITH_TOLERANCE = "3"  # as the second option: a tolerance stands behind the opti
 
 def solution_text(header: Header, message: str, values: Vector, number: int) -> str:
     """Return the file with the values of all variables, and none of multipliers. number : the solve_result_num."""
-    return "\n".join(
-        [
-            message,
-            "",
-            "Options",
-            *_options(header.options),
-            *map(str, (header.rows, 0, header.variables, len(values))),
-            *map(repr, values.tolist()),
-            f"objno 0 {number}",
-            "",
-        ]
-    )
-
-
-def values_in(content: bytes, variables: int) -> list[Fraction]:
-    """Return the values of all variables in a file, with all decimals; raise ProblemError if it has other ones.
-
-    variables : the number of variables in the model.
-    """
-    lines = [line.strip() for line in decode(content).split("\n")]
-    try:
-        at = lines.index("Options") + 1
-        at += 1 + whole(lines[at]) - (lines[at + 2] == WITH_TOLERANCE)
-        _, duals, own, values = map(whole, lines[at : at + 4])
-        first = at + 4 + duals
-        found = [fraction(line) for line in lines[first : first + values]]
-    except (ValueError, IndexError):
-        raise ProblemError("", "is no .sol file in text", "write it as solvers for AMPL do, in text") from None
-    if own != variables or len(found) != own:
-        where = f"{count(len(found), 'value')} of {count(own, 'variable')}"
-        raise ProblemError("", f"has {where} for {variables} of the model", "solve the model again")
-    return found
-
-
-def _options(options: Sequence[str]) -> list[str]:
-    """Return the options of the model, with their number before them, which counts two more if a tolerance follows."""
-    size, *own = options
-    has_tolerance = own[1:2] == [WITH_TOLERANCE]
-    return [str(int(size) + 2 * has_tolerance), *own]
+    size, *own = header.options
+    size = str(int(size) + 2 * (own[1:2] == [WITH_TOLERANCE]))  # which counts two more if a tolerance follows
+    lines = [message, "", "Options", size, *own, header.rows, 0, header.variables, len(values)]
+    return "\n".join(map(str, [*lines, *values.tolist(), f"objno 0 {number}", ""]))

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial, reduce
 from math import inf, isfinite
 from typing import Any, NamedTuple
 
@@ -29,6 +29,8 @@ _Parts = list[tuple[int, Any]]  # the nodes of a sum with their coefficients
 
 COMPARING = {"min", "max", "<", "<=", "=", ">=", ">", "!=", "if", "and", "or", "not", "<==>"}  # with infinity, too
 NAMES = {"*": "product", "/": "quotient", "and": "min", "or": "max", "<==>": "="}  # of operators in a graph
+NAMES |= {"square": "^", "less": "max", "not": "="}
+CONSTANTS = {"square": 2, "less": 0, "not": 0}  # the last argument of the operator in a graph
 SQUARE = "lcp solves square systems: rows with a complementing variable, and as many equations as other variables"
 UNCOMPLEMENTED = "lcp needs for each inequality the variable that complements it, as in 0 <= z complements F(z) >= 0"
 DIVIDED = "correct it; the program that wrote the file may have divided by 0"
@@ -57,26 +59,25 @@ class NlModel:
         self.unknowns = [i for i in range(len(bounds)) if i not in fixed]
         self.graph = graph = Graph(len(self.unknowns), is_exact)
         place = {variable: i for i, variable in enumerate(self.unknowns)}
-        nodes = [place[i] if i in place else graph.constant(fixed[i]) for i in range(len(bounds))]
-        expressions = _Expressions(graph, dict(enumerate(nodes)))
+        self._nodes = {i: place[i] if i in place else graph.constant(fixed[i]) for i in range(len(bounds))}
         for number, (linear, terms) in segments.common.items():
-            expressions.nodes[len(bounds) + number] = graph.share(expressions.node(linear, terms, 0))
+            self._nodes[len(bounds) + number] = graph.share(self._node(linear, terms, 0))
         self.equations, self.complements = list[int](), dict[int, int]()
         row_of = {row: variable for variable, (row, _) in segments.complements.items()}
         for row, (low, high) in enumerate(segments.sides):
             parts = segments.linear.get(row, {}), segments.rows[row]
             if row in row_of:
-                self.complements[place[row_of[row]]] = within(f"C{row}", expressions.node, *parts, 0)
+                self.complements[place[row_of[row]]] = within(f"C{row}", self._node, *parts, 0)
             elif low is not None or high is not None:
                 refuse(low != high, f"C{row}", "is an inequality that complements no variable", UNCOMPLEMENTED)
-                self.equations.append(within(f"C{row}", expressions.node, *parts, -low))
+                self.equations.append(within(f"C{row}", self._node, *parts, -low))
         stated = {place[variable]: kind for variable, (_, kind) in segments.complements.items()}
         conditions = Conditions(self, stated, [bounds[i] for i in self.unknowns])
         self.lower, self.upper = ([ends[k] for ends in conditions.bounds] for k in (0, 1))
         self.free = [i for i in range(graph.n) if i not in self.complements]
         conditions.refuse_others(self.free)
         self.start = np.array([float(segments.start.get(variable, 0)) for variable in self.unknowns])
-        self.objective, self.remark = _objective(segments, expressions), conditions.remark()
+        self.objective, self.remark = self._objective(segments), conditions.remark()
 
     @cached_property
     def rows(self) -> list[int]:
@@ -109,33 +110,18 @@ class NlModel:
         found[list(self.fixed)] = list(self.fixed.values())
         return found
 
+    def _objective(self, segments: Segments) -> tuple[str, int] | None:
+        found = list[tuple[str, int]]()
+        for number, (is_maximized, terms) in segments.objectives.items():
+            node = self._node(segments.slopes.get(number, {}), terms, 0)
+            if self.graph.value(node) is None:
+                found.append(("max" if is_maximized else "min", node))
+        refuse(len(found) > 1, "", f"has {len(found)} objectives", "keep one")
+        return found[0] if found else None
 
-def _ends(where: str, low: Any, high: Any) -> Side:
-    low, high = -inf if low is None else low, inf if high is None else high
-    if not low <= high or low == inf or high == -inf:
-        raise ProblemError(where, f"has the bounds {float(low):g} and {float(high):g}", "correct them")
-    return low, high
-
-
-def _objective(segments: Segments, expressions: _Expressions) -> tuple[str, int] | None:
-    found = list[tuple[str, int]]()
-    for number, (is_maximized, terms) in segments.objectives.items():
-        node = expressions.node(segments.slopes.get(number, {}), terms, 0)
-        if expressions.graph.value(node) is None:
-            found.append(("max" if is_maximized else "min", node))
-    refuse(len(found) > 1, "", f"has {len(found)} objectives", "keep one")
-    return found[0] if found else None
-
-
-class _Expressions:
-    """The expressions of a file in a graph. nodes : of each variable the unknown, or the constant if it is fixed."""
-
-    def __init__(self, graph: Graph, nodes: dict[int, int]) -> None:
-        self.graph, self.nodes = graph, nodes
-
-    def node(self, linear: Linear, terms: Sequence[Term], constant: Any) -> int:
+    def _node(self, linear: Linear, terms: Sequence[Term], constant: Any) -> int:
         """Return the sum of an expression, of multiples of variables and of a constant."""
-        parts = [(self.nodes[variable], factor) for variable, factor in linear.items()]
+        parts = [(self._nodes[variable], factor) for variable, factor in linear.items()]
         return self.graph.sum([*parts, (self._expression(terms), 1)], constant)
 
     def _expression(self, terms: Sequence[Term]) -> int:
@@ -146,14 +132,16 @@ class _Expressions:
             elif letter == "p":
                 found.append([(self._piecewise_linear(value[::2], value[1::2], self.graph.sum(found.pop())), 1)])
             else:
-                found.append([(self.nodes[value] if letter == "v" else self.graph.constant(value), 1)])
+                found.append([(self._nodes[value] if letter == "v" else self.graph.constant(value), 1)])
         return self.graph.sum(found.pop())
 
     def _apply(self, name: str, arguments: Sequence[_Parts]) -> _Parts:
         """Return the value of an operator as a sum, so that sums of sums become nodes only once."""
         graph = self.graph
-        if name not in COMPARING:
-            self._refuse_infinite(node for part in arguments for node, _ in part)
+        constants = map(graph.value, () if name in COMPARING else (node for part in arguments for node, _ in part))
+        if lost := next((value for value in constants if value and not isfinite(value)), None):
+            fault = f"computes with the constant {float(lost):g}, so that it is finite nowhere"
+            raise ProblemError("", fault, DIVIDED)
         if name in ("+", "-", "sum", "negative"):
             (first, *others), is_minus = arguments, name == "-"
             if name == "negative":
@@ -162,25 +150,14 @@ class _Expressions:
                 first += [(node, -factor) for node, factor in part] if is_minus else part
             return first
         nodes = [graph.sum(part) for part in arguments]
-        if name == "square":
-            return [(graph.apply("^", nodes[0], graph.constant(2)), 1)]
         if name == "less":  # max(a - b, 0)
-            return [(graph.apply("max", graph.sum([(nodes[0], 1), (nodes[1], -1)]), graph.constant(0)), 1)]
-        if name == "not":
-            return [(graph.apply("=", nodes[0], graph.constant(0)), 1)]
+            nodes = [graph.sum([(nodes[0], 1), (nodes[1], -1)])]
+        if name in CONSTANTS:
+            nodes.append(graph.constant(CONSTANTS[name]))
         name = NAMES.get(name, name)
         if name not in ("min", "max"):
             return [(graph.apply(name, *nodes), 1)]
-        found, *others_nodes = nodes
-        for other in others_nodes:
-            found = graph.apply(name, found, other)
-        return [(found, 1)]
-
-    def _refuse_infinite(self, nodes: Iterable[int]) -> None:
-        for value in filter(None, map(self.graph.value, nodes)):
-            if not isfinite(value):
-                fault = f"computes with the constant {float(value):g}, so that it is finite nowhere"
-                raise ProblemError("", fault, DIVIDED)
+        return [(reduce(partial(graph.apply, name), nodes), 1)]
 
     def _piecewise_linear(self, slopes: Sequence[Any], breakpoints: Sequence[Any], argument: int) -> int:
         """Return the function with these slopes between the breakpoints that is 0 at 0: a sum of kinks."""
@@ -191,6 +168,13 @@ class _Expressions:
             parts.append((kink, right - left))
             constant -= (right - left) * max(-place, 0)
         return graph.sum(parts, constant)
+
+
+def _ends(where: str, low: Any, high: Any) -> Side:
+    low, high = -inf if low is None else low, inf if high is None else high
+    if not low <= high or low == inf or high == -inf:
+        raise ProblemError(where, f"has the bounds {float(low):g} and {float(high):g}", "correct them")
+    return low, high
 
 
 LOWER, UPPER, BOTH = 1, 2, 3

@@ -188,19 +188,14 @@ CONTINUOUS = "lcp solves complementarity problems of continuous variables"
 
 
 class Header(NamedTuple):
-    """The header of a file.
+    """The header of a file, with the numbers of its variables, rows, entries of the Jacobian and common expressions."""
 
-    options : the numbers in the first line, which belong into the solution file. variables, rows, entries, common : the
-    numbers of variables, of rows, of entries of the Jacobian and of common expressions. order : the order of bytes, as
-    in `struct`; "" in a text.
-    """
-
-    options: list[str]
+    options: list[str]  # the numbers in the first line, which belong into the solution file
     variables: int
     rows: int
     entries: int
     common: int
-    order: str
+    order: str  # of bytes, as in `struct`; "" in a text
 
 
 def segments_in(content: bytes, constant: Constant) -> Segments:
@@ -215,7 +210,14 @@ def _header(lines: list[bytes]) -> Header:
     first = OPTIONS.match(_line(lines[0]))
     if first is None:
         raise ProblemError("line 1", "is not the beginning of an .nl file", "begin it with g3 or b3")
-    counts = [_counts(line, number) for number, line in enumerate(lines[1:], 2)]
+    counts = list[list[int]]()
+    for number, line, fewest in zip(range(2, HEADER_LINES + 1), lines[1:], FEWEST, strict=True):
+        own = list[int]()
+        with suppress(ValueError):
+            own = list(map(whole, _line(line).split()))
+        is_wrong = len(own) < fewest or min(own) < 0
+        refuse(is_wrong, f"line {number}", f"has not the {fewest} counts of the header", CUT_OFF)
+        counts.append([*own, 0, 0])
     (n, m, *_), (integers, logical) = counts[0], (sum(counts[5]), counts[0][5])
     for number, noun in ((integers, "integer variable"), (logical, "logical constraint")):
         refuse(number, "", f"has {count(number, noun)}", CONTINUOUS)
@@ -224,37 +226,22 @@ def _header(lines: list[bytes]) -> Header:
     return Header(options, n, m, counts[6][0], sum(counts[8]), order)
 
 
-def _counts(line: bytes, number: int) -> list[int]:
-    words, fewest = _line(line).split(), FEWEST[number - 2]
-    counts: list[int] = []
-    with suppress(ValueError):
-        counts = list(map(whole, words))
-    if len(counts) < fewest or min(counts) < 0:
-        raise ProblemError(f"line {number}", f"has not the {fewest} counts of the header", CUT_OFF)
-    return [*counts, 0, 0]
-
-
 def _line(line: bytes) -> str:
     return line.decode("utf-8", "replace").partition("#")[0].strip()
 
 
 class Segments:
-    """The content of a file. Expressions are lists of terms, operators before their arguments.
-
-    common : linear part and expression of each common expression, by its number. rows, linear : expression and linear
-    part of each row, by its number. objectives, slopes : of each objective, whether it is maximized and its expression,
-    and its linear part. sides, bounds : of rows and variables. complements : of a variable, the row that
-    complements it, and the number that says which bounds it has. start : values of variables.
-    """
+    """The content of a file. Expressions are lists of terms, operators before their arguments."""
 
     def __init__(self, header: Header, tokens: Tokens) -> None:
-        self.header, self._tokens = header, tokens
-        self.common, self.start = dict[int, tuple[Linear, list[Term]]](), Linear()
-        self.rows, self.linear = dict[int, list[Term]](), dict[int, Linear]()
-        self.objectives, self.slopes = dict[int, tuple[int, list[Term]]](), dict[int, Linear]()
-        self.sides, self.bounds = list[Side](), list[Side]()
-        self.complements = dict[int, tuple[int, int]]()
-        self._entries = 0
+        self.header, self._tokens, self._entries = header, tokens, 0
+        self.common = dict[int, tuple[Linear, list[Term]]]()  # the linear part and the expression, by their numbers
+        self.rows, self.linear = dict[int, list[Term]](), dict[int, Linear]()  # the same of the rows
+        self.objectives = dict[int, tuple[int, list[Term]]]()  # whether one is maximized, and its expression
+        self.slopes = dict[int, Linear]()  # the linear parts of the objectives
+        self.sides, self.bounds = list[Side](), list[Side]()  # of rows and of variables
+        self.complements = dict[int, tuple[int, int]]()  # of a variable its row, and which bounds it has, as a number
+        self.start = Linear()  # values of variables
         while code := tokens.code():
             self._read(code)
         self._refuse_incomplete()
@@ -276,9 +263,7 @@ class Segments:
             else:
                 self.slopes[number] = self._linear(integer())
         elif code == "V":
-            number, size, _ = integer() - header.variables, integer(), integer()
-            if number in self.common or not 0 <= number < header.common:
-                raise tokens.error(f"defines common expression {number} of {header.common}", COUNTS)
+            number, size, _ = self._index(header.common, "common expression", header.variables), integer(), integer()
             self.common[number] = self._linear(size), self._expression()
         elif code == "x":
             self.start = self._linear(integer())
@@ -300,9 +285,9 @@ class Segments:
         else:
             raise tokens.error(f"has {quoted(code)} in place of a segment", COUNTS)
 
-    def _index(self, end: float, noun: str) -> int:
-        """Return the number of a row, a variable or the like."""
-        number = self._tokens.integer()
+    def _index(self, end: float, noun: str, first: int = 0) -> int:
+        """Return the number of a row, a variable or the like, which the file counts from `first`."""
+        number = self._tokens.integer() - first
         if not 0 <= number < end:
             raise self._tokens.error(f"names {noun} {number}, counted from 0, of {end}", COUNTS)
         return number
@@ -321,9 +306,7 @@ class Segments:
         tokens = self._tokens
         kind = tokens.kind()
         if kind == "5" and row is not None:
-            bounds, variable = tokens.integer(), tokens.integer() - 1
-            if not 0 <= variable < self.header.variables:
-                raise tokens.error(f"complements variable {variable + 1} of {self.header.variables}", COUNTS)
+            bounds, variable = tokens.integer(), self._index(self.header.variables, "variable", 1)
             other, _ = self.complements.setdefault(variable, (row, bounds))
             fault = f"complements v{variable}, and so does C{other}"
             refuse(other != row, f"C{row}", fault, "give each row a variable of its own")

@@ -5,7 +5,6 @@ Nothing is ever unpickled.
 from __future__ import annotations
 
 import io
-import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -15,13 +14,13 @@ import numpy as np
 from numpy.lib import format as npy
 
 from lcpcli.errors import ProblemError
-from lcpcli.files.contents import refuse_beyond_memory, within
+from lcpcli.files.contents import within
 from lcpcli.files.fields import BOUNDS, KEYS, MATRICES, TEXTS, kind_of, of_table
 from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
 
-LARGEST_CHARACTER = 0x10FFFF  # numpy keeps larger numbers, of which no text can be made
+UNREAD = "of numbers or texts, or is damaged"
 NAME_FIELDS = ("rows", "columns", "names")
 
 
@@ -51,23 +50,15 @@ def flat(array: Any) -> Any:
     return array.ravel() if array.ndim == 2 and (1 in array.shape or array.shape == (0, 0)) else array
 
 
-def array_in(file: IO[bytes], size: int, name: str = "") -> Any:
-    """Return the array in a file of this size. If the header declares an array of objects, or an array that does not
-    fit the size of the file, it is refused before memory is allocated."""
+def array_in(file: IO[bytes]) -> Any:
+    """Return the array in a file. One that declares more than the file holds takes no memory before it is refused."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # about files written by Python 2, which are fine
-        read_header = npy.read_array_header_1_0 if npy.read_magic(file) == (1, 0) else npy.read_array_header_2_0
-        shape, is_by_columns, dtype = read_header(file)
-    length = size - file.tell()
-    refuse(dtype.hasobject, name, "is an array of objects", "save it as an array of numbers or a text")
-    if math.prod(shape) * dtype.itemsize != length:
-        declared = " x ".join(map(str, shape)) or "one number"
-        hint = f"save it again with numpy.save{'z' * bool(name)}"
-        raise ProblemError(name, f"is declared as {declared} of {dtype.name} but has {length} bytes", hint)
-    refuse_beyond_memory(name, shape, dtype.itemsize)
-    array = np.ndarray(shape, dtype, file.read(), order="F" if is_by_columns else "C").copy("K")
-    if dtype.kind == "U" and (np.frombuffer(array.tobytes(), dtype.str[0] + "u4") > LARGEST_CHARACTER).any():
-        raise ProblemError(name, "is a text of characters that do not exist", "save it again")
+        array = npy.read_array(file, allow_pickle=False)
+    if file.read(1) or (array.size > 1 and not array.itemsize):  # as no memory is needed for any number of empty texts
+        raise ValueError
+    if array.dtype.kind == "U":
+        array.tolist()  # which raises ValueError for characters that do not exist
     return array
 
 
@@ -84,8 +75,8 @@ def unless_damaged(name: str, fault: str, hint: str) -> Iterator[None]:
 
 
 def _array(content: bytes) -> Any:
-    with unless_damaged("", "is not an NPY file, or is damaged", "save it again with numpy.save"):
-        return array_in(io.BytesIO(content), len(content))
+    with unless_damaged("", f"is not an NPY file {UNREAD}", "save it again with numpy.save, and not as objects"):
+        return array_in(io.BytesIO(content))
 
 
 def of_arrays(arrays: Mapping[str, Any]) -> dict[str, Any]:

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
-from lcpcli.files.contents import refuse_mostly_absent, within
+from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent, within
 from lcpcli.files.fields import KEYS, MATRICES, kind_of, refuse_unknown
 from lcpcli.files.formats import Exact, Number, refuse
-from lcpcli.files.npy_format import array_in, named, of_arrays, text, unless_damaged, written
+from lcpcli.files.npy_format import UNREAD, array_in, named, of_arrays, text, unless_damaged, written
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import fit
 from lcpcli.typing import Matrix
@@ -65,22 +65,21 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa
 def _arrays(content: bytes) -> dict[str, Any]:
     """Return the arrays of an archive by name; an array larger than the data stored for it is refused."""
     arrays = dict[str, Any]()
-    hint = "is it cut off? save it again with numpy.savez"
+    hint = "is it cut off? save it again with numpy.savez, and not as objects"
     with unless_damaged("", "is not NPZ", hint), zipfile.ZipFile(io.BytesIO(content)) as archive:
         for member in archive.infolist():
             name = member.filename.removesuffix(".npy")
-            if name in arrays:
-                raise ProblemError(name, "occurs twice", "keep one")
-            with unless_damaged(name, "is not an array, or is damaged", hint), archive.open(member) as file:
-                arrays[name] = array_in(file, member.file_size, name)
+            refuse(name in arrays, name, "occurs twice", "keep one")
+            refuse_beyond_memory(name, (member.file_size,), 1)
+            with unless_damaged(name, f"is not an array {UNREAD}", hint), archive.open(member) as file:
+                arrays[name] = array_in(file)
     return arrays
 
 
 def _matrix(arrays: dict[str, Any]) -> Matrix:
     stored = [key for key in SPARSE_FIELDS if key in arrays]
     if "M" in arrays:
-        if stored:
-            raise ProblemError(stored[0], "is part of a sparse M next to a dense M", "keep one of them")
+        refuse(stored, "".join(stored[:1]), "is part of a sparse M next to a dense M", "keep one of them")
         return arrays["M"]
     refuse(not stored, "M", "is missing", "add the key M, or data, indices, indptr and shape of a sparse M")
     form = text("format", arrays["format"]) if "format" in arrays else "csr"

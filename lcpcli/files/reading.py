@@ -148,25 +148,27 @@ def exact_vector_in(
 ) -> list[Fraction]:
     """Return the vector in a file's content as `vector_in` does, with its numbers as written."""
     from lcpcli.rational.exact_problem import fractions_of
-    from lcpcli.rational.numbers import exact_vector
+    from lcpcli.rational.numbers import written
 
     if kind_in(form_of(path, content)).has_arrays:
         return fractions_of(vector_in(field, path, content, n, names=names))
-    return exact_vector(lambda number: vector_in(field, path, content, n, number, names))
+    found = written(lambda number: vector_in(field, path, content, n, number, names))
+    return [found.number(value) for value in found.own.tolist()]
 
 
 def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactParts:
     """Return the numbers, as written, of contents that `problem_of` has accepted."""
-    parts = within(place(paths[0]), exact_parts_in, form_of(paths[0], contents[0]), contents[0], len(paths) == 2)
+    form = form_of(paths[0], contents[0])
+    M, q, lower, upper = within(place(paths[0]), exact_parts_in, form, contents[0], len(paths) == 2)
     if len(paths) == 2:
-        parts = parts._replace(q=within(place(paths[1]), exact_vector_in, "q", paths[1], contents[1]))
-    return parts
+        q = within(place(paths[1]), exact_vector_in, "q", paths[1], contents[1])
+    return M, q, lower, upper
 
 
 def exact_parts_in(form: str, content: bytes, lacks_q: bool = False) -> ExactParts:
     """Return the numbers in the content of a file of this format as written: arrays in their own type, texts with all
     decimals. lacks_q : whether q is in another file; zeros then take its place."""
-    from lcpcli.rational.exact_problem import ExactParts, bounds_of, exact_parts, fractions_of, parts_of, rows_of
+    from lcpcli.rational.exact_problem import bounds_of, exact_parts, fractions_of, parts_of, rows_of
 
     def parse(number: Number = float) -> dict[str, Any]:
         fields = load(form).fields(content, number)
@@ -178,8 +180,8 @@ def exact_parts_in(form: str, content: bytes, lacks_q: bool = False) -> ExactPar
     if kind_of(fields):
         return parts_of(made(fields))
     rows = rows_of(fields["M"])
-    bounds = {key: bounds_of(np.broadcast_to(fields[key], len(rows))) for key in BOUNDS if key in fields}
-    return ExactParts(rows, fractions_of(fields["q"]) if "q" in fields else None, **bounds)
+    low, high = (bounds_of(np.broadcast_to(fields[key], len(rows))) if key in fields else None for key in BOUNDS)
+    return rows, fractions_of(fields["q"]) if "q" in fields else None, low, high
 
 
 def name_of(path: str) -> str:

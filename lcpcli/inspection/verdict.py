@@ -184,7 +184,7 @@ def signs(A: Matrix, d: Vector, check: Check) -> Vector:
         check()
         part = slice(A.indptr[i], A.indptr[i + 1]) if is_sparse(A) else slice(None)
         row, own = (A.data[part], d[A.indices[part]]) if is_sparse(A) else (A[i], d)
-        total = numbers.sign_of_product(row, own)
+        total = numbers.dot(numbers.in_integers(row)[0], numbers.in_integers(own)[0])
         sign[i] = (total > 0) - (total < 0)
     return sign
 

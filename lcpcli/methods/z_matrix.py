@@ -113,16 +113,16 @@ class _InFractions:
 
     def is_m_matrix(self, basic: Sequence[int]) -> bool:
         own = sorted(basic)
-        found = elimination.solve(self._block(own), [self._data.scales[i] for i in own])
-        return found.x is not None and not found.null_space and min(found.x) > 0
+        x, free = elimination.solve(self._block(own), [self._data.scales[i] for i in own])
+        return x is not None and not free and min(x) > 0
 
     def multipliers(self, basic: Sequence[int], i: int) -> list[Fraction]:
         own, y, data = sorted(basic), [Fraction(0)] * self._data.n, self._data
         y[i] = Fraction(data.scales[i])
         if own:
             transposed = [list(row) for row in zip(*self._block(own), strict=True)]
-            found = elimination.solve(transposed, [-data.rows[i].get(j, 0) for j in own])
-            for j, value in zip(own, found.x or (), strict=True):
+            x, _ = elimination.solve(transposed, [-data.rows[i].get(j, 0) for j in own])
+            for j, value in zip(own, x or (), strict=True):
                 y[j] = value * data.scales[j]
         return [Fraction(value) for value in whole_multiple(y)]
 

@@ -37,14 +37,6 @@ CODE = "import sys; sys.path[:] = sys.argv[1:]; from lcpcli.rational.elimination
 Rows = Sequence[Sequence[int]]
 
 
-class LinearSolutions(NamedTuple):
-    """One solution x of a linear system A x = b, with 0 for unknowns whose columns depend on earlier ones, None if
-    there is none; and a basis of the solutions of A x = 0."""
-
-    x: list[Fraction] | None
-    null_space: list[list[Fraction]]
-
-
 def require() -> Any:
     """Return the module flint, or raise a ParameterError that says how to install it."""
     flint = library()
@@ -63,13 +55,14 @@ def library() -> Any:
     return flint
 
 
-def solve(A: Rows, b: Sequence[int]) -> LinearSolutions:
-    """Return the solutions of A x = b, for integers A of shape (m, n) and b of length m."""
+def solve(A: Rows, b: Sequence[int]) -> tuple[list[Fraction] | None, list[list[Fraction]]]:
+    """Return a solution x of A x = b, for integers A of shape (m, n) and b of length m, with 0 for unknowns whose
+    columns depend on earlier ones, None if there is none; and a basis of the solutions of A x = 0."""
     m, n = len(A), len(A[0]) if A else 0
     if m == n > MOST_PLAIN_ROWS and library():
         found = call(solved, duration(A), A, list(b))
         if found is not None:
-            return LinearSolutions([Fraction(*value) for value in found], [])
+            return [Fraction(*value) for value in found], []
     rows, pivots, divisor = _reduced([[*row, value] for row, value in zip(A, b, strict=True)], n)
 
     def of_column(j: int, sign: int) -> list[Fraction]:
@@ -78,7 +71,7 @@ def solve(A: Rows, b: Sequence[int]) -> LinearSolutions:
         return [values.get(k, Fraction(0)) for k in range(n)]
 
     x = None if any(row[n] for row in rows[len(pivots) :]) else of_column(n, 1)
-    return LinearSolutions(x, [of_column(j, -1) for j in range(n) if j not in pivots])
+    return x, [of_column(j, -1) for j in range(n) if j not in pivots]
 
 
 def bits(A: Rows) -> int:
@@ -98,15 +91,13 @@ def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
     not checked: they hold if A x = b has a solution, unless the prime divides a minor, which is unlikely.
     """
     if not A or min(len(A), len(A[0])) <= MOST_PLAIN_ROWS or not library():
-        return solve(A, b).x
+        return solve(A, b)[0]
     rows, columns = call(independent, SECONDS_PER_STEP * len(A) * len(A[0]) * min(len(A), len(A[0])), A)
-    found = solve([[A[i][j] for j in columns] for i in rows], [b[i] for i in rows]).x
+    found, _ = solve([[A[i][j] for j in columns] for i in rows], [b[i] for i in rows])
     if found is None:
         return None
-    x = [Fraction(0)] * len(A[0])
-    for j, value in zip(columns, found, strict=True):
-        x[j] = value
-    return x
+    values = dict(zip(columns, found, strict=True))
+    return [values.get(j, Fraction(0)) for j in range(len(A[0]))]
 
 
 def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int], int]:

@@ -12,7 +12,7 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import chain
 from operator import mul
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
 
 import numpy as np
 
@@ -30,15 +30,7 @@ if TYPE_CHECKING:
 
 Rows = list[dict[int, Fraction]]  # of a matrix: each nonzero entry, by its column
 Bounds = list[Fraction | None]  # None for no bound
-
-
-class ExactParts(NamedTuple):
-    """The numbers in a file with all decimals: M and, if it has them, q and bounds, by default those of an LCP."""
-
-    M: Rows
-    q: list[Fraction] | None = None
-    lower: Bounds | None = None
-    upper: Bounds | None = None
+ExactParts: TypeAlias = tuple[Rows, list[Fraction] | None, Bounds | None, Bounds | None]  # M, q if given, and bounds
 
 
 class ExactProblem:
@@ -144,7 +136,7 @@ class ExactProblem:
         numbers = chain((self.constants,), (row.values() for row in self.rows))
         if any(abs(value) > LARGEST_INTEGER for own in in_time(numbers) for value in own):
             return None
-        if _bounds_of(self.problem, number_of) != [self.lower, self.upper]:
+        if _bounds_of(self.problem, number_of) != (self.lower, self.upper):
             return None
         M, q = _like(self.problem.M, self.rows), np.array(self.constants, dtype=float)
         return Problem(M, q, name=self.problem.name, lower=self.problem.lower, upper=self.problem.upper)
@@ -178,13 +170,13 @@ def rows_of(M: Matrix, number: Callable[[Any], Any] = number_of) -> list[dict[in
 def parts_of(data: Problem | Matrix, number: Callable[[Any], Fraction] = number_of) -> ExactParts:
     """Return M and, of a problem, q and the bounds, as rational numbers: by default exactly their doubles."""
     if not isinstance(data, Problem):
-        return ExactParts(rows_of(data, number))
-    q = [number(value) for value in data.q.tolist()]
-    return ExactParts(rows_of(data.M, number), q, *_bounds_of(data, number))
+        return rows_of(data, number), None, None, None
+    return rows_of(data.M, number), [number(value) for value in data.q.tolist()], *_bounds_of(data, number)
 
 
-def _bounds_of(problem: Problem, number: Callable[[float], Fraction]) -> list[Bounds]:
-    return [bounds_of(bound, number) for bound in problem.box.vectors(problem.n)]
+def _bounds_of(problem: Problem, number: Callable[[float], Fraction]) -> tuple[Bounds, Bounds]:
+    low, high = problem.box.vectors(problem.n)
+    return bounds_of(low, number), bounds_of(high, number)
 
 
 def bounds_of(bound: Vector, number: Callable[[Any], Fraction] = number_of) -> Bounds:
@@ -195,7 +187,8 @@ def bounds_of(bound: Vector, number: Callable[[Any], Fraction] = number_of) -> B
 def decimal_parts_of(problem: Problem) -> ExactParts:
     """Return the parts of a problem with the shortest decimal of each double; for a game, those from its payoffs."""
     if is_game(problem.origin):
-        return ExactParts(*problem.origin.exact_conditions())
+        parts = problem.origin.exact_conditions()
+        return parts[0], parts[1], parts[2] if len(parts) == 3 else None, None
     return parts_of(problem, shortest_decimal)
 
 

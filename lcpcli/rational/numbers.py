@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal, InvalidOperation
 from fractions import Fraction
-from itertools import groupby
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -130,11 +129,6 @@ def _rounded(value: Fraction | int) -> float:
         return np.inf if value > 0 else -np.inf
 
 
-def sign_of_product(a: Vector, y: Vector) -> int:
-    """Return an integer with the sign of a'y, for finite floats a and y of shape (n,)."""
-    return dot(in_integers(a)[0], in_integers(y)[0])
-
-
 def rounded_sum(a: Vector, y: Vector, constant: float) -> float:
     """Return a'y + constant for finite floats, a and y of shape (n,), rounded once, infinite beyond the largest number,
     and away from 0 if it is subnormal, so that only 0 becomes 0."""
@@ -149,7 +143,7 @@ def rounded_sum(a: Vector, y: Vector, constant: float) -> float:
 def product(a: Vector, y: Sequence[Fraction | int]) -> Fraction:
     """Return a'y for finite floats a and rational y, both of length n; fastest for integers y."""
     A, power = in_integers(a)
-    return Fraction(2) ** power * sum(i * j for i, j in zip(A, y, strict=True) if i)
+    return Fraction(2) ** power * Fraction(dot(A, y))
 
 
 def integers(A: Vector) -> list[list[int]]:
@@ -190,7 +184,7 @@ def primitive(values: Sequence[int]) -> list[int]:
     return [int(value) // common for value in values] if common else list(values)
 
 
-def dot(a: Sequence[int], b: Sequence[int]) -> int:
+def dot(a: Sequence[int], b: Sequence[Any]) -> Any:
     return sum(i * j for i, j in zip(a, b, strict=True) if i and j)
 
 
@@ -250,18 +244,11 @@ class Doubles:
         """Return the numbers that the doubles stand for from now on; None if the nearest ones already differ."""
         if not self._others:
             return None
-        sizes = _sorted({*self._others, *map(shortest_decimal, in_time(self._sizes))})
+        numbers = {*self._others, *map(shortest_decimal, in_time(self._sizes))}
+        sizes = sorted(in_time(numbers), key=lambda number: (_rounded(number), number))  # doubles compare faster
         self._places = dict(zip(sizes, _places(sizes), strict=True))
         own = [(place, size) for size, place in self._places.items() if shortest_decimal(place) != size]
         return dict(own) | {-place: -size for place, size in own}
-
-
-def _sorted(numbers: Collection[Fraction]) -> list[Fraction]:
-    """Return numbers in ascending order, as doubles show it for most: fractions are slow to compare."""
-    given = list(numbers)
-    nearest = rounded(in_time(given))
-    groups = groupby(np.argsort(nearest, kind="stable").tolist(), key=nearest.tolist().__getitem__)
-    return [number for _, group in in_time(groups) for number in sorted(given[i] for i in group)]
 
 
 def _places(sizes: list[Fraction]) -> list[float]:
@@ -285,8 +272,3 @@ def written(parse: Callable[[Doubles], T]) -> Written[T]:
     nearest = parse(doubles)
     exact = doubles.settled()
     return Written(nearest, nearest, {}) if exact is None else Written(nearest, parse(doubles), exact)
-
-
-def exact_vector(parse: Callable[[Doubles], Vector]) -> list[Fraction]:
-    found = written(parse)
-    return [found.number(value) for value in found.own.tolist()]

@@ -23,14 +23,13 @@ MOST_LEMKE_UNKNOWNS = 60  # up to which `solve` tries: seconds at worst
 
 
 class Pivot(NamedTuple):
-    """A pivot: the forms that enter and leave the basis, the states of all unknowns before that, but for the one that
-    enters, the sign of the change of the parameter, and whether nothing moves."""
+    """A pivot, by the forms that enter and leave the basis."""
 
     entering: int
     leaving: int
-    states: tuple[int, ...]
-    rise: int
-    is_point: bool
+    states: tuple[int, ...]  # of all unknowns before that, but for the one that enters
+    rise: int  # the sign of the change of the parameter
+    is_point: bool  # whether nothing moves
 
 
 class Pivoting:

@@ -17,10 +17,9 @@ from math import gcd, lcm
 from typing import Any
 
 from lcpcli.model.box import BASIC, LOWER, UPPER
-from lcpcli.rational.dictionary import Dictionary
+from lcpcli.rational.dictionary import Dictionary, Direction, Point, Vertex
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import primitive
-from lcpcli.rational.polyhedra import Direction, Point, Vertex
 
 OBJECTIVE = 3  # times n: the number of the form of an objective, behind those of y, w and the rest of boxes
 

@@ -329,7 +329,7 @@ def _may_move(x: Vector, data: ProgramData) -> bool:
     parts = (dense(data.Q)[:, free], data.c[np.newaxis, free], dense(data.A[rows])[:, free])
     system = [row for part in parts for row in rows_of(part, shortest_decimal) if row]
     whole = [over_one_denominator([row.get(j, Fraction(0)) for j in range(free.size)])[0] for row in system]
-    return len(whole) < free.size or bool(elimination.solve(whole, [0] * len(whole)).null_space)
+    return len(whole) < free.size or bool(elimination.solve(whole, [0] * len(whole))[1])
 
 
 def _active(values: Vector, low: Vector, high: Vector) -> Mask:

@@ -140,12 +140,12 @@ def _solved(
         if not effort.allows(duration := elimination.duration(A)):
             return None
         effort.spend(duration)
-    found = elimination.solve(A, right)
-    if found.x is None:
+    found, free = elimination.solve(A, right)
+    if found is None:
         return None
-    for j, value in zip(columns.tolist(), found.x, strict=True):
+    for j, value in zip(columns.tolist(), found, strict=True):
         z[j] = value / d
-    return z, not found.null_space
+    return z, not free
 
 
 def _at_vertex(data: ExactProblem, basis: States, effort: Effort) -> list[Fraction] | None:

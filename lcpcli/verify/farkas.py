@@ -202,7 +202,7 @@ def _beyond(rows: Sequence[Sequence[int]], y: Sequence[Fraction]) -> list[Fracti
     rounding: where they are nearly dependent, it is nearly their null vector, whose sign rounding of A decides."""
     terms = [sum(abs(value * factor) for value, factor in zip(row, y, strict=True)) for row in rows]
     common = max(term.denominator for term in terms)
-    if (found := elimination.solve(rows, [int(-term * common) for term in terms]).x) is None:
+    if (found := elimination.solve(rows, [int(-term * common) for term in terms])[0]) is None:
         return None
     k = max(range(len(y)), key=lambda i: abs(y[i]))
     factor = y[k] / found[k] if found[k] else Fraction(0)

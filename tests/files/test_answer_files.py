@@ -114,3 +114,10 @@ def test_wrong_solution_among_others_in_csv_is_told_apart(
     outcome = lcp("check", f"{name}.json", "all.csv", "--format", "json")
     correct = [json.loads(line)["accepted"] for line in outcome.out.splitlines()]
     assert (outcome.code, correct.count(False)) == (1, 1)
+
+
+def test_a_table_of_equilibria_that_lacks_a_player_is_refused_in_a_line(lcp: Lcp, folder: Path) -> None:
+    (folder / "all.csv").write_text("equilibrium,player,strategy,probability\n1,column,1,1/2\n1,column,2,1/2\n")
+    outcome = lcp("check", "both.json", "all.csv")
+    fault = "lcp: all.csv: has an equilibrium with the strategy of one player alone; give both strategies\n"
+    assert (outcome.code, outcome.out, outcome.err) == (2, "", fault)

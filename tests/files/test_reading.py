@@ -216,6 +216,7 @@ def test_numbers_are_typed_in_any_usual_way_unless_a_file_has_their_name(
 
 
 SHEET = archive("[Content_Types].xml", "xl/workbook.xml")
+UNREAD_NPY = "is not an NPY file of numbers or texts, or is damaged; save it again with numpy.save, and not as objects"
 FOREIGN = [
     ("p.xlsx", SHEET, "is a spreadsheet; save it as CSV"),
     ("p.csv", SHEET, "is a spreadsheet; save it as CSV"),
@@ -223,8 +224,8 @@ FOREIGN = [
     ("p.mat", mat(A=M, b=Q), "M: is missing; call the matrix M and the vector q; the file holds A, b"),
     ("p.mat", mat(M=np.array(M) * 1j, q=Q), "M: is complex (complex128); give real numbers"),
     ("p.npy", npy(np.column_stack((M, Q)) * 1j), "q: is complex (complex128); give real numbers"),
-    ("p.npy", npy(np.array([1, "a"], dtype=object)), "is an array of objects"),
-    ("p.npy", npy(M)[:-8], "is declared as 2 x 2 of float64 but has 24 bytes; save it again with numpy.save"),
+    ("p.npy", npy(np.array([1, "a"], dtype=object)), UNREAD_NPY),
+    ("p.npy", npy(M)[:-8], UNREAD_NPY),
 ]
 
 
