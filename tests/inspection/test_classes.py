@@ -228,6 +228,11 @@ def test_a_minor_that_is_0_in_doubles_only_excludes_nothing() -> None:
     assert (found["positive_definite"].word, found["h_plus"].word, found["p_matrix"].word) == (NO, NO, YES)
 
 
+def test_a_determinant_of_0_is_found_where_all_other_minors_are_positive() -> None:
+    M = np.array([[1, 2, 0], [0, 1, 2], [-0.25, 0, 1]])
+    check(M, classify(M))
+
+
 def test_without_time_only_what_takes_none_is_decided() -> None:
     with within(0.0):
         found = classify(spd(np.random.default_rng(0), 10))
@@ -290,8 +295,9 @@ def test_singular_sum_of_squares_is_decided_at_every_size(n: int) -> None:
     F = np.eye(n) - np.eye(n, k=1)
     S = F[:-1].T @ F[:-1] + 0.0
     assert [semidefinite_rank(matrix) for matrix in (S, sparse.csr_array(S))] == [n - 1, n - 1]
-    S[0, 0] -= 2.0**-50
-    assert semidefinite_rank(S) is None
+    for less in (2.0**-40, 2.0**-50):
+        S[0, 0] = 1 - less
+        assert semidefinite_rank(S) is None
 
 
 Rows = list[list[Fraction]]

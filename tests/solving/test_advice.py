@@ -61,7 +61,10 @@ def ways_in(out: str) -> list[str]:
     return [f"{way} {more}" for way in ways.split(", or ")]
 
 
-@pytest.mark.parametrize("name", FAILING)
+LONG = [pytest.mark.slow("10,000 iterations before the advice")]
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=LONG * ("minimum" in name)) for name in FAILING])
 def test_following_the_advice_decides_the_problem(name: str, lcp: Lcp, tmp_path: Path) -> None:
     family, n, words = FAILING[name]
     arguments = words.split()
