@@ -26,9 +26,7 @@ STALLED, INFEASIBLE, BROKEN, CUT = (
 )
 
 
-@pytest.fixture(autouse=True)
-def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("in_folder")
 
 
 def results(file: str, *changes: Mapping[str, Any]) -> None:
