@@ -12,6 +12,7 @@ import pytest
 
 from lcpcli.bench import record as records
 from lcpcli.bench.comparison import Comparison
+from lcpcli.errors import OptionError
 from lcpcli.files import contents
 from lcpcli.methods.variants import Variant, labels, parse, sweep
 
@@ -114,6 +115,9 @@ def test_a_last_line_that_was_cut_off_counts_as_not_written() -> None:
     results("old.json", {}, {"label": "newton"})
     Path("new.json").write_text(Path("old.json").read_text()[:-30])
     assert verdicts() == ["as before", "gone"]
+    Path("new.json").write_text(Path("old.json").read_text()[:30])
+    with pytest.raises(OptionError, match=r"^new\.json: has neither a bench nor results; "):
+        verdicts()
 
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")

@@ -228,9 +228,10 @@ def test_a_minor_that_is_0_in_doubles_only_excludes_nothing() -> None:
     assert (found["positive_definite"].word, found["h_plus"].word, found["p_matrix"].word) == (NO, NO, YES)
 
 
-def test_a_determinant_of_0_is_found_where_all_other_minors_are_positive() -> None:
-    M = np.array([[1, 2, 0], [0, 1, 2], [-0.25, 0, 1]])
-    check(M, classify(M))
+@pytest.mark.parametrize("M", [[[1, 2, 0], [0, 1, 2], [-0.25, 0, 1]], [[0, 1, 0], [0, 0, 1], [-1, 0, 0]]])
+def test_a_determinant_that_excludes_is_found_where_no_other_minor_does(M: Any) -> None:
+    """It is 0 where all others are positive, and negative where they are 0."""
+    check(M, classify(np.array(M, dtype=float)))
 
 
 def test_without_time_only_what_takes_none_is_decided() -> None:
