@@ -14,7 +14,7 @@ from pathlib import Path
 import lcpcli
 
 # modules that use none of each other, those that take longest first: each is compiled by whoever comes first
-MODULES = "kernels", "pivoting_kernels", "measure_kernels"
+MODULES = "mixed_kernels", "pivoting_kernels", "kernels", "measure_kernels"
 
 
 def loaded(name: str, waits: bool) -> bool:

@@ -212,8 +212,10 @@ HOMES = ["lcpcli", *sorted({getattr(lcpcli, name).__module__ for name in lcpcli.
 
 
 @pytest.mark.parametrize("module", HOMES)
-def test_examples_run(module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+@pytest.mark.usefixtures("in_folder")
+def test_examples_run(
+    module: str,
+) -> None:
     found = doctest.testmod(import_module(module), optionflags=doctest.ELLIPSIS)
     assert found.attempted
     assert not found.failed

@@ -93,11 +93,10 @@ def is_only(problem: Problem, z: Vector) -> bool:
     low, high = (np.abs(problem.box.gaps(z, end, diagonal)) for end in (w - error, w + error))
     with imports:
         from lcpcli.verify.error_theorems import definite_theorems, h_plus_theorem
-    worst, most = np.where(low > high, w - error, w + error), AGREEMENT * size(z)
-    theorem = h_plus_theorem(problem)
-    if theorem is not None and theorem(z, worst) <= most:
+    theorem, most = h_plus_theorem(problem), AGREEMENT * size(z)
+    if theorem is not None and theorem(z, np.where(low > high, w - error, w + error)) <= most:
         return True
-    return any(theorem(z, worst) <= most for theorem in definite_theorems(problem, has_bound=True).values())
+    return any(theorem(z, w, error) <= most for theorem in definite_theorems(problem, has_bound=True).values())
 
 
 def with_all_references(problem: Problem) -> Problem:

@@ -4,7 +4,6 @@ kernels that LCPs do not need; to import it takes time as `kernels.compiled` doe
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, types
 
 from lcpcli.basis import free_variables, tableau
 from lcpcli.kernels.announcement import announced
@@ -17,15 +16,8 @@ from lcpcli.model.problem import Problem
 with announced():
     from lcpcli.kernels.kernels import pivot_blocks
     from lcpcli.kernels.measure_kernels import reference_of, surely_solves
-    from lcpcli.kernels.overloads import MATRIX, OPTIONS, VECTOR
+    from lcpcli.kernels.mixed_kernels import given_states, kept, reduced
     from lcpcli.kernels.pivoting_kernels import basic_solution, exponents, path
-
-    OWN_MATRIX = types.Array(types.float64, 2, "C")
-    NUMBERS, INDICES, STATES = (types.Array(each, 1, "C") for each in (types.float64, types.int64, types.int8))
-    KEPT = types.NamedTuple((OWN_MATRIX, INDICES, NUMBERS, INDICES, INDICES), free_variables.Kept)
-    kept = njit((MATRIX, VECTOR, VECTOR), cache=True, **OPTIONS)(free_variables.kept)
-    reduced = njit((MATRIX, *3 * (VECTOR,), KEPT, NUMBERS, NUMBERS), cache=True, **OPTIONS)(free_variables.reduced)
-    given_states = njit((KEPT, types.int64, STATES), cache=True, **OPTIONS)(free_variables.given_states)
 
 
 def mixed(problem: Problem, tol: float) -> DirectAnswer | None:

@@ -244,8 +244,9 @@ def _direction(lu: Any, n: int) -> Vector | None:
     return np.asarray(spsolve_triangular(lu.L.T.tocsr(), unit, lower=False, unit_diagonal=True)[lu.perm_c])
 
 
-Theorem = Callable[[Vector, Vector], float]
-"""An upper bound on |z - z*|_inf, possibly infinite, from z in range and w = M z + q with relative errors up to EPS."""
+Theorem = Callable[..., float]
+"""An upper bound on |z - z*|_inf, possibly infinite, from z in range and w = M z + q with relative errors up to EPS;
+where M is definite also from bounds on other errors of w, whatever the signs of these are."""
 
 H_PLUS, DEFINITE = "Chen and Xiang 2006, M is H+", "Mathias and Pang 1990, M is positive definite"
 LARGEST_ENTRY, SMALLEST_ENTRY = 2.0**450, 2.0**-450  # products of two entries neither overflow nor underflow
@@ -364,16 +365,18 @@ def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
     if (least := least_eigenvalue(S)) is None:
         return None
 
-    def bound(z: Vector, w: Vector) -> float:
+    def bound(z: Vector, w: Vector, errors: Vector | None = None) -> float:
         near, sigma = box.on_bounds(z, w, diagonal)
         first, second = rows * sigma, (z - near) / D
-        largest = float(np.abs((first, second)).max())
+        others = 0 * first if errors is None else rows * errors
+        largest = float(np.abs((first, second, others)).max())
         if largest == 0:
             return 0.0
         power = 2.0 ** math.frexp(largest)[1]
         first, second = first / power, second / power
         g = first + second @ A
         off = factor(g.size) * (np.abs(first) + matrices.absolute_product(A.T, np.abs(second)) + SMALLEST_NORMAL)
+        off += others / power
         plain = float(D.max()) * _norm(np.abs(g) + off) / least
         return power * min(plain, _around_centre(S, least, D, g, off)) * (1 + 16 * EPS) + SMALLEST_NORMAL
 

@@ -179,10 +179,9 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("arguments", REFUSED)
-def test_bad_usage_is_told_in_a_line(arguments: str, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_bad_usage_is_told_in_a_line(arguments: str, lcp: Lcp, in_folder: Path) -> None:
     assert_refused(lcp("bench", *arguments.split()), REFUSED[arguments])
-    assert not list(tmp_path.iterdir())
+    assert not list(in_folder.iterdir())
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such locks")

@@ -183,12 +183,11 @@ def test_answers_are_checked_by_f_evaluated_again() -> None:
 
 
 def test_bench_of_linear_and_nonlinear_problems_leaves_out_what_does_not_take_them(
-    lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    lcp: Lcp, in_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     install(monkeypatch, "liar", liar)
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "market.nl").write_bytes(MARKET)
-    (path,) = write(tmp_path, "one")
+    (in_folder / "market.nl").write_bytes(MARKET)
+    (path,) = write(in_folder, "one")
     solvers = [word for name in ("auto", "newton", "josephy-newton") for word in ("--method", name)]
     done = lcp("bench", "market.nl", path, *solvers, "--peer", "liar", "--budget", "0", "-o", "b.json", "-q")
     assert done.code == 1

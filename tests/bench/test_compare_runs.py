@@ -12,6 +12,7 @@ import pytest
 
 from lcpcli.bench import record as records
 from lcpcli.bench.comparison import Comparison
+from lcpcli.errors import OptionError
 from lcpcli.files import contents
 from lcpcli.methods.variants import Variant, labels, parse, sweep
 
@@ -26,9 +27,7 @@ STALLED, INFEASIBLE, BROKEN, CUT = (
 )
 
 
-@pytest.fixture(autouse=True)
-def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("in_folder")
 
 
 def results(file: str, *changes: Mapping[str, Any]) -> None:
@@ -116,6 +115,9 @@ def test_a_last_line_that_was_cut_off_counts_as_not_written() -> None:
     results("old.json", {}, {"label": "newton"})
     Path("new.json").write_text(Path("old.json").read_text()[:-30])
     assert verdicts() == ["as before", "gone"]
+    Path("new.json").write_text(Path("old.json").read_text()[:30])
+    with pytest.raises(OptionError, match=r"^new\.json: has neither a bench nor results; "):
+        verdicts()
 
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")

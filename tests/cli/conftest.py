@@ -32,12 +32,11 @@ def few_repetitions(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(in_folder: Path) -> Path:
     """A folder, entered, with good.json, none.json, which has no solution, and good.json in M.csv and q.csv."""
-    monkeypatch.chdir(tmp_path)
     for name, text in {"good.json": GOOD, "none.json": INFEASIBLE, "M.csv": "2,1\n1,2\n", "q.csv": "-5\n-6\n"}.items():
-        (tmp_path / name).write_text(text)
-    return tmp_path
+        (in_folder / name).write_text(text)
+    return in_folder
 
 
 @pytest.fixture

@@ -37,12 +37,11 @@ PROBLEMS = {
 
 
 @pytest.fixture(autouse=True)
-def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def _files(in_folder: Path) -> None:
     for name, text in PROBLEMS.items():
-        (tmp_path / f"{name}.json").write_text(text)
+        (in_folder / f"{name}.json").write_text(text)
     for name, text in {"M": "2,1\n1,2\n", "q0": "1,1\n", "q1": "-5,-6\n", "d": "-6\n-7\n"}.items():
-        (tmp_path / f"{name}.csv").write_text(text)
+        (in_folder / f"{name}.csv").write_text(text)
 
 
 def test_list_that_is_as_long_as_was_asked_for_says_whether_there_are_others(session: Callable[..., None]) -> None:

@@ -25,15 +25,14 @@ REMARK = "lcp: far.json: 6 bounds of 1e20 or more; --infinity 1e20 makes them in
 
 
 @pytest.fixture(autouse=True)
-def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def files(in_folder: Path) -> Path:
     """A folder, entered, with far.json, a program with far bounds, mixed.json, lcp.json, program.json and game.json."""
-    monkeypatch.chdir(tmp_path)
     Path("far.json").write_text(json.dumps(FAR))
     Path("mixed.json").write_text(MIXED)
     Path("lcp.json").write_text('{"M": [[2, 1], [1, 2]], "q": [-5, 1e25]}')
     Path("program.json").write_text(json.dumps(PROGRAM))
     Path("game.json").write_text(json.dumps(GAME))
-    return tmp_path
+    return in_folder
 
 
 def test_check_inspect_convert_compare_and_bench_read_the_same_problem_as_solve(lcp: Lcp) -> None:
@@ -81,10 +80,9 @@ FILES = {
 
 
 @pytest.fixture
-def bounds(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Lcp:
+def bounds(lcp: Lcp, in_folder: Path) -> Lcp:
     """The lower and upper bounds of a problem of two unknowns with these options."""
-    monkeypatch.chdir(tmp_path)
-    Path("given.json").write_text('{"M": [[2, 1], [1, 2]], "q": [-5, -6], "lower": -9, "upper": [8, 9]}')
+    (in_folder / "given.json").write_text('{"M": [[2, 1], [1, 2]], "q": [-5, -6], "lower": -9, "upper": [8, 9]}')
 
     def given(*options: str) -> Any:
         held = record(lcp("convert", "given.json", *options))

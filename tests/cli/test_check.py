@@ -136,6 +136,12 @@ def test_multipliers_of_a_maximum_have_the_sign_of_the_answer_or_of_z_and_wrong_
     assert (found.accepted, found.statement) == (False, f"{UNIQUE}, but with other multipliers")
 
 
+def test_the_tolerance_is_told_that_accepts_what_was_rounded_of_a_maximum(checked: Lcp) -> None:
+    third, problem = 0.33333333, {"c": [1, 1], "A": [[3, 7]], "row_upper": [1], "sense": "max"}
+    for answer in ([third, 0, -third], {"x": [third, 0], "y": [third]}):
+        assert "; --tol 1e-07 accepts it\n" in checked(answer, problem=problem).out
+
+
 def test_stationary_point_is_not_called_a_minimizer() -> None:
     problem = lcpcli.from_qp([[-2, 0], [0, 1]], [1, 0], [[1, 1]], row_lower=-1, row_upper=2)
     found = lcpcli.check(problem, [0.5, 0])

@@ -47,7 +47,7 @@ def no_file_larger_than(size: int) -> Iterator[None]:
 
 @pytest.mark.parametrize("line", WRITING)
 def test_file_that_cannot_be_written_leaves_the_old_one_and_nothing_else(
-    line: str, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    line: str, lcp: Lcp, in_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As it does not fit, or as the disk can only be read, which is reported before any work."""
 
@@ -56,7 +56,6 @@ def test_file_that_cannot_be_written_leaves_the_old_one_and_nothing_else(
 
     if ".svg" in line:
         pytest.importorskip("matplotlib.backends.backend_svg")  # whose first import writes files of its own
-    monkeypatch.chdir(tmp_path)
     old = Path(line.split()[-1])
     old.write_text("old")
     told = r"lcp: out\.\w+: cannot be written \(%s\); choose another location\n"
@@ -66,7 +65,7 @@ def test_file_that_cannot_be_written_leaves_the_old_one_and_nothing_else(
     monkeypatch.setattr("tempfile.TemporaryFile", refuse)
     monkeypatch.setattr(driver, "run", lambda *_, **__: pytest.fail("worked in vain"))
     assert_refused(lcp(*line.split()), "cannot be written (Read-only file system); ")
-    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {old.name: "old"}
+    assert {path.name: path.read_text() for path in in_folder.iterdir()} == {old.name: "old"}
 
 
 @pytest.mark.parametrize("line", ["--help", f"solve {EXAMPLE} --format json"])

@@ -21,16 +21,15 @@ INSIDE = ["inside/a.csv", "inside/b.json", "inside/c.JSON"]
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    inside = tmp_path / "inside"
+def folder(in_folder: Path) -> Path:
+    inside = in_folder / "inside"
     inside.mkdir()
     for name, text in FILES.items():
         (inside / name).write_text(text)
     (inside / "deeper.json").mkdir()
-    (tmp_path / "steps").mkdir()
+    (in_folder / "steps").mkdir()
     for k in range(4):
-        (tmp_path / "steps" / f"{k}.json").write_text(step(1 + k / 10))
-    monkeypatch.chdir(tmp_path)
+        (in_folder / "steps" / f"{k}.json").write_text(step(1 + k / 10))
     return inside
 
 
@@ -99,13 +98,12 @@ OF_Q = "%%MatrixMarket matrix array real general\n2 1\n-5\n-6\n"
 
 
 @pytest.fixture
-def inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def inputs(in_folder: Path) -> Path:
     for name, text in {**INPUTS, **TABLES, "p.q.mtx": OF_Q}.items():
-        (tmp_path / name).write_text(text)
-    (tmp_path / "in").mkdir()
-    (tmp_path / "in" / "a.json").write_text(PROBLEM)
-    return tmp_path
+        (in_folder / name).write_text(text)
+    (in_folder / "in").mkdir()
+    (in_folder / "in" / "a.json").write_text(PROBLEM)
+    return in_folder
 
 
 def test_an_output_that_is_read_is_refused(session: Callable[[str], None], inputs: Path) -> None:

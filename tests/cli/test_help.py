@@ -134,15 +134,14 @@ def run(line: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> Outcome:
 
 
 @pytest.mark.slow("all examples of all commands")
-def test_examples_run(name: str, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_examples_run(name: str, lcp: Lcp, in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In their order, in an empty folder; a suite is one small problem, to be quick."""
     for suite, its in suites.SUITES.items():
         monkeypatch.setitem(suites.SUITES, suite, replace(its, text="tridiagonal 10", budget=0.0))
-    monkeypatch.chdir(tmp_path)
     for line in COMMANDS[name].examples:
-        before = set(tmp_path.iterdir())
+        before = set(in_folder.iterdir())
         shown = run(line, lcp, monkeypatch).out
-        assert shown or set(tmp_path.iterdir()) > before or "--quiet" in line
+        assert shown or set(in_folder.iterdir()) > before or "--quiet" in line
 
 
 def test_lcp_alone_prints_help(lcp: Lcp) -> None:

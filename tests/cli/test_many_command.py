@@ -156,18 +156,17 @@ def test_output_to_a_file_that_is_read_is_refused(command: str, tmp_path: Path) 
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="the full disk of Linux")
-def test_a_full_folder_of_temporary_files_is_named(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_folder_of_temporary_files_is_named(lcp: Lcp, in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     usual = tempfile.TemporaryFile
 
     def full(**options: Any) -> Any:
         return usual(**options) if options else Path("/dev/full").open("w+b")
 
-    (tmp_path / "two.jsonl").write_bytes(LINE * 2)
-    monkeypatch.chdir(tmp_path)
+    (in_folder / "two.jsonl").write_bytes(LINE * 2)
     monkeypatch.setattr(tempfile, "TemporaryFile", full)
     told = f"cannot be collected in {tempfile.gettempdir()} (No space left on device); set TMPDIR to a folder with room"
     assert_refused(lcp("solve", "two.jsonl", "-o", "out.csv"), f"lcp: out.csv: {told}\n")
-    assert not (tmp_path / "out.csv").exists()
+    assert not (in_folder / "out.csv").exists()
 
 
 BOTH = ("solve", "good.json", "none.json")

@@ -14,9 +14,16 @@ from lcpcli.cli.help import PAGES
 
 from .conftest import MAIN
 
-pyomo = pytest.importorskip("pyomo.environ", reason="needs Pyomo")
-mpec = pytest.importorskip("pyomo.mpec")
+pyomo: Any
+mpec: Any
 (EXAMPLE,) = re.findall(r"^```pyomo\n(.*?)^```$", PAGES["models"], re.MULTILINE | re.DOTALL)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def loaded() -> None:
+    """Load Pyomo, which takes a second, where these tests run."""
+    global pyomo, mpec
+    pyomo, mpec = (pytest.importorskip(f"pyomo.{name}", reason="needs Pyomo") for name in ("environ", "mpec"))
 
 
 @pytest.fixture(autouse=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
@@ -15,9 +14,7 @@ q-by-its-option many-problems answers-in-tables runs-refused"""
 
 
 @pytest.mark.parametrize("name", SESSIONS.split())
-def test_a_session_is_the_same_as_before(
-    name: str, session: Callable[[str], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.usefixtures("in_folder")
+def test_a_session_is_the_same_as_before(name: str, session: Callable[[str], None]) -> None:
     pytest.importorskip("flint")
-    monkeypatch.chdir(tmp_path)
     session(f"session-{name}")

@@ -80,6 +80,14 @@ def test_theorem_tells_nothing_where_rounding_may_change_the_class_of_the_matrix
     assert not others.is_only(skew, np.array([1.0, 1.0]))
 
 
+@pytest.mark.parametrize(("far", "is_told"), [(1e-5, True), (1e-7, False), (1e-12, False)])
+def test_theorem_counts_what_rounding_the_rows_does_to_z_whatever_its_signs_are(far: float, is_told: bool) -> None:
+    """With the rows as they are written, z_2 may differ in as many digits as 1e-16 / far has."""
+    problem = Problem([[1, 1], [1, 1 + far]], [-2, -2 - far])
+    for left in (-3e-14, 0.0, 3e-14):
+        assert others.is_only(problem, np.array([1 + left, 1])) is is_told
+
+
 def test_a_solution_is_not_called_the_only_one_where_the_search_has_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
     real, murty = search.solutions, Problem([[1, 2], [2, 1]], [-1, -1])
     first = np.array(next(real(murty)).vertices[0], dtype=float)

@@ -33,12 +33,11 @@ def table(file: Path) -> list[dict[str, str]]:
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def folder(in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 1)  # whose times are not looked at here
     for name, text in PROBLEMS.items():
-        (tmp_path / f"{name}.json").write_text(text)
-    return tmp_path
+        (in_folder / f"{name}.json").write_text(text)
+    return in_folder
 
 
 @pytest.mark.usefixtures("folder")

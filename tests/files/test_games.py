@@ -46,9 +46,8 @@ def put(first: str, second: str) -> None:
 
 
 @pytest.fixture(autouse=True)
-def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With the battle of the sexes in two tables, the first with labels as pandas writes them."""
-    monkeypatch.chdir(tmp_path)
+def _tables(in_folder: Path) -> None:  # noqa: ARG001
+    """The battle of the sexes in two tables, the first with labels as pandas writes them."""
     put(",left,right\nopera,3,0\nbox,0,2\n", "2;0\n0;3\n")
 
 

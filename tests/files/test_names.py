@@ -30,8 +30,7 @@ COORDINATES = {"format": "coo", "shape": [2, 2], "rows": [0, 0, 1, 1], "cols": [
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def folder(in_folder: Path) -> Path:
     texts = {"whole": WHOLE, "matrix": MATRIX, "q": Q, "row": "a,b,c\n-1,2,-3\n", "blank": "name q\na -1\nb 2\nc -3\n"}
     texts |= {"numbered": ",q\n0,-1\n1,2\n2,-3\n", "others": ",q\nx,-1\ny,2\nu,-3\n"}  # which do not count
     texts["short"] = '"a" "b" "c" "q"\n"a" 4 -1 0 -1\n"b" -1 4 -1 2\n"c" 0 -1 4 -3\n'
@@ -44,7 +43,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name, held in (objects | {"sparse": MODEL | {"M": COORDINATES}, "whole": MODEL | {"q": [-5, 3.3]}}).items():
         Path(f"{name}.json").write_text(json.dumps(held))
     np.savez("model.npz", M=MODEL["M"], lower=MODEL["lower"], upper=[1, 1], names=MODEL["names"])
-    return tmp_path
+    return in_folder
 
 
 def test_labels_and_names_keep_numbers_in_their_places_or_are_refused(session: Callable[[str], None]) -> None:

@@ -169,12 +169,11 @@ FILES = {
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name, content in FILES.items():
-        (tmp_path / name).write_bytes(content)
-    monkeypatch.chdir(tmp_path)
+        (in_folder / name).write_bytes(content)
     monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 1)  # whose times are not looked at here
-    return tmp_path
+    return in_folder
 
 
 @pytest.mark.usefixtures("folder")
@@ -201,10 +200,8 @@ def test_a_file_that_holds_M_alone_takes_exactly_the_next_one(folder: Path, lcp:
     assert all(row["success"] for row in json.loads((folder / "b.json").read_text())["measurements"])
 
 
-def test_numbers_are_typed_in_any_usual_way_unless_a_file_has_their_name(
-    lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+@pytest.mark.usefixtures("in_folder")
+def test_numbers_are_typed_in_any_usual_way_unless_a_file_has_their_name(lcp: Lcp) -> None:
     Path("p.csv").write_text("1,0,0,-1\n0,1,0,2.5\n0,0,1,-1\n")
     for text in ("1,-2.5,1/3", "1 -2.5 1/3", "[1, -2.5, 1/3]", " 1; -2.5;1/3", "[1,-2.5 1/3]"):
         assert beside.typed_numbers(text) == ["1", "-2.5", "1/3"]
@@ -280,11 +277,10 @@ def test_all_but_the_game_are_solved_by_both_methods(problem: Problem, method: s
 
 
 @pytest.fixture
-def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def elsewhere(in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder, as the current one."""
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 1)  # whose times are not looked at here
-    return tmp_path
+    return in_folder
 
 
 def test_each_is_read_by_its_name_from_any_folder(elsewhere: Path) -> None:

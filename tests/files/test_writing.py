@@ -171,14 +171,13 @@ TOGETHER = "good.json", "three.jsonl", "M.csv", "Q.csv"
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def folder(in_folder: Path) -> Path:
     lines = [json.dumps({"M": [[2, 1], [1, 2]], "q": [-5, -k]}) for k in range(1, 5)]
-    (tmp_path / "good.json").write_text(lines[0])
-    (tmp_path / "three.jsonl").write_text("\n".join(lines[1:]))
-    (tmp_path / "M.csv").write_text("2,1\n1,2\n")
-    (tmp_path / "Q.csv").write_text("-1,-2,-3,-4\n-5,-6,-7,-8\n")
-    return tmp_path
+    (in_folder / "good.json").write_text(lines[0])
+    (in_folder / "three.jsonl").write_text("\n".join(lines[1:]))
+    (in_folder / "M.csv").write_text("2,1\n1,2\n")
+    (in_folder / "Q.csv").write_text("-1,-2,-3,-4\n-5,-6,-7,-8\n")
+    return in_folder
 
 
 def records(path: Path) -> list[dict[str, Any]]:

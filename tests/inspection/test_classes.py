@@ -228,6 +228,12 @@ def test_a_minor_that_is_0_in_doubles_only_excludes_nothing() -> None:
     assert (found["positive_definite"].word, found["h_plus"].word, found["p_matrix"].word) == (NO, NO, YES)
 
 
+@pytest.mark.parametrize("M", [[[1, 2, 0], [0, 1, 2], [-0.25, 0, 1]], [[0, 1, 0], [0, 0, 1], [-1, 0, 0]]])
+def test_a_determinant_that_excludes_is_found_where_no_other_minor_does(M: Any) -> None:
+    """It is 0 where all others are positive, and negative where they are 0."""
+    check(M, classify(np.array(M, dtype=float)))
+
+
 def test_without_time_only_what_takes_none_is_decided() -> None:
     with within(0.0):
         found = classify(spd(np.random.default_rng(0), 10))
@@ -290,8 +296,9 @@ def test_singular_sum_of_squares_is_decided_at_every_size(n: int) -> None:
     F = np.eye(n) - np.eye(n, k=1)
     S = F[:-1].T @ F[:-1] + 0.0
     assert [semidefinite_rank(matrix) for matrix in (S, sparse.csr_array(S))] == [n - 1, n - 1]
-    S[0, 0] -= 2.0**-50
-    assert semidefinite_rank(S) is None
+    for less in (2.0**-40, 2.0**-50):
+        S[0, 0] = 1 - less
+        assert semidefinite_rank(S) is None
 
 
 Rows = list[list[Fraction]]

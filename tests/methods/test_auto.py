@@ -193,6 +193,8 @@ def test_a_few_nodes_prove_that_there_is_no_solution_before_a_search() -> None:
     results = [run(families.make("gaussian", 40, seed)) for seed in (0, 3)]
     assert [result.status for result in results] == 2 * [Status.UNSOLVABLE]
     assert all(result.route[-1] == "milp" and "reflections" not in result.route for result in results)
+    plans = [plan(families.make(name, 40)) for name in ("gaussian", "harker-pang", "boxes")]
+    assert ["a few nodes" in [attempt.part for attempt in each] for each in plans] == [True, False, False]
 
 
 def test_the_trivial_solution_is_seen_at_once_unless_the_run_has_a_start() -> None:

@@ -237,6 +237,14 @@ def test_planted_problems_that_pivoting_does_not_solve_are_solved(n: int, seed: 
     assert n > 60 or not solve(M, q, "newton", max_iterations=500).solved
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_proof_by_the_equation_of_a_free_variable_is_one_for_the_problem_as_given(sign: float) -> None:
+    problem = Problem([[1, 0], [sign, 0]], [0, sign], lower=[0, -np.inf])
+    result = run(problem, "milp")
+    assert result.status is Status.INFEASIBLE
+    assert proves_infeasible(problem, result.certificate.vector)
+
+
 @pytest.mark.parametrize("seed", range(2))
 def test_sparse_problems_and_those_with_bounds_and_free_variables_are_solved(seed: int) -> None:
     M, q = planted(60, seed, 0.15)

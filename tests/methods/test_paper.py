@@ -319,6 +319,13 @@ def test_small_p_ends_at_the_smoothing_error_and_says_so() -> None:
     assert f"what is left is the {told}" in result.message
 
 
+@pytest.mark.parametrize(("family", "n", "p"), [("hilbert", 6, None), ("gaussian", 3, 50.0)])
+def test_an_end_far_from_a_zero_or_by_rounding_is_no_smoothing_error(family: str, n: int, p: float | None) -> None:
+    result = run(families.make(family, n), "shi", p=p, max_iterations=3000)
+    assert result.status is Status.STALLED
+    assert "no step decreases |F~| any further" in result.message
+
+
 @pytest.mark.parametrize(("k_star", "status"), [(10, Status.ITERATION_LIMIT), (100, Status.SOLVED)])
 def test_direction_that_cannot_descend_gives_way_to_steepest_descent(k_star: int, status: Status) -> None:
     """A positive definite problem on which the plane of F~ and the last step becomes orthogonal to d."""

@@ -433,7 +433,10 @@ def linear_program(seed: int, written: str, infeasible: bool = False) -> Problem
     return Problem(csr_array(M[order][:, order]), q[order], lower=lower[order], upper=np.inf)
 
 
-@pytest.mark.parametrize(("at", "is_inside"), [(0.5, True), (-0.5, False), (0.0, False), (1.0, False), (1.5, False)])
+OUTSIDE = (-0.5, 0.0, 1 - 2.0**-53, 1.0, 1.5)  # or as near to a bound as rounding may have moved it
+
+
+@pytest.mark.parametrize(("at", "is_inside"), [(0.5, True), *((at, False) for at in OUTSIDE)])
 def test_an_equation_determines_a_bounded_variable_only_inside_its_bounds(at: float, is_inside: bool) -> None:
     problem = Problem([[1.0, 1.0], [1.0, 0.0]], [1.0, -at], lower=[0.0, -INF], upper=[1.0, INF])
     assert (presolved(problem, ("equations of one variable",)) is not None) == is_inside

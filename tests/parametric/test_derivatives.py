@@ -167,6 +167,13 @@ def test_kinks_do_not_depend_on_units(scaled: bool) -> None:
     assert np.abs(found.z * C - other.z).max() <= 1e-9 * np.abs(other.z).max()
 
 
+@pytest.mark.parametrize(("far", "is_proved"), [(4e-16, None), (1e-13, True)])
+def test_a_complement_that_may_be_rounding_proves_no_regularity(far: float, is_proved: bool | None) -> None:
+    result = lcpcli.run(Problem([[0.1, 0.3], [1, 3 * (1 + far)]], [-0.1, -1]), z0=[1, 0])
+    found = result.derivative(dq=[0, -1], one_sided=True)
+    assert (found.kinks, found.strongly_regular) == ([1], is_proved)
+
+
 @pytest.mark.parametrize("power", [-12, -6])
 def test_components_that_are_nearly_at_a_kink_are_not(power: int) -> None:
     problem = families.make("near-degenerate", 40, epsilon=10.0**power)

@@ -162,6 +162,12 @@ def test_t_begins_and_ends_exactly_where_it_is_asked_to(start: float, stop: floa
     assert found(stop).tolist() == [0.5]
 
 
+def test_a_path_on_which_z_moves_by_rounding_alone_is_at_its_end() -> None:
+    first, last = (Problem([[2, 1], [1, 2]], [-5, -6 * factor]) for factor in (1, 1 + 2e-16))
+    found = path(first, last)
+    assert (found.t.tolist(), found.end, found.verified) == ([1.0], "reached", True)
+
+
 NEAR = 1e-6  # how far from a turn the number of solutions is counted
 
 

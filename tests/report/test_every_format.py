@@ -77,9 +77,8 @@ VERDICTS = {  # that commands say on standard error where their results are in a
 
 
 @pytest.fixture(autouse=True)
-def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("small.json").write_text(json.dumps(SMALL))
+def _files(in_folder: Path) -> None:
+    (in_folder / "small.json").write_text(json.dumps(SMALL))
 
 
 @pytest.mark.parametrize("form", FORMATS)

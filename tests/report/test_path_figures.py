@@ -96,11 +96,10 @@ def test_quadrants_have_the_names_of_their_cones() -> None:
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def folder(in_folder: Path) -> Path:
     Path("two.json").write_text('{"M": [[2, 1], [1, 2]], "q": [-5, -6]}')
     Path("bound.json").write_text('{"M": [[2, 1], [1, 2]], "q": [-5, -6], "upper": [1, null]}')
-    return tmp_path
+    return in_folder
 
 
 @pytest.mark.slow("several pictures")

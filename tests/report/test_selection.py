@@ -25,10 +25,9 @@ GAME = {"A": [[3, 0], [5, 1]], "B": [[3, 5], [0, 1]], "rows": ["co", "de"], "col
 
 
 @pytest.fixture(autouse=True)
-def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("market.json").write_text(json.dumps(MARKET))
-    Path("game.json").write_text(json.dumps(GAME))
+def _files(in_folder: Path) -> None:
+    (in_folder / "market.json").write_text(json.dumps(MARKET))
+    (in_folder / "game.json").write_text(json.dumps(GAME))
 
 
 def test_patterns_choose_unknowns_in_their_order_and_each_once() -> None:

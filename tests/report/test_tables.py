@@ -54,11 +54,11 @@ path-with-roundings path"""
 
 
 @pytest.mark.parametrize("kind", DOCUMENTS.split())
+@pytest.mark.usefixtures("in_folder")
 def test_a_document_has_the_same_text_as_before(
-    kind: str, session: Callable[..., None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    kind: str, session: Callable[..., None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("flint")
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("lcpcli.report.tables._shortest", lambda _: [])  # which of two methods is faster may differ
     for name, data in INPUTS.items():
         Path(f"{name}.json").write_text(json.dumps(data))

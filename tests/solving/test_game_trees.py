@@ -17,7 +17,7 @@ import pytest
 
 import lcpcli
 from lcpcli.gallery.families import make
-from lcpcli.games.behavior import Behavior, Strategy, plan_of, strategy_of
+from lcpcli.games.behavior import Behavior, Strategy, plan_of, point_of, strategy_of
 from lcpcli.model.extensive import CHANCE, ExtensiveGame, GameTree
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.proof import prove
@@ -75,14 +75,19 @@ def tree_of(seed: int, depth: int = 4, payoff: Callable[[Random], Fraction] = sm
     return lcpcli.from_efg("\n".join(Maker(seed, depth, payoff).lines))
 
 
-def payoffs(tree: GameTree, strategies: Sequence[Strategy]) -> list[Fraction]:
-    """The expected payoffs, node by node from the root, without plans or sequences."""
+def chances(tree: GameTree, strategies: Sequence[Strategy]) -> list[Fraction]:
+    """The probabilities of all nodes, one by one from the root, without plans or sequences."""
     reach = [Fraction(1)]
     for node in tree.nodes[1:]:
         above = tree.nodes[node.parent]
         odds = tree.events[above.where].probabilities if above.owner == CHANCE else strategies[above.owner][above.where]
         reach.append(reach[node.parent] * odds[node.move])
-    return [sum((r * n.payoffs[i] for r, n in zip(reach, tree.nodes, strict=True)), Fraction(0)) for i in (0, 1)]
+    return reach
+
+
+def payoffs(tree: GameTree, strategies: Sequence[Strategy]) -> list[Fraction]:
+    each = list(zip(chances(tree, strategies), tree.nodes, strict=True))
+    return [sum((chance * node.payoffs[i] for chance, node in each), Fraction(0)) for i in (0, 1)]
 
 
 def pure_strategies(tree: GameTree, player: int) -> Iterator[Strategy]:
@@ -140,6 +145,8 @@ def test_no_pure_strategy_gains_in_an_equilibrium_in_fractions() -> None:
         strategies = [strategy_of(player, plan) for player, plan in zip(tree.players, found.plans, strict=True)]
         assert gains(tree, strategies) == list(found.gains) == [0, 0]
         assert list(found.payoffs) == payoffs(tree, strategies)
+        z = point_of(game_of(problem), *found.plans)
+        assert ExactProblem.of_decimals(problem).is_solution(z), "also for those who propose strategies alone"
         assert lcpcli.run(problem, "lemke").solved, "as its theorem says"
 
 
@@ -151,6 +158,11 @@ def test_best_responses_on_the_tree_are_the_best_of_all_pure_strategies() -> Non
         own = Behavior.of(game_of(problem), strategies)
         assert list(own.gains) == gains(tree, strategies)
         assert list(own.payoffs) == payoffs(tree, strategies)
+        reached = [[Fraction(0)] * len(player.sets) for player in tree.players]
+        for chance, node in zip(chances(tree, strategies), tree.nodes, strict=True):
+            if node.owner in (0, 1):
+                reached[node.owner][node.where] += chance
+        assert [each.reached for each in own.information_sets] == [*reached[0], *reached[1]]
         gainers += any(own.gains)
         plans = zip(tree.players, own.plans, strict=True)
         assert all(plan_of(player, strategy_of(player, plan)) == plan for player, plan in plans)

@@ -149,6 +149,12 @@ EXAMPLES: dict[str, tuple[Problem, dict[str, Any], list[int | None] | None]] = {
     "what rounding cannot exchange": (Problem([[2, 1], [1, 2]], [-2, -1]), {}, [ALL, None]),
     "a row of zeros": (Problem([[0, 0], [0, 2]], [0, -1]), {}, [None, ALL]),
     "a vertex of a face": (Problem(np.ones((2, 2)), [-1, -1]), {"z0": [1, 0]}, [None, None]),
+    "a wrong sign of w within a loose tolerance": (
+        Problem([[2, 1], [1, 2]], [-2, -1.0001]),
+        {"method": "newton", "tol": 1e-3, "z0": [1, 0]},
+        [4, None],
+    ),
+    "an upper bound that is no kink": (Problem([[2, 1], [1, 2]], [-5, -6], upper=[1, np.inf]), {}, [ALL, ALL]),
     "a kink at an upper bound": (Problem([[2, 1], [1, 2]], [-3, -3], upper=[1, 9]), {}, [None, ALL]),
 }
 
