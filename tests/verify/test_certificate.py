@@ -172,7 +172,8 @@ def test_enclosure_holds_an_exact_solution(seed: int) -> None:
     residual = [sum(value * Fraction(other) for value, other in zip(row, y.tolist(), strict=True)) for row in exact]
     rows = [[*(row[j] for j in changed), -r] for row, r in zip(exact, residual, strict=True)]
     whole = [numbers.over_one_denominator(row)[0] for row in rows]
-    found = elimination.solve([row[:-1] for row in whole], [row[-1] for row in whole]).x
+    found = elimination.solve([row[:-1] for row in whole], [row[-1] for row in whole])[0]
+    assert found is not None
     assert all(abs(change) <= Fraction(d[j]) for change, j in zip(found, changed.tolist(), strict=True))
 
 
