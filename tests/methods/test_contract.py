@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli import solve
+from lcpcli import Status, solve
 from lcpcli.errors import OptionError
 from lcpcli.methods.registry import METHODS, Method
 from lcpcli.methods.stages import Finished, Iterate
@@ -110,6 +110,14 @@ def test_a_start_that_matters_is_declared(monkeypatch: pytest.MonkeyPatch) -> No
         check_method("toy")
     declare(monkeypatch, steps, uses_start=True)
     check_method("toy")
+
+
+def test_a_method_is_not_begun_with_more_unknowns_than_it_declares(monkeypatch: pytest.MonkeyPatch) -> None:
+    declare(monkeypatch, yielding(lambda problem, _: Iterate(-np.ones(problem.n), None, "", 1)), max_unknowns=2)
+    few, many = (solve(-np.eye(n), -np.ones(n), "toy") for n in (2, 3))
+    assert few.iterations == 1
+    assert (many.status, many.iterations) == (Status.BREAKDOWN, 0)
+    assert "it takes at most 2 unknowns; this problem has 3" in many.message
 
 
 def test_a_default_is_in_its_range(monkeypatch: pytest.MonkeyPatch) -> None:
