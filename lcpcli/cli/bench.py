@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from lcpcli.bench.suites import ALL, DEFAULT_METHODS, SUITES, Suite, methods_of
 from lcpcli.cli import declarations, output
-from lcpcli.cli.command import Candidates, argument, command, option
-from lcpcli.cli.declarations import refuse_beside
+from lcpcli.cli.command import Candidates, command
+from lcpcli.cli.declarations import argument, option, refuse_beside
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
 from lcpcli.cli.problems import Inputs, same_file, settle_threads, tell
 from lcpcli.cli.request import Request
@@ -68,26 +68,23 @@ MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
     },
     declarations.FILES._replace(words=MEANINGS),
 )
-@declarations.numeric("Problems", INFINITY)
+@option("Problems", INFINITY)
 @declarations.several_methods("Solvers", "measure", DEFAULT_METHODS)
 @option(
     "Solvers",
-    "--peer peers NAME",
-    f"Another solver to measure, if it is installed; repeatable: {listed(PEERS, 'or')}. The part of a name before "
-    "a dash selects all solvers whose names begin with it.  [default: none]",
+    f"--peer peers NAME  Another solver to measure, if it is installed; repeatable: {listed(PEERS, 'or')}. The part of "
+    "a name before a dash selects all solvers whose names begin with it.  [default: none]",
     multiple=True,
     shell_complete=Candidates({**PEERS, **{peer.partition("-")[0]: "all of these" for peer in PEERS if "-" in peer}}),
 )
-@declarations.numeric("Stopping", TOL)
-@declarations.numeric("Stopping", OF_EACH_RUN)
-@declarations.numeric("Measuring", ACCEPT)
-@declarations.numeric("Measuring", BUDGET)
-@declarations.numeric("Measuring", THREADS_OF_ALL)
-@option("Measuring", "--resume FILE", "Resume the bench in this JSON file, written by -o.")
+@option("Stopping", TOL, OF_EACH_RUN)
+@option(
+    "Measuring", ACCEPT, BUDGET, THREADS_OF_ALL, "--resume FILE  Resume the bench in this JSON file, written by -o."
+)
 @declarations.format_option(FORMATS)
 @declarations.output_file(f"{declarations.TO_FILE} JSON is saved after each measurement, to resume from.")
 @option(
-    "Output", "--plot FILE", "Draw performance profiles, error against time, and scaling with n, as .png, .svg or .pdf."
+    "Output", "--plot FILE  Draw performance profiles, error against time, and scaling with n, as .png, .svg or .pdf."
 )
 @declarations.quiet_option("Print neither results nor progress, only errors.")
 def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Variant], quiet: bool, **given: Any) -> int:
@@ -240,7 +237,7 @@ SLOWER = Option(
 @argument(
     "Runs", "new", {"NEW": "Current runs, of the same methods on the same problems."}, shell_complete=declarations.FILES
 )
-@declarations.numeric("Comparison", SLOWER)
+@option("Comparison", SLOWER)
 @declarations.reporting(FORMATS_OF_COMPARISON)
 def compare_runs(old: str, new: str, slower: float | None, **given: Any) -> int:
     """Compare how the runs in OLD and in NEW ended: status, iterations and time."""

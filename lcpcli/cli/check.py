@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.cli import main, output
-from lcpcli.cli.command import argument, command, option
-from lcpcli.cli.declarations import FILES, OTHERS, numeric, problem_file, refuse, refuse_beside, reporting, with_bounds
+from lcpcli.cli import declarations, main, output
+from lcpcli.cli.command import command
+from lcpcli.cli.declarations import FILES, OTHERS, argument, option, refuse, refuse_beside, reporting
 from lcpcli.cli.problems import Inputs
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files import contents
@@ -53,9 +53,8 @@ OF_INSPECTION = TIME_LIMIT._replace(
     nargs=-1,
     shell_complete=FILES,
 )
-@with_bounds
-@numeric("Verification", TOL)
-@option("Verification", "--exact", "Verify in exact fractions; 0.1 means 1/10.")
+@declarations.with_bounds
+@option("Verification", TOL, "--exact  Verify in exact fractions; 0.1 means 1/10.")
 @reporting(RECORD_MEANINGS)
 def check(paths: tuple[str, ...], tol: float | None, exact: bool, **given: Any) -> int:
     """Verify the proposed SOLUTION of the problem in FILE, or in FILE and Q_FILE."""
@@ -142,9 +141,9 @@ def _verification(
     epilog='A class is "yes" or "no" only where rounding errors cannot affect the answer. Rows and columns are counted '
     "from 1; the indices of the JSON, from 0.",
 )
-@problem_file
-@numeric("Stopping", OF_INSPECTION)
-@option("Output", "--all whole", "Show everything; JSON and CSV always do.")
+@declarations.problem_file
+@option("Stopping", OF_INSPECTION)
+@option("Output", "--all whole  Show everything; JSON and CSV always do.")
 @reporting(RECORD_MEANINGS)
 def inspect(file: str, q_file: str | None, time_limit: float | None, whole: bool, **given: Any) -> int:
     """Report the classes of M, its scaling, and which methods are guaranteed to solve the problem; of a nonlinear model

@@ -9,8 +9,8 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem, shell_complete
 
-from lcpcli.cli.command import VARIABLE, WHOLE, WIDEST, Candidates, Choice, argument, command, lcp, option, tabulate
-from lcpcli.cli.declarations import refuse
+from lcpcli.cli.command import VARIABLE, WHOLE, WIDEST, Candidates, Choice, command, lcp, tabulate
+from lcpcli.cli.declarations import argument, option, refuse
 from lcpcli.cli.terminal import Line, emit, shows_progress, terminal
 from lcpcli.errors import OptionError, count, folded, quoted
 from lcpcli.methods.registry import METHODS, NONLINEAR, OTHER_NAMES, known_options, suggestion
@@ -57,7 +57,7 @@ def _candidates(context: click.Context, parameter: click.Parameter, incomplete: 
     shell_complete=_candidates,
 )
 @argument("Topic", "section", {"SECTION": "Only the sections of a page whose headings have this word."}, required=False)
-@option("Topic", "--all whole", "Show all options of a command, and all names that they take.")
+@option("Topic", "--all whole  Show all options of a command, and all names that they take.")
 @click.pass_context
 def help(context: click.Context, topic: str | None, section: str | None, whole: bool) -> None:
     """Show the page on TOPIC, or the sections on a word that has some, formatted on a terminal and as Markdown in a

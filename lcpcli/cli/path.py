@@ -9,8 +9,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lcpcli.cli import declarations, main
-from lcpcli.cli.command import EXITS, argument, command, option
-from lcpcli.cli.declarations import FILES, numeric, refuse, reporting
+from lcpcli.cli.command import EXITS, command
+from lcpcli.cli.declarations import FILES, argument, option, refuse, reporting
 from lcpcli.cli.output import Destination, require_plot
 from lcpcli.cli.problems import InputProblem, Inputs
 from lcpcli.errors import OptionError, ProblemError
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 Number: TypeAlias = "float | Fraction"
 FORMATS = {**document.MEANINGS, "json": "one object, for scripts", "csv": "a row for each breakpoint, with all digits"}
-LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative residual is at most this."), TIME_LIMIT)
+OF_POINTS = TOL._replace(meaning="A point counts as a solution if its relative residual is at most this.")
 
 
 @command(
@@ -64,18 +64,20 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
     shell_complete=FILES,
 )
 @declarations.q_option
-@option("Problem", "--direction NUMBERS|FILE", "In place of TO: q becomes q + t d, with this d.  [default: none]")
+@option("Problem", "--direction NUMBERS|FILE  In place of TO: q becomes q + t d, with this d.  [default: none]")
 @declarations.bounds_options
-@option("Path", "--from start NUMBER", "t at the first problem.  [default: 0]")
-@option("Path", "--to stop NUMBER", "t at the last problem.  [default: 1; required with --direction]")
-@option("Path", "--turns", "Continue with decreasing t where the path turns.")
-@option("Path", "--exact", "Prove the path in exact fractions; 0.1 means 1/10.")
-@numeric("Path", LIMITS[0])
-@numeric("Stopping", LIMITS[1])
-@numeric("Stopping", MAX_BREAKPOINTS)
-@option("Output", "--at T,...", "Also show the solutions at these t.  [default: none]")
+@option(
+    "Path",
+    "--from start NUMBER  t at the first problem.  [default: 0]",
+    "--to stop NUMBER  t at the last problem.  [default: 1; required with --direction]",
+    "--turns  Continue with decreasing t where the path turns.",
+    "--exact  Prove the path in exact fractions; 0.1 means 1/10.",
+    OF_POINTS,
+)
+@option("Stopping", TIME_LIMIT, MAX_BREAKPOINTS)
+@option("Output", "--at T,...  Also show the solutions at these t.  [default: none]")
 @declarations.show_option
-@reporting(FORMATS, option("Output", "--plot FILE", "Draw z(t), and the objective of a program: .png, .svg or .pdf."))
+@reporting(FORMATS, option("Output", "--plot FILE  Draw z(t), and the objective of a program: .png, .svg or .pdf."))
 def path(
     files: Sequence[str], direction: str | None, at: str | None, names: Sequence[str], plot: str | None, **given: Any
 ) -> int:
