@@ -15,7 +15,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from ctypes import CDLL, CFUNCTYPE, POINTER, Structure, byref, c_char_p, c_double, c_int, c_void_p
-from functools import cached_property
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -28,9 +28,9 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.peers.registry import Claim, installed, not_installed
+from lcpcli.peers.packages import Ending, PackageSolver
+from lcpcli.typing import Matrix
 
-PACKAGE = "gamspy_base"
 NO_LIMIT = 1e10  # seconds, in place of infinity
 FILES = {"win32": "path52.dll", "darwin": "libpath52.dylib"}
 FILE = "libpath52.so"
@@ -75,67 +75,71 @@ class _Information(Structure):
 _SILENT = _Output(None, _Print(lambda _data, _mode, _text: None), _Flush(lambda _data, _mode: None))
 
 
-class _Library:
+def _prepared(problem: Problem | NonlinearProblem) -> tuple[NonlinearProblem, Matrix]:
+    """Return the functions of a problem, and the Jacobian at the start."""
+    if isinstance(problem, Problem):
+        M, _, lower, upper = conditions_of(problem)
+        problem = NonlinearProblem(problem.w, lambda _: M, lower=lower, upper=upper)
+    return problem, Evaluations(problem).jacobian(problem.x0)
+
+
+def _unlicensed(problem: Problem | NonlinearProblem) -> str:
+    made, J = _prepared(problem)
+    licence = f"licence: without one, up to {MOST_UNKNOWNS} unknowns and {MOST_ENTRIES} entries of the Jacobian"
+    return "" if _functions().Path_CheckLicense(made.n, int((J != 0).sum())) else licence
+
+
+def _solved(
+    _: Any, problem: Problem | NonlinearProblem, prepared: tuple[NonlinearProblem, Matrix], tol: float, limit: float
+) -> Ending:
+    (made, J), path = prepared, _functions()
+    n, most = made.n, J.nnz if is_sparse(J) else made.n**2
+    most = most if path.Path_CheckLicense(n, most) else MOST_ENTRIES
+    units = max(float(np.abs(problem.q).max()), 1.0) if isinstance(problem, Problem) else 1.0
+    options = {"convergence_tolerance": tol * units, "time_limit": min(limit, NO_LIMIT), "output": "no"}
+    began, called = clock.seconds(), _Called(made, most)
+    own = path.Options_Create()
+    path.Path_AddOptions(own)
+    path.Options_Default(own)
+    for name, value in options.items():
+        path.Options_Set(own, f"{name} {value}".encode())
+    run = path.MCP_Create(n, most)
+    interface, information = called.interface(), _Information(use_start=1)
+    path.MCP_SetInterface(run, byref(interface))
+    ending = path.Path_Solve(run, byref(information))
+    z = np.ctypeslib.as_array(path.MCP_GetX(run), (n,)).copy()
+    path.MCP_Destroy(run)
+    path.Options_Destroy(own)
+    seconds = clock.seconds() - began
+    if called.is_full:
+        return None, None, False, f"the Jacobian has more than {most} entries", seconds
+    if called.fault is not None:
+        raise called.fault
+    return z, None, ending == SOLVED, ENDINGS.split(", ")[ending - 1], seconds
+
+
+def _path() -> Path:
+    return Path(import_module("gamspy_base").directory, FILES.get(sys.platform, FILE))
+
+
+@cache
+def _functions() -> Any:
+    path, kinds = CDLL(str(_path())), {"pointer": c_void_p, "int": c_int, "text": c_char_p}
+    for name, *types in map(str.split, SIGNATURES.split(", ")):
+        getattr(path, name).argtypes = [kinds[kind] for kind in types]
+    path.Options_Create.restype = path.MCP_Create.restype = c_void_p
+    path.MCP_GetX.restype = _Doubles
+    path.Output_SetInterface(byref(_SILENT))
+    return path
+
+
+class _Library(PackageSolver):
     def version(self) -> str | None:
-        found = installed(PACKAGE)
-        return None if found is None or self._path is None else f"GAMS {found}"
-
-    def excludes(self, problem: Problem | NonlinearProblem) -> str:
-        if self.version() is None:
-            return ""
-        given = _nonlinear(problem)
-        J = Evaluations(given).jacobian(given.x0)
-        if self._functions.Path_CheckLicense(given.n, int((J != 0).sum())):
-            return ""
-        return f"licence: without one, up to {MOST_UNKNOWNS} unknowns and {MOST_ENTRIES} entries of the Jacobian"
-
-    def solve(self, problem: Problem | NonlinearProblem, tol: float, time_limit: float) -> Claim:
-        if self.version() is None:
-            raise not_installed(PACKAGE)
-        given, units = _nonlinear(problem), 1.0
-        if isinstance(problem, Problem):
-            units = max(float(np.abs(problem.q).max()), 1.0)
-        options = {"convergence_tolerance": tol * units, "time_limit": min(time_limit, NO_LIMIT), "output": "no"}
-        path, n, J = self._functions, given.n, Evaluations(given).jacobian(given.x0)
-        most = J.nnz if is_sparse(J) else n**2
-        most = most if path.Path_CheckLicense(n, most) else MOST_ENTRIES
-        began, called = clock.seconds(), _Called(given, most)
-        own = path.Options_Create()
-        path.Path_AddOptions(own)
-        path.Options_Default(own)
-        for name, value in options.items():
-            path.Options_Set(own, f"{name} {value}".encode())
-        run = path.MCP_Create(n, most)
-        interface, information = called.interface(), _Information(use_start=1)
-        path.MCP_SetInterface(run, byref(interface))
-        ending = path.Path_Solve(run, byref(information))
-        z = np.ctypeslib.as_array(path.MCP_GetX(run), (n,)).copy()
-        path.MCP_Destroy(run)
-        path.Options_Destroy(own)
-        seconds = clock.seconds() - began
-        if called.is_full:
-            return Claim(None, False, seconds, f"the Jacobian has more than {most} entries")
-        if called.fault is not None:
-            raise called.fault
-        return Claim(z, ending == SOLVED, seconds, ENDINGS.split(", ")[ending - 1])
-
-    @property
-    def _path(self) -> Path | None:
-        path = Path(import_module(PACKAGE).directory, FILES.get(sys.platform, FILE))
-        return path if path.exists() else None
-
-    @cached_property
-    def _functions(self) -> Any:
-        path, kinds = CDLL(str(self._path)), {"pointer": c_void_p, "int": c_int, "text": c_char_p}
-        for name, *types in map(str.split, SIGNATURES.split(", ")):
-            getattr(path, name).argtypes = [kinds[kind] for kind in types]
-        path.Options_Create.restype = path.MCP_Create.restype = c_void_p
-        path.MCP_GetX.restype = _Doubles
-        path.Output_SetInterface(byref(_SILENT))
-        return path
+        found = super().version()
+        return f"GAMS {found}" if found is not None and _path().exists() else None
 
 
-path_start = _Library()
+path_start = _Library("gamspy_base", _solved, (_unlicensed,), _prepared)
 
 
 class _Called:
@@ -190,10 +194,3 @@ class _Called:
         for place, part in zip((begins, lengths, rows, values), parts, strict=True):
             np.ctypeslib.as_array(place, (part.size,))[:] = part
         return undefined + int(np.count_nonzero(~np.isfinite(J.data)))
-
-
-def _nonlinear(problem: Problem | NonlinearProblem) -> NonlinearProblem:
-    if isinstance(problem, NonlinearProblem):
-        return problem
-    given = conditions_of(problem)
-    return NonlinearProblem(problem.w, lambda _: given.M, lower=given.lower, upper=given.upper)

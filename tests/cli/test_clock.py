@@ -249,13 +249,6 @@ def test_pauses_are_in_no_time_of_runs_and_told_where_they_are_long(
     assert bool(outcome.spread([result])) == (pause == 100.0)
 
 
-def test_a_pause_of_the_processor_is_in_no_curve() -> None:
-    """In three repetitions of three steps, two have a pause of 3 s, and one was cut."""
-    repetitions = [{0: 1.0, 1: 5.0, 9: 6.5}, {0: 1.5, 1: 2.5, 9: 7.0}, {0: 0.5}]
-    assert clock.least_steps(repetitions) == {0: 1.0, 1: 2.0, 9: 3.5}
-    assert clock.least_steps(repetitions[2:]) == {0: 0.5}
-
-
 def test_claim_is_checked_anew_and_not_believed() -> None:
     honest = lcpcli.run(read(EXAMPLE), "fixed-point")
     assert verified(honest).verified is True
