@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from lcpcli.bench.suites import ALL, DEFAULT_METHODS, SUITES, Suite, methods_of
 from lcpcli.cli import declarations, output
 from lcpcli.cli.command import Candidates, command
-from lcpcli.cli.declarations import argument, option, refuse_beside
+from lcpcli.cli.declarations import argument, option, refuse, refuse_beside
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
 from lcpcli.cli.problems import Inputs, same_file, settle_threads, tell
 from lcpcli.cli.request import Request
@@ -94,29 +94,25 @@ def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Varian
     from lcpcli.files.atomic_write import refuse_unwritable, reserve
 
     destination = output.Destination(request.form, request.output, quiet)
-    outputs = {} if destination.path is None else {destination.path: destination.form}
     for path in filter(None, (request.output, request.plot)):
         refuse_unwritable(path)
     output.require_plot(request.plot)
-    writes = list(outputs)
-    if request.resume is not None and _read_record(request).pending():
-        writes.append(request.resume)
-    with reserve(writes):
-        return _run(request, outputs, destination)
+    is_resumed = request.resume is not None and bool(_read_record(request).pending())
+    with reserve(filter(None, [request.output, request.resume if is_resumed else None])):
+        return _run(request, destination)
 
 
-def _run(request: Request, outputs: dict[str, str], destination: output.Destination) -> int:
-    from lcpcli.bench.report import render
+def _run(request: Request, destination: output.Destination) -> int:
+    from lcpcli.bench import report
 
+    saved = [path for path in [destination.path] if path is not None and destination.form == "json"]
     if request.resume is None:
         record = _new_record(request)
     else:
         record = _read_record(request)
-        for path, form in outputs.items():
-            if form != "json" and same_file(path, request.resume):
-                raise OptionError(path, "holds the record to resume", "choose another file for the output")
-        if record.pending():
-            outputs = {request.resume: "json"} | outputs
+        holds = not saved and destination.path is not None and same_file(destination.path, request.resume)
+        refuse(holds, str(destination.path), "holds the record to resume", "choose another file for the output")
+        saved[:0] = [request.resume] * bool(record.pending())
     files = [file for case in record.cases for file in (case.file, case.q_file) if file]
     Inputs(files).refuse({"--output": destination.path, "--plot": request.plot})
     for fault in record.unread:
@@ -125,24 +121,20 @@ def _run(request: Request, outputs: dict[str, str], destination: output.Destinat
         return BAD_INPUT
     if record.missing and not request.quiet:
         say(f"lcp bench: not installed, left out: {', '.join(record.missing)}")
-    is_interrupted = _measure(record, outputs, request.quiet)
-    _keep(record, {path: form for path, form in outputs.items() if path != destination.path})
-    if request.plot is not None and record.measurements:
-        from lcpcli.bench import report
+    is_interrupted = _measure(record, saved, request.quiet)
+    rows = record.measurements
+    if request.plot is not None and rows:
         from lcpcli.report import plotting
 
         destination.add(request.plot, lambda path: report.draw_figure(record, plotting.form_of(path)))
-    rows = record.measurements
     good, false = sum(row.success for row in rows), sum(row.false_success for row in rows)
     told = f"{good} of {count(len(rows), 'measurement')} succeeded" + f"; {count(false, 'false claim')}" * bool(false)
-    destination.show(partial(render, record), told)
+    destination.show(partial(report.render, record), told)
     if not is_interrupted:
         return BAD_INPUT if record.unread else NOT_SOLVED if false else SOLVED
-    done = len(record.measurements)
-    number = done + sum(len(solvers) for _, solvers in record.pending())
-    file = next((path for path, form in outputs.items() if form == "json"), None)
-    hint = f"resume with lcp bench --resume {file}" if file else "with -o FILE.json it could be resumed"
-    say(f"lcp bench: interrupted after {done} of {number} measurements; {hint}")
+    number = len(rows) + sum(len(solvers) for _, solvers in record.pending())
+    hint = f"resume with lcp bench --resume {saved[0]}" if saved else "with -o FILE.json it could be resumed"
+    say(f"lcp bench: interrupted after {len(rows)} of {number} measurements; {hint}")
     return INTERRUPTED
 
 
@@ -173,14 +165,18 @@ def _read_record(request: Request) -> BenchRecord:
     return past
 
 
-def _measure(record: BenchRecord, outputs: dict[str, str], quiet: bool) -> bool:
-    """Make all pending measurements, saving each as it comes; return whether Ctrl-C interrupted them."""
-    from lcpcli.bench import timing
+def _measure(record: BenchRecord, saved: Sequence[str], quiet: bool) -> bool:
+    """Make all pending measurements, each of which is saved at once; return whether Ctrl-C interrupted them."""
+    from lcpcli.bench import report, timing
 
-    records = {path: form for path, form in outputs.items() if form == "json"}
-    files = {path: form for path, form in records.items() if Path(path).is_file() or not Path(path).exists()}
-    _keep(record, files)
     before, left = len(record.measurements), sum(len(solvers) for _, solvers in record.pending())
+    files = [path for path in saved if Path(path).is_file() or not Path(path).exists()]
+
+    def save() -> None:
+        for path in files:
+            output.show(report.render(record, "json", None, False), path)
+
+    save()
     with Line() as line:
 
         def starting(case: Case, solver: str) -> None:  # between measurements, whose times it would disturb
@@ -189,17 +185,10 @@ def _measure(record: BenchRecord, outputs: dict[str, str], quiet: bool) -> bool:
 
         try:
             for _ in timing.run(record, starting):
-                _keep(record, files)
+                save()
         except KeyboardInterrupt:
             return True
     return False
-
-
-def _keep(record: BenchRecord, outputs: dict[str, str]) -> None:
-    from lcpcli.bench.report import render
-
-    for path, form in outputs.items():
-        output.show(render(record, form, None, False), path)
 
 
 FORMATS_OF_COMPARISON = {
@@ -243,8 +232,9 @@ def compare_runs(old: str, new: str, slower: float | None, **given: Any) -> int:
     """Compare how the runs in OLD and in NEW ended: status, iterations and time."""
     destination = output.Destination.taken(given)
     Inputs((old, new)).prepare({"--output": destination.path})
-    from lcpcli.bench.comparison import Comparison
+    from lcpcli.bench import comparison
 
-    comparison = Comparison((old, new), math.inf if slower is None else slower)
-    destination.show(comparison.render)
-    return NOT_SOLVED if comparison.failures else SOLVED
+    changes, limit = comparison.changes_between((old, new)), math.inf if slower is None else slower
+    has_failed = any(comparison.is_failure(change, limit) for change in changes)
+    destination.show(comparison.report((old, new), changes, has_failed).render)
+    return NOT_SOLVED if has_failed else SOLVED
