@@ -14,7 +14,7 @@ from lcpcli.cli.command import Candidates, command
 from lcpcli.cli.declarations import argument, option, refuse, refuse_beside
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
 from lcpcli.cli.problems import Inputs, same_file, settle_threads, tell
-from lcpcli.cli.request import Request
+from lcpcli.cli.request import Request, taken
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.errors import OptionError, count, listed
 from lcpcli.methods.registry import meanings
@@ -89,7 +89,8 @@ MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
 @declarations.quiet_option("Print neither results nor progress, only errors.")
 def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Variant], quiet: bool, **given: Any) -> int:
     """Measure methods, and other solvers, on the problems of suites or in files."""
-    request = Request(Inputs(suite, infinity=infinity), variants=methods, quiet=quiet, **given)
+    numbers = taken(given, [number.name for number in MEASURING])
+    request = Request(Inputs(suite, infinity=infinity), numbers=numbers, variants=methods, quiet=quiet, **given)
     settle_threads((), request.threads)
     from lcpcli.files.atomic_write import refuse_unwritable, reserve
 
@@ -143,11 +144,11 @@ def _new_record(request: Request) -> BenchRecord:
     from lcpcli.bench.record import Settings
 
     suites, infinity = request.inputs.files or (DEFAULT_SUITE,), request.inputs.infinity
-    if request.time_limit == math.inf:
+    if request.numbers.get("time_limit") == math.inf:
         raise OptionError("--time-limit", "is infinite", "give a number of seconds, the time counted for a failure")
     numbers = {number.name: number.default for number in MEASURING}
     numbers["budget"] = max(SUITES.get(name, Suite).budget for name in suites)
-    numbers |= {name: getattr(request, name) for name in numbers if getattr(request, name) is not None}
+    numbers |= request.numbers
     chosen = declarations.chosen_variants(request.variants, request.sweep, methods_of(suites))
     settings = Settings(**{name: float(value) for name, value in numbers.items() if value is not None})
     how = partial(tell, quiet=request.quiet), None if infinity == math.inf else infinity

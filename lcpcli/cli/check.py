@@ -9,7 +9,7 @@ from lcpcli.cli import declarations, main, output
 from lcpcli.cli.command import command
 from lcpcli.cli.declarations import FILES, OTHERS, argument, option, refuse, refuse_beside, reporting
 from lcpcli.cli.problems import Inputs
-from lcpcli.errors import OptionError, ProblemError
+from lcpcli.errors import OptionError
 from lcpcli.files import contents
 from lcpcli.files.contents import place
 from lcpcli.options import INSPECTION_SECONDS, TIME_LIMIT, TOL
@@ -83,21 +83,16 @@ def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool
     if read.exactly is None:
         refuse_beside("a nonlinear model", {"--exact": exact})
     data = read.exactly() if exact and read.exactly is not None else None
-    first, problem = inputs.files[0], read.problem
+    first, problem, where = inputs.files[0], read.problem, place(solution)
     if solution.casefold().endswith(".sol") and first.casefold().endswith(".nl"):
-        from lcpcli.files.beside import Candidate
         from lcpcli.files.nl_format import Model
 
-        answers = [Candidate("solution", Model(None, first).solution_in(solution))]
+        answers = [beside.Candidate("solution", Model(None, first).solution_in(solution))]
     else:
         named = first, problem.name
         answers = beside.read_candidates(solution, checking.lengths(problem), named, lambda: problem.names)
-    if answers[0].remark:
-        inputs.tell([f"{contents.place(solution)}: {answers[0].remark}"])
-    try:
-        found = [_verification(problem, data, answer, tol) for answer in answers]
-    except ProblemError as fault:
-        raise fault.inside(contents.place(solution)) from None
+    inputs.tell([f"{where}: {answer.remark}" for answer in answers[:1] if answer.remark])
+    found = [contents.within(where, _verification, problem, data, answer, tol) for answer in answers]
     if len(found) == 1:
         return found
     places = (f"solution {i} of {len(found)}: " for i in range(1, len(found) + 1))
@@ -112,22 +107,23 @@ def _verification(
     from lcpcli.solving import checking
     from lcpcli.verify import verification
 
+    is_own, is_proof = answer.kind == "answer", answer.kind == "farkas"
     if not isinstance(problem, Problem):
-        refuse(answer.kind == "farkas", "SOLUTION", "is a proof, which a nonlinear model cannot have", "give z")
+        refuse(is_proof, "SOLUTION", "is a proof, which a nonlinear model cannot have", "give z")
         return verification.verify_nonlinear(problem, rounded(answer.values), tol or TOL.value)
-    if answer.kind == "farkas":
+    if is_proof:
         refuse_beside("a proof", {"--tol": tol})
         return checking.verified_proof(problem, answer.values, data, is_rounded=not answer.exact)
     if answer.rows is not None:
         verification.require_strategies(problem, answer.values, answer.rows)
     if data:
-        verified = checking.verified_exactly(data, answer.values, answer.w, answer.kind == "answer")
+        found = checking.verified_exactly(data, answer.values, answer.w, is_own)
     else:
-        values, is_own = rounded(answer.values), answer.kind == "answer"
-        verified = checking.verified(problem, values, tol or TOL.value, is_own)
-        if larger := checking.accepting(problem, values, verified, is_own):
-            verified = replace(verified, message=f"{verified.message}; --tol {larger:g} accepts it")
-    return replace(verified, message=f"{verified.message}; {answer.claim}") if answer.claim else verified
+        values = rounded(answer.values)
+        found = checking.verified(problem, values, tol or TOL.value, is_own)
+        if larger := checking.accepting(problem, values, found, is_own):
+            found = replace(found, message=f"{found.message}; --tol {larger:g} accepts it")
+    return replace(found, message=f"{found.message}; {answer.claim}") if answer.claim else found
 
 
 @command(

@@ -303,10 +303,12 @@ TABLE = {  # by what is asked for
 }
 
 
-def refuse_beside(mode: str, given: Mapping[str, Any], is_asked: bool = True) -> None:
-    """Raise OptionError if a mode, one of TABLE, is asked for beside an option without effect in it. given : the values
-    of options by flag; None, False and an empty tuple stand for one that is not given."""
-    for options, fault, hint in TABLE[mode] if is_asked else ():
-        for name, value in given.items():
-            if name in options and value is not None and value is not False and value != ():
-                raise OptionError(name, fault.format(mode=mode), hint)
+def refuse_beside(modes: str | Mapping[str, bool], given: Mapping[str, Any]) -> None:
+    """Raise OptionError if a mode, one of TABLE, is asked for beside an option without effect in it. modes : it, or
+    several and whether each is asked for. given : the values of options by flag; None, False and an empty tuple stand
+    for one that is not given."""
+    for mode in [modes] if isinstance(modes, str) else [mode for mode, is_asked in modes.items() if is_asked]:
+        for options, fault, hint in TABLE[mode]:
+            for name, value in given.items():
+                if name in options and value is not None and value is not False and value != ():
+                    raise OptionError(name, fault.format(mode=mode), hint)

@@ -87,8 +87,7 @@ class Output(Destination):
             "no unknowns": bool(request.sweep) and self.form == "csv" and not self.with_iterates,
             "csv": self.form == "csv",
         }
-        for mode, is_asked in modes.items():
-            refuse_beside(mode, request.given | {"--trace": request.trace == ITERATES}, is_asked)  # not to a file
+        refuse_beside(modes, request.given | {"--trace": request.trace == ITERATES})  # not to a file
         if self.trace_path is not None:
             _refuse_as_trace(self.trace_path)
         require_plot(request.plot)

@@ -87,12 +87,12 @@ def path(
     destination, exact = Destination.taken(given), given.pop("exact")
     how = {name: given.pop(name) for name in (*fields.BOUND_OPTIONS, "q", "quiet")} | {"game": False}
     refuse(direction is None and how["q"] is not None, "--q", "is for --direction", "name M, and the q of each problem")
-    if direction is not None and not 1 <= len(files) <= 2:
-        hint = "give one problem: a file, or a file with M and one with q"
-        raise OptionError("--direction", f"takes 1 or 2 files, not {len(files)}", hint)
-    if direction is None and not 2 <= len(files) <= 3:
+    where, means, fewest = ("FROM TO", "stands for", 2) if direction is None else ("--direction", "takes", 1)
+    hint = "give one problem: a file, or a file with M and one with q"
+    if direction is None:
         hint = "give two problems, or a file with M and two with q, or a problem and --direction"
-        raise OptionError("FROM TO", f"stands for 2 or 3 files, not {len(files)}", hint)
+    is_wrong = len(files) not in (fewest, fewest + 1)
+    refuse(is_wrong, where, f"{means} {fewest} or {fewest + 1} files, not {len(files)}", hint)
     whole = Inputs.of(files, **how, others=[direction] if direction else [])
     inputs = [whole] if direction is not None else [Inputs.of([*files[:-2], each], **how) for each in files[-2:]]
     whole.prepare({"--output": destination.path, "--plot": plot})

@@ -7,7 +7,7 @@ one waits for memory and caches. Of runs that are compared, which are repeated m
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -44,24 +44,20 @@ Traces = Callable[[AnyProblem], "tuple[Trace | None, Trace | None]"]
 class Request(NamedTuple):
     """The request of a command: its options. One that is not given is None, False for a flag, or empty.
 
-    inputs : the problems. own : the options of methods, the additions and the starts that are given, by name. levels :
-    for a comparison, the errors whose first attainment is recorded. adds_auto : whether `auto` runs too where none of
-    the methods solves a problem.
+    inputs : the problems. own : the options of methods, the additions and the starts that are given, by name. numbers :
+    likewise the limits of a run, and what a bench needs. levels : for a comparison, the errors whose first attainment
+    is recorded. adds_auto : whether `auto` runs too where none of the methods solves a problem.
     """
 
     inputs: Inputs
     own: Mapping[str, Any] = {}
+    numbers: Mapping[str, Any] = {}
     variants: Sequence[Variant] = ()
     sweep: Sequence[str] = ()
     adds_auto: bool = False
     peers: Sequence[str] = ()
     levels: tuple[float, ...] = ()
-    tol: float | None = None
-    max_iterations: int | None = None
-    time_limit: float | None = None
     threads: int | None = None
-    accept: float | None = None
-    budget: float | None = None
     exact: bool = False
     bound: bool = False
     max_solutions: int | None = None
@@ -88,8 +84,7 @@ class Request(NamedTuple):
         starts = [given[name] for name in STARTS if given.get(name) is not None]
         of_folders = set(found) - {*files, *default}
         inputs = Inputs.of(found, **how, quiet=given["quiet"], of_folders=of_folders, others=starts)
-        own = {name: given.pop(name) for name in OF_METHODS if name in given}
-        request = cls(inputs, {name: value for name, value in own.items() if value is not None}, **given)
+        request = cls(inputs, taken(given, OF_METHODS), taken(given, [limit.name for limit in LIMITS]), **given)
         path = request.output if request.resume is None else None  # with --resume there is no other output
         outputs = {"--output": path, "--trace": request.trace or None, "--plot": request.plot, "--paths": request.paths}
         inputs.prepare({**outputs, "--resume": request.resume}, request.threads)
@@ -98,19 +93,16 @@ class Request(NamedTuple):
     @property
     def given(self) -> dict[str, Any]:
         """Return the values of the options by flag; those of methods are all given, and no method stands for auto."""
-        own = {flag(f"no-{name}" if value is False else name): True for name, value in self.own.items()}
+        own = {
+            flag(f"no-{name}" if value is False else name): True for name, value in {**self.own, **self.numbers}.items()
+        }
         method = None if [*self.variants] == [Variant(AUTO)] else self.variants
         fields = {FLAGS.get(name) or flag(name): value for name, value in self._asdict().items()}
         return own | fields | {"--method": method}
 
     @property
     def limits(self) -> Limits:
-        return Limits(**self.given_limits)
-
-    @property
-    def given_limits(self) -> dict[str, Any]:
-        given = {limit.name: getattr(self, limit.name) for limit in LIMITS}
-        return {name: value for name, value in given.items() if value is not None}
+        return Limits(**self.numbers)
 
     def run(
         self,
@@ -208,6 +200,12 @@ class Request(NamedTuple):
         cure = "leave it out, or give" if is_chosen else "add"
         hint = f"it belongs to {listed(owners)}: {cure} --method {' or '.join(owners)}"
         raise OptionError(flag(f"no-{name}" if value is False else name), fault, hint)
+
+
+def taken(given: dict[str, Any], names: Iterable[str]) -> dict[str, Any]:
+    """Return the options of these names that are given, and take them all away."""
+    own = {name: given.pop(name, None) for name in names}
+    return {name: value for name, value in own.items() if value is not None}
 
 
 def _value(name: str, given: Any, problem: AnyProblem) -> Any:

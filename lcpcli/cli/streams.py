@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import os.path
-import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, ExitStack, closing, nullcontext, suppress
+from contextlib import ExitStack, closing
 from functools import partial
 from itertools import groupby
 from pathlib import Path
@@ -17,9 +16,9 @@ from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, of_sever
 from lcpcli.cli.output import Output
 from lcpcli.cli.problems import tell
 from lcpcli.cli.request import Request
-from lcpcli.cli.terminal import STANDARD, Line, emit, shows_progress
+from lcpcli.cli.terminal import Line, emit, shows_progress
 from lcpcli.cli.workers import Task, TaskRecord, all_records
-from lcpcli.errors import LCPError, OptionError, count
+from lcpcli.errors import OptionError, count
 from lcpcli.files.atomic_write import gradual_writing, open_log, refuse_unwritable
 from lcpcli.files.contents import Source, place
 from lcpcli.files.fields import BOUND_OPTIONS
@@ -31,7 +30,6 @@ from lcpcli.solving import result
 if TYPE_CHECKING:
     from lcpcli.cli.pools import Pool
 
-READING_SECONDS = 0.5  # after an interruption, for the number of problems
 Write = Callable[[str], object]
 Kind = tuple[str, int]  # how a run ended: a word and an exit code
 
@@ -44,8 +42,7 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
     refuse(is_whole, "--format", f"{output.form} is for one problem only", COMPARE)
     modes = {"several problems": True, "tables of several problems": output.form != "json"}
     modes |= {wording.flag(name): bool(getattr(request, name)) for name in ("resume", "cluster", "sequence")}
-    for mode, is_asked in modes.items():
-        refuse_beside(mode, request.given, is_asked)
+    refuse_beside(modes, request.given)
     is_log = output.form == "json" and (output.path or "").casefold().endswith(LINES)
     log_path = request.resume or (output.path if is_log else None)
     if request.resume and not Path(request.resume).exists():
@@ -58,91 +55,55 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
     if request.sequence:
         from lcpcli.solving.solver import Solver
 
-        task = task._replace(steps=Solver.of(None, {**request.given_limits, "interrupts": "return"}))
-    tally, ends = _Tally(), Counter[Kind]()  # of this run, and of problems with records, by the thread that reads
-    with _pool(request) as pool, ExitStack() as stack:
-        left, write = tally.counted(works), cast(Write, len if output.silent else partial(emit, color=False))
+        task = task._replace(steps=Solver.of(None, {**request.numbers, "interrupts": "return"}))
+    past_ends = Counter[Kind]()  # of problems with records, by the thread that reads
+    with ExitStack() as stack:
+        pool: Pool | None = None
+        if request.cluster is not None or (request.jobs or 1) > 1:  # processes would keep files that are open
+            from lcpcli.cli import pools
+
+            pool = pools.Local(request.jobs or 1) if request.cluster is None else pools.Cluster(request.cluster)
+            stack.enter_context(closing(pool))
+        left, write = works, cast(Write, len if output.silent else partial(emit, color=False))
         if log_path is not None:  # each record as soon as it is known, but for problems that have one
             book = stack.enter_context(open_log(log_path, anew=not request.resume))
             given, write = options_of(request), book.add
             past = dict(_known(record, given) for record in book.records()) if request.resume else {}
-            left = missing(left, given, past, ends)
+            left = missing(left, given, past, past_ends)
         elif output.path is not None and not output.silent:
             write = stack.enter_context(gradual_writing(output.path))
         records = all_records(task, left, pool, in_order=log_path is None)
         if log_path is None:
             write(result_formats.heading(task.form, task.layout))
         is_to_file = log_path is not None or output.path is not None
-        tally.write(records, write, with_progress=shows_progress(request.quiet) and is_to_file)
-    tally.read_on(left, request)
-    tally.ends = ends + tally.ends
-    tell(tally.summary(log_path), request.quiet)
-    return tally.ending or of_several({SOLVED, *(code for _, code in tally.ends)})
+        ends, is_interrupted = _written(records, write, shows_progress(request.quiet) and is_to_file)
+    ends = past_ends + ends
+    words = Counter(word for word, _ in ends.elements())
+    numbers = ", ".join(f"{number} {word.replace('_', ' ')}" for word, number in words.most_common())
+    line = f"{count(words.total(), 'problem')}{': ' * bool(numbers)}{numbers}"
+    hint = f"go on with --resume {log_path}" if log_path else "with -o FILE.jsonl it could be resumed"
+    tell(f"{line}; interrupted; {hint}" if is_interrupted else line, request.quiet)
+    return INTERRUPTED if is_interrupted else of_several({SOLVED, *(code for _, code in ends)})
 
 
-class _Tally:
-    """The numbers of problems by how they ended, a word and an exit code; and the exit code of an interrupted run."""
-
-    def __init__(self) -> None:
-        self.ends = Counter[Kind]()
-        self.ending = 0
-        self._total, self._is_known = 0, False  # the problems that were read; whether these are all
-
-    def counted(self, works: Iterator[Work]) -> Iterator[Work]:
-        for work in works:
-            self._total += len(work.sources)
-            yield work
-        self._is_known = True
-
-    def read_on(self, works: Iterator[Work], request: Request) -> None:
-        """Read the inputs that an interrupted run has not come to, for the number of problems, where that takes at most
-        half a second and neither another thread nor whoever writes them."""
-        if not self.ending or request.cluster is not None or (request.jobs or 1) > 1:
-            return
-        files = list(map(Path, request.inputs.files))
-        if Path(STANDARD) in files or any(file.exists() and not file.is_file() for file in files):
-            return
-        end = time.monotonic() + READING_SECONDS
-        with suppress(LCPError, KeyboardInterrupt):
-            while time.monotonic() < end and next(works, None) is not None:
-                pass
-
-    def write(self, records: Iterator[TaskRecord], write: Write, with_progress: bool) -> None:
-        """Write all records and count them. with_progress : whether their number is shown meanwhile."""
-        with Line() as line:
-            try:
-                for number, record in enumerate(records, 1):
-                    write(record.text)
-                    self.ends[record.word, record.exit_code] += 1
-                    for complaint in record.complaints:
-                        tell(complaint)
-                    if with_progress:
-                        line.tell_number(number)
-                    if record.interrupted:
-                        raise KeyboardInterrupt
-            except KeyboardInterrupt:
-                self.ending = INTERRUPTED
-
-    def summary(self, log_path: str | None) -> str:
-        words = Counter(word for word, _ in self.ends.elements())
-        numbers = ", ".join(f"{number} {word.replace('_', ' ')}" for word, number in words.most_common())
-        problems = count(words.total(), "problem")
-        if self.ending and self._is_known:
-            problems = f"{words.total()} of {count(self._total, 'problem')}"
-        line = f"{problems}{': ' * bool(numbers)}{numbers}"
-        hint = f"go on with --resume {log_path}" if log_path else "with -o FILE.jsonl it could be resumed"
-        return f"{line}; interrupted; {hint}" if self.ending else line
-
-
-def _pool(request: Request) -> AbstractContextManager[Pool | None]:
-    """Return a context with the processes or the cluster that solve the problems, if it is not done here. Processes
-    start before files are opened, which they could keep open."""
-    cluster, jobs = request.cluster, request.jobs or 1
-    if cluster is None and jobs == 1:
-        return nullcontext(None)
-    from lcpcli.cli.pools import Cluster, Local
-
-    return closing(Local(jobs) if cluster is None else Cluster(cluster))
+def _written(records: Iterator[TaskRecord], write: Write, with_progress: bool) -> tuple[Counter[Kind], bool]:
+    """Write all records; return how many problems ended how, and whether Ctrl-C ended that. with_progress : whether
+    their number is shown meanwhile."""
+    ends = Counter[Kind]()
+    with Line() as line:
+        try:
+            for record in records:
+                write(record.text)
+                ends[record.word, record.exit_code] += 1
+                for complaint in record.complaints:
+                    tell(complaint)
+                if with_progress:
+                    line.tell_number(ends.total())
+                if record.interrupted:
+                    return ends, True
+        except KeyboardInterrupt:
+            return ends, True
+    return ends, False
 
 
 OF_RUN = (*BOUND_OPTIONS, "game", "exact", "bound", "sequence", "trace", "every")  # options on which records depend

@@ -26,7 +26,6 @@ from lcpcli.solving.trace import Trace
 
 if TYPE_CHECKING:
     from lcpcli.cli.pools import Pool
-    from lcpcli.cli.request import AnyProblem
     from lcpcli.solving.result import Result
     from lcpcli.solving.solver import Solver
 
@@ -79,7 +78,11 @@ class Task(NamedTuple):
         number = 0
         try:
             for source, (result, remarks) in zip(work.sources, made, strict=False):
-                result, text = self._with_text(result, source)
+                try:
+                    text = self._text(result, source)
+                except KeyboardInterrupt:  # without the conclusions that the text asks for
+                    result = replace(result, interrupted=True)
+                    text = self._text(result, source)
                 yield TaskRecord(text, result.word, of_result(result), tuple(remarks), result.interrupted)
                 number += 1
         except LCPError as error:
@@ -90,15 +93,8 @@ class Task(NamedTuple):
         except MemoryError:
             yield from self.records_of_loss(work, "there is not enough memory for this problem")[number:]
 
-    def _with_text(self, result: Result, source: Source) -> tuple[Result, str]:
-        """Return the result and its text; without the conclusions that the text asks for if Ctrl-C comes first."""
-        if not self.form:
-            return result, ""
-        try:
-            return result, result_formats.of_result(result, source, self.form, self.layout)
-        except KeyboardInterrupt:
-            result = replace(result, interrupted=True)
-            return result, result_formats.of_result(result, source, self.form, self.layout)
+    def _text(self, result: Result, source: Source) -> str:
+        return result_formats.of_result(result, source, self.form, self.layout) if self.form else ""
 
     def records_of_loss(self, work: Work, message: str) -> list[TaskRecord]:
         """Return the records of an input whose results were lost."""
@@ -109,23 +105,21 @@ class Task(NamedTuple):
         from lcpcli.solving.direct_run import uses_kernels
 
         inputs, compiled = self.request.inputs, uses_kernels(None, work.sources[0].item or 0)
+        traces = lambda _: (Trace(self.every) if self.every else None, None)  # noqa: E731
         for read in inputs.problems(work, takes_models=self.steps is None):
             if self.steps is not None:
                 result = self.steps.follow(read.problem, compiled)
             else:
                 chosen = self.request.options_for(read.problem)
-                (result,) = self.request.run(read.problem, chosen, self._traces, of_many=True, compiled=compiled)
+                (result,) = self.request.run(read.problem, chosen, traces, of_many=True, compiled=compiled)
             yield self.request.prove(result, read.exactly), [] if inputs.quiet else read.remarks
-
-    def _traces(self, _: AnyProblem) -> tuple[Trace | None, None]:
-        return Trace(self.every) if self.every else None, None
 
     def _together(self, work: QColumns) -> Iterator[tuple[Result, Sequence[str]]]:
         from lcpcli.solving.many import solve_many
 
         request, first = self.request, self.request.inputs.first_of(work)
         (options,) = request.options_for(first)
-        how = {"lower": first.lower, "upper": first.upper, **options, **request.given_limits}
+        how = {"lower": first.lower, "upper": first.upper, **options, **request.numbers}
         results = solve_many(first.M, work.Q, request.variants[0].method, **how)
         for name, result in zip(work.names, results, strict=True):
             yield replace(result, problem=result.problem.named(name, first.origin)), []

@@ -102,7 +102,7 @@ STAGES: dict[str, tuple[str, str, Any, list[dict[str, Any]]]] = {  # the command
 }
 
 
-MANY = "1 of 2 problems: 1 solved; interrupted; with -o FILE.jsonl it could be resumed"
+MANY = "1 problem: 1 solved; interrupted; with -o FILE.jsonl it could be resumed"
 TOLD = {"the reference": "before the first run", "digits of many": MANY, "the second of many": MANY}
 
 
