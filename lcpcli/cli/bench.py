@@ -90,7 +90,7 @@ MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
 def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Variant], quiet: bool, **given: Any) -> int:
     """Measure methods, and other solvers, on the problems of suites or in files."""
     numbers = taken(given, [number.name for number in MEASURING])
-    request = Request(Inputs(suite, infinity=infinity), numbers=numbers, variants=methods, quiet=quiet, **given)
+    request = Request(inputs=Inputs(suite, infinity=infinity), numbers=numbers, variants=methods, quiet=quiet, **given)
     settle_threads((), request.threads)
     from lcpcli.files.atomic_write import refuse_unwritable, reserve
 

@@ -38,6 +38,7 @@ Declaration = Callable[[Any], Any]
 
 
 FILES = Candidates(files=True)
+FLAGS: dict[str, str] = {}  # of all options that are declared, by name
 
 
 def option(heading: str, *rows: str | Option, **attributes: Any) -> Declaration:
@@ -57,7 +58,8 @@ def option(heading: str, *rows: str | Option, **attributes: Any) -> Declaration:
             how |= {"shell_complete": Candidates(files=True)} if "FILE" in last else {}
             flags += [last] * (not last.isupper())
             function = click.option(*flags, help=meaning, **how)(function)
-            function.__click_params__[-1].heading = heading
+            made = function.__click_params__[-1]
+            made.heading, FLAGS[made.name] = heading, made.opts[-1]
         return function
 
     return declare

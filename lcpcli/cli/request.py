@@ -10,10 +10,11 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from types import MappingProxyType, SimpleNamespace
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lcpcli import options
-from lcpcli.cli.declarations import OF_METHODS, STARTS, refuse_beside
+from lcpcli.cli.declarations import FLAGS, OF_METHODS, STARTS, refuse_beside
 from lcpcli.cli.problems import Inputs, tell
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.clock import seconds
@@ -34,15 +35,15 @@ if TYPE_CHECKING:
     from lcpcli.solving.trace import Trace
 
 
-FLAGS = {"names": "--show", "form": "--format", "peers": "--peer"}  # of fields that are called otherwise
 _methods: set[str] = set()  # the methods that this process has run
 Values = dict[str, Any]  # options of a method, by name
 AnyProblem: TypeAlias = "Problem | NonlinearProblem"
 Traces = Callable[[AnyProblem], "tuple[Trace | None, Trace | None]"]
 
 
-class Request(NamedTuple):
-    """The request of a command: its options. One that is not given is None, False for a flag, or empty.
+class Request(SimpleNamespace):
+    """The request of a command: its options, by name. One that is not given is None, False for a flag, or empty; one
+    that the command does not have is None.
 
     inputs : the problems. own : the options of methods, the additions and the starts that are given, by name. numbers :
     likewise the limits of a run, and what a bench needs. levels : for a comparison, the errors whose first attainment
@@ -50,30 +51,15 @@ class Request(NamedTuple):
     """
 
     inputs: Inputs
-    own: Mapping[str, Any] = {}
-    numbers: Mapping[str, Any] = {}
+    own: Mapping[str, Any] = MappingProxyType({})
+    numbers: Mapping[str, Any] = MappingProxyType({})
     variants: Sequence[Variant] = ()
-    sweep: Sequence[str] = ()
-    adds_auto: bool = False
-    peers: Sequence[str] = ()
     levels: tuple[float, ...] = ()
-    threads: int | None = None
-    exact: bool = False
-    bound: bool = False
-    max_solutions: int | None = None
-    jobs: int | None = None
-    cluster: str | None = None
-    resume: str | None = None
-    sequence: bool = False
-    form: str | None = None
-    trace: str | None = None
-    every: int | None = None
-    columns: tuple[str, ...] = ()
-    names: tuple[str, ...] = ()
-    plot: str | None = None
-    paths: str | None = None
-    output: str | None = None
-    quiet: bool = False
+    adds_auto = False
+
+    def __getattr__(self, name: str) -> None:
+        if name not in FLAGS:
+            raise AttributeError(name)
 
     @classmethod
     def of(cls, files: Sequence[str], default: Sequence[str] = (), **given: Any) -> Request:
@@ -84,7 +70,8 @@ class Request(NamedTuple):
         starts = [given[name] for name in STARTS if given.get(name) is not None]
         of_folders = set(found) - {*files, *default}
         inputs = Inputs.of(found, **how, quiet=given["quiet"], of_folders=of_folders, others=starts)
-        request = cls(inputs, taken(given, OF_METHODS), taken(given, [limit.name for limit in LIMITS]), **given)
+        own, numbers = taken(given, OF_METHODS), taken(given, [limit.name for limit in LIMITS])
+        request = cls(inputs=inputs, own=own, numbers=numbers, **given)
         path = request.output if request.resume is None else None  # with --resume there is no other output
         outputs = {"--output": path, "--trace": request.trace or None, "--plot": request.plot, "--paths": request.paths}
         inputs.prepare({**outputs, "--resume": request.resume}, request.threads)
@@ -97,7 +84,7 @@ class Request(NamedTuple):
             flag(f"no-{name}" if value is False else name): True for name, value in {**self.own, **self.numbers}.items()
         }
         method = None if [*self.variants] == [Variant(AUTO)] else self.variants
-        fields = {FLAGS.get(name) or flag(name): value for name, value in self._asdict().items()}
+        fields = {FLAGS.get(name) or flag(name): value for name, value in vars(self).items()}
         return own | fields | {"--method": method}
 
     @property

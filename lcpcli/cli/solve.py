@@ -121,5 +121,6 @@ def compare(files: Sequence[str], methods: Sequence[Variant], sweep: Sequence[st
 
         if all(nonlinear_in(file, contents.content_of(file, "")) for file in files):
             default = tuple(NONLINEAR)
-    chosen = declarations.chosen_variants(methods, sweep, default, request.own)
-    return run(request._replace(variants=chosen, adds_auto=not (methods or sweep or request.own)))
+    request.variants = declarations.chosen_variants(methods, sweep, default, request.own)
+    request.adds_auto = not (methods or sweep or request.own)
+    return run(request)

@@ -115,7 +115,7 @@ Past = dict[int, tuple[str, Kind, Source]]  # by the number of a problem, its di
 
 def options_of(request: Request) -> dict[str, str]:
     """Return the options on which records depend, as texts, with digests of the files that they name."""
-    given = {**request.inputs._asdict(), **request._asdict()}
+    given = {**request.inputs._asdict(), **vars(request)}
     given = {name: given[name] for name in OF_RUN if given[name] not in (None, False)}
     given |= {"method": request.variants[0], **request.own, **vars(request.limits)}
     texts = {name: str(value) for name, value in given.items()}

@@ -265,7 +265,7 @@ def test_bound_on_the_error_that_is_not_proved_in_time_is_left_out() -> None:
 
 def test_exact_proof_has_the_time_that_the_run_has_left() -> None:
     pytest.importorskip("flint")
-    asked = request.Request(Inputs([]), exact=True)
+    asked = request.Request(inputs=Inputs([]), exact=True)
     result = run(PROBLEM, "newton", limits=Limits(time_limit=1e6))
     seconds: list[float] = []
 
