@@ -23,6 +23,7 @@ from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
     from lcpcli.files.inputs import Input, QColumns, Work
+    from lcpcli.files.nl_format import Model
     from lcpcli.model.problem import Problem
     from lcpcli.rational.exact_problem import ExactProblem
 
@@ -109,7 +110,7 @@ class Inputs(NamedTuple):
         with self.hint_at_game():
             paths = tuple(self.files)
             work = game_in(self.files) if self.game else Input(paths, reading.contents_of(paths))
-            found = (self._model(work) if takes_models else None) or self._single(work)
+            (found,) = self.problems(work, takes_models)
         self.tell(found.remarks)
         self.hint_at_option(self.files)
         return found
@@ -153,40 +154,14 @@ class Inputs(NamedTuple):
         self.hint_at_option(first[0].paths if len(first) == 1 else ())
         return chain(first, each), len(first) > 1 or isinstance(first[0], QColumns)
 
-    def _model(self, work: Input) -> InputProblem | None:
-        """Return the nonlinear problem in the file of an input; None if it has another one."""
-        from lcpcli.files.inputs import nonlinear_in
-        from lcpcli.files.reading import NOT_SECOND
-
-        is_file = work.line is None and work.fault is None
-        model = nonlinear_in(work.paths[0], work.contents[0]) if is_file else None
-        if model is None:
-            return None
-        if others := work.paths[1:]:
-            raise ProblemError(others[0], f"is not needed: {work.sources[0].file} is a model", NOT_SECOND)
-        refuse_beside("a nonlinear model", {flag(name): value for name, value in self.bounds.items()})
-        return InputProblem(model.nonlinear, None, [f"{work.sources[0].file}: {model.remark}"] if model.remark else [])
-
     def problems(self, work: Work, takes_models: bool = False) -> Iterator[InputProblem]:
         """Yield the problems of an input. takes_models : whether they may be nonlinear."""
-        from lcpcli.files.inputs import QColumns
+        from lcpcli.files.inputs import QColumns, nonlinear_in
 
         if not isinstance(work, QColumns):
-            if takes_models and (model := self._model(work)):
-                yield model
-                return
-            single, notes = self._single(work), []
-            if single.problem.may_have_far_bounds and self.infinity is None:
-                from lcpcli.model import changes
-
-                notes.append(changes.remark(single.problem))
-            is_file = len(work.contents) == 1 and work.line is None
-            if is_file and formats.form_of(work.paths[0], work.contents[0]) == "csv_format":
-                from lcpcli.files import csv_format
-
-                notes.append(csv_format.remark(single.problem))
-            single.remarks.extend(f"{work.sources[0].file}: {note}" for note in notes if note)
-            yield single
+            is_file = work.line is None and work.fault is None
+            model = nonlinear_in(work.paths[0], work.contents[0]) if takes_models and is_file else None
+            yield self._single(work) if model is None else self._nonlinear(work, model)
             return
         from lcpcli.rational.exact_problem import ExactProblem
 
@@ -194,6 +169,15 @@ class Inputs(NamedTuple):
         for q, name in zip(work.Q.T, work.names, strict=True):
             problem = replace(first, q=q, name=name)
             yield InputProblem(problem, cache(partial(ExactProblem.of_decimals, problem)), [])
+
+    def _nonlinear(self, work: Input, model: Model) -> InputProblem:
+        from lcpcli.files.reading import NOT_SECOND
+
+        file = work.sources[0].file
+        if others := work.paths[1:]:
+            raise ProblemError(others[0], f"is not needed: {file} is a model", NOT_SECOND)
+        refuse_beside("a nonlinear model", {flag(name): value for name, value in self.bounds.items()})
+        return InputProblem(model.nonlinear, None, [f"{file}: {model.remark}"] if model.remark else [])
 
     def first_of(self, work: QColumns) -> Problem:
         from lcpcli.files import beside
@@ -208,8 +192,17 @@ class Inputs(NamedTuple):
 
             changed = beside.with_bounds(original, self.bounds, fetch)
         problem, remarks = without_wrong_solutions(changed, work.paths[0])
-        if problem.note and work.paths[0].casefold().endswith(".nl"):  # on what has been read
-            remarks.append(f"{place(work.paths[0])}: {problem.note}")
+        notes = [problem.note] if work.paths[0].casefold().endswith(".nl") else []  # on what has been read
+        if problem.may_have_far_bounds and self.infinity is None:
+            from lcpcli.model import changes
+
+            notes.append(changes.remark(problem))
+        is_file = len(work.contents) == 1 and work.line is None
+        if is_file and formats.form_of(work.paths[0], work.contents[0]) == "csv_format":
+            from lcpcli.files import csv_format
+
+            notes.append(csv_format.remark(problem))
+        remarks.extend(f"{place(work.paths[0])}: {note}" for note in notes if note)
 
         @cache
         def exactly() -> ExactProblem:
