@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, is_dataclass
 from itertools import starmap
 from types import UnionType
-from typing import Any, cast, get_args, get_origin, get_type_hints
+from typing import Any, NamedTuple, cast, get_args, get_origin, get_type_hints
 
 from lcpcli.bench.suites import Case, method_of, series
 from lcpcli.errors import OptionError
@@ -173,8 +173,7 @@ RESOLUTION = 1e-9  # seconds; a clock may show 0, which has no ratios and no log
 LEAST_SIZES = 4  # sizes n for a fit of two parameters, so that two degrees of freedom remain for its interval
 
 
-@dataclass(frozen=True)
-class Summary:
+class Summary(NamedTuple):
     median: float
     lower: float
     upper: float

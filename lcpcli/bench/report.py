@@ -262,5 +262,5 @@ def _rows(record: BenchRecord) -> Iterator[Sequence[object]]:
     """Yield a header, and the cells of each measurement; parameters and booleans are in JSON, missing values empty."""
     yield [*COPIED, "median_seconds", "lower_quartile", "upper_quartile", "repeats"]
     for row in record.measurements:
-        times = vars(summary(row.seconds)).values() if row.seconds else ("", "", "", 0)
+        times = summary(row.seconds) if row.seconds else ("", "", "", 0)
         yield [*(cell(getattr(row, name)) for name in COPIED), *times]

@@ -188,13 +188,11 @@ def optimality(problem: Problem | NonlinearProblem, z: Vector | None) -> dict[st
     """Return how well an answer satisfies the optimality conditions of the problem's program.
 
     The measures are the largest violation of a constraint, component of the gradient of the Lagrangian, or duality gap,
-    absolute and relative to its own terms, and the natural residual relative to the terms of w. The result is None if
-    the problem is not made from a program, and empty if there is no z, or if numbers are out of range.
-
-    The measures follow qpbenchmark (S. Caron et al., qpbenchmark: Benchmark for quadratic programming solvers available
-    in Python). z = (x, y, s), shape (n,). The multiplier of a bound is w if the bound is near; otherwise w is left
-    over, as a residual. w is rounded once, and the gap is the sum of the products of distances and multipliers, which
-    is the difference of the objectives without its cancellation.
+    absolute and relative to its own terms, as in qpbenchmark (S. Caron et al.), and the natural residual relative to
+    the terms of w. The result is None if the problem is not made from a program, and empty if there is no z, or if
+    numbers are out of range. z = (x, y, s), shape (n,). The multiplier of a bound is w if the bound is near; otherwise
+    w is left over, as a residual. The gap is the sum of the products of distances and multipliers, which is the
+    difference of the objectives without its cancellation.
     """
     if not isinstance(problem.origin, Program):
         return None

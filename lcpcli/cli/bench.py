@@ -13,8 +13,7 @@ from lcpcli.cli import declarations, output
 from lcpcli.cli.command import Candidates, command
 from lcpcli.cli.declarations import argument, option, refuse, refuse_beside
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
-from lcpcli.cli.problems import Inputs, same_file, settle_threads, tell
-from lcpcli.cli.request import Request, taken
+from lcpcli.cli.problems import Inputs, Request, same_file, settle_threads, taken, tell
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.errors import OptionError, count, listed
 from lcpcli.methods.registry import meanings

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 import click
-from click.shell_completion import CompletionItem, shell_complete
+from click.shell_completion import shell_complete
 
 from lcpcli.cli.command import VARIABLE, WHOLE, WIDEST, Candidates, Choice, command, lcp, tabulate
 from lcpcli.cli.declarations import argument, option, refuse
@@ -39,10 +39,6 @@ LAST = ("changes", "sources")  # of the pages that have a word: those that expla
 MOST_HEADINGS = 4  # of a page that has a word in many sections
 
 
-def _candidates(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    return Candidates({**TOPICS, **lcp.meanings()})(context, parameter, incomplete)
-
-
 @command(
     short_help=f"Explain a topic: {', '.join(TOPICS)}.",
     examples=("lcp help", "lcp help methods", "lcp help lemke", "lcp help solve --all", "lcp help degenerate"),
@@ -54,7 +50,7 @@ def _candidates(context: click.Context, parameter: click.Parameter, incomplete: 
     "topic",
     {"TOPIC": "A topic below, a command, a method, or a word to search for.  [default: list them]"},
     required=False,
-    shell_complete=_candidates,
+    shell_complete=lambda *given: Candidates({**TOPICS, **lcp.meanings()})(*given),
 )
 @argument("Topic", "section", {"SECTION": "Only the sections of a page whose headings have this word."}, required=False)
 @option("Topic", "--all whole  Show all options of a command, and all names that they take.")
@@ -114,13 +110,11 @@ def _pattern(word: str) -> re.Pattern[str]:
 def _places(word: str) -> list[tuple[str, str]]:
     """Return the pages that have a word, each with the sections that do."""
     has_word, found = _pattern(word), []
-    for name, page in sorted(
-        PAGES.items(), key=lambda each: (each[0] in LAST, -len(has_word.findall(folded(each[1]))))
-    ):
-        sections = (
-            part.partition("\n")[0].strip("# ") for part in SECTIONS.split(page) if has_word.search(folded(part))
-        )
-        if headings := list(sections):
+    frequent = sorted(PAGES, key=lambda name: (name in LAST, -len(has_word.findall(folded(PAGES[name])))))
+    for name in frequent:
+        parts = [part for part in SECTIONS.split(PAGES[name]) if has_word.search(folded(part))]
+        headings = [part.partition("\n")[0].strip("# ") for part in parts]
+        if headings:
             more = f"; {len(headings) - MOST_HEADINGS} more" if len(headings) > MOST_HEADINGS else ""
             found.append((name, "; ".join(headings[:MOST_HEADINGS]) + more))
     return found
@@ -159,9 +153,8 @@ def kernels() -> None:
 
         begun, shown = itertools.count(1), shows_progress(False)
         with Line() as line:
-            now, before, folder = compile_all(
-                lambda name: line.show(f"{next(begun)}/{KERNELS}  {name}") if shown else None
-            )
+            tell = lambda name: line.show(f"{next(begun)}/{KERNELS}  {name}") if shown else None  # noqa: E731
+            now, before, folder = compile_all(tell)
     except RuntimeError as error:  # the cache has no place
         raise OptionError("numba", str(error), "set NUMBA_CACHE_DIR to a folder that can be written") from None
     refuse(not folder, "NUMBA_DISABLE_JIT", "is set, so that nothing is compiled", "unset it")

@@ -9,7 +9,7 @@ from typing import Any
 from lcpcli.cli import declarations
 from lcpcli.cli.command import EXITS, command
 from lcpcli.cli.declarations import option, refuse_beside
-from lcpcli.cli.request import Request
+from lcpcli.cli.problems import Request
 from lcpcli.files import contents
 from lcpcli.methods.registry import NONLINEAR
 from lcpcli.methods.variants import Variant

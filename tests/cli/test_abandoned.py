@@ -20,7 +20,8 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem, exact, interrupts
-from lcpcli.cli import request, terminal
+from lcpcli.cli import problems as request
+from lcpcli.cli import terminal
 from lcpcli.cli.main import of_result
 from lcpcli.cli.problems import Inputs
 from lcpcli.files import writing

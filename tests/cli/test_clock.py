@@ -16,7 +16,7 @@ import pytest
 import lcpcli
 from lcpcli import Problem, Status, Trace, clock, interrupts, read
 from lcpcli.bench.timing import run_method
-from lcpcli.cli import request as timing
+from lcpcli.cli import problems as timing
 from lcpcli.files import contents
 from lcpcli.methods.registry import METHODS
 from lcpcli.options import Limits

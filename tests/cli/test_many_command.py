@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli.cli.request import Request
+from lcpcli.cli.problems import Request
 from lcpcli.files import atomic_write
 from lcpcli.files.inputs import Input, inputs
 from lcpcli.gallery import families

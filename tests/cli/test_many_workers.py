@@ -21,9 +21,8 @@ import numpy as np
 import pytest
 
 from lcpcli.cli import pools
-from lcpcli.cli import workers as tasks
-from lcpcli.cli.problems import Inputs
-from lcpcli.cli.request import Request
+from lcpcli.cli import streams as tasks
+from lcpcli.cli.problems import Inputs, Request
 from lcpcli.cli.streams import TaskRecord
 from lcpcli.files.inputs import Input, QColumns
 from lcpcli.methods.variants import Variant

@@ -92,7 +92,7 @@ STAGES: dict[str, tuple[str, str, Any, list[dict[str, Any]]]] = {  # the command
     "other solutions": (f"solve {EXAMPLE}", "enumeration.others.search_others", 0, [SOLVED]),
     "digits": (f"solve {EXAMPLE}", "verify.digits.digits", 0, [SOLVED]),
     "digits of many": (f"solve {EXAMPLE} {EXAMPLE}", "verify.digits.digits", 0, [SOLVED]),
-    "the second of many": (f"solve {EXAMPLE} {EXAMPLE}", "cli.request.Request.run", 1, [SOLVED]),
+    "the second of many": (f"solve {EXAMPLE} {EXAMPLE}", "cli.problems.Request.run", 1, [SOLVED]),
     "a figure": (f"solve {EXAMPLE} --plot error.svg", "report.plotting.convergence", 0, [SOLVED]),
     "the kind of a point": (f"solve {PROGRAM}", "solving.minimum.kind_of_point", 0, [GOOD]),
     "reading": (f"check {EXAMPLE} {EXAMPLE}", "files.reading.problem_of", 0, []),
