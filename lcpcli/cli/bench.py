@@ -80,12 +80,15 @@ MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
 @option(
     "Measuring", ACCEPT, BUDGET, THREADS_OF_ALL, "--resume FILE  Resume the bench in this JSON file, written by -o."
 )
-@declarations.format_option(FORMATS)
-@declarations.output_file(f"{declarations.TO_FILE} JSON is saved after each measurement, to resume from.")
-@option(
-    "Output", "--plot FILE  Draw performance profiles, error against time, and scaling with n, as .png, .svg or .pdf."
+@declarations.reporting(
+    FORMATS,
+    option(
+        "Output",
+        "--plot FILE  Draw performance profiles, error against time, and scaling with n, as .png, .svg or .pdf.",
+    ),
+    file=f"{declarations.TO_FILE} JSON is saved after each measurement, to resume from.",
+    quiet="Print neither results nor progress, only errors.",
 )
-@declarations.quiet_option("Print neither results nor progress, only errors.")
 def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Variant], quiet: bool, **given: Any) -> int:
     """Measure methods, and other solvers, on the problems of suites or in files."""
     numbers = taken(given, [number.name for number in MEASURING])

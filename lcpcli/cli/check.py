@@ -16,12 +16,8 @@ from lcpcli.options import INSPECTION_SECONDS, TIME_LIMIT, TOL
 from lcpcli.report.document import RECORD_MEANINGS
 
 if TYPE_CHECKING:
-    from lcpcli.files.beside import Candidate
     from lcpcli.inspection.inspection import Inspection
     from lcpcli.inspection.nonlinear import NonlinearInspection
-    from lcpcli.model.nonlinear import NonlinearProblem
-    from lcpcli.model.problem import Problem
-    from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.verify.verification import Verification
 
 OF_INSPECTION = TIME_LIMIT._replace(
@@ -78,12 +74,15 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, **given: Any) 
 def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool) -> list[Verification]:
     read = inputs.read(takes_models=True)
     from lcpcli.files import beside
+    from lcpcli.model.problem import Problem
+    from lcpcli.rational.numbers import rounded
     from lcpcli.solving import checking
+    from lcpcli.verify import verification
 
-    if read.exactly is None:
-        refuse_beside("a nonlinear model", {"--exact": exact})
-    data = read.exactly() if exact and read.exactly is not None else None
     first, problem, where = inputs.files[0], read.problem, place(solution)
+    if not isinstance(problem, Problem):
+        refuse_beside("a nonlinear model", {"--exact": exact})
+    data = read.exactly() if exact else None
     if solution.casefold().endswith(".sol") and first.casefold().endswith(".nl"):
         from lcpcli.files.nl_format import Model
 
@@ -92,38 +91,31 @@ def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool
         named = first, problem.name
         answers = beside.read_candidates(solution, checking.lengths(problem), named, lambda: problem.names)
     inputs.tell([f"{where}: {answer.remark}" for answer in answers[:1] if answer.remark])
-    found = [contents.within(where, _verification, problem, data, answer, tol) for answer in answers]
+
+    def verified(answer: beside.Candidate) -> Verification:
+        is_own, is_proof = answer.kind == "answer", answer.kind == "farkas"
+        if not isinstance(problem, Problem):
+            refuse(is_proof, "SOLUTION", "is a proof, which a nonlinear model cannot have", "give z")
+            return verification.verify_nonlinear(problem, rounded(answer.values), tol or TOL.value)
+        if is_proof:
+            refuse_beside("a proof", {"--tol": tol})
+            return checking.verified_proof(problem, answer.values, data, is_rounded=not answer.exact)
+        if answer.rows is not None:
+            verification.require_strategies(problem, answer.values, answer.rows)
+        if data:
+            found = checking.verified_exactly(data, answer.values, answer.w, is_own)
+        else:
+            values = rounded(answer.values)
+            found = checking.verified(problem, values, tol or TOL.value, is_own)
+            if larger := checking.accepting(problem, values, found, is_own):
+                found = replace(found, message=f"{found.message}; --tol {larger:g} accepts it")
+        return replace(found, message=f"{found.message}; {answer.claim}") if answer.claim else found
+
+    found = [contents.within(where, verified, answer) for answer in answers]
     if len(found) == 1:
         return found
     places = (f"solution {i} of {len(found)}: " for i in range(1, len(found) + 1))
     return [replace(each, message=place + each.message) for place, each in zip(places, found, strict=True)]
-
-
-def _verification(
-    problem: Problem | NonlinearProblem, data: ExactProblem | None, answer: Candidate, tol: float | None
-) -> Verification:
-    from lcpcli.model.problem import Problem
-    from lcpcli.rational.numbers import rounded
-    from lcpcli.solving import checking
-    from lcpcli.verify import verification
-
-    is_own, is_proof = answer.kind == "answer", answer.kind == "farkas"
-    if not isinstance(problem, Problem):
-        refuse(is_proof, "SOLUTION", "is a proof, which a nonlinear model cannot have", "give z")
-        return verification.verify_nonlinear(problem, rounded(answer.values), tol or TOL.value)
-    if is_proof:
-        refuse_beside("a proof", {"--tol": tol})
-        return checking.verified_proof(problem, answer.values, data, is_rounded=not answer.exact)
-    if answer.rows is not None:
-        verification.require_strategies(problem, answer.values, answer.rows)
-    if data:
-        found = checking.verified_exactly(data, answer.values, answer.w, is_own)
-    else:
-        values = rounded(answer.values)
-        found = checking.verified(problem, values, tol or TOL.value, is_own)
-        if larger := checking.accepting(problem, values, found, is_own):
-            found = replace(found, message=f"{found.message}; --tol {larger:g} accepts it")
-    return replace(found, message=f"{found.message}; {answer.claim}") if answer.claim else found
 
 
 @command(

@@ -94,23 +94,23 @@ def declared(*declarations: Declaration) -> Declaration:
     return lambda command: reduce(lambda made, declare: declare(made), reversed(declarations), command)
 
 
-def format_option(formats: Mapping[str, str]) -> Declaration:
-    """Declare --format, one of these formats; None leaves it to the suffix of -o."""
-    text = f"{listed(formats, 'or')}.  [default: by the suffix of -o, else table]"
-    return option("Output", f"-f --format form FORMAT  {text}", type=Choice(formats))
-
-
-def output_file(meaning: str = f"{TO_FILE}  [default: standard output]") -> Declaration:
-    callback = lambda _, __, file: None if file in NAMES_OF_OUTPUT else file  # noqa: E731
-    return option("Output", f"-o --output FILE  {meaning}", callback=callback)
-
-
-def quiet_option(meaning: str = "Print no results, only errors; the exit code tells the outcome.") -> Declaration:
-    return option("Output", f"-q --quiet  {meaning}")
-
-
-def reporting(formats: Mapping[str, str], *others: Declaration) -> Declaration:
-    return declared(format_option(formats), *others, output_file(), quiet_option())
+def reporting(
+    formats: Mapping[str, str],
+    *others: Declaration,
+    file: str = f"{TO_FILE}  [default: standard output]",
+    quiet: str = "Print no results, only errors; the exit code tells the outcome.",
+) -> Declaration:
+    """Declare --format, one of these formats if there are any, None leaving it to the suffix of -o; the others; -o and
+    --quiet, with their meanings."""
+    form = "-f --format form FORMAT  {}.  [default: by the suffix of -o, else table]"
+    choice = [option("Output", form.format(listed(formats, "or")), type=Choice(formats))] if formats else []
+    path_of = lambda _, __, file: None if file in NAMES_OF_OUTPUT else file  # noqa: E731
+    return declared(
+        *choice,
+        *others,
+        option("Output", f"-o --output FILE  {file}", callback=path_of),
+        option("Output", f"-q --quiet  {quiet}"),
+    )
 
 
 METHOD = Choice(meanings(), parse=variants.parse)  # a method, with or without options of its own, as in shi:p=10
@@ -197,9 +197,10 @@ problem_files = declared(  # the problems of a command that takes one or several
     ),
     with_bounds,
 )
-problem_output = declared(  # of a command that writes a problem
-    output_file(f"Write to this file, in the format of its suffix: {WRITTEN}.  [default: JSON to standard output]"),
-    quiet_option("Say nothing on standard error but errors."),
+problem_output = reporting(  # of a command that writes a problem
+    {},
+    file=f"Write to this file, in the format of its suffix: {WRITTEN}.  [default: JSON to standard output]",
+    quiet="Say nothing on standard error but errors.",
 )
 
 
@@ -223,30 +224,30 @@ solving = declared(  # the options of the methods, the limits and the output of 
     option("Stopping", *LIMITS),
     option("Computing", THREADS),
     option("Answer", "--bound  Prove a bound on the error of z; this costs more than solving."),
-    format_option(MEANINGS),
-    option(
-        "Output",
-        "--trace [FILE]  Write the iterates to this .csv file; without a file, add them to JSON, or write them as CSV."
-        "  [default: none]",
-        is_flag=False,
-        flag_value=ITERATES,
+    reporting(
+        MEANINGS,
+        option(
+            "Output",
+            "--trace [FILE]  Write the iterates to this .csv file; without a file, add them to JSON, or write them as "
+            "CSV.  [default: none]",
+            is_flag=False,
+            flag_value=ITERATES,
+        ),
+        show_option,
+        option("Output", EVERY),
+        option(
+            "Output",
+            f"--columns NAME,...  Show only these columns of the iterates, and no summary: {', '.join(CHOICES)}."
+            "  [default: all]",
+            callback=_columns,
+        ),
+        option(
+            "Output",
+            "--plot FILE  Draw error over time: .png, .svg or .pdf.",
+            "--paths FILE  Draw the iterates x, z = |x| + x, of a problem in two unknowns over the merit function: "
+            ".png, .svg, .pdf.  [default: none]",
+        ),
     ),
-    show_option,
-    option("Output", EVERY),
-    option(
-        "Output",
-        f"--columns NAME,...  Show only these columns of the iterates, and no summary: {', '.join(CHOICES)}."
-        "  [default: all]",
-        callback=_columns,
-    ),
-    option(
-        "Output",
-        "--plot FILE  Draw error over time: .png, .svg or .pdf.",
-        "--paths FILE  Draw the iterates x, z = |x| + x, of a problem in two unknowns over the merit function: "
-        ".png, .svg, .pdf.  [default: none]",
-    ),
-    output_file(),
-    quiet_option(),
 )
 
 
