@@ -98,13 +98,18 @@ def is_failure(change: Change, limit: float) -> bool:
 
 def report(paths: Sequence[str], changes: Sequence[Change], has_failed: bool) -> result_formats.Report:
     """Return the report on the changes, of which only JSON and CSV have the runs that are as before."""
-    records = [change.data() for change in changes]
+    records, counts = [change.data() for change in changes], Counter(change.verdict for change in changes)
+    ratios = [change.ratio for change in changes if change.ratio]
+    verdict = f"{count(len(changes), 'run')}: {', '.join(f'{number} {kind}' for kind, number in counts.most_common())}"
+    if ratios:
+        mean = math.exp(sum(map(math.log, ratios)) / len(ratios))
+        verdict += f"; geometric mean of the ratios of times, new over old: {mean:.3g}"
 
     def made(*_: Any) -> document.Document:
         shown = [_row(change) for change in changes if change.verdict != SAME]
         title = f"{place(paths[1])} against {place(paths[0])}"
         tables = [document.Table(NAMES, [shown], words=(0, 1, 2, 3))]
-        return document.Document(title, [document.Section(title, _verdict(changes), not has_failed, tables=tables)])
+        return document.Document(title, [document.Section(title, verdict, not has_failed, tables=tables)])
 
     def rows() -> tuple[Any, tuple[()]]:
         header = {name: [f"old_{name}", f"new_{name}"] if name in NAMES[3:6] else name for name in NAMES}
@@ -112,15 +117,6 @@ def report(paths: Sequence[str], changes: Sequence[Change], has_failed: bool) ->
         return map(list, map(chain.from_iterable, own)), ()
 
     return result_formats.Report(made, lambda: records, rows)
-
-
-def _verdict(changes: Sequence[Change]) -> str:
-    counts = Counter(change.verdict for change in changes)
-    kinds = ", ".join(f"{number} {kind}" for kind, number in counts.most_common())
-    ratios = [change.ratio for change in changes if change.ratio]
-    mean = math.exp(sum(map(math.log, ratios)) / len(ratios)) if ratios else None
-    times = f"; geometric mean of the ratios of times, new over old: {mean:.3g}" if mean else ""
-    return f"{count(len(changes), 'run')}: {kinds}{times}"
 
 
 def runs_in(path: str) -> dict[Key, Ending]:

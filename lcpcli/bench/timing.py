@@ -30,7 +30,7 @@ from lcpcli.methods import variants
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem, conditions_of
-from lcpcli.model.program import Conditions, Program
+from lcpcli.model.program import Program
 from lcpcli.options import AUTO, NUMBA, THREADS, Limits, wants_kernels
 from lcpcli.peers import registry as peers
 from lcpcli.peers.registry import Claim
@@ -198,11 +198,20 @@ def optimality(problem: Problem | NonlinearProblem, z: Vector | None) -> dict[st
         return None
     if z is None or not np.isfinite(z).all():
         return {}
-    given = conditions_of(problem)
-    M, q = given.M, given.q
+    M, q, lower, upper = conditions_of(problem)
     terms = matrices.absolute_product(M, np.abs(z)) + np.abs(q)
     w = accurate_residual(M, -z, q) if all(map(are_moderate, (M.data if is_sparse(M) else M, q, z))) else problem.w(z)
-    residuals, sizes = _residuals(problem.origin, given, z, w, terms)
+    outside = np.maximum(np.maximum(lower - z, z - upper), 0.0)
+    end = np.where(w > 0, lower, upper)
+    near = np.abs(np.where(np.isfinite(end), z - end, np.inf)) <= np.maximum(np.abs(z), 1.0)
+    left, end = np.where(near, 0.0, w), np.where(near, end, 0.0)
+    k, ranges = problem.origin.variables, np.arange(z.size) >= z.size - problem.origin.ranges
+    rows = (np.arange(z.size) >= k) & ~ranges
+    curvature = np.abs(z[:k]) @ matrices.absolute_product(M[:k, :k], np.abs(z[:k]))
+    primal, dual = _largest(outside[:k], left[rows], outside[ranges]), _largest(left[:k], outside[rows])
+    gap = float(max(curvature, np.abs(q) @ np.abs(z), np.abs(w @ end)))
+    residuals = primal, dual, abs(float(w @ (z - end)))
+    sizes = _largest(terms[rows], z[:k], end[:k], outside[:k]), _largest(terms[:k], z[rows]), gap
     floor = LEAST_TERMS * max(sizes)
     found = {
         ABSOLUTE: max(residuals),
@@ -210,24 +219,6 @@ def optimality(problem: Problem | NonlinearProblem, z: Vector | None) -> dict[st
         NATURAL: _over(_largest(problem.box.gaps(z, w)), float(terms.max(initial=0.0)) or max(sizes)),
     }
     return found if np.isfinite(list(found.values())).all() else {}
-
-
-def _residuals(
-    origin: Program, given: Conditions, z: Vector, w: Vector, terms: Vector
-) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the primal and the dual residual and the duality gap, and the largest terms of each."""
-    M, q, lower, upper = given
-    outside = np.maximum(np.maximum(lower - z, z - upper), 0.0)
-    end = np.where(w > 0, lower, upper)
-    near = np.abs(np.where(np.isfinite(end), z - end, np.inf)) <= np.maximum(np.abs(z), 1.0)
-    left, end = np.where(near, 0.0, w), np.where(near, end, 0.0)
-    k, ranges = origin.variables, np.arange(z.size) >= z.size - origin.ranges
-    rows = (np.arange(z.size) >= k) & ~ranges
-    curvature = np.abs(z[:k]) @ matrices.absolute_product(M[:k, :k], np.abs(z[:k]))
-    primal, dual = _largest(outside[:k], left[rows], outside[ranges]), _largest(left[:k], outside[rows])
-    sizes = _largest(terms[rows], z[:k], end[:k], outside[:k]), _largest(terms[:k], z[rows])
-    gap = float(max(curvature, np.abs(q) @ np.abs(z), np.abs(w @ end)))
-    return (primal, dual, abs(float(w @ (z - end)))), (*sizes, gap)
 
 
 def _largest(*parts: Vector) -> float:

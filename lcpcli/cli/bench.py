@@ -106,7 +106,7 @@ def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Varian
 
 
 def _run(request: Request, destination: output.Destination) -> int:
-    from lcpcli.bench import report
+    from lcpcli.bench import report, timing
 
     saved = [path for path in [destination.path] if path is not None and destination.form == "json"]
     if request.resume is None:
@@ -124,8 +124,25 @@ def _run(request: Request, destination: output.Destination) -> int:
         return BAD_INPUT
     if record.missing and not request.quiet:
         say(f"lcp bench: not installed, left out: {', '.join(record.missing)}")
-    is_interrupted = _measure(record, saved, request.quiet)
-    rows = record.measurements
+    rows, left = record.measurements, sum(len(solvers) for _, solvers in record.pending())
+    before, number, is_interrupted = len(rows), len(rows) + left, False
+    files = [path for path in saved if Path(path).is_file() or not Path(path).exists()]
+
+    def save() -> None:
+        for path in files:
+            output.show(report.render(record, "json", None, False), path)
+
+    def starting(case: Case, solver: str) -> None:  # between measurements, whose times it would disturb
+        if shows_progress(request.quiet):
+            line.show(f"{len(rows) - before}/{left}  {case.name}: {solver}")
+
+    save()
+    with Line() as line:
+        try:
+            for _ in timing.run(record, starting):
+                save()
+        except KeyboardInterrupt:
+            is_interrupted = True
     if request.plot is not None and rows:
         from lcpcli.report import plotting
 
@@ -135,7 +152,6 @@ def _run(request: Request, destination: output.Destination) -> int:
     destination.show(partial(report.render, record), told)
     if not is_interrupted:
         return BAD_INPUT if record.unread else NOT_SOLVED if false else SOLVED
-    number = len(rows) + sum(len(solvers) for _, solvers in record.pending())
     hint = f"resume with lcp bench --resume {saved[0]}" if saved else "with -o FILE.json it could be resumed"
     say(f"lcp bench: interrupted after {len(rows)} of {number} measurements; {hint}")
     return INTERRUPTED
@@ -166,32 +182,6 @@ def _read_record(request: Request) -> BenchRecord:
     if past.pending():
         timing.refuse_elsewhere(past)
     return past
-
-
-def _measure(record: BenchRecord, saved: Sequence[str], quiet: bool) -> bool:
-    """Make all pending measurements, each of which is saved at once; return whether Ctrl-C interrupted them."""
-    from lcpcli.bench import report, timing
-
-    before, left = len(record.measurements), sum(len(solvers) for _, solvers in record.pending())
-    files = [path for path in saved if Path(path).is_file() or not Path(path).exists()]
-
-    def save() -> None:
-        for path in files:
-            output.show(report.render(record, "json", None, False), path)
-
-    save()
-    with Line() as line:
-
-        def starting(case: Case, solver: str) -> None:  # between measurements, whose times it would disturb
-            if shows_progress(quiet):
-                line.show(f"{len(record.measurements) - before}/{left}  {case.name}: {solver}")
-
-        try:
-            for _ in timing.run(record, starting):
-                save()
-        except KeyboardInterrupt:
-            return True
-    return False
 
 
 FORMATS_OF_COMPARISON = {

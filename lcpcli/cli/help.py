@@ -83,7 +83,10 @@ def help(context: click.Context, topic: str | None, section: str | None, whole: 
             page = formatted(page, min(width, WIDEST), color)
         emit(page, color)
         if topic not in PAGES and (topic in METHODS or topic in NONLINEAR):
-            emit(_options(context, topic), False)
+            params = (param for param in commands["solve"].params if param.name in known_options(topic))
+            formatter, rows = context.make_formatter(), [param.get_help_record(context) for param in params]
+            tabulate(formatter, {f"Options of lcp solve for {topic}": list(filter(None, rows))} if rows else {})
+            emit(formatter.getvalue(), False)
     elif topic in OF_THE_SOURCE:
         click.echo(f"{topic}: {OF_THE_SOURCE[topic]} of the source is this page")
     elif topic.casefold() not in OTHER_NAMES and (found := _places(topic)):
@@ -93,14 +96,6 @@ def help(context: click.Context, topic: str | None, section: str | None, whole: 
     else:
         hint = suggestion(topic, [*TOPICS, *commands], "lcp help lists the topics")
         raise OptionError("TOPIC", f"{quoted(topic)} is unknown", hint)
-
-
-def _options(context: click.Context, method: str) -> str:
-    params = lcp.commands["solve"].params
-    records = [param.get_help_record(context) for param in params if param.name in known_options(method)]
-    formatter = context.make_formatter()
-    tabulate(formatter, {f"Options of lcp solve for {method}": [row for row in records if row]} if records else {})
-    return formatter.getvalue()
 
 
 def _pattern(word: str) -> re.Pattern[str]:

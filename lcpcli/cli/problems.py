@@ -35,7 +35,6 @@ from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
     from lcpcli.files.inputs import Input, QColumns, Work
-    from lcpcli.files.nl_format import Model
     from lcpcli.model.nonlinear import NonlinearProblem
     from lcpcli.model.problem import Problem
     from lcpcli.rational.exact_problem import ExactProblem
@@ -176,7 +175,16 @@ class Inputs(NamedTuple):
         if not isinstance(work, QColumns):
             is_file = work.line is None and work.fault is None
             model = nonlinear_in(work.paths[0], work.contents[0]) if takes_models and is_file else None
-            yield self._single(work) if model is None else self._nonlinear(work, model)
+            if model is None:
+                yield self._single(work)
+                return
+            file = work.sources[0].file
+            if others := work.paths[1:]:
+                from lcpcli.files.reading import NOT_SECOND
+
+                raise ProblemError(others[0], f"is not needed: {file} is a model", NOT_SECOND)
+            refuse_beside("a nonlinear model", {flag(name): value for name, value in self.bounds.items()})
+            yield InputProblem(model.nonlinear, None, [f"{file}: {model.remark}"] if model.remark else [])
             return
         from lcpcli.rational.exact_problem import ExactProblem
 
@@ -184,15 +192,6 @@ class Inputs(NamedTuple):
         for q, name in zip(work.Q.T, work.names, strict=True):
             problem = replace(first, q=q, name=name)
             yield InputProblem(problem, cache(partial(ExactProblem.of_decimals, problem)), [])
-
-    def _nonlinear(self, work: Input, model: Model) -> InputProblem:
-        from lcpcli.files.reading import NOT_SECOND
-
-        file = work.sources[0].file
-        if others := work.paths[1:]:
-            raise ProblemError(others[0], f"is not needed: {file} is a model", NOT_SECOND)
-        refuse_beside("a nonlinear model", {flag(name): value for name, value in self.bounds.items()})
-        return InputProblem(model.nonlinear, None, [f"{file}: {model.remark}"] if model.remark else [])
 
     def first_of(self, work: QColumns) -> Problem:
         from lcpcli.files import beside

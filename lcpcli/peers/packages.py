@@ -45,14 +45,6 @@ def not_convex(problem: Problem) -> str:
     return "" if (is_symmetric(problem.M) and is_monotone(problem)) else "needs a symmetric positive semidefinite M"
 
 
-def not_monotone(problem: Problem) -> str:
-    return "" if is_monotone(problem) else "needs v'Mv >= 0 for all v"
-
-
-def not_game(problem: Problem) -> str:
-    return "" if _strategies(problem) else "takes games of two players only"
-
-
 def is_monotone(problem: Problem) -> bool:
     return krylov.is_semidefinite(problem.M if not isinstance(problem.origin, Program) else program_of(problem).Q)
 
@@ -193,7 +185,10 @@ DAQP_STATUS = (  # of the exit flags 2, 1, ..., -7
 
 
 @partial(
-    PackageSolver, "daqp", refusals=(not_dense, not_monotone), prepare=partial(program_of, infinite=INFINITE_TO_DAQP)
+    PackageSolver,
+    "daqp",
+    refusals=(not_dense, lambda problem: "" if is_monotone(problem) else "needs v'Mv >= 0 for all v"),
+    prepare=partial(program_of, infinite=INFINITE_TO_DAQP),
 )
 def daqp(daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
     """Run DAQP: D. Arnström, A. Bemporad and D. Axehill, A dual active-set solver for embedded quadratic programming
@@ -299,7 +294,11 @@ os.write(output, json.dumps([x, y, time.perf_counter() - began]).encode())
 """
 
 
-@partial(PackageSolver, "pygambit", refusals=(not_game,))
+@partial(
+    PackageSolver,
+    "pygambit",
+    refusals=(lambda problem: "" if _strategies(problem) else "takes games of two players only",),
+)
 def gambit(_: Any, problem: Problem, __: ProgramData, ___: float, time_limit: float) -> Ending:
     m, M = _strategies(problem), dense(problem.M)
     R, C = M[:m, m:], M[m:, :m].T
