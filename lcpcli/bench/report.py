@@ -254,8 +254,8 @@ def render(record: BenchRecord, form: str, width: int | None, color: bool) -> st
         figure = partial(draw_figure, record, "svg") if record.measurements else None
         return Document(name, [Section(name, facts=conditions(record), figure=figure), *sheets])
 
-    report = Report(document, lambda: [plain(record)], lambda: (_rows(record), conditions(record)))
-    return report.render(form, width or PIPE_WIDTH, color)
+    report = Report(document, lambda: [plain(record)], lambda: (_rows(record), conditions(record)), PIPE_WIDTH)
+    return report.render(form, width, color)
 
 
 def _rows(record: BenchRecord) -> Iterator[Sequence[object]]:

@@ -66,19 +66,10 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
     "--from-game FILE  A game of two players, as in lcp help programs.",
 )
 @problem_output
-def make(
-    family: str | None,
-    n: int | None,
-    seed: int | None,
-    settings: tuple[str, ...],
-    from_qp: str | None,
-    from_game: str | None,
-    output: str | None,
-    quiet: bool,
-    listed: bool,
-) -> int:
+def make(family: str | None, settings: tuple[str, ...], listed: bool, quiet: bool, **given: Any) -> int:
     """Write a problem of FAMILY, a family of the gallery, or the problem of a program or a game."""
-    sources = {"--from-qp": from_qp, "--from-game": from_game}
+    n, seed, output = (given[name] for name in ("n", "seed", "output"))
+    sources = {"--from-qp": given["from_qp"], "--from-game": given["from_game"]}
     given = {"FAMILY": family, "-n": n, "--seed": seed, "--set": settings, **sources, "--output": output}
     if listed:
         refuse_beside("--list", given)
