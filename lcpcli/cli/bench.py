@@ -164,11 +164,10 @@ def _new_record(request: Request) -> BenchRecord:
     suites, infinity = request.inputs.files or (DEFAULT_SUITE,), request.inputs.infinity
     if request.numbers.get("time_limit") == math.inf:
         raise OptionError("--time-limit", "is infinite", "give a number of seconds, the time counted for a failure")
-    numbers = {number.name: number.default for number in MEASURING}
-    numbers["budget"] = max(SUITES.get(name, Suite).budget for name in suites)
-    numbers |= request.numbers
+    budget = max(SUITES.get(name, Suite).budget for name in suites)
+    numbers = {**{number.name: number.default for number in MEASURING}, "budget": budget, **request.numbers}
     chosen = declarations.chosen_variants(request.variants, request.sweep, methods_of(suites))
-    settings = Settings(**{name: float(value) for name, value in numbers.items() if value is not None})
+    settings = Settings(**{name: float(value) for name, value in numbers.items()})
     how = partial(tell, quiet=request.quiet), None if infinity == math.inf else infinity
     return timing.start(suites, [str(variant) for variant in chosen], request.peers, settings, *how)
 

@@ -385,7 +385,13 @@ def all_records(task: Task, works: Iterable[Work], pool: Pool | None, in_order: 
             if any(isinstance(piece.future.exception(), pool.kill_error) for piece in done):
                 _await([piece.future for piece in running], pool)  # the others may have been killed with it
                 done = running
-            for piece, (records, seconds) in zip(done, _outcomes(done, task, pool), strict=True):
+            suspects = pool.size  # of the pieces that were killed, the first ones may have killed the processes
+            for piece in done:
+                try:
+                    records, seconds = piece.future.result()
+                except pool.kill_error:  # the problems of a suspect get a second attempt, each alone
+                    records = [_alone(task, work, pool) for work in piece.works] if suspects > 0 else []
+                    suspects, seconds = suspects - 1, 0.0
                 left = piece.works[len(records) :]
                 piece.take(records)
                 size = max(1, min(MOST_IN_A_PIECE, 2 * size, int(PIECE_SECONDS * len(records) / max(seconds, 1e-6))))
@@ -421,22 +427,6 @@ class _Piece:
     def take(self, records: list[list[TaskRecord]]) -> None:
         self.works, self.records = [], records
         self.bytes = sum(RECORD_BYTES + len(record.text) for record in chain.from_iterable(records))
-
-
-def _outcomes(done: Sequence[_Piece], task: Task, pool: Pool) -> list[Records]:
-    """Return the records of pieces that are done, and the seconds that they took.
-
-    Of the pieces that were killed the first ones, as many as there are processes, may have killed them. Their problems
-    get a second attempt, each alone; the other pieces have no records, and are handed over again.
-    """
-    outcomes, suspects = list[Records](), pool.size
-    for piece in done:
-        try:
-            outcomes.append(piece.future.result())
-        except pool.kill_error:
-            outcomes.append(([_alone(task, work, pool) for work in piece.works] if suspects > 0 else [], 0.0))
-            suspects -= 1
-    return outcomes
 
 
 def _alone(task: Task, work: Work, pool: Pool) -> list[TaskRecord]:
