@@ -45,21 +45,21 @@ def option(heading: str, *rows: str | Option, **attributes: Any) -> Declaration:
     """Declare options under a heading of the help. A row has an option's names, that of its value in capitals unless it
     is a flag or has a type, and, after two blanks, what it means; or it is numeric, in its range, and None where it is
     not given. The rest is as for `click.option`."""
+    made = list[Any]()
+    for row in rows:
+        text, how = _numeric(row) if isinstance(row, Option) else (row, dict(attributes))
+        names, _, meaning = text.partition("  ")
+        *flags, last = names.split()
+        if last.isupper():
+            how["metavar"] = last
+        elif "type" not in how:  # is_flag=False would let an option stand without its value
+            how["is_flag"] = True
+        how |= {"shell_complete": FILES} if "FILE" in last else {}
+        made.append(click.Option([*flags, *[last] * (not last.isupper())], help=meaning, **how))
+        made[-1].heading, FLAGS[made[-1].name] = heading, made[-1].opts[-1]
 
     def declare(function: Any) -> Any:
-        for row in reversed(rows):
-            text, how = _numeric(row) if isinstance(row, Option) else (row, dict(attributes))
-            names, _, meaning = text.partition("  ")
-            *flags, last = names.split()
-            if last.isupper():
-                how["metavar"] = last
-            elif "type" not in how:  # is_flag=False would let an option stand without its value
-                how["is_flag"] = True
-            how |= {"shell_complete": Candidates(files=True)} if "FILE" in last else {}
-            flags += [last] * (not last.isupper())
-            function = click.option(*flags, help=meaning, **how)(function)
-            made = function.__click_params__[-1]
-            made.heading, FLAGS[made.name] = heading, made.opts[-1]
+        function.__click_params__ = [*getattr(function, "__click_params__", []), *reversed(made)]
         return function
 
     return declare
