@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
-from itertools import accumulate, pairwise
+from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 PARTS = ("setup", "solve", "verify")
@@ -87,10 +86,3 @@ def least_laps(runs: Sequence[Sequence[tuple[Key, float]]]) -> list[tuple[Key, f
     keys = [key for key, _ in runs[0]]
     alike = [run for run in runs if [key for key, _ in run] == keys]
     return [(key, min(run[i][1] for run in alike)) for i, key in enumerate(keys)]
-
-
-def least_steps(runs: Sequence[Mapping[int, float]]) -> dict[int, float]:
-    """Return the times at which the steps of a run end, by number: the running sum of `least_laps` of repetitions."""
-    ends = [[(0, 0.0), *sorted(run.items())] for run in runs]
-    laps = least_laps([[(k, end - begin) for (_, begin), (k, end) in pairwise(run)] for run in ends])
-    return dict(zip((k for k, _ in laps), accumulate(seconds for _, seconds in laps), strict=True))

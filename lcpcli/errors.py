@@ -88,8 +88,6 @@ def refuse_unknown(
 class LCPError(ValueError):
     """Base class of all errors that this package raises deliberately.
 
-    Parameters
-    ----------
     where : the field, option or file at fault, as the user wrote it; "" if there is none.
     fault : what is wrong, as a clause without a full stop.
     hint : how to fix it, as an imperative clause without a full stop; "" if the fault makes it obvious.

@@ -172,8 +172,7 @@ def interruptibly(call: Callable[[], Any]) -> Any:
     if threading.current_thread() is not threading.main_thread():
         return call()
     watch = _watch.get()
-    outcome: list[Any] = []
-    failure: list[BaseException] = []
+    outcome, failure = list[Any](), list[BaseException]()
 
     def work() -> None:
         try:

@@ -7,7 +7,6 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from functools import cached_property
 from itertools import chain
 from itertools import count as count_from
 from pathlib import PurePath
@@ -82,44 +81,42 @@ class Change(NamedTuple):
         return {**dict(zip(NAMES, (*self.key, self.verdict), strict=False)), **pair, "ratio": self.ratio}
 
 
-class Comparison:
-    """The changes from one file to another. limit : the ratio from which a slower run counts as a failure, or none."""
+def changes_between(paths: Sequence[str]) -> list[Change]:
+    """Return the changes of all runs from one file to another."""
+    first, second = map(runs_in, paths)
+    old, new = with_unread(first, second), with_unread(second, first)
+    if not old.keys() & new.keys():
+        fault = f"has no run in common with {place(paths[0])}"
+        raise OptionError(place(paths[1]), fault, "name files of the same runs")
+    return [Change(key, old.get(key), new.get(key)) for key in {**old, **new}]
 
-    def __init__(self, paths: Sequence[str], limit: float = math.inf) -> None:
-        old, new = map(runs_in, paths)
-        old, new = with_unread(old, new), with_unread(new, old)
-        if not old.keys() & new.keys():
-            fault = f"has no run in common with {place(paths[0])}"
-            raise OptionError(place(paths[1]), fault, "name files of the same runs")
-        self.paths, self.limit = paths, limit
-        self.changes = [Change(key, old.get(key), new.get(key)) for key in {**old, **new}]
 
-    @cached_property
-    def failures(self) -> list[Change]:
-        slow = [each for each in self.changes if each.verdict == SLOWER and (each.ratio or 0) >= self.limit]
-        return [each for each in self.changes if each.verdict in (WORSE, CONTRADICTION)] + slow
+def is_failure(change: Change, limit: float) -> bool:
+    """Return whether a run is worse. limit : the ratio from which a slower one is."""
+    return change.verdict in (WORSE, CONTRADICTION) or (change.verdict == SLOWER and (change.ratio or 0) >= limit)
 
-    def render(self, form: str, width: int | None = None, color: bool = False) -> str:
-        """Return the comparison as text in a format; only JSON and CSV have the runs that are as before."""
-        records = [change.data() for change in self.changes]
+
+def report(paths: Sequence[str], changes: Sequence[Change], has_failed: bool) -> result_formats.Report:
+    """Return the report on the changes, of which only JSON and CSV have the runs that are as before."""
+    records, counts = [change.data() for change in changes], Counter(change.verdict for change in changes)
+    ratios = [change.ratio for change in changes if change.ratio]
+    verdict = f"{count(len(changes), 'run')}: {', '.join(f'{number} {kind}' for kind, number in counts.most_common())}"
+    if ratios:
+        mean = math.exp(sum(map(math.log, ratios)) / len(ratios))
+        verdict += f"; geometric mean of the ratios of times, new over old: {mean:.3g}"
+
+    def made(*_: Any) -> document.Document:
+        shown = [_row(change) for change in changes if change.verdict != SAME]
+        title = f"{place(paths[1])} against {place(paths[0])}"
+        tables = [document.Table(NAMES, [shown], words=(0, 1, 2, 3))]
+        return document.Document(title, [document.Section(title, verdict, not has_failed, tables=tables)])
+
+    def rows() -> tuple[Any, tuple[()]]:
         header = {name: [f"old_{name}", f"new_{name}"] if name in NAMES[3:6] else name for name in NAMES}
         own = ([value if isinstance(value, list) else [value] for value in row.values()] for row in [header, *records])
-        rows = map(list, map(chain.from_iterable, own))
-        return result_formats.Report(self._document, lambda: records, lambda: (rows, ())).render(form, width, color)
+        return map(list, map(chain.from_iterable, own)), ()
 
-    def _document(self, *_: Any) -> document.Document:
-        rows = [_row(change) for change in self.changes if change.verdict != SAME]
-        title = f"{place(self.paths[1])} against {place(self.paths[0])}"
-        tables = [document.Table(NAMES, [rows], words=(0, 1, 2, 3))]
-        return document.Document(title, [document.Section(title, self._verdict(), not self.failures, tables=tables)])
-
-    def _verdict(self) -> str:
-        counts = Counter(change.verdict for change in self.changes)
-        kinds = ", ".join(f"{number} {kind}" for kind, number in counts.most_common())
-        ratios = [change.ratio for change in self.changes if change.ratio]
-        mean = math.exp(sum(map(math.log, ratios)) / len(ratios)) if ratios else None
-        times = f"; geometric mean of the ratios of times, new over old: {mean:.3g}" if mean else ""
-        return f"{count(len(self.changes), 'run')}: {kinds}{times}"
+    return result_formats.Report(made, lambda: records, rows)
 
 
 def runs_in(path: str) -> dict[Key, Ending]:

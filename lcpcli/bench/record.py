@@ -11,8 +11,9 @@ import math
 import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, is_dataclass
+from itertools import starmap
 from types import UnionType
-from typing import Any, cast, get_args, get_origin, get_type_hints
+from typing import Any, NamedTuple, cast, get_args, get_origin, get_type_hints
 
 from lcpcli.bench.suites import Case, method_of, series
 from lcpcli.errors import OptionError
@@ -172,8 +173,7 @@ RESOLUTION = 1e-9  # seconds; a clock may show 0, which has no ratios and no log
 LEAST_SIZES = 4  # sizes n for a fit of two parameters, so that two degrees of freedom remain for its interval
 
 
-@dataclass(frozen=True)
-class Summary:
+class Summary(NamedTuple):
     median: float
     lower: float
     upper: float
@@ -224,17 +224,13 @@ def performance_ratios(times: Mapping[str, Mapping[str, float]]) -> dict[str, li
     times : by solver, then by problem; infinity if it failed, no entry if it does not accept the problem. The
         performance profile of a solver at tau is the fraction of its ratios that are at most tau.
     """
-    best: dict[str, float] = {}
-    for own in times.values():
-        for problem, seconds in own.items():
-            best[problem] = min(best.get(problem, math.inf), max(seconds, RESOLUTION))
-    return {
-        solver: sorted(
-            max(seconds, RESOLUTION) / best[problem] if seconds < math.inf else math.inf
-            for problem, seconds in own.items()
-        )
-        for solver, own in times.items()
-    }
+    problems = {problem for own in times.values() for problem in own}
+    best = {problem: min(own[problem] for own in times.values() if problem in own) for problem in problems}
+
+    def ratio(problem: str, seconds: float) -> float:
+        return max(seconds, RESOLUTION) / max(best[problem], RESOLUTION) if seconds < math.inf else math.inf
+
+    return {solver: sorted(starmap(ratio, own.items())) for solver, own in times.items()}
 
 
 def growth(points: Sequence[tuple[int, float]]) -> Power | None:

@@ -40,14 +40,14 @@ def optimality(record: BenchRecord) -> Section:
     """Return how many programs each solver solved, by three measures, and its mean time; no rows without programs."""
     proved = {row.problem for row in record.measurements if row.kind == "method" and row.status in WITHOUT_SOLUTION}
     programs = {row.problem for row in record.measurements if row.optimality is not None} - proved
-    taken = {solver: list[Measurement]() for solver in record.solvers if programs}
-    for row in record.measurements:
-        if row.problem in programs and not row.excluded:
-            taken[row.solver].append(row)
-    times, rows = {}, []
-    for solver, own in taken.items():
-        times[solver] = [summary(row.seconds).median if _within(row, RELATIVE, SOLVED_TO) else math.inf for row in own]
+    counted = [row for row in record.measurements if row.problem in programs and not row.excluded]
+    taken = {solver: [row for row in counted if row.solver == solver] for solver in record.solvers if programs}
+    times = {
+        solver: [summary(row.seconds).median if _within(row, RELATIVE, SOLVED_TO) else math.inf for row in own]
+        for solver, own in taken.items()
+    }
     means, unit = mean_cells(times, record.options.time_limit, PROGRAM_SHIFT)
+    rows = []
     for solver, own in taken.items():
         counts = (sum(_within(row, measure, level) for row in own) for measure, level in COLUMNS)
         rows.append([solver, *map(str, (len(own), *counts)), means[solver]])
@@ -254,13 +254,13 @@ def render(record: BenchRecord, form: str, width: int | None, color: bool) -> st
         figure = partial(draw_figure, record, "svg") if record.measurements else None
         return Document(name, [Section(name, facts=conditions(record), figure=figure), *sheets])
 
-    report = Report(document, lambda: [plain(record)], lambda: (_rows(record), conditions(record)))
-    return report.render(form, width or PIPE_WIDTH, color)
+    report = Report(document, lambda: [plain(record)], lambda: (_rows(record), conditions(record)), PIPE_WIDTH)
+    return report.render(form, width, color)
 
 
 def _rows(record: BenchRecord) -> Iterator[Sequence[object]]:
     """Yield a header, and the cells of each measurement; parameters and booleans are in JSON, missing values empty."""
     yield [*COPIED, "median_seconds", "lower_quartile", "upper_quartile", "repeats"]
     for row in record.measurements:
-        times = vars(summary(row.seconds)).values() if row.seconds else ("", "", "", 0)
+        times = summary(row.seconds) if row.seconds else ("", "", "", 0)
         yield [*(cell(getattr(row, name)) for name in COPIED), *times]

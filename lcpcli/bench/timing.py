@@ -18,7 +18,7 @@ import numpy as np
 
 from lcpcli.bench.record import EXCLUDED, BenchRecord, Machine, Measurement, Settings, median_interval, summary
 from lcpcli.bench.suites import Case, cases_of, prepare, problem_of
-from lcpcli.clock import least_steps, seconds
+from lcpcli.clock import seconds
 from lcpcli.errors import ParameterError
 from lcpcli.files.contents import memory
 from lcpcli.interrupts import hides_interrupt
@@ -30,7 +30,7 @@ from lcpcli.methods import variants
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem, conditions_of
-from lcpcli.model.program import Conditions, Program
+from lcpcli.model.program import Program
 from lcpcli.options import AUTO, NUMBA, THREADS, Limits, wants_kernels
 from lcpcli.peers import registry as peers
 from lcpcli.peers.registry import Claim
@@ -47,7 +47,7 @@ MOST_POINTS = 200  # of a curve in the record: enough for a figure, few enough f
 LEAST_REPEATS, MOST_REPEATS = 3, 25  # a median of fewer may be an outlier; after more it hardly changes
 NARROW = 0.05  # half-width of the median's interval, relative to the median, at which the median counts as known
 WARM_UP = 0.02  # seconds of untimed runs before brief runs are measured, while caches and clock rates settle
-CURVES = 5  # runs of which each step of the curve has the least time: few steps are disturbed in all of them
+CURVES = 5  # runs of which the fastest has the curve, as it is disturbed the least
 REST = 0.05  # seconds after which idle BLAS threads have stopped spinning
 
 
@@ -77,7 +77,7 @@ def run_peer(
 ) -> Claim:
     """Run one of PEERS, which gives no curve. Raises KeyboardInterrupt if the run was interrupted."""
     try:
-        claim = peers.load(name).solve(problem, tol, time_limit)
+        claim: Claim = peers.load(name).solve(problem, tol, time_limit)
     except (ImportError, SystemError) as error:
         if hides_interrupt(error):
             raise KeyboardInterrupt from None
@@ -107,8 +107,8 @@ def measure(
     are not used, it is then the only run. Brief runs are warmed up for WARM_UP seconds. There are at least
     LEAST_REPEATS repeats; they end when their median is known, after MOST_REPEATS of them, or when the budget in
     seconds is spent; a repeat longer than the whole budget is always the last. If no repeat was so long, the curve is
-    recorded again, with the least time of each step in CURVES warm runs (see `clock.least_steps`). In either case its
-    times are multiplied by one factor, so that these runs take the median of the repeats.
+    that of the fastest of CURVES warm runs. In either case its times are multiplied by one factor, so that the run
+    takes the median of the repeats.
 
     solve : makes one run; its argument is whether to record the error curve. rest : seconds to sleep before each run.
     """
@@ -131,25 +131,22 @@ def measure(
     while len(times) < MOST_REPEATS:
         times.append(rested(False).seconds)
         if times[-1] > budget:
-            return _lasting(summary(times).median, [first]), times
+            return _lasting(summary(times).median, first), times
         if len(times) < LEAST_REPEATS:
             continue
         if clock() - began >= budget or (len(times) % LEAST_REPEATS == 0 and is_stable(times)):
             break  # the median is looked at seldom, as the next run finds the caches full of that
     if not first.curve:
         return first, times
-    return _lasting(summary(times).median, [rested(True) for _ in range(CURVES)]), times
+    fastest = min((rested(True) for _ in range(CURVES)), key=lambda run: run.seconds)
+    return _lasting(summary(times).median, fastest), times
 
 
-def _lasting(seconds: float, runs: Sequence[Claim]) -> Claim:
-    """Return the first of several equal runs, with the least time of its set-up and of each step of the curve in any
-    of them, all in proportion, so that the run takes so many seconds."""
-    end = max((k for k, *_ in runs[0].curve or ()), default=0) + 1
-    least = least_steps([{k: at for k, at, _ in run.curve or ()} | {end: run.seconds} for run in runs])
-    factor = seconds / least[end]
-    curve = [(k, factor * least[k], error) for k, _, error in runs[0].curve or ()]
-    setups = [factor * run.setup_seconds for run in runs if run.setup_seconds is not None]
-    return replace(runs[0], curve=curve, setup_seconds=min(setups, default=None))
+def _lasting(seconds: float, run: Claim) -> Claim:
+    """Return a run with its times in proportion, so that it takes so many seconds."""
+    factor = seconds / run.seconds
+    curve = [(k, factor * at, error) for k, at, error in run.curve or ()]
+    return replace(run, curve=curve, setup_seconds=None if run.setup_seconds is None else factor * run.setup_seconds)
 
 
 ABSOLUTE, RELATIVE, NATURAL = "absolute", "relative", "natural"
@@ -191,23 +188,30 @@ def optimality(problem: Problem | NonlinearProblem, z: Vector | None) -> dict[st
     """Return how well an answer satisfies the optimality conditions of the problem's program.
 
     The measures are the largest violation of a constraint, component of the gradient of the Lagrangian, or duality gap,
-    absolute and relative to its own terms, and the natural residual relative to the terms of w. The result is None if
-    the problem is not made from a program, and empty if there is no z, or if numbers are out of range.
-
-    The measures follow qpbenchmark (S. Caron et al., qpbenchmark: Benchmark for quadratic programming solvers available
-    in Python). z = (x, y, s), shape (n,). The multiplier of a bound is w if the bound is near; otherwise w is left
-    over, as a residual. w is rounded once, and the gap is the sum of the products of distances and multipliers, which
-    is the difference of the objectives without its cancellation.
+    absolute and relative to its own terms, as in qpbenchmark (S. Caron et al.), and the natural residual relative to
+    the terms of w. The result is None if the problem is not made from a program, and empty if there is no z, or if
+    numbers are out of range. z = (x, y, s), shape (n,). The multiplier of a bound is w if the bound is near; otherwise
+    w is left over, as a residual. The gap is the sum of the products of distances and multipliers, which is the
+    difference of the objectives without its cancellation.
     """
     if not isinstance(problem.origin, Program):
         return None
     if z is None or not np.isfinite(z).all():
         return {}
-    given = conditions_of(problem)
-    M, q = given.M, given.q
+    M, q, lower, upper = conditions_of(problem)
     terms = matrices.absolute_product(M, np.abs(z)) + np.abs(q)
     w = accurate_residual(M, -z, q) if all(map(are_moderate, (M.data if is_sparse(M) else M, q, z))) else problem.w(z)
-    residuals, sizes = _residuals(problem.origin, given, z, w, terms)
+    outside = np.maximum(np.maximum(lower - z, z - upper), 0.0)
+    end = np.where(w > 0, lower, upper)
+    near = np.abs(np.where(np.isfinite(end), z - end, np.inf)) <= np.maximum(np.abs(z), 1.0)
+    left, end = np.where(near, 0.0, w), np.where(near, end, 0.0)
+    k, ranges = problem.origin.variables, np.arange(z.size) >= z.size - problem.origin.ranges
+    rows = (np.arange(z.size) >= k) & ~ranges
+    curvature = np.abs(z[:k]) @ matrices.absolute_product(M[:k, :k], np.abs(z[:k]))
+    primal, dual = _largest(outside[:k], left[rows], outside[ranges]), _largest(left[:k], outside[rows])
+    gap = float(max(curvature, np.abs(q) @ np.abs(z), np.abs(w @ end)))
+    residuals = primal, dual, abs(float(w @ (z - end)))
+    sizes = _largest(terms[rows], z[:k], end[:k], outside[:k]), _largest(terms[:k], z[rows]), gap
     floor = LEAST_TERMS * max(sizes)
     found = {
         ABSOLUTE: max(residuals),
@@ -215,24 +219,6 @@ def optimality(problem: Problem | NonlinearProblem, z: Vector | None) -> dict[st
         NATURAL: _over(_largest(problem.box.gaps(z, w)), float(terms.max(initial=0.0)) or max(sizes)),
     }
     return found if np.isfinite(list(found.values())).all() else {}
-
-
-def _residuals(
-    origin: Program, given: Conditions, z: Vector, w: Vector, terms: Vector
-) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the primal and the dual residual and the duality gap, and the largest terms of each."""
-    M, q, lower, upper = given
-    outside = np.maximum(np.maximum(lower - z, z - upper), 0.0)
-    end = np.where(w > 0, lower, upper)
-    near = np.abs(np.where(np.isfinite(end), z - end, np.inf)) <= np.maximum(np.abs(z), 1.0)
-    left, end = np.where(near, 0.0, w), np.where(near, end, 0.0)
-    k, ranges = origin.variables, np.arange(z.size) >= z.size - origin.ranges
-    rows = (np.arange(z.size) >= k) & ~ranges
-    curvature = np.abs(z[:k]) @ matrices.absolute_product(M[:k, :k], np.abs(z[:k]))
-    primal, dual = _largest(outside[:k], left[rows], outside[ranges]), _largest(left[:k], outside[rows])
-    sizes = _largest(terms[rows], z[:k], end[:k], outside[:k]), _largest(terms[:k], z[rows])
-    gap = float(max(curvature, np.abs(q) @ np.abs(z), np.abs(w @ end)))
-    return (primal, dual, abs(float(w @ (z - end)))), (*sizes, gap)
 
 
 def _largest(*parts: Vector) -> float:

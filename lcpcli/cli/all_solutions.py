@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from lcpcli import clock, interrupts
 from lcpcli.cli.main import INTERRUPTED, NO_SOLUTION, NOT_SOLVED, SOLVED
 from lcpcli.cli.output import Output
-from lcpcli.cli.request import Request
+from lcpcli.cli.problems import InputProblem, Request
 from lcpcli.enumeration import optimum as search
 from lcpcli.enumeration import search as sets
 from lcpcli.errors import ProblemError
@@ -21,7 +21,6 @@ from lcpcli.rational import exact_problem, numbers
 from lcpcli.report import plotting, solutions, wording
 
 if TYPE_CHECKING:
-    from lcpcli.cli.problems import InputProblem
     from lcpcli.files.inputs import Work
     from lcpcli.files.nl_format import LinearObjective
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -35,14 +35,6 @@ OPTIMA = {"optimal": 0, "unsolvable": 201, "unbounded": 300, "time_limit": 401} 
 NO_POINT = 500  # of a run without a finite point, unless it proves that there is no solution
 
 
-class Answer(NamedTuple):
-    """How a run has ended, in words and as a solve_result_num, and the unknowns; None if no values were found."""
-
-    message: str
-    number: int
-    z: Vector | None
-
-
 def run(stub: str, words: Sequence[str]) -> int:
     """Solve the model in a file, write the answer beside it, and return 0. words : options, each NAME=VALUE."""
     stem = stub.removesuffix(".nl")
@@ -52,12 +44,12 @@ def run(stub: str, words: Sequence[str]) -> int:
             os.unlink(written)
     given = _options([*os.environ.get(ENVIRONMENT, "").split(), *words])
     model = contents.within(path, nl_format.Model, None, path)
-    answer = contents.within(path, _answer, model, given)
-    message = visible(" ".join("; ".join(filter(None, [f"lcp {VERSION}: {answer.message}", model.remark])).split()))
+    told, number, z = contents.within(path, _answer, model, given)
+    message = visible(" ".join("; ".join(filter(None, [f"lcp {VERSION}: {told}", model.remark])).split()))
     print(message)
-    has_values = answer.z is not None and bool(np.isfinite(answer.z).all())
-    number = answer.number if has_values or 200 <= answer.number < 400 else NO_POINT
-    values = model.model.values(answer.z) if answer.z is not None and has_values else np.empty(0)
+    has_values = z is not None and bool(np.isfinite(z).all())
+    number = number if has_values or 200 <= number < 400 else NO_POINT
+    values = model.model.values(z) if z is not None and has_values else np.empty(0)
     atomic_write.write_whole(written, nl_format.solution_text(model.model.header, message, values, number))
     return 0
 
@@ -78,7 +70,8 @@ def _options(words: Sequence[str]) -> dict[str, Any]:
     return given
 
 
-def _answer(model: nl_format.Model, given: Mapping[str, Any]) -> Answer:
+def _answer(model: nl_format.Model, given: Mapping[str, Any]) -> tuple[str, int, Vector | None]:
+    """Return how a run has ended, in words and as a solve_result_num, and the unknowns; None if there are no values."""
     others = {**given}
     limits = Limits.taken_from(others)
     if isinstance(model.problem, NonlinearProblem):
@@ -89,8 +82,8 @@ def _answer(model: nl_format.Model, given: Mapping[str, Any]) -> Answer:
         from lcpcli.enumeration.optimum import best
 
         found = best(model.exactly(), *objective, limits.time_limit)
-        return Answer(found.message(approximate), OPTIMA[found.status], None if found.z is None else rounded(found.z))
+        return found.message(approximate), OPTIMA[found.status], None if found.z is None else rounded(found.z)
     else:
         result = driver.run(model.problem, "auto", limits=limits, **others)
     words = f"{result.message}; {count(result.iterations, 'iteration')}, residual {result.residual:.3g}"
-    return Answer("; ".join(filter(None, [words, result.advice])), NUMBERS[result.status], result.z)
+    return "; ".join(filter(None, [words, result.advice])), NUMBERS[result.status], result.z

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from lcpcli.bench.suites import ALL, DEFAULT_METHODS, SUITES, Suite, methods_of
 from lcpcli.cli import declarations, output
-from lcpcli.cli.command import Candidates, argument, command, option
-from lcpcli.cli.declarations import refuse_beside
+from lcpcli.cli.command import Candidates, command
+from lcpcli.cli.declarations import argument, option, refuse, refuse_beside
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
-from lcpcli.cli.problems import Inputs, same_file, settle_threads, tell
-from lcpcli.cli.request import Request
+from lcpcli.cli.problems import Inputs, Request, same_file, settle_threads, taken, tell
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.errors import OptionError, count, listed
 from lcpcli.methods.registry import meanings
@@ -68,58 +67,55 @@ MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
     },
     declarations.FILES._replace(words=MEANINGS),
 )
-@declarations.numeric("Problems", INFINITY)
+@option("Problems", INFINITY)
 @declarations.several_methods("Solvers", "measure", DEFAULT_METHODS)
 @option(
     "Solvers",
-    "--peer peers NAME",
-    f"Another solver to measure, if it is installed; repeatable: {listed(PEERS, 'or')}. The part of a name before "
-    "a dash selects all solvers whose names begin with it.  [default: none]",
+    f"--peer peers NAME  Another solver to measure, if it is installed; repeatable: {listed(PEERS, 'or')}. The part of "
+    "a name before a dash selects all solvers whose names begin with it.  [default: none]",
     multiple=True,
     shell_complete=Candidates({**PEERS, **{peer.partition("-")[0]: "all of these" for peer in PEERS if "-" in peer}}),
 )
-@declarations.numeric("Stopping", TOL)
-@declarations.numeric("Stopping", OF_EACH_RUN)
-@declarations.numeric("Measuring", ACCEPT)
-@declarations.numeric("Measuring", BUDGET)
-@declarations.numeric("Measuring", THREADS_OF_ALL)
-@option("Measuring", "--resume FILE", "Resume the bench in this JSON file, written by -o.")
-@declarations.format_option(FORMATS)
-@declarations.output_file(f"{declarations.TO_FILE} JSON is saved after each measurement, to resume from.")
+@option("Stopping", TOL, OF_EACH_RUN)
 @option(
-    "Output", "--plot FILE", "Draw performance profiles, error against time, and scaling with n, as .png, .svg or .pdf."
+    "Measuring", ACCEPT, BUDGET, THREADS_OF_ALL, "--resume FILE  Resume the bench in this JSON file, written by -o."
 )
-@declarations.quiet_option("Print neither results nor progress, only errors.")
+@declarations.reporting(
+    FORMATS,
+    option(
+        "Output",
+        "--plot FILE  Draw performance profiles, error against time, and scaling with n, as .png, .svg or .pdf.",
+    ),
+    file=f"{declarations.TO_FILE} JSON is saved after each measurement, to resume from.",
+    quiet="Print neither results nor progress, only errors.",
+)
 def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Variant], quiet: bool, **given: Any) -> int:
     """Measure methods, and other solvers, on the problems of suites or in files."""
-    request = Request(Inputs(suite, infinity=infinity), variants=methods, quiet=quiet, **given)
+    numbers = taken(given, [number.name for number in MEASURING])
+    request = Request(inputs=Inputs(suite, infinity=infinity), numbers=numbers, variants=methods, quiet=quiet, **given)
     settle_threads((), request.threads)
     from lcpcli.files.atomic_write import refuse_unwritable, reserve
 
     destination = output.Destination(request.form, request.output, quiet)
-    outputs = {} if destination.path is None else {destination.path: destination.form}
     for path in filter(None, (request.output, request.plot)):
         refuse_unwritable(path)
     output.require_plot(request.plot)
-    writes = list(outputs)
-    if request.resume is not None and _read_record(request).pending():
-        writes.append(request.resume)
-    with reserve(writes):
-        return _run(request, outputs, destination)
+    is_resumed = request.resume is not None and bool(_read_record(request).pending())
+    with reserve(filter(None, [request.output, request.resume if is_resumed else None])):
+        return _run(request, destination)
 
 
-def _run(request: Request, outputs: dict[str, str], destination: output.Destination) -> int:
-    from lcpcli.bench.report import render
+def _run(request: Request, destination: output.Destination) -> int:
+    from lcpcli.bench import report, timing
 
+    saved = [path for path in [destination.path] if path is not None and destination.form == "json"]
     if request.resume is None:
         record = _new_record(request)
     else:
         record = _read_record(request)
-        for path, form in outputs.items():
-            if form != "json" and same_file(path, request.resume):
-                raise OptionError(path, "holds the record to resume", "choose another file for the output")
-        if record.pending():
-            outputs = {request.resume: "json"} | outputs
+        holds = not saved and destination.path is not None and same_file(destination.path, request.resume)
+        refuse(holds, str(destination.path), "holds the record to resume", "choose another file for the output")
+        saved[:0] = [request.resume] * bool(record.pending())
     files = [file for case in record.cases for file in (case.file, case.q_file) if file]
     Inputs(files).refuse({"--output": destination.path, "--plot": request.plot})
     for fault in record.unread:
@@ -128,24 +124,36 @@ def _run(request: Request, outputs: dict[str, str], destination: output.Destinat
         return BAD_INPUT
     if record.missing and not request.quiet:
         say(f"lcp bench: not installed, left out: {', '.join(record.missing)}")
-    is_interrupted = _measure(record, outputs, request.quiet)
-    _keep(record, {path: form for path, form in outputs.items() if path != destination.path})
-    if request.plot is not None and record.measurements:
-        from lcpcli.bench import report
+    rows, left = record.measurements, sum(len(solvers) for _, solvers in record.pending())
+    before, number, is_interrupted = len(rows), len(rows) + left, False
+    files = [path for path in saved if Path(path).is_file() or not Path(path).exists()]
+
+    def save() -> None:
+        for path in files:
+            output.show(report.render(record, "json", None, False), path)
+
+    def starting(case: Case, solver: str) -> None:  # between measurements, whose times it would disturb
+        if shows_progress(request.quiet):
+            line.show(f"{len(rows) - before}/{left}  {case.name}: {solver}")
+
+    save()
+    with Line() as line:
+        try:
+            for _ in timing.run(record, starting):
+                save()
+        except KeyboardInterrupt:
+            is_interrupted = True
+    if request.plot is not None and rows:
         from lcpcli.report import plotting
 
         destination.add(request.plot, lambda path: report.draw_figure(record, plotting.form_of(path)))
-    rows = record.measurements
     good, false = sum(row.success for row in rows), sum(row.false_success for row in rows)
     told = f"{good} of {count(len(rows), 'measurement')} succeeded" + f"; {count(false, 'false claim')}" * bool(false)
-    destination.show(partial(render, record), told)
+    destination.show(partial(report.render, record), told)
     if not is_interrupted:
         return BAD_INPUT if record.unread else NOT_SOLVED if false else SOLVED
-    done = len(record.measurements)
-    number = done + sum(len(solvers) for _, solvers in record.pending())
-    file = next((path for path, form in outputs.items() if form == "json"), None)
-    hint = f"resume with lcp bench --resume {file}" if file else "with -o FILE.json it could be resumed"
-    say(f"lcp bench: interrupted after {done} of {number} measurements; {hint}")
+    hint = f"resume with lcp bench --resume {saved[0]}" if saved else "with -o FILE.json it could be resumed"
+    say(f"lcp bench: interrupted after {len(rows)} of {number} measurements; {hint}")
     return INTERRUPTED
 
 
@@ -154,13 +162,12 @@ def _new_record(request: Request) -> BenchRecord:
     from lcpcli.bench.record import Settings
 
     suites, infinity = request.inputs.files or (DEFAULT_SUITE,), request.inputs.infinity
-    if request.time_limit == math.inf:
+    if request.numbers.get("time_limit") == math.inf:
         raise OptionError("--time-limit", "is infinite", "give a number of seconds, the time counted for a failure")
-    numbers = {number.name: number.default for number in MEASURING}
-    numbers["budget"] = max(SUITES.get(name, Suite).budget for name in suites)
-    numbers |= {name: getattr(request, name) for name in numbers if getattr(request, name) is not None}
+    budget = max(SUITES.get(name, Suite).budget for name in suites)
+    numbers = {**{number.name: number.default for number in MEASURING}, "budget": budget, **request.numbers}
     chosen = declarations.chosen_variants(request.variants, request.sweep, methods_of(suites))
-    settings = Settings(**{name: float(value) for name, value in numbers.items() if value is not None})
+    settings = Settings(**{name: float(value) for name, value in numbers.items()})
     how = partial(tell, quiet=request.quiet), None if infinity == math.inf else infinity
     return timing.start(suites, [str(variant) for variant in chosen], request.peers, settings, *how)
 
@@ -174,35 +181,6 @@ def _read_record(request: Request) -> BenchRecord:
     if past.pending():
         timing.refuse_elsewhere(past)
     return past
-
-
-def _measure(record: BenchRecord, outputs: dict[str, str], quiet: bool) -> bool:
-    """Make all pending measurements, saving each as it comes; return whether Ctrl-C interrupted them."""
-    from lcpcli.bench import timing
-
-    records = {path: form for path, form in outputs.items() if form == "json"}
-    files = {path: form for path, form in records.items() if Path(path).is_file() or not Path(path).exists()}
-    _keep(record, files)
-    before, left = len(record.measurements), sum(len(solvers) for _, solvers in record.pending())
-    with Line() as line:
-
-        def starting(case: Case, solver: str) -> None:  # between measurements, whose times it would disturb
-            if shows_progress(quiet):
-                line.show(f"{len(record.measurements) - before}/{left}  {case.name}: {solver}")
-
-        try:
-            for _ in timing.run(record, starting):
-                _keep(record, files)
-        except KeyboardInterrupt:
-            return True
-    return False
-
-
-def _keep(record: BenchRecord, outputs: dict[str, str]) -> None:
-    from lcpcli.bench.report import render
-
-    for path, form in outputs.items():
-        output.show(render(record, form, None, False), path)
 
 
 FORMATS_OF_COMPARISON = {
@@ -240,14 +218,15 @@ SLOWER = Option(
 @argument(
     "Runs", "new", {"NEW": "Current runs, of the same methods on the same problems."}, shell_complete=declarations.FILES
 )
-@declarations.numeric("Comparison", SLOWER)
+@option("Comparison", SLOWER)
 @declarations.reporting(FORMATS_OF_COMPARISON)
 def compare_runs(old: str, new: str, slower: float | None, **given: Any) -> int:
     """Compare how the runs in OLD and in NEW ended: status, iterations and time."""
     destination = output.Destination.taken(given)
     Inputs((old, new)).prepare({"--output": destination.path})
-    from lcpcli.bench.comparison import Comparison
+    from lcpcli.bench import comparison
 
-    comparison = Comparison((old, new), math.inf if slower is None else slower)
-    destination.show(comparison.render)
-    return NOT_SOLVED if comparison.failures else SOLVED
+    changes, limit = comparison.changes_between((old, new)), math.inf if slower is None else slower
+    has_failed = any(comparison.is_failure(change, limit) for change in changes)
+    destination.show(comparison.report((old, new), changes, has_failed).render)
+    return NOT_SOLVED if has_failed else SOLVED

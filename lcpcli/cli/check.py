@@ -5,23 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.cli import main, output
-from lcpcli.cli.command import argument, command, option
-from lcpcli.cli.declarations import FILES, OTHERS, numeric, problem_file, refuse, refuse_beside, reporting, with_bounds
+from lcpcli.cli import declarations, main, output
+from lcpcli.cli.command import command
+from lcpcli.cli.declarations import FILES, OTHERS, argument, option, refuse, refuse_beside, reporting
 from lcpcli.cli.problems import Inputs
-from lcpcli.errors import OptionError, ProblemError
+from lcpcli.errors import OptionError
 from lcpcli.files import contents
 from lcpcli.files.contents import place
 from lcpcli.options import INSPECTION_SECONDS, TIME_LIMIT, TOL
 from lcpcli.report.document import RECORD_MEANINGS
 
 if TYPE_CHECKING:
-    from lcpcli.files.beside import Candidate
     from lcpcli.inspection.inspection import Inspection
     from lcpcli.inspection.nonlinear import NonlinearInspection
-    from lcpcli.model.nonlinear import NonlinearProblem
-    from lcpcli.model.problem import Problem
-    from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.verify.verification import Verification
 
 OF_INSPECTION = TIME_LIMIT._replace(
@@ -53,9 +49,8 @@ OF_INSPECTION = TIME_LIMIT._replace(
     nargs=-1,
     shell_complete=FILES,
 )
-@with_bounds
-@numeric("Verification", TOL)
-@option("Verification", "--exact", "Verify in exact fractions; 0.1 means 1/10.")
+@declarations.with_bounds
+@option("Verification", TOL, "--exact  Verify in exact fractions; 0.1 means 1/10.")
 @reporting(RECORD_MEANINGS)
 def check(paths: tuple[str, ...], tol: float | None, exact: bool, **given: Any) -> int:
     """Verify the proposed SOLUTION of the problem in FILE, or in FILE and Q_FILE."""
@@ -79,56 +74,48 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, **given: Any) 
 def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool) -> list[Verification]:
     read = inputs.read(takes_models=True)
     from lcpcli.files import beside
-    from lcpcli.solving import checking
-
-    if read.exactly is None:
-        refuse_beside("a nonlinear model", {"--exact": exact})
-    data = read.exactly() if exact and read.exactly is not None else None
-    first, problem = inputs.files[0], read.problem
-    if solution.casefold().endswith(".sol") and first.casefold().endswith(".nl"):
-        from lcpcli.files.beside import Candidate
-        from lcpcli.files.nl_format import Model
-
-        answers = [Candidate("solution", Model(None, first).solution_in(solution))]
-    else:
-        named = first, problem.name
-        answers = beside.read_candidates(solution, checking.lengths(problem), named, lambda: problem.names)
-    if answers[0].remark:
-        inputs.tell([f"{contents.place(solution)}: {answers[0].remark}"])
-    try:
-        found = [_verification(problem, data, answer, tol) for answer in answers]
-    except ProblemError as fault:
-        raise fault.inside(contents.place(solution)) from None
-    if len(found) == 1:
-        return found
-    places = (f"solution {i} of {len(found)}: " for i in range(1, len(found) + 1))
-    return [replace(each, message=place + each.message) for place, each in zip(places, found, strict=True)]
-
-
-def _verification(
-    problem: Problem | NonlinearProblem, data: ExactProblem | None, answer: Candidate, tol: float | None
-) -> Verification:
     from lcpcli.model.problem import Problem
     from lcpcli.rational.numbers import rounded
     from lcpcli.solving import checking
     from lcpcli.verify import verification
 
+    first, problem, where = inputs.files[0], read.problem, place(solution)
     if not isinstance(problem, Problem):
-        refuse(answer.kind == "farkas", "SOLUTION", "is a proof, which a nonlinear model cannot have", "give z")
-        return verification.verify_nonlinear(problem, rounded(answer.values), tol or TOL.value)
-    if answer.kind == "farkas":
-        refuse_beside("a proof", {"--tol": tol})
-        return checking.verified_proof(problem, answer.values, data, is_rounded=not answer.exact)
-    if answer.rows is not None:
-        verification.require_strategies(problem, answer.values, answer.rows)
-    if data:
-        verified = checking.verified_exactly(data, answer.values, answer.w, answer.kind == "answer")
+        refuse_beside("a nonlinear model", {"--exact": exact})
+    data = read.exactly() if exact else None
+    if solution.casefold().endswith(".sol") and first.casefold().endswith(".nl"):
+        from lcpcli.files.nl_format import Model
+
+        answers = [beside.Candidate("solution", Model(None, first).solution_in(solution))]
     else:
-        values, is_own = rounded(answer.values), answer.kind == "answer"
-        verified = checking.verified(problem, values, tol or TOL.value, is_own)
-        if larger := checking.accepting(problem, values, verified, is_own):
-            verified = replace(verified, message=f"{verified.message}; --tol {larger:g} accepts it")
-    return replace(verified, message=f"{verified.message}; {answer.claim}") if answer.claim else verified
+        named = first, problem.name
+        answers = beside.read_candidates(solution, checking.lengths(problem), named, lambda: problem.names)
+    inputs.tell([f"{where}: {answer.remark}" for answer in answers[:1] if answer.remark])
+
+    def verified(answer: beside.Candidate) -> Verification:
+        is_own, is_proof = answer.kind == "answer", answer.kind == "farkas"
+        if not isinstance(problem, Problem):
+            refuse(is_proof, "SOLUTION", "is a proof, which a nonlinear model cannot have", "give z")
+            return verification.verify_nonlinear(problem, rounded(answer.values), tol or TOL.value)
+        if is_proof:
+            refuse_beside("a proof", {"--tol": tol})
+            return checking.verified_proof(problem, answer.values, data, is_rounded=not answer.exact)
+        if answer.rows is not None:
+            verification.require_strategies(problem, answer.values, answer.rows)
+        if data:
+            found = checking.verified_exactly(data, answer.values, answer.w, is_own)
+        else:
+            values = rounded(answer.values)
+            found = checking.verified(problem, values, tol or TOL.value, is_own)
+            if larger := checking.accepting(problem, values, found, is_own):
+                found = replace(found, message=f"{found.message}; --tol {larger:g} accepts it")
+        return replace(found, message=f"{found.message}; {answer.claim}") if answer.claim else found
+
+    found = [contents.within(where, verified, answer) for answer in answers]
+    if len(found) == 1:
+        return found
+    places = (f"solution {i} of {len(found)}: " for i in range(1, len(found) + 1))
+    return [replace(each, message=place + each.message) for place, each in zip(places, found, strict=True)]
 
 
 @command(
@@ -142,9 +129,9 @@ def _verification(
     epilog='A class is "yes" or "no" only where rounding errors cannot affect the answer. Rows and columns are counted '
     "from 1; the indices of the JSON, from 0.",
 )
-@problem_file
-@numeric("Stopping", OF_INSPECTION)
-@option("Output", "--all whole", "Show everything; JSON and CSV always do.")
+@declarations.problem_file
+@option("Stopping", OF_INSPECTION)
+@option("Output", "--all whole  Show everything; JSON and CSV always do.")
 @reporting(RECORD_MEANINGS)
 def inspect(file: str, q_file: str | None, time_limit: float | None, whole: bool, **given: Any) -> int:
     """Report the classes of M, its scaling, and which methods are guaranteed to solve the problem; of a nonlinear model

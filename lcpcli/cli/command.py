@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from collections import Counter, UserDict
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from importlib import import_module
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -45,42 +46,7 @@ EXITS = {  # of the commands that solve
     143: "the same after SIGTERM",
 }
 
-Function = TypeVar("Function", bound=Callable[..., Any])
 Rows = Sequence[tuple[str, str]]
-
-
-class _UnderHeading(click.Parameter):
-    """A parameter listed in help under a heading. words : the words that an argument may be, with their meanings."""
-
-    def __init__(self, *names: Any, heading: str, words: Mapping[str, str] | None = None, **attributes: Any) -> None:
-        super().__init__(*names, **attributes)
-        self.heading, self.words = heading, words or {}
-
-
-class CommandOption(_UnderHeading, click.Option):
-    """An option of a command."""
-
-
-class Argument(_UnderHeading, click.Argument):
-    """An argument of a command."""
-
-
-def option(heading: str, names: str, meaning: str, **attributes: Any) -> Callable[[Function], Function]:
-    """Declare an option under a heading: its names, and that of its value in capitals unless it is a flag or has a
-    type; the rest is as for `click.option`."""
-    *flags, last = names.split()
-    if last.isupper():
-        attributes["metavar"] = last
-    elif "type" not in attributes:  # is_flag=False would let an option stand without its value
-        attributes["is_flag"] = True
-    attributes |= {"shell_complete": Candidates(files=True)} if "FILE" in last else {}
-    flags += [last] * (not last.isupper())
-    return click.option(*flags, cls=CommandOption, heading=heading, help=meaning, **attributes)
-
-
-def argument(heading: str, name: str, words: Mapping[str, str], **attributes: Any) -> Callable[[Function], Function]:
-    """Declare an argument under a heading, with the meanings of its words; the rest is as for `click.argument`."""
-    return click.argument(name, cls=Argument, heading=heading, words=words, **attributes)
 
 
 class Command(click.Command):
@@ -166,11 +132,12 @@ class Command(click.Command):
         tables: dict[str, list[tuple[str, str]]] = {}
         params, is_brief = self.get_params(ctx), bool(self.common) and WHOLE not in ctx.meta
         for param in params:
-            if is_brief and isinstance(param, CommandOption) and param.opts[-1] not in self.common:
+            heading, words = getattr(param, "heading", HELP), getattr(param, "words", {})
+            if is_brief and not words and heading != HELP and param.opts[-1] not in self.common:
                 continue
-            rows = tables.setdefault(getattr(param, "heading", HELP), [])
-            if isinstance(param, Argument):
-                rows.extend(param.words.items())
+            rows = tables.setdefault(heading, [])
+            if words:
+                rows.extend(words.items())
             elif record := param.get_help_record(ctx):
                 rows.append((record[0], _brief(record[1])) if is_brief and param.name != "help" else record)
         lists = {heading: list(meanings.items()) for heading, meanings in self.lists.items() if not is_brief}
@@ -193,8 +160,7 @@ def _brief(meaning: str) -> str:
     return re.split(r"[.;] ", text)[0].rstrip(".") + (f".  [{default[0]}" if default else ".")
 
 
-def command(**attributes: Any) -> Callable[[Function], Command]:
-    return click.command(cls=Command, **attributes)
+command = partial(click.command, cls=Command)
 
 
 class Candidates(NamedTuple):
@@ -211,13 +177,18 @@ class Candidates(NamedTuple):
 
 
 class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
-    """One of several words with meanings; the error for an unknown word has a likely one, else all or `otherwise`."""
+    """One of several words with meanings, or what `parse` makes of it; the error for an unknown word has a likely one,
+    else all or `otherwise`."""
 
-    def __init__(self, meanings: Mapping[str, str], otherwise: str = "") -> None:
+    def __init__(
+        self, meanings: Mapping[str, str], otherwise: str = "", parse: Callable[[str], Any] | None = None
+    ) -> None:
         super().__init__(list(meanings))
-        self.meanings, self.otherwise = meanings, otherwise
+        self.meanings, self.otherwise, self.parse = meanings, otherwise, parse
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if self.parse is not None:
+            return self.parse(value) if isinstance(value, str) else value
         if value not in self.meanings:
             self.fail(f"{quoted(value)} is unknown; {likely(value, self.meanings, self.otherwise)}", param, ctx)
         return value

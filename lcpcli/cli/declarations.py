@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import click
 
-from lcpcli.cli.command import Candidates, Choice, argument, option
+from lcpcli.cli.command import Candidates, Choice
 from lcpcli.cli.terminal import ITERATES, NAMES_OF_OUTPUT
 from lcpcli.errors import OptionError, likely, listed, quoted
 from lcpcli.files.fields import BOUNDS
@@ -38,18 +38,55 @@ Declaration = Callable[[Any], Any]
 
 
 FILES = Candidates(files=True)
+FLAGS: dict[str, str] = {}  # of all options that are declared, by name
 
 
-class MethodChoice(Choice):
-    """A method, with or without options of its own, as in shi:p=10."""
+def option(heading: str, *rows: str | Option, **attributes: Any) -> Declaration:
+    """Declare options under a heading of the help. A row has an option's names, that of its value in capitals unless it
+    is a flag or has a type, and, after two blanks, what it means; or it is numeric, in its range, and None where it is
+    not given. The rest is as for `click.option`."""
+    made = list[Any]()
+    for row in rows:
+        text, how = _numeric(row) if isinstance(row, Option) else (row, dict(attributes))
+        names, _, meaning = text.partition("  ")
+        *flags, last = names.split()
+        if last.isupper():
+            how["metavar"] = last
+        elif "type" not in how:  # is_flag=False would let an option stand without its value
+            how["is_flag"] = True
+        how |= {"shell_complete": FILES} if "FILE" in last else {}
+        made.append(click.Option([*flags, *[last] * (not last.isupper())], help=meaning, **how))
+        made[-1].heading, FLAGS[made[-1].name] = heading, made[-1].opts[-1]
 
-    name = "method"
+    def declare(function: Any) -> Any:
+        function.__click_params__ = [*getattr(function, "__click_params__", []), *reversed(made)]
+        return function
 
-    def __init__(self) -> None:
-        super().__init__(meanings())
+    return declare
 
-    def convert(self, value: Any, param: Any, ctx: Any) -> Variant:  # noqa: ARG002
-        return value if isinstance(value, Variant) else variants.parse(value)
+
+def _numeric(declared: Option) -> tuple[str, dict[str, Any]]:
+    def in_range(_: click.Context, __: click.Parameter, value: Any) -> Any:
+        if value is not None:
+            declared.check(value)
+        return value
+
+    default = "" if declared.default is None else f"; default {declared.written_default}"
+    number = click.INT if declared.kind is int else click.FLOAT
+    kind = (lambda v: v if v in declared.words else number.convert(v, None, None)) if declared.words else declared.kind
+    names = f"{flag(declared.name)} {'SIZE' if declared is INFINITY else declared.metavar}"
+    return f"{names}  {declared.meaning}  [{declared.range}{default}]", {"type": kind, "callback": in_range}
+
+
+def argument(heading: str, name: str, words: Mapping[str, str], **attributes: Any) -> Declaration:
+    """Declare an argument under a heading, with the meanings of its words; the rest is as for `click.argument`."""
+
+    def declare(function: Any) -> Any:
+        function = click.argument(name, **attributes)(function)
+        function.__click_params__[-1].heading, function.__click_params__[-1].words = heading, words
+        return function
+
+    return declare
 
 
 def declared(*declarations: Declaration) -> Declaration:
@@ -57,52 +94,31 @@ def declared(*declarations: Declaration) -> Declaration:
     return lambda command: reduce(lambda made, declare: declare(made), reversed(declarations), command)
 
 
-def numeric(heading: str, declared: Option) -> Declaration:
-    """Declare a numeric option under a heading; its value is in range, and None where it is not given."""
-    default = "" if declared.default is None else f"; default {declared.written_default}"
-    number = click.INT if declared.kind is int else click.FLOAT
-    kind = (lambda v: v if v in declared.words else number.convert(v, None, None)) if declared.words else declared.kind
-    meaning = f"{declared.meaning}  [{declared.range}{default}]"
-    names = f"{flag(declared.name)} {'SIZE' if declared is INFINITY else declared.metavar}"
-
-    def in_range(_: click.Context, __: click.Parameter, value: Any) -> Any:
-        if value is not None:
-            declared.check(value)
-        return value
-
-    return option(heading, names, meaning, type=kind, callback=in_range)
-
-
-def switch(heading: str, name: str, meaning: str, default: str) -> Declaration:
-    return option(heading, f"--{name}/--no-{name}", f"{meaning}  [default: --{default}]", default=None)
-
-
-def format_option(formats: Mapping[str, str]) -> Declaration:
-    """Declare --format, one of these formats; None leaves it to the suffix of -o."""
-    text = f"{listed(formats, 'or')}.  [default: by the suffix of -o, else table]"
-    return option("Output", "-f --format form FORMAT", text, type=Choice(formats))
+def reporting(
+    formats: Mapping[str, str],
+    *others: Declaration,
+    file: str = f"{TO_FILE}  [default: standard output]",
+    quiet: str = "Print no results, only errors; the exit code tells the outcome.",
+) -> Declaration:
+    """Declare --format, one of these formats if there are any, None leaving it to the suffix of -o; the others; -o and
+    --quiet, with their meanings."""
+    form = "-f --format form FORMAT  {}.  [default: by the suffix of -o, else table]"
+    choice = [option("Output", form.format(listed(formats, "or")), type=Choice(formats))] if formats else []
+    path_of = lambda _, __, file: None if file in NAMES_OF_OUTPUT else file  # noqa: E731
+    return declared(
+        *choice,
+        *others,
+        option("Output", f"-o --output FILE  {file}", callback=path_of),
+        option("Output", f"-q --quiet  {quiet}"),
+    )
 
 
-def output_file(meaning: str = f"{TO_FILE}  [default: standard output]") -> Declaration:
-    callback = lambda _, __, file: None if file in NAMES_OF_OUTPUT else file  # noqa: E731
-    return option("Output", "-o --output FILE", meaning, callback=callback)
-
-
-def quiet_option(meaning: str = "Print no results, only errors; the exit code tells the outcome.") -> Declaration:
-    return option("Output", "-q --quiet", meaning)
-
-
-def reporting(formats: Mapping[str, str], *others: Declaration) -> Declaration:
-    return declared(format_option(formats), *others, output_file(), quiet_option())
-
-
-METHOD = MethodChoice()
+METHOD = Choice(meanings(), parse=variants.parse)  # a method, with or without options of its own, as in shi:p=10
 METHOD_NAMES = listed(METHOD.meanings, "or")
 show_option = option(
     "Output",
-    "--show names NAME",
-    "Show only the unknowns of this name, or z1, z2, ...; * stands for any text, as in 'price *'; repeatable. "
-    "JSON has all.  [default: as many as fit]",
+    "--show names NAME  Show only the unknowns of this name, or z1, z2, ...; * stands for any text, as in 'price *'; "
+    "repeatable. JSON has all.  [default: as many as fit]",
     multiple=True,
 )
 
@@ -110,11 +126,11 @@ show_option = option(
 def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Declaration:
     """Declare a repeatable --method, for a purpose, and --sweep; see `chosen_variants`."""
     one = f"A method to {purpose}: {METHOD_NAMES}, with options of its own as in shi:p=10,k-star=5; repeatable."
-    several = {"multiple": True, "type": METHOD}
     every = "Run the methods that have this option once for each value, as in p=1,10,100; several make a grid."
+    names, axes = "-m --method methods NAME[:...]", f"{SWEEP} OPTION=VALUE,..."
     return declared(
-        option(heading, "-m --method methods NAME[:...]", f"{one}  [default: {', '.join(default)}]", **several),
-        option(heading, f"{SWEEP} OPTION=VALUE,...", f"{every}  [default: none]", multiple=True),
+        option(heading, f"{names}  {one}  [default: {', '.join(default)}]", multiple=True, type=METHOD),
+        option(heading, f"{axes}  {every}  [default: none]", multiple=True),
     )
 
 
@@ -151,16 +167,12 @@ BOUND = "a number, none, a list or a file.  [default: the problem's]"
 M_AND_Q = "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; M alone, also as .mtx or .npy"
 BESIDES_FILES = "- is standard input, and the name of a shipped problem stands for it."
 OTHERS = "Programs: .mps, .qps, .lp; models: .nl; games: .nfg, .efg."  # that a file may hold
-bounds_options = declared(
-    *(option("Problem", f"--{name} NUMBER|FILE", f"{name.capitalize()} bound of z: {BOUND}") for name in BOUNDS),
-    numeric("Problem", INFINITY),
+bounds_options = option(
+    "Problem", *(f"--{name} NUMBER|FILE  {name.capitalize()} bound of z: {BOUND}" for name in BOUNDS), INFINITY
 )
-q_option = option("Problem", "--q FILE", "The same as Q_FILE.  [default: none]")
-with_bounds = declared(  # the options of a command that reads problems
-    q_option,
-    bounds_options,
-    option("Problem", "--game", "The two files are tables of the payoffs A and B of a game."),
-)
+q_option = option("Problem", "--q FILE  The same as Q_FILE.  [default: none]")
+game_option = option("Problem", "--game  The two files are tables of the payoffs A and B of a game.")
+with_bounds = declared(q_option, bounds_options, game_option)  # the options of a command that reads problems
 problem_file = declared(  # the problem of a command that takes one: its file, and the file of q if it is separate
     argument("Problem", "file", {"FILE": f"{M_AND_Q}. {OTHERS} {BESIDES_FILES}"}, shell_complete=FILES),
     argument(
@@ -185,60 +197,57 @@ problem_files = declared(  # the problems of a command that takes one or several
     ),
     with_bounds,
 )
-problem_output = declared(  # of a command that writes a problem
-    output_file(f"Write to this file, in the format of its suffix: {WRITTEN}.  [default: JSON to standard output]"),
-    quiet_option("Say nothing on standard error but errors."),
+problem_output = reporting(  # of a command that writes a problem
+    {},
+    file=f"Write to this file, in the format of its suffix: {WRITTEN}.  [default: JSON to standard output]",
+    quiet="Say nothing on standard error but errors.",
 )
 
 
-def _methods(names: Sequence[str]) -> str:
+def _methods(kind: str, own: Any) -> str:
+    names = [name for name, method in (METHODS | NONLINEAR).items() if own in getattr(method, kind)]
     return f"Method{'s' * (len(names) > 1)} {listed(names)}"
 
 
-ITERATING = _methods([name for name, method in METHODS.items() if method.iterates])
+ITERATING = listed([name for name, method in METHODS.items() if method.iterates])
 solving = declared(  # the options of the methods, the limits and the output of a command that solves
+    *(option(_methods("options", own), own) for own in OPTIONS.values()),
     *(
-        numeric(_methods([name for name, method in (METHODS | NONLINEAR).items() if own in method.options]), own)
-        for own in OPTIONS.values()
-    ),
-    *(switch(ITERATING, name, meaning, f"no-{name}") for name, meaning in ADDITIONS.items()),
-    *(
-        switch(_methods([name for name, method in METHODS.items() if own in method.switches]), own, meaning, own)
-        for own, meaning in SWITCHES.items()
+        option(f"Methods {ITERATING}", f"--{name}/--no-{name}  {meaning}  [default: --no-{name}]", default=None)
+        for name, meaning in ADDITIONS.items()
     ),
     *(
-        option("Start", f"--{name} {'STATES' if name == 'basis' else 'NUMBERS'}|FILE", meaning)
-        for name, meaning in STARTS.items()
+        option(_methods("switches", name), f"--{name}/--no-{name}  {meaning}  [default: --{name}]", default=None)
+        for name, meaning in SWITCHES.items()
     ),
-    *(numeric("Stopping", limit) for limit in LIMITS),
-    numeric("Computing", THREADS),
-    option("Answer", "--bound", "Prove a bound on the error of z; this costs more than solving."),
-    format_option(MEANINGS),
-    option(
-        "Output",
-        "--trace [FILE]",
-        "Write the iterates to this .csv file; without a file, add them to JSON, or write them as CSV."
-        "  [default: none]",
-        is_flag=False,
-        flag_value=ITERATES,
+    option("Start", *(f"--{n} {'STATES' if n == 'basis' else 'NUMBERS'}|FILE  {text}" for n, text in STARTS.items())),
+    option("Stopping", *LIMITS),
+    option("Computing", THREADS),
+    option("Answer", "--bound  Prove a bound on the error of z; this costs more than solving."),
+    reporting(
+        MEANINGS,
+        option(
+            "Output",
+            "--trace [FILE]  Write the iterates to this .csv file; without a file, add them to JSON, or write them as "
+            "CSV.  [default: none]",
+            is_flag=False,
+            flag_value=ITERATES,
+        ),
+        show_option,
+        option("Output", EVERY),
+        option(
+            "Output",
+            f"--columns NAME,...  Show only these columns of the iterates, and no summary: {', '.join(CHOICES)}."
+            "  [default: all]",
+            callback=_columns,
+        ),
+        option(
+            "Output",
+            "--plot FILE  Draw error over time: .png, .svg or .pdf.",
+            "--paths FILE  Draw the iterates x, z = |x| + x, of a problem in two unknowns over the merit function: "
+            ".png, .svg, .pdf.  [default: none]",
+        ),
     ),
-    show_option,
-    numeric("Output", EVERY),
-    option(
-        "Output",
-        "--columns NAME,...",
-        f"Show only these columns of the iterates, and no summary: {', '.join(CHOICES)}.  [default: all]",
-        callback=_columns,
-    ),
-    option("Output", "--plot FILE", "Draw error over time: .png, .svg or .pdf."),
-    option(
-        "Output",
-        "--paths FILE",
-        "Draw the iterates x, z = |x| + x, of a problem in two unknowns over the merit function: .png, .svg, .pdf."
-        "  [default: none]",
-    ),
-    output_file(),
-    quiet_option(),
 )
 
 
@@ -297,10 +306,12 @@ TABLE = {  # by what is asked for
 }
 
 
-def refuse_beside(mode: str, given: Mapping[str, Any], is_asked: bool = True) -> None:
-    """Raise OptionError if a mode, one of TABLE, is asked for beside an option without effect in it. given : the values
-    of options by flag; None, False and an empty tuple stand for one that is not given."""
-    for options, fault, hint in TABLE[mode] if is_asked else ():
-        for name, value in given.items():
-            if name in options and value is not None and value is not False and value != ():
-                raise OptionError(name, fault.format(mode=mode), hint)
+def refuse_beside(modes: str | Mapping[str, bool], given: Mapping[str, Any]) -> None:
+    """Raise OptionError if a mode, one of TABLE, is asked for beside an option without effect in it. modes : it, or
+    several and whether each is asked for. given : the values of options by flag; None, False and an empty tuple stand
+    for one that is not given."""
+    for mode in [modes] if isinstance(modes, str) else [mode for mode, is_asked in modes.items() if is_asked]:
+        for options, fault, hint in TABLE[mode]:
+            for name, value in given.items():
+                if name in options and value is not None and value is not False and value != ():
+                    raise OptionError(name, fault.format(mode=mode), hint)

@@ -7,10 +7,10 @@ import re
 from pathlib import Path
 
 import click
-from click.shell_completion import CompletionItem, shell_complete
+from click.shell_completion import shell_complete
 
-from lcpcli.cli.command import VARIABLE, WHOLE, WIDEST, Candidates, Choice, argument, command, lcp, option, tabulate
-from lcpcli.cli.declarations import refuse
+from lcpcli.cli.command import VARIABLE, WHOLE, WIDEST, Candidates, Choice, command, lcp, tabulate
+from lcpcli.cli.declarations import argument, option, refuse
 from lcpcli.cli.terminal import Line, emit, shows_progress, terminal
 from lcpcli.errors import OptionError, count, folded, quoted
 from lcpcli.methods.registry import METHODS, NONLINEAR, OTHER_NAMES, known_options, suggestion
@@ -39,10 +39,6 @@ LAST = ("changes", "sources")  # of the pages that have a word: those that expla
 MOST_HEADINGS = 4  # of a page that has a word in many sections
 
 
-def _candidates(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    return Candidates({**TOPICS, **lcp.meanings()})(context, parameter, incomplete)
-
-
 @command(
     short_help=f"Explain a topic: {', '.join(TOPICS)}.",
     examples=("lcp help", "lcp help methods", "lcp help lemke", "lcp help solve --all", "lcp help degenerate"),
@@ -54,10 +50,10 @@ def _candidates(context: click.Context, parameter: click.Parameter, incomplete: 
     "topic",
     {"TOPIC": "A topic below, a command, a method, or a word to search for.  [default: list them]"},
     required=False,
-    shell_complete=_candidates,
+    shell_complete=lambda *given: Candidates({**TOPICS, **lcp.meanings()})(*given),
 )
 @argument("Topic", "section", {"SECTION": "Only the sections of a page whose headings have this word."}, required=False)
-@option("Topic", "--all whole", "Show all options of a command, and all names that they take.")
+@option("Topic", "--all whole  Show all options of a command, and all names that they take.")
 @click.pass_context
 def help(context: click.Context, topic: str | None, section: str | None, whole: bool) -> None:
     """Show the page on TOPIC, or the sections on a word that has some, formatted on a terminal and as Markdown in a
@@ -87,7 +83,10 @@ def help(context: click.Context, topic: str | None, section: str | None, whole: 
             page = formatted(page, min(width, WIDEST), color)
         emit(page, color)
         if topic not in PAGES and (topic in METHODS or topic in NONLINEAR):
-            emit(_options(context, topic), False)
+            params = (param for param in commands["solve"].params if param.name in known_options(topic))
+            formatter, rows = context.make_formatter(), [param.get_help_record(context) for param in params]
+            tabulate(formatter, {f"Options of lcp solve for {topic}": list(filter(None, rows))} if rows else {})
+            emit(formatter.getvalue(), False)
     elif topic in OF_THE_SOURCE:
         click.echo(f"{topic}: {OF_THE_SOURCE[topic]} of the source is this page")
     elif topic.casefold() not in OTHER_NAMES and (found := _places(topic)):
@@ -99,14 +98,6 @@ def help(context: click.Context, topic: str | None, section: str | None, whole: 
         raise OptionError("TOPIC", f"{quoted(topic)} is unknown", hint)
 
 
-def _options(context: click.Context, method: str) -> str:
-    params = lcp.commands["solve"].params
-    records = [param.get_help_record(context) for param in params if param.name in known_options(method)]
-    formatter = context.make_formatter()
-    tabulate(formatter, {f"Options of lcp solve for {method}": [row for row in records if row]} if records else {})
-    return formatter.getvalue()
-
-
 def _pattern(word: str) -> re.Pattern[str]:
     return re.compile(rf"(?<!\w){re.escape(folded(word))}(?!\w)")
 
@@ -114,13 +105,11 @@ def _pattern(word: str) -> re.Pattern[str]:
 def _places(word: str) -> list[tuple[str, str]]:
     """Return the pages that have a word, each with the sections that do."""
     has_word, found = _pattern(word), []
-    for name, page in sorted(
-        PAGES.items(), key=lambda each: (each[0] in LAST, -len(has_word.findall(folded(each[1]))))
-    ):
-        sections = (
-            part.partition("\n")[0].strip("# ") for part in SECTIONS.split(page) if has_word.search(folded(part))
-        )
-        if headings := list(sections):
+    frequent = sorted(PAGES, key=lambda name: (name in LAST, -len(has_word.findall(folded(PAGES[name])))))
+    for name in frequent:
+        parts = [part for part in SECTIONS.split(PAGES[name]) if has_word.search(folded(part))]
+        headings = [part.partition("\n")[0].strip("# ") for part in parts]
+        if headings:
             more = f"; {len(headings) - MOST_HEADINGS} more" if len(headings) > MOST_HEADINGS else ""
             found.append((name, "; ".join(headings[:MOST_HEADINGS]) + more))
     return found
@@ -159,9 +148,8 @@ def kernels() -> None:
 
         begun, shown = itertools.count(1), shows_progress(False)
         with Line() as line:
-            now, before, folder = compile_all(
-                lambda name: line.show(f"{next(begun)}/{KERNELS}  {name}") if shown else None
-            )
+            tell = lambda name: line.show(f"{next(begun)}/{KERNELS}  {name}") if shown else None  # noqa: E731
+            now, before, folder = compile_all(tell)
     except RuntimeError as error:  # the cache has no place
         raise OptionError("numba", str(error), "set NUMBA_CACHE_DIR to a folder that can be written") from None
     refuse(not folder, "NUMBA_DISABLE_JIT", "is set, so that nothing is compiled", "unset it")

@@ -7,8 +7,8 @@ from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.cli.command import Choice, argument, command, option
-from lcpcli.cli.declarations import problem_file, problem_output, refuse, refuse_beside
+from lcpcli.cli.command import Choice, command
+from lcpcli.cli.declarations import argument, option, problem_file, problem_output, refuse, refuse_beside
 from lcpcli.cli.output import Destination
 from lcpcli.cli.problems import Inputs, tell, without_wrong_solutions
 from lcpcli.cli.terminal import emit
@@ -52,28 +52,24 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
     metavar="[FAMILY]",
     type=Choice(gallery.FAMILIES, "lcp make --list shows the families"),
 )
-@option("Family", "--list listed", "List the families instead of writing a problem.")
-@option("Problem", "-n n", "Approximate number of unknowns.  [default: 10, or the family's own]", type=int)
-@option("Problem", "--seed", "Seed of the random numbers, if any.  [whole number >= 0; default 0]", type=int)
-@option("Problem", "--set settings NAME=VALUE", "Set a parameter of the family; repeatable.", multiple=True)
+@option("Family", "--list listed  List the families instead of writing a problem.")
 @option(
-    "Program or game, in place of a family", "--from-qp FILE", "A linear or quadratic program, as in lcp help programs."
+    "Problem",
+    "-n n  Approximate number of unknowns.  [default: 10, or the family's own]",
+    "--seed  Seed of the random numbers, if any.  [whole number >= 0; default 0]",
+    type=int,
 )
-@option("Program or game, in place of a family", "--from-game FILE", "A game of two players, as in lcp help programs.")
+@option("Problem", "--set settings NAME=VALUE  Set a parameter of the family; repeatable.", multiple=True)
+@option(
+    "Program or game, in place of a family",
+    "--from-qp FILE  A linear or quadratic program, as in lcp help programs.",
+    "--from-game FILE  A game of two players, as in lcp help programs.",
+)
 @problem_output
-def make(
-    family: str | None,
-    n: int | None,
-    seed: int | None,
-    settings: tuple[str, ...],
-    from_qp: str | None,
-    from_game: str | None,
-    output: str | None,
-    quiet: bool,
-    listed: bool,
-) -> int:
+def make(family: str | None, settings: tuple[str, ...], listed: bool, quiet: bool, **given: Any) -> int:
     """Write a problem of FAMILY, a family of the gallery, or the problem of a program or a game."""
-    sources = {"--from-qp": from_qp, "--from-game": from_game}
+    n, seed, output = (given[name] for name in ("n", "seed", "output"))
+    sources = {"--from-qp": given["from_qp"], "--from-game": given["from_game"]}
     given = {"FAMILY": family, "-n": n, "--seed": seed, "--set": settings, **sources, "--output": output}
     if listed:
         refuse_beside("--list", given)

@@ -9,14 +9,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.cli.declarations import refuse, refuse_beside
-from lcpcli.cli.problems import tell
+from lcpcli.cli.problems import AnyProblem, Request, tell
 from lcpcli.cli.terminal import ITERATES, emit, size, terminal
-from lcpcli.errors import OptionError
 from lcpcli.options import EVERY
 from lcpcli.report.document import FORMATS, SUFFIXES, TABLES
 
 if TYPE_CHECKING:
-    from lcpcli.cli.request import AnyProblem, Request
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace
     from lcpcli.typing import Indices
@@ -87,10 +85,16 @@ class Output(Destination):
             "no unknowns": bool(request.sweep) and self.form == "csv" and not self.with_iterates,
             "csv": self.form == "csv",
         }
-        for mode, is_asked in modes.items():
-            refuse_beside(mode, request.given | {"--trace": request.trace == ITERATES}, is_asked)  # not to a file
-        if self.trace_path is not None:
-            _refuse_as_trace(self.trace_path)
+        refuse_beside(modes, request.given | {"--trace": request.trace == ITERATES})  # not to a file
+        if (path := self.trace_path) is not None:  # --trace may have taken the file of a problem
+            from lcpcli.report.result_csv import OPENING
+
+            hint = "name a .csv file, or put --trace last"
+            refuse(os.path.splitext(path)[1].lower() != ".csv", "--trace", f"{path} does not end in .csv", hint)
+            if os.path.isfile(path):
+                with open(path, "rb") as file:
+                    is_other = file.read(len(OPENING)) not in (b"", OPENING.encode())
+                refuse(is_other, "--trace", f"{path} exists and holds no iterates", "choose another file")
         require_plot(request.plot)
         require_plot(request.paths, "paths")
 
@@ -168,20 +172,6 @@ def hush() -> None:
     import logging
 
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
-
-
-def _refuse_as_trace(path: str) -> None:
-    """Refuse a file of iterates that is not .csv or has other content: --trace may have taken the file of a problem."""
-    from pathlib import Path
-
-    from lcpcli.report.result_csv import OPENING
-
-    if Path(path).suffix.lower() != ".csv":
-        raise OptionError("--trace", f"{path} does not end in .csv", "name a .csv file, or put --trace last")
-    if Path(path).is_file():
-        with Path(path).open("rb") as file:
-            if file.read(len(OPENING)) not in (b"", OPENING.encode()):
-                raise OptionError("--trace", f"{path} exists and holds no iterates", "choose another file")
 
 
 def show(content: str | bytes, path: str | None, color: bool = False) -> None:

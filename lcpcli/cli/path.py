@@ -9,8 +9,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lcpcli.cli import declarations, main
-from lcpcli.cli.command import EXITS, argument, command, option
-from lcpcli.cli.declarations import FILES, numeric, refuse, reporting
+from lcpcli.cli.command import EXITS, command
+from lcpcli.cli.declarations import FILES, argument, option, refuse, reporting
 from lcpcli.cli.output import Destination, require_plot
 from lcpcli.cli.problems import InputProblem, Inputs
 from lcpcli.errors import OptionError, ProblemError
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 Number: TypeAlias = "float | Fraction"
 FORMATS = {**document.MEANINGS, "json": "one object, for scripts", "csv": "a row for each breakpoint, with all digits"}
-LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative residual is at most this."), TIME_LIMIT)
+OF_POINTS = TOL._replace(meaning="A point counts as a solution if its relative residual is at most this.")
 
 
 @command(
@@ -64,18 +64,20 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
     shell_complete=FILES,
 )
 @declarations.q_option
-@option("Problem", "--direction NUMBERS|FILE", "In place of TO: q becomes q + t d, with this d.  [default: none]")
+@option("Problem", "--direction NUMBERS|FILE  In place of TO: q becomes q + t d, with this d.  [default: none]")
 @declarations.bounds_options
-@option("Path", "--from start NUMBER", "t at the first problem.  [default: 0]")
-@option("Path", "--to stop NUMBER", "t at the last problem.  [default: 1; required with --direction]")
-@option("Path", "--turns", "Continue with decreasing t where the path turns.")
-@option("Path", "--exact", "Prove the path in exact fractions; 0.1 means 1/10.")
-@numeric("Path", LIMITS[0])
-@numeric("Stopping", LIMITS[1])
-@numeric("Stopping", MAX_BREAKPOINTS)
-@option("Output", "--at T,...", "Also show the solutions at these t.  [default: none]")
+@option(
+    "Path",
+    "--from start NUMBER  t at the first problem.  [default: 0]",
+    "--to stop NUMBER  t at the last problem.  [default: 1; required with --direction]",
+    "--turns  Continue with decreasing t where the path turns.",
+    "--exact  Prove the path in exact fractions; 0.1 means 1/10.",
+    OF_POINTS,
+)
+@option("Stopping", TIME_LIMIT, MAX_BREAKPOINTS)
+@option("Output", "--at T,...  Also show the solutions at these t.  [default: none]")
 @declarations.show_option
-@reporting(FORMATS, option("Output", "--plot FILE", "Draw z(t), and the objective of a program: .png, .svg or .pdf."))
+@reporting(FORMATS, option("Output", "--plot FILE  Draw z(t), and the objective of a program: .png, .svg or .pdf."))
 def path(
     files: Sequence[str], direction: str | None, at: str | None, names: Sequence[str], plot: str | None, **given: Any
 ) -> int:
@@ -85,12 +87,12 @@ def path(
     destination, exact = Destination.taken(given), given.pop("exact")
     how = {name: given.pop(name) for name in (*fields.BOUND_OPTIONS, "q", "quiet")} | {"game": False}
     refuse(direction is None and how["q"] is not None, "--q", "is for --direction", "name M, and the q of each problem")
-    if direction is not None and not 1 <= len(files) <= 2:
-        hint = "give one problem: a file, or a file with M and one with q"
-        raise OptionError("--direction", f"takes 1 or 2 files, not {len(files)}", hint)
-    if direction is None and not 2 <= len(files) <= 3:
+    where, means, fewest = ("FROM TO", "stands for", 2) if direction is None else ("--direction", "takes", 1)
+    hint = "give one problem: a file, or a file with M and one with q"
+    if direction is None:
         hint = "give two problems, or a file with M and two with q, or a problem and --direction"
-        raise OptionError("FROM TO", f"stands for 2 or 3 files, not {len(files)}", hint)
+    is_wrong = len(files) not in (fewest, fewest + 1)
+    refuse(is_wrong, where, f"{means} {fewest} or {fewest + 1} files, not {len(files)}", hint)
     whole = Inputs.of(files, **how, others=[direction] if direction else [])
     inputs = [whole] if direction is not None else [Inputs.of([*files[:-2], each], **how) for each in files[-2:]]
     whole.prepare({"--output": destination.path, "--plot": plot})

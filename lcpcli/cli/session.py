@@ -10,8 +10,7 @@ from typing import TypeAlias
 from lcpcli.cli.declarations import refuse
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, as_written, of_result, of_several
 from lcpcli.cli.output import Output
-from lcpcli.cli.problems import InputProblem, Inputs, same_file, tell
-from lcpcli.cli.request import Request, with_references
+from lcpcli.cli.problems import InputProblem, Inputs, Request, same_file, tell, with_references
 from lcpcli.cli.terminal import STANDARD
 from lcpcli.enumeration import others
 from lcpcli.errors import LCPError, OptionError, ProblemError

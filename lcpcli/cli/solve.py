@@ -7,9 +7,9 @@ from functools import partial
 from typing import Any
 
 from lcpcli.cli import declarations
-from lcpcli.cli.command import EXITS, command, option
-from lcpcli.cli.declarations import refuse_beside
-from lcpcli.cli.request import Request
+from lcpcli.cli.command import EXITS, command
+from lcpcli.cli.declarations import option, refuse_beside
+from lcpcli.cli.problems import Request
 from lcpcli.files import contents
 from lcpcli.methods.registry import NONLINEAR
 from lcpcli.methods.variants import Variant
@@ -36,37 +36,28 @@ AS_PUBLISHED: tuple[str, ...] = ("fixed-point", "shi")
 @declarations.problem_files
 @option(
     "Method",
-    "-m --method NAME",
-    f"{declarations.METHOD_NAMES}, with options of its own as in shi:p=10.",
+    f"-m --method NAME  {declarations.METHOD_NAMES}, with options of its own as in shi:p=10.",
     type=declarations.METHOD,
     default="auto",
     show_default=True,
 )
-@option("Answer", "--exact", "Prove it in exact fractions; 0.1 means 1/10.")
+@option("Answer", "--exact  Prove it in exact fractions; 0.1 means 1/10.")
 @declarations.solving
-@option("Answer", "--all all_of_them", "List every solution; see lcp help solutions.")
-@declarations.numeric("Answer", MAX_SOLUTIONS)
 @option(
     "Answer",
-    "--minimize EXPRESSION",
-    'Find the solution with the least value of an expression such as "z1 + 2 z3".  [default: none]',
-)
-@option("Answer", "--maximize EXPRESSION", "The same for the largest value.  [default: none]")
-@declarations.numeric("Many problems", JOBS)
-@option(
-    "Many problems",
-    "--cluster ADDRESS",
-    "Have the workers of this Dask scheduler, such as tcp://host:8786, solve the problems.  [default: none]",
+    "--all all_of_them  List every solution; see lcp help solutions.",
+    MAX_SOLUTIONS,
+    '--minimize EXPRESSION  Find the solution with the least value of an expression such as "z1 + 2 z3".  '
+    "[default: none]",
+    "--maximize EXPRESSION  The same for the largest value.  [default: none]",
 )
 @option(
     "Many problems",
-    "--sequence",
-    "Solve each problem from the states of the previous one, as for time steps; see lcp help sequences.",
-)
-@option(
-    "Many problems",
-    "--resume FILE",
-    "Continue the log that -o FILE.jsonl has begun, given the same problems.  [default: none]",
+    JOBS,
+    "--cluster ADDRESS  Have the workers of this Dask scheduler, such as tcp://host:8786, solve the problems.  "
+    "[default: none]",
+    "--sequence  Solve each problem from the states of the previous one, as for time steps; see lcp help sequences.",
+    "--resume FILE  Continue the log that -o FILE.jsonl has begun, given the same problems.  [default: none]",
 )
 def solve(
     files: tuple[str, ...], method: Variant, all_of_them: bool, minimize: str | None, maximize: str | None, **given: Any
@@ -130,5 +121,6 @@ def compare(files: Sequence[str], methods: Sequence[Variant], sweep: Sequence[st
 
         if all(nonlinear_in(file, contents.content_of(file, "")) for file in files):
             default = tuple(NONLINEAR)
-    chosen = declarations.chosen_variants(methods, sweep, default, request.own)
-    return run(request._replace(variants=chosen, adds_auto=not (methods or sweep or request.own)))
+    request.variants = declarations.chosen_variants(methods, sweep, default, request.own)
+    request.adds_auto = not (methods or sweep or request.own)
+    return run(request)

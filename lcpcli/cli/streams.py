@@ -1,24 +1,39 @@
-"""Many problems solved by one method, each result written as soon as it is known; and how such a run is resumed."""
+"""Many problems solved by one method, each result written as soon as it is known; and how such a run is resumed.
+
+Several processes, on this machine or a cluster, solve them while the next problems are being read. Each problem of a
+process that was killed gets a second attempt, alone; one that kills its process again has no result.
+"""
 
 from __future__ import annotations
 
 import os.path
 import time
-from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, ExitStack, closing, nullcontext, suppress
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, wait
+from contextlib import ExitStack, closing
+from dataclasses import replace
 from functools import partial
-from itertools import groupby
+from itertools import chain, groupby, takewhile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from threading import Event, Semaphore, Thread
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 from lcpcli.cli.declarations import COMPARE, STARTS, refuse, refuse_beside
-from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, of_several, of_status
+from lcpcli.cli.main import (
+    BAD_INPUT,
+    INTERRUPTED,
+    NOT_SOLVED,
+    SOLVED,
+    as_written,
+    of_result,
+    of_several,
+    of_status,
+    reading,
+)
 from lcpcli.cli.output import Output
-from lcpcli.cli.problems import tell
-from lcpcli.cli.request import Request
-from lcpcli.cli.terminal import STANDARD, Line, emit, shows_progress
-from lcpcli.cli.workers import Task, TaskRecord, all_records
+from lcpcli.cli.problems import Request, tell
+from lcpcli.cli.terminal import Line, emit, shows_progress
 from lcpcli.errors import LCPError, OptionError, count
 from lcpcli.files.atomic_write import gradual_writing, open_log, refuse_unwritable
 from lcpcli.files.contents import Source, place
@@ -26,12 +41,15 @@ from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.files.formats import LINES
 from lcpcli.files.inputs import QColumns, Work, digest
 from lcpcli.report import result_formats, wording
-from lcpcli.solving import result
+from lcpcli.report.result_formats import Layout
+from lcpcli.solving import result as results
+from lcpcli.solving.trace import Trace
 
 if TYPE_CHECKING:
     from lcpcli.cli.pools import Pool
+    from lcpcli.solving.result import Result
+    from lcpcli.solving.solver import Solver
 
-READING_SECONDS = 0.5  # after an interruption, for the number of problems
 Write = Callable[[str], object]
 Kind = tuple[str, int]  # how a run ended: a word and an exit code
 
@@ -44,8 +62,7 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
     refuse(is_whole, "--format", f"{output.form} is for one problem only", COMPARE)
     modes = {"several problems": True, "tables of several problems": output.form != "json"}
     modes |= {wording.flag(name): bool(getattr(request, name)) for name in ("resume", "cluster", "sequence")}
-    for mode, is_asked in modes.items():
-        refuse_beside(mode, request.given, is_asked)
+    refuse_beside(modes, request.given)
     is_log = output.form == "json" and (output.path or "").casefold().endswith(LINES)
     log_path = request.resume or (output.path if is_log else None)
     if request.resume and not Path(request.resume).exists():
@@ -58,91 +75,55 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
     if request.sequence:
         from lcpcli.solving.solver import Solver
 
-        task = task._replace(steps=Solver.of(None, {**request.given_limits, "interrupts": "return"}))
-    tally, ends = _Tally(), Counter[Kind]()  # of this run, and of problems with records, by the thread that reads
-    with _pool(request) as pool, ExitStack() as stack:
-        left, write = tally.counted(works), cast(Write, len if output.silent else partial(emit, color=False))
+        task = task._replace(steps=Solver.of(None, {**request.numbers, "interrupts": "return"}))
+    past_ends = Counter[Kind]()  # of problems with records, by the thread that reads
+    with ExitStack() as stack:
+        pool: Pool | None = None
+        if request.cluster is not None or (request.jobs or 1) > 1:  # processes would keep files that are open
+            from lcpcli.cli import pools
+
+            pool = pools.Local(request.jobs or 1) if request.cluster is None else pools.Cluster(request.cluster)
+            stack.enter_context(closing(pool))
+        left, write = works, cast(Write, len if output.silent else partial(emit, color=False))
         if log_path is not None:  # each record as soon as it is known, but for problems that have one
             book = stack.enter_context(open_log(log_path, anew=not request.resume))
             given, write = options_of(request), book.add
             past = dict(_known(record, given) for record in book.records()) if request.resume else {}
-            left = missing(left, given, past, ends)
+            left = missing(left, given, past, past_ends)
         elif output.path is not None and not output.silent:
             write = stack.enter_context(gradual_writing(output.path))
         records = all_records(task, left, pool, in_order=log_path is None)
         if log_path is None:
             write(result_formats.heading(task.form, task.layout))
         is_to_file = log_path is not None or output.path is not None
-        tally.write(records, write, with_progress=shows_progress(request.quiet) and is_to_file)
-    tally.read_on(left, request)
-    tally.ends = ends + tally.ends
-    tell(tally.summary(log_path), request.quiet)
-    return tally.ending or of_several({SOLVED, *(code for _, code in tally.ends)})
+        ends, is_interrupted = _written(records, write, shows_progress(request.quiet) and is_to_file)
+    ends = past_ends + ends
+    words = Counter(word for word, _ in ends.elements())
+    numbers = ", ".join(f"{number} {word.replace('_', ' ')}" for word, number in words.most_common())
+    line = f"{count(words.total(), 'problem')}{': ' * bool(numbers)}{numbers}"
+    hint = f"go on with --resume {log_path}" if log_path else "with -o FILE.jsonl it could be resumed"
+    tell(f"{line}; interrupted; {hint}" if is_interrupted else line, request.quiet)
+    return INTERRUPTED if is_interrupted else of_several({SOLVED, *(code for _, code in ends)})
 
 
-class _Tally:
-    """The numbers of problems by how they ended, a word and an exit code; and the exit code of an interrupted run."""
-
-    def __init__(self) -> None:
-        self.ends = Counter[Kind]()
-        self.ending = 0
-        self._total, self._is_known = 0, False  # the problems that were read; whether these are all
-
-    def counted(self, works: Iterator[Work]) -> Iterator[Work]:
-        for work in works:
-            self._total += len(work.sources)
-            yield work
-        self._is_known = True
-
-    def read_on(self, works: Iterator[Work], request: Request) -> None:
-        """Read the inputs that an interrupted run has not come to, for the number of problems, where that takes at most
-        half a second and neither another thread nor whoever writes them."""
-        if not self.ending or request.cluster is not None or (request.jobs or 1) > 1:
-            return
-        files = list(map(Path, request.inputs.files))
-        if Path(STANDARD) in files or any(file.exists() and not file.is_file() for file in files):
-            return
-        end = time.monotonic() + READING_SECONDS
-        with suppress(LCPError, KeyboardInterrupt):
-            while time.monotonic() < end and next(works, None) is not None:
-                pass
-
-    def write(self, records: Iterator[TaskRecord], write: Write, with_progress: bool) -> None:
-        """Write all records and count them. with_progress : whether their number is shown meanwhile."""
-        with Line() as line:
-            try:
-                for number, record in enumerate(records, 1):
-                    write(record.text)
-                    self.ends[record.word, record.exit_code] += 1
-                    for complaint in record.complaints:
-                        tell(complaint)
-                    if with_progress:
-                        line.tell_number(number)
-                    if record.interrupted:
-                        raise KeyboardInterrupt
-            except KeyboardInterrupt:
-                self.ending = INTERRUPTED
-
-    def summary(self, log_path: str | None) -> str:
-        words = Counter(word for word, _ in self.ends.elements())
-        numbers = ", ".join(f"{number} {word.replace('_', ' ')}" for word, number in words.most_common())
-        problems = count(words.total(), "problem")
-        if self.ending and self._is_known:
-            problems = f"{words.total()} of {count(self._total, 'problem')}"
-        line = f"{problems}{': ' * bool(numbers)}{numbers}"
-        hint = f"go on with --resume {log_path}" if log_path else "with -o FILE.jsonl it could be resumed"
-        return f"{line}; interrupted; {hint}" if self.ending else line
-
-
-def _pool(request: Request) -> AbstractContextManager[Pool | None]:
-    """Return a context with the processes or the cluster that solve the problems, if it is not done here. Processes
-    start before files are opened, which they could keep open."""
-    cluster, jobs = request.cluster, request.jobs or 1
-    if cluster is None and jobs == 1:
-        return nullcontext(None)
-    from lcpcli.cli.pools import Cluster, Local
-
-    return closing(Local(jobs) if cluster is None else Cluster(cluster))
+def _written(records: Iterator[TaskRecord], write: Write, with_progress: bool) -> tuple[Counter[Kind], bool]:
+    """Write all records; return how many problems ended how, and whether Ctrl-C ended that. with_progress : whether
+    their number is shown meanwhile."""
+    ends = Counter[Kind]()
+    with Line() as line:
+        try:
+            for record in records:
+                write(record.text)
+                ends[record.word, record.exit_code] += 1
+                for complaint in record.complaints:
+                    tell(complaint)
+                if with_progress:
+                    line.tell_number(ends.total())
+                if record.interrupted:
+                    return ends, True
+        except KeyboardInterrupt:
+            return ends, True
+    return ends, False
 
 
 OF_RUN = (*BOUND_OPTIONS, "game", "exact", "bound", "sequence", "trace", "every")  # options on which records depend
@@ -154,7 +135,7 @@ Past = dict[int, tuple[str, Kind, Source]]  # by the number of a problem, its di
 
 def options_of(request: Request) -> dict[str, str]:
     """Return the options on which records depend, as texts, with digests of the files that they name."""
-    given = {**request.inputs._asdict(), **request._asdict()}
+    given = {**request.inputs._asdict(), **vars(request)}
     given = {name: given[name] for name in OF_RUN if given[name] not in (None, False)}
     given |= {"method": request.variants[0], **request.own, **vars(request.limits)}
     texts = {name: str(value) for name, value in given.items()}
@@ -210,9 +191,253 @@ def _known(record: Mapping[str, Any], given: Mapping[str, str]) -> tuple[int, tu
             raise TypeError
         code = BAD_INPUT
         if word != result_formats.BAD_INPUT:
-            code = of_status(result.Status[word.upper()]) if exact is None or exact["status"] else NOT_SOLVED
-            word = result.word_of(word, (record["answer"] or {}).get("proved"))
+            code = of_status(results.Status[word.upper()]) if exact is None or exact["status"] else NOT_SOLVED
+            word = results.word_of(word, (record["answer"] or {}).get("proved"))
         return number, (record["digest"], (word, code), source)
     except (KeyError, TypeError, AttributeError):
         fault = f"has a record of {source} that is damaged"
         raise OptionError("--resume", fault, "begin a new log") from None
+
+
+PIECE_SECONDS = 0.1  # of work that is handed over: long against the milliseconds that this costs, short for the user
+LOST = "breakdown"
+
+
+class TaskRecord(NamedTuple):
+    """The output for one problem.
+
+    text : the result in the format of the output. word : how the run ended. complaints : lines for standard error.
+    interrupted : whether Ctrl-C ended the run.
+    """
+
+    text: str
+    word: str
+    exit_code: int
+    complaints: tuple[str, ...] = ()
+    interrupted: bool = False
+
+
+Records: TypeAlias = tuple[list[list[TaskRecord]], float]  # of several inputs, and the seconds that they took
+
+
+class Task(NamedTuple):
+    """The work on every problem: solve it by the method, prove the result if requested, and typeset the record.
+
+    form : the format, "" for none. layout : the columns of a table. every : the step from one written iterate to the
+    next; None to write none. steps : what solves each problem from the states of the last one, in a sequence.
+    """
+
+    request: Request
+    form: str
+    layout: Layout
+    every: int | None
+    steps: Solver | None = None
+
+    def all_of(self, works: Sequence[Work]) -> Records:
+        """Return the records of inputs and their seconds; the last are missing if the others took long."""
+        began, seconds, records = time.perf_counter(), 0.0, list[list[TaskRecord]]()
+        for work in works:
+            records.append(list(self.records(work)))
+            if (seconds := time.perf_counter() - began) >= PIECE_SECONDS:
+                break
+        return records, seconds
+
+    def records(self, work: Work) -> Iterator[TaskRecord]:
+        alone = self.request.exact or self.request.bound or self.every or self.steps
+        made = self._together(work) if isinstance(work, QColumns) and not alone else self._each(work)
+        number = 0
+        try:
+            for source, (result, remarks) in zip(work.sources, made, strict=False):
+                try:
+                    text = self._text(result, source)
+                except KeyboardInterrupt:  # without the conclusions that the text asks for
+                    result = replace(result, interrupted=True)
+                    text = self._text(result, source)
+                yield TaskRecord(text, result.word, of_result(result), tuple(remarks), result.interrupted)
+                number += 1
+        except LCPError as error:
+            fault = as_written(error)
+            for source in work.sources[number:]:
+                message = str(fault) if source.file in fault.where.split(": ") else f"{source}: {fault}"
+                yield self._without_result(source, result_formats.BAD_INPUT, message, BAD_INPUT)
+        except MemoryError:
+            yield from self.records_of_loss(work, "there is not enough memory for this problem")[number:]
+
+    def _text(self, result: Result, source: Source) -> str:
+        return result_formats.of_result(result, source, self.form, self.layout) if self.form else ""
+
+    def records_of_loss(self, work: Work, message: str) -> list[TaskRecord]:
+        """Return the records of an input whose results were lost."""
+        return [self._without_result(at, LOST, f"{at}: {message}", NOT_SOLVED) for at in work.sources]
+
+    def _each(self, work: Work) -> Iterator[tuple[Result, Sequence[str]]]:
+        """Yield the results for problems that are solved one by one, with remarks on what was read."""
+        from lcpcli.solving.direct_run import uses_kernels
+
+        inputs, compiled = self.request.inputs, uses_kernels(None, work.sources[0].item or 0)
+        traces = lambda _: (Trace(self.every) if self.every else None, None)  # noqa: E731
+        for read in inputs.problems(work, takes_models=self.steps is None):
+            if self.steps is not None:
+                result = self.steps.follow(read.problem, compiled)
+            else:
+                chosen = self.request.options_for(read.problem)
+                (result,) = self.request.run(read.problem, chosen, traces, of_many=True, compiled=compiled)
+            yield self.request.prove(result, read.exactly), [] if inputs.quiet else read.remarks
+
+    def _together(self, work: QColumns) -> Iterator[tuple[Result, Sequence[str]]]:
+        from lcpcli.solving.many import solve_many
+
+        request, first = self.request, self.request.inputs.first_of(work)
+        (options,) = request.options_for(first)
+        how = {"lower": first.lower, "upper": first.upper, **options, **request.numbers}
+        results = solve_many(first.M, work.Q, request.variants[0].method, **how)
+        for name, result in zip(work.names, results, strict=True):
+            yield replace(result, problem=result.problem.named(name, first.origin)), []
+
+    def _without_result(self, source: Source, word: str, message: str, exit_code: int) -> TaskRecord:
+        text = result_formats.without_result(source, word, message, self.form, self.layout) if self.form else ""
+        return TaskRecord(text, word, exit_code, (message,))
+
+
+MOST_BYTES = 2**25  # of waiting inputs and records, 32 MiB: memory must not grow with the number of problems
+READ_AHEAD = 512  # inputs that wait for a process: two of the largest pieces
+PIECE_BYTES = 2**19  # at which a piece takes no further input, 512 KiB: large inputs are work enough one by one
+COLUMNS_TOGETHER = 64  # q of one M that are solved together
+MOST_IN_A_PIECE = 256  # problems, so that even the smallest ones are shown after at most that many
+PIECES_EACH = 3  # pieces that each process has or finds next, so that none waits for the reader
+RECORD_BYTES = 500  # of a record besides its text, about, as the interpreter stores it
+SECONDS_BETWEEN = 5.0  # looks at the processes while no record comes: only a cluster without workers waits so long
+KILLED = "the process that solved this problem was killed twice"
+
+
+def size_of(work: Work) -> int:
+    return work.Q.nbytes if isinstance(work, QColumns) else sum(map(len, work.contents))
+
+
+class Ahead:
+    """Inputs that a thread reads ahead, as far as there is room; `news` is set for each of them and at the end."""
+
+    def __init__(self, works: Iterable[Work], news: Event) -> None:
+        self._works, self._news, self._read = works, news, deque[Work]()
+        self._room = Semaphore(READ_AHEAD)
+        self._ends: list[BaseException | None] = []
+        thread = Thread(target=self._run, daemon=True)
+        reading.append(thread)
+        thread.start()
+
+    @property
+    def is_at_end(self) -> bool:
+        """Return whether all inputs have been taken. Raises the error, if any, that ended the reading."""
+        is_at_end = bool(self._ends) and not self._read
+        if is_at_end and self._ends[0] is not None:
+            raise self._ends[0]
+        return is_at_end
+
+    def take(self, most: int) -> list[Work]:
+        taken, size = list[Work](), 0
+        while self._read and len(taken) < most and size < PIECE_BYTES:
+            taken.append(self._read.popleft())
+            size += size_of(taken[-1])
+            self._room.release(_room_for(taken[-1]))
+        return taken
+
+    def _run(self) -> None:
+        end = None
+        try:
+            for whole in self._works:
+                for work in whole.parts(COLUMNS_TOGETHER) if isinstance(whole, QColumns) else [whole]:
+                    for _ in range(_room_for(work)):
+                        self._room.acquire()
+                    self._read.append(work)
+                    self._news.set()
+        except BaseException as error:
+            end = error
+        self._ends.append(end)
+        self._news.set()
+
+
+def _room_for(work: Work) -> int:
+    """Return as how many inputs one counts that is read ahead: those that wait have at most MOST_BYTES together."""
+    return min(READ_AHEAD, 1 + size_of(work) * READ_AHEAD // MOST_BYTES)
+
+
+def all_records(task: Task, works: Iterable[Work], pool: Pool | None, in_order: bool) -> Iterator[TaskRecord]:
+    """Yield the records that the pool makes, or this process without one, in order or each as soon as it is known.
+
+    Only so many inputs are taken as keep the processes busy and leave room for records that wait for an earlier one.
+    """
+    if pool is None:
+        yield from chain.from_iterable(map(task.records, works))
+        return
+    news, pieces, size = Event(), list[_Piece](), 1  # in the order of the inputs; problems of the next one
+    inputs = Ahead(works, news)
+
+    def hand_over(taken: Sequence[Work], place: int) -> None:
+        pieces.insert(place, _Piece(taken, pool.submit(task.all_of, taken)))
+        pieces[place].future.add_done_callback(lambda _: news.set())
+
+    try:
+        while True:
+            news.clear()
+            pool.look()
+            running = [piece for piece in pieces if piece.records is None]
+            done = [piece for piece in running if piece.future.done()]
+            if any(isinstance(piece.future.exception(), pool.kill_error) for piece in done):
+                _await([piece.future for piece in running], pool)  # the others may have been killed with it
+                done = running
+            suspects = pool.size  # of the pieces that were killed, the first ones may have killed the processes
+            for piece in done:
+                try:
+                    records, seconds = piece.future.result()
+                except pool.kill_error:  # the problems of a suspect get a second attempt, each alone
+                    records = [_alone(task, work, pool) for work in piece.works] if suspects > 0 else []
+                    suspects, seconds = suspects - 1, 0.0
+                left = piece.works[len(records) :]
+                piece.take(records)
+                size = max(1, min(MOST_IN_A_PIECE, 2 * size, int(PIECE_SECONDS * len(records) / max(seconds, 1e-6))))
+                for place, at in enumerate(range(0, len(left), size), pieces.index(piece) + 1):
+                    hand_over(left[at : at + size], place)
+            free = PIECES_EACH * pool.size - sum(piece.records is None for piece in pieces)
+            while free > 0 and sum(piece.bytes for piece in pieces) < MOST_BYTES:
+                if not (taken := inputs.take(min(size, pool.most))):
+                    break
+                hand_over(taken, len(pieces))
+                free -= 1
+            ready = [piece for piece in pieces if piece.records is not None]
+            if in_order:
+                ready = list(takewhile(lambda piece: piece.records is not None, pieces))
+            for piece in ready:
+                pieces.remove(piece)
+                yield from chain.from_iterable(piece.records or [])
+            if not ready:
+                if not pieces and inputs.is_at_end:
+                    return
+                news.wait(SECONDS_BETWEEN)
+    except pool.end_errors:
+        raise pool.end from None
+
+
+class _Piece:
+    """Inputs that are handed over together, and then their records; and the bytes of these."""
+
+    def __init__(self, works: Sequence[Work], future: Future[Records]) -> None:
+        self.works, self.future, self.bytes = works, future, sum(map(size_of, works))
+        self.records: list[list[TaskRecord]] | None = None
+
+    def take(self, records: list[list[TaskRecord]]) -> None:
+        self.works, self.records = [], records
+        self.bytes = sum(RECORD_BYTES + len(record.text) for record in chain.from_iterable(records))
+
+
+def _alone(task: Task, work: Work, pool: Pool) -> list[TaskRecord]:
+    future: Future[Records] = pool.submit(task.all_of, [work])
+    _await([future], pool)
+    try:
+        return future.result()[0][0]
+    except pool.kill_error:
+        return task.records_of_loss(work, KILLED)
+
+
+def _await(futures: Sequence[Future[Records]], pool: Pool) -> None:
+    while wait(futures, SECONDS_BETWEEN).not_done:
+        pool.look()

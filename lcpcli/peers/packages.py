@@ -13,28 +13,29 @@ complementarity problem, Management Science 17 (1971) 612-634. It has no toleran
 
 from __future__ import annotations
 
+import json
+import subprocess
 import sys
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from importlib import import_module
-from pathlib import Path
+from importlib import import_module, metadata
 from typing import Any
 
 import numpy as np
 
 from lcpcli import clock
 from lcpcli.clock import imports
+from lcpcli.errors import ParameterError
 from lcpcli.linalg import krylov
 from lcpcli.linalg.matrices import is_sparse, is_symmetric
 from lcpcli.linalg.programs import convex_minimum, highs_with
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import Program, ProgramData
-from lcpcli.peers import registry
-from lcpcli.peers.registry import Claim, installed, not_installed
+from lcpcli.peers.registry import Claim
 from lcpcli.typing import Matrix
 
+SECONDS_TO_LOAD = 5.0  # pygambit in a process of its own, about, beside its time limit
 MOST_CONVERTED = 2000  # unknowns up to which a matrix is converted; beyond that, the benchmark would misuse the peer
 
 
@@ -42,14 +43,6 @@ def not_convex(problem: Problem) -> str:
     if isinstance(problem.origin, Program):
         return "" if is_monotone(problem) else "needs a convex program"
     return "" if (is_symmetric(problem.M) and is_monotone(problem)) else "needs a symmetric positive semidefinite M"
-
-
-def not_monotone(problem: Problem) -> str:
-    return "" if is_monotone(problem) else "needs v'Mv >= 0 for all v"
-
-
-def not_game(problem: Problem) -> str:
-    return "" if _strategies(problem) else "takes games of two players only"
 
 
 def is_monotone(problem: Problem) -> bool:
@@ -95,36 +88,42 @@ their bounds; if y is None, x is z."""
 
 @dataclass
 class PackageSolver:
-    """A `registry.Peer` in a Python package.
+    """Another solver, in a Python package; only those of `registry.NONLINEAR` are asked about nonlinear problems.
 
     module : the module to import, from the distribution with its first name. call : a function of the module, the
-    problem, its program, the tolerance and the time limit. refusals : functions that say why a problem is excluded.
-    infinite : the solver's infinity. compile : a function that is called with the module before the clock starts.
+    problem, what `prepare` makes of it, by default its program, and, if the solver has them, its tolerance and its time
+    limit. refusals : functions that say why a problem is excluded, as a clause, or "". compile : is called with the
+    module before the clock starts.
     """
 
     module: str
-    call: Callable[[Any, Problem, ProgramData, float, float], Ending]
-    refusals: tuple[Callable[[Problem], str], ...]
-    infinite: float = np.inf
+    call: Callable[[Any, Any, Any, float, float], Ending]
+    refusals: tuple[Callable[[Any], str], ...]
+    prepare: Callable[[Any], Any] = program_of
     compile: Callable[[Any], object] = id
 
     def version(self) -> str | None:
-        return installed(self.module.partition(".")[0])
+        """Return the installed version; None if there is none."""
+        try:
+            return metadata.version(self.module.partition(".")[0])
+        except metadata.PackageNotFoundError:
+            return None
 
-    def excludes(self, problem: Problem) -> str:
+    def excludes(self, problem: Any) -> str:
         return next(filter(None, (refusal(problem) for refusal in self.refusals)), "")
 
-    def solve(self, problem: Problem, tol: float, time_limit: float) -> Claim:
+    def solve(self, problem: Any, tol: float, time_limit: float) -> Claim:
         try:
             module = import_module(self.module)
         except ModuleNotFoundError as error:
             if error.name != self.module.partition(".")[0]:
                 raise
-            raise not_installed(error.name) from None
-        program = program_of(problem, self.infinite)
+            hint = "pip install 'linear-complementarity[peers]'"
+            raise ParameterError("peer", f"{error.name} is not installed", hint) from None
+        prepared = self.prepare(problem)
         self.compile(module)
         began = clock.seconds()
-        x, y, solved, statement, *own = self.call(module, problem, program, tol, time_limit)
+        x, y, solved, statement, *own = self.call(module, problem, prepared, tol, time_limit)
         seconds = own[0] if own else clock.seconds() - began
         z = None if x is None else np.array(x)
         if z is not None and y is not None and isinstance(problem.origin, Program):
@@ -185,7 +184,12 @@ DAQP_STATUS = (  # of the exit flags 2, 1, ..., -7
 )
 
 
-@partial(PackageSolver, "daqp", refusals=(not_dense, not_monotone), infinite=INFINITE_TO_DAQP)
+@partial(
+    PackageSolver,
+    "daqp",
+    refusals=(not_dense, lambda problem: "" if is_monotone(problem) else "needs v'Mv >= 0 for all v"),
+    prepare=partial(program_of, infinite=INFINITE_TO_DAQP),
+)
 def daqp(daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
     """Run DAQP: D. Arnström, A. Bemporad and D. Axehill, A dual active-set solver for embedded quadratic programming
     using recursive LDL' updates, IEEE Trans. Automat. Control 67 (2022) 4362-4369.
@@ -277,33 +281,37 @@ def piqp(_: Any, problem: Problem, program: ProgramData, tol: float, __: float) 
 
 
 SOLVE = """
-import os, sys, time
+import json, os, sys, time
 import numpy as np
 import pygambit
-data = np.load(sys.argv[1])
-print("ready", flush=True)
+output = os.dup(1)
 os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 began = time.perf_counter()
-game = pygambit.Game.from_arrays(-data["rows"], -data["columns"])
+game = pygambit.Game.from_arrays(*map(np.array, json.load(sys.stdin)))
 found = pygambit.nash.lcp_solve(game, rational=False, stop_after=1).equilibria
 x, y = ([float(found[0][s]) for s in p.strategies] for p in game.players) if found else ([], [])
-np.savez(sys.argv[2], seconds=time.perf_counter() - began, x=x, y=y)
+os.write(output, json.dumps([x, y, time.perf_counter() - began]).encode())
 """
 
 
-@partial(PackageSolver, "pygambit", refusals=(not_game,))
+@partial(
+    PackageSolver,
+    "pygambit",
+    refusals=(lambda problem: "" if _strategies(problem) else "takes games of two players only",),
+)
 def gambit(_: Any, problem: Problem, __: ProgramData, ___: float, time_limit: float) -> Ending:
     m, M = _strategies(problem), dense(problem.M)
     R, C = M[:m, m:], M[m:, :m].T
-    with tempfile.TemporaryDirectory() as folder:
-        files = [str(Path(folder) / name) for name in ("game.npz", "result.npz")]
-        np.savez(files[0], rows=R, columns=C)
-        ending, seconds = registry.run([sys.executable, "-c", SOLVE, *files], time_limit)
-        if ending:
-            return None, None, False, ending, seconds
-        with np.load(files[1]) as result:
-            x, y, seconds = result["x"], result["y"], float(result["seconds"])
-    if not x.size:
+    limit = None if time_limit == np.inf else time_limit + SECONDS_TO_LOAD
+    call, game = [sys.executable, "-c", SOLVE], json.dumps([(-R).tolist(), (-C).tolist()])
+    try:
+        done = subprocess.run(call, input=game, capture_output=True, text=True, timeout=limit)
+    except subprocess.TimeoutExpired:
+        return None, None, False, "stopped at the time limit", time_limit
+    if done.returncode:
+        return None, None, False, f"failed with exit code {done.returncode}", 0.0
+    x, y, seconds = json.loads(done.stdout)
+    if not x:
         return None, None, False, "no equilibrium", seconds
     return np.concatenate((x / (C.T @ x).min(), y / (R @ y).min())), None, True, "an equilibrium", seconds
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from ctypes import CDLL, CFUNCTYPE, POINTER, Structure, byref, c_char_p, c_double, c_int, c_void_p
-from functools import cached_property
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -28,9 +28,9 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.peers.registry import Claim, installed, not_installed
+from lcpcli.peers.packages import Ending, PackageSolver
+from lcpcli.typing import Matrix
 
-PACKAGE = "gamspy_base"
 NO_LIMIT = 1e10  # seconds, in place of infinity
 FILES = {"win32": "path52.dll", "darwin": "libpath52.dylib"}
 FILE = "libpath52.so"
@@ -75,125 +75,117 @@ class _Information(Structure):
 _SILENT = _Output(None, _Print(lambda _data, _mode, _text: None), _Flush(lambda _data, _mode: None))
 
 
-class _Library:
+def _prepared(problem: Problem | NonlinearProblem) -> tuple[NonlinearProblem, Matrix]:
+    """Return the functions of a problem, and the Jacobian at the start."""
+    if isinstance(problem, Problem):
+        M, _, lower, upper = conditions_of(problem)
+        problem = NonlinearProblem(problem.w, lambda _: M, lower=lower, upper=upper)
+    return problem, Evaluations(problem).jacobian(problem.x0)
+
+
+def _unlicensed(problem: Problem | NonlinearProblem) -> str:
+    made, J = _prepared(problem)
+    licence = f"licence: without one, up to {MOST_UNKNOWNS} unknowns and {MOST_ENTRIES} entries of the Jacobian"
+    return "" if _functions().Path_CheckLicense(made.n, int((J != 0).sum())) else licence
+
+
+def _solved(
+    _: Any, problem: Problem | NonlinearProblem, prepared: tuple[NonlinearProblem, Matrix], tol: float, limit: float
+) -> Ending:
+    (made, J), path = prepared, _functions()
+    n, most = made.n, J.nnz if is_sparse(J) else made.n**2
+    most = most if path.Path_CheckLicense(n, most) else MOST_ENTRIES
+    units = max(float(np.abs(problem.q).max()), 1.0) if isinstance(problem, Problem) else 1.0
+    options = {"convergence_tolerance": tol * units, "time_limit": min(limit, NO_LIMIT), "output": "no"}
+    began, faults = clock.seconds(), list[BaseException]()
+    own = path.Options_Create()
+    path.Path_AddOptions(own)
+    path.Options_Default(own)
+    for name, value in options.items():
+        path.Options_Set(own, f"{name} {value}".encode())
+    run = path.MCP_Create(n, most)
+    interface, information = _called(made, most, faults), _Information(use_start=1)
+    path.MCP_SetInterface(run, byref(interface))
+    ending = path.Path_Solve(run, byref(information))
+    z = np.ctypeslib.as_array(path.MCP_GetX(run), (n,)).copy()
+    path.MCP_Destroy(run)
+    path.Options_Destroy(own)
+    seconds = clock.seconds() - began
+    if faults and isinstance(faults[0], _IsFullError):
+        return None, None, False, f"the Jacobian has more than {most} entries", seconds
+    if faults:
+        raise faults[0]
+    return z, None, ending == SOLVED, ENDINGS.split(", ")[ending - 1], seconds
+
+
+def _path() -> Path:
+    return Path(import_module("gamspy_base").directory, FILES.get(sys.platform, FILE))
+
+
+@cache
+def _functions() -> Any:
+    path, kinds = CDLL(str(_path())), {"pointer": c_void_p, "int": c_int, "text": c_char_p}
+    for name, *types in map(str.split, SIGNATURES.split(", ")):
+        getattr(path, name).argtypes = [kinds[kind] for kind in types]
+    path.Options_Create.restype = path.MCP_Create.restype = c_void_p
+    path.MCP_GetX.restype = _Doubles
+    path.Output_SetInterface(byref(_SILENT))
+    return path
+
+
+class _Library(PackageSolver):
     def version(self) -> str | None:
-        found = installed(PACKAGE)
-        return None if found is None or self._path is None else f"GAMS {found}"
-
-    def excludes(self, problem: Problem | NonlinearProblem) -> str:
-        if self.version() is None:
-            return ""
-        given = _nonlinear(problem)
-        J = Evaluations(given).jacobian(given.x0)
-        if self._functions.Path_CheckLicense(given.n, int((J != 0).sum())):
-            return ""
-        return f"licence: without one, up to {MOST_UNKNOWNS} unknowns and {MOST_ENTRIES} entries of the Jacobian"
-
-    def solve(self, problem: Problem | NonlinearProblem, tol: float, time_limit: float) -> Claim:
-        if self.version() is None:
-            raise not_installed(PACKAGE)
-        given, units = _nonlinear(problem), 1.0
-        if isinstance(problem, Problem):
-            units = max(float(np.abs(problem.q).max()), 1.0)
-        options = {"convergence_tolerance": tol * units, "time_limit": min(time_limit, NO_LIMIT), "output": "no"}
-        path, n, J = self._functions, given.n, Evaluations(given).jacobian(given.x0)
-        most = J.nnz if is_sparse(J) else n**2
-        most = most if path.Path_CheckLicense(n, most) else MOST_ENTRIES
-        began, called = clock.seconds(), _Called(given, most)
-        own = path.Options_Create()
-        path.Path_AddOptions(own)
-        path.Options_Default(own)
-        for name, value in options.items():
-            path.Options_Set(own, f"{name} {value}".encode())
-        run = path.MCP_Create(n, most)
-        interface, information = called.interface(), _Information(use_start=1)
-        path.MCP_SetInterface(run, byref(interface))
-        ending = path.Path_Solve(run, byref(information))
-        z = np.ctypeslib.as_array(path.MCP_GetX(run), (n,)).copy()
-        path.MCP_Destroy(run)
-        path.Options_Destroy(own)
-        seconds = clock.seconds() - began
-        if called.is_full:
-            return Claim(None, False, seconds, f"the Jacobian has more than {most} entries")
-        if called.fault is not None:
-            raise called.fault
-        return Claim(z, ending == SOLVED, seconds, ENDINGS.split(", ")[ending - 1])
-
-    @property
-    def _path(self) -> Path | None:
-        path = Path(import_module(PACKAGE).directory, FILES.get(sys.platform, FILE))
-        return path if path.exists() else None
-
-    @cached_property
-    def _functions(self) -> Any:
-        path, kinds = CDLL(str(self._path)), {"pointer": c_void_p, "int": c_int, "text": c_char_p}
-        for name, *types in map(str.split, SIGNATURES.split(", ")):
-            getattr(path, name).argtypes = [kinds[kind] for kind in types]
-        path.Options_Create.restype = path.MCP_Create.restype = c_void_p
-        path.MCP_GetX.restype = _Doubles
-        path.Output_SetInterface(byref(_SILENT))
-        return path
+        found = super().version()
+        return f"GAMS {found}" if found is not None and _path().exists() else None
 
 
-path_start = _Library()
+path_start = _Library("gamspy_base", _solved, (_unlicensed,), _prepared)
 
 
-class _Called:
-    """What PATH calls for a problem. most : the entries of the Jacobian that there is room for. fault : the first error
-    in a call, which PATH cannot pass on; is_full : whether there was no room. From then on F counts as undefined."""
+class _IsFullError(Exception):
+    """The Jacobian has more entries than there is room for."""
 
-    def __init__(self, problem: NonlinearProblem, most: int) -> None:
-        self._problem, self._evaluations, self._most = problem, Evaluations(problem), most
-        self.fault: BaseException | None = None
-        self.is_full = False
 
-    def interface(self) -> _Interface:
-        functions = _Function(self._guarded(self._function)), _Jacobian(self._guarded(self._jacobian))
-        return _Interface(None, _Size(self._size), _Bounds(self._bounds), *functions)
+def _called(problem: NonlinearProblem, most: int, faults: list[BaseException]) -> _Interface:
+    """Return what PATH calls for a problem. most : the entries of the Jacobian that there is room for. faults : gets
+    the first error in a call, which PATH cannot pass on; from then on F counts as undefined."""
+    evaluations = Evaluations(problem)
 
-    def _guarded(self, evaluate: Callable[..., int]) -> Callable[..., int]:
+    def guarded(evaluate: Callable[..., int]) -> Callable[..., int]:
         """Return the function that PATH calls, for the number of undefined values: all of them after an error."""
 
-        def guarded(_data: Any, n: int, *places: Any) -> int:
-            if self.fault is None and not self.is_full:
+        def call(_data: Any, n: int, *places: Any) -> int:
+            if not faults:
                 try:
                     return evaluate(n, *places)
                 except BaseException as fault:  # also Ctrl-C; the caller raises it when PATH returns
-                    self.fault = fault
+                    faults.append(fault)
             return n
 
-        return guarded
+        return call
 
-    def _size(self, _data: Any, n: Any, entries: Any) -> None:
-        n[0], entries[0] = self._problem.n, self._most
+    def size(_data: Any, n: Any, entries: Any) -> None:
+        n[0], entries[0] = problem.n, most
 
-    def _bounds(self, _data: Any, n: int, z: Any, lower: Any, upper: Any) -> None:
-        problem = self._problem
+    def bounds(_data: Any, n: int, z: Any, lower: Any, upper: Any) -> None:
         ends = (np.clip(bound, -INFINITY, INFINITY) for bound in (problem.lower, problem.upper))
         for place, values in zip((z, lower, upper), (problem.x0, *ends), strict=True):
             np.ctypeslib.as_array(place, (n,))[:] = values
 
-    def _function(self, n: int, z: Any, F: Any) -> int:
-        values = self._evaluations.values(np.ctypeslib.as_array(z, (n,)).copy())
+    def function(n: int, z: Any, F: Any) -> int:
+        values = evaluations.values(np.ctypeslib.as_array(z, (n,)).copy())
         np.ctypeslib.as_array(F, (n,))[:] = values
         return int(np.count_nonzero(~np.isfinite(values)))
 
-    def _jacobian(self, n: int, z: Any, wants: int, F: Any, *places: Any) -> int:
-        undefined = self._function(n, z, F) if wants else 0
-        J = csc_array(self._evaluations.jacobian(np.ctypeslib.as_array(z, (n,)).copy()))
-        self.is_full |= J.nnz > self._most
-        if self.is_full:
-            return n
-        entries, begins, lengths, rows, values = places
+    def jacobian(n: int, z: Any, wants: int, F: Any, entries: Any, *places: Any) -> int:
+        undefined = function(n, z, F) if wants else 0
+        J = csc_array(evaluations.jacobian(np.ctypeslib.as_array(z, (n,)).copy()))
+        if J.nnz > most:
+            raise _IsFullError
         entries[0] = J.nnz
-        parts = (J.indptr[:-1] + 1, np.diff(J.indptr), J.indices + 1, J.data)
-        for place, part in zip((begins, lengths, rows, values), parts, strict=True):
+        begins_lengths_rows_values = J.indptr[:-1] + 1, np.diff(J.indptr), J.indices + 1, J.data
+        for place, part in zip(places, begins_lengths_rows_values, strict=True):
             np.ctypeslib.as_array(place, (part.size,))[:] = part
         return undefined + int(np.count_nonzero(~np.isfinite(J.data)))
 
-
-def _nonlinear(problem: Problem | NonlinearProblem) -> NonlinearProblem:
-    if isinstance(problem, NonlinearProblem):
-        return problem
-    given = conditions_of(problem)
-    return NonlinearProblem(problem.w, lambda _: given.M, lower=given.lower, upper=given.upper)
+    return _Interface(None, _Size(size), _Bounds(bounds), _Function(guarded(function)), _Jacobian(guarded(jacobian)))

@@ -1,16 +1,12 @@
-"""Other solvers by name, imported on demand. The peer `p` is the object p (with _ for -) in its file. Solvers that
-cannot be interrupted run in processes of their own, which a crash or the time limit ends."""
+"""Other solvers by name, imported on demand. The peer `p` is the object p (with _ for -) in its file."""
 
 from __future__ import annotations
 
-import signal
-import subprocess
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
-from importlib import import_module, metadata
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-from lcpcli import clock
 from lcpcli.errors import OptionError, ParameterError, likely, quoted
 
 if TYPE_CHECKING:
@@ -54,35 +50,11 @@ class Claim:
     curve: list[tuple[int, float, float | None]] | None = None
 
 
-class Peer(Protocol):
-    """Another solver. Only those of `NONLINEAR` are asked about nonlinear problems.
-
-    version : the installed one; None if there is none. excludes : why the peer does not take a problem, as a clause; ""
-    if it does. solve : with tol as the peer's own tolerance and in at most time_limit seconds, if the peer has these
-    settings; it raises OptionError if the peer is not installed.
-    """
-
-    def version(self) -> str | None: ...
-    def excludes(self, problem: Any) -> str: ...
-    def solve(self, problem: Any, tol: float, time_limit: float) -> Claim: ...
-
-
-def load(name: str) -> Peer:
+def load(name: str) -> Any:
+    """Return a `PackageSolver`."""
     if name not in REGISTRY:
         raise _unknown(name)
-    return cast(Peer, getattr(import_module(f"lcpcli.peers.{REGISTRY[name][0]}"), name.replace("-", "_")))
-
-
-def installed(distribution: str) -> str | None:
-    try:
-        return metadata.version(distribution)
-    except metadata.PackageNotFoundError:
-        return None
-
-
-def not_installed(package: str) -> OptionError:
-    """Return the error for a package of the extra `peers` that is missing."""
-    return ParameterError("peer", f"{package} is not installed", "pip install 'linear-complementarity[peers]'")
+    return getattr(import_module(f"lcpcli.peers.{REGISTRY[name][0]}"), name.replace("-", "_"))
 
 
 def select(names: Iterable[str]) -> list[str]:
@@ -99,21 +71,3 @@ def select(names: Iterable[str]) -> list[str]:
 
 def _unknown(name: str) -> OptionError:
     return ParameterError("peer", f"{quoted(name)} is unknown", likely(name, REGISTRY))
-
-
-def run(arguments: Sequence[str], time_limit: float) -> tuple[str, float]:
-    """Run a command that prints a line once all is loaded; return how it failed, or "", and its seconds from then."""
-    with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
-        try:
-            assert process.stdout is not None
-            process.stdout.readline()
-            began = clock.seconds()
-            code = process.wait(None if time_limit == float("inf") else time_limit)
-        except subprocess.TimeoutExpired:
-            return "stopped at the time limit", clock.seconds() - began
-        finally:
-            process.kill()
-        seconds = clock.seconds() - began
-    if code < 0:
-        return f"killed by {signal.Signals(-code).name}", seconds
-    return f"failed with exit code {code}" if code else "", seconds

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from lcpcli.bench import record as records
-from lcpcli.bench.comparison import Comparison
+from lcpcli.bench.comparison import changes_between
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
 from lcpcli.methods.variants import Variant, labels, parse, sweep
@@ -35,7 +35,7 @@ def results(file: str, *changes: Mapping[str, Any]) -> None:
 
 
 def verdicts(*files: str) -> list[str]:
-    return [change.verdict for change in Comparison(files or ["old.json", "new.json"]).changes]
+    return [change.verdict for change in changes_between(files or ["old.json", "new.json"])]
 
 
 @pytest.mark.parametrize(
@@ -91,7 +91,7 @@ def test_records_of_lcp_bench_are_compared_and_logs_of_lcp_solve(lcp: Lcp) -> No
     for file, p in (("old.json", "1e15"), ("new.json", "10")):
         given = ("--method", "newton", "--method", f"shi:p={p}", "--budget", "0")
         assert lcp("bench", FIRST, *given, "-o", file, "-q").code == 0
-    found = {change.key[1]: change.verdict for change in Comparison(["old.json", "new.json"]).changes}
+    found = {change.key[1]: change.verdict for change in changes_between(["old.json", "new.json"])}
     assert {found["shi:p=1e15"], found["shi:p=10"]} == {"gone", "new"}
     for limit in ("100", "2"):
         lcp("solve", FIRST, SECOND, "--method", "fixed-point", "--max-iterations", limit, "-o", f"log{limit}.jsonl")
@@ -104,7 +104,7 @@ def test_records_of_lcp_bench_are_compared_and_logs_of_lcp_solve(lcp: Lcp) -> No
 def test_a_problem_that_cannot_be_read_any_more_is_worse_for_each_method(lcp: Lcp) -> None:
     results("old.json", {}, {"label": "newton"})
     results("new.json", dict.fromkeys(RESULT) | {"file": "b/p.json", "status": "bad_input", "solved": False})
-    changes = Comparison(["old.json", "new.json"]).changes
+    changes = changes_between(["old.json", "new.json"])
     assert [change.key for change in changes] == [("p.json", "shi"), ("p.json", "newton")]
     assert verdicts() == ["worse", "worse"]
     assert lcp("compare-runs", "old.json", "new.json", "-q").code == 1

@@ -20,7 +20,8 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem, exact, interrupts
-from lcpcli.cli import request, terminal
+from lcpcli.cli import problems as request
+from lcpcli.cli import terminal
 from lcpcli.cli.main import of_result
 from lcpcli.cli.problems import Inputs
 from lcpcli.files import writing
@@ -265,7 +266,7 @@ def test_bound_on_the_error_that_is_not_proved_in_time_is_left_out() -> None:
 
 def test_exact_proof_has_the_time_that_the_run_has_left() -> None:
     pytest.importorskip("flint")
-    asked = request.Request(Inputs([]), exact=True)
+    asked = request.Request(inputs=Inputs([]), exact=True)
     result = run(PROBLEM, "newton", limits=Limits(time_limit=1e6))
     seconds: list[float] = []
 

@@ -16,7 +16,7 @@ import pytest
 import lcpcli
 from lcpcli import Problem, Status, Trace, clock, interrupts, read
 from lcpcli.bench.timing import run_method
-from lcpcli.cli import request as timing
+from lcpcli.cli import problems as timing
 from lcpcli.files import contents
 from lcpcli.methods.registry import METHODS
 from lcpcli.options import Limits
@@ -247,13 +247,6 @@ def test_pauses_are_in_no_time_of_runs_and_told_where_they_are_long(
     assert [row.seconds for row in result.trace.rows] == [row.seconds for row in whole.trace.rows]
     assert 1 + pause / 20 <= result.spread <= 1 + pause / 5
     assert bool(outcome.spread([result])) == (pause == 100.0)
-
-
-def test_a_pause_of_the_processor_is_in_no_curve() -> None:
-    """In three repetitions of three steps, two have a pause of 3 s, and one was cut."""
-    repetitions = [{0: 1.0, 1: 5.0, 9: 6.5}, {0: 1.5, 1: 2.5, 9: 7.0}, {0: 0.5}]
-    assert clock.least_steps(repetitions) == {0: 1.0, 1: 2.0, 9: 3.5}
-    assert clock.least_steps(repetitions[2:]) == {0: 0.5}
 
 
 def test_claim_is_checked_anew_and_not_believed() -> None:

@@ -160,7 +160,7 @@ def test_interrupted_sequence_goes_on_from_its_log(lcp: Lcp, monkeypatch: pytest
     with monkeypatch.context() as patch:
         patch.setattr(solver.Solver, "next", interrupted)
         outcome = lcp("solve", "steps", "--sequence", "-o", "log.jsonl")
-    told = "lcp: 2 of 4 problems: 2 solved; interrupted; go on with --resume log.jsonl\n"
+    told = "lcp: 2 problems: 2 solved; interrupted; go on with --resume log.jsonl\n"
     assert (outcome.code, outcome.err) == (130, told)
     assert_refused(lcp("solve", "steps", "--resume", "log.jsonl"), "sequence True, but here it is none")
     assert lcp("solve", "steps", "--sequence", "--resume", "log.jsonl").err == "lcp: 4 problems: 4 solved\n"

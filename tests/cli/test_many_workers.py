@@ -21,9 +21,8 @@ import numpy as np
 import pytest
 
 from lcpcli.cli import pools
-from lcpcli.cli import workers as tasks
-from lcpcli.cli.problems import Inputs
-from lcpcli.cli.request import Request
+from lcpcli.cli import streams as tasks
+from lcpcli.cli.problems import Inputs, Request
 from lcpcli.cli.streams import TaskRecord
 from lcpcli.files.inputs import Input, QColumns
 from lcpcli.methods.variants import Variant
@@ -159,7 +158,7 @@ def test_processes_are_copies_where_there_are_no_other_threads() -> None:
 
 
 def test_work_that_takes_long_comes_back_without_the_rest(monkeypatch: pytest.MonkeyPatch) -> None:
-    task = tasks.Task(Request(Inputs([]), variants=[Variant("auto")]), "json", 20, None)
+    task = tasks.Task(Request(inputs=Inputs([]), variants=[Variant("auto")], exact=False), "json", 20, None)
     works = [Input(("-",), (text.encode(),), line=k) for k, text in enumerate(lines(4), 1)]
     for limit, expected in ((np.inf, [1, 2, 3, 4]), (1e-9, [1])):
         monkeypatch.setattr(tasks, "PIECE_SECONDS", limit)

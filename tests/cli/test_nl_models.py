@@ -94,7 +94,7 @@ def test_number_for_ampl_says_solved_of_nothing_but_what_is_solved() -> None:
 
 def test_run_without_a_finite_point_writes_no_values(models: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for number, z, told in ((404, np.array([np.nan, 1.0]), 500), (401, None, 500), (201, None, 201), (300, None, 300)):
-        monkeypatch.setattr(ampl, "_answer", lambda *_, own=(number, z): ampl.Answer("a message", *own))
+        monkeypatch.setattr(ampl, "_answer", lambda *_, own=(number, z): ("a message", *own))
         assert ampl.run(str(models / "market"), []) == 0
         lines = (models / "market.sol").read_text().splitlines()
         assert (lines[-2], lines[-1]) == ("0", f"objno 0 {told}")

@@ -92,7 +92,7 @@ STAGES: dict[str, tuple[str, str, Any, list[dict[str, Any]]]] = {  # the command
     "other solutions": (f"solve {EXAMPLE}", "enumeration.others.search_others", 0, [SOLVED]),
     "digits": (f"solve {EXAMPLE}", "verify.digits.digits", 0, [SOLVED]),
     "digits of many": (f"solve {EXAMPLE} {EXAMPLE}", "verify.digits.digits", 0, [SOLVED]),
-    "the second of many": (f"solve {EXAMPLE} {EXAMPLE}", "cli.request.Request.run", 1, [SOLVED]),
+    "the second of many": (f"solve {EXAMPLE} {EXAMPLE}", "cli.problems.Request.run", 1, [SOLVED]),
     "a figure": (f"solve {EXAMPLE} --plot error.svg", "report.plotting.convergence", 0, [SOLVED]),
     "the kind of a point": (f"solve {PROGRAM}", "solving.minimum.kind_of_point", 0, [GOOD]),
     "reading": (f"check {EXAMPLE} {EXAMPLE}", "files.reading.problem_of", 0, []),
@@ -102,7 +102,7 @@ STAGES: dict[str, tuple[str, str, Any, list[dict[str, Any]]]] = {  # the command
 }
 
 
-MANY = "1 of 2 problems: 1 solved; interrupted; with -o FILE.jsonl it could be resumed"
+MANY = "1 problem: 1 solved; interrupted; with -o FILE.jsonl it could be resumed"
 TOLD = {"the reference": "before the first run", "digits of many": MANY, "the second of many": MANY}
 
 
