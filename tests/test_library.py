@@ -31,7 +31,7 @@ from lcpcli import Problem, Trace, read, run, solve
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
 from lcpcli.gallery import families
-from lcpcli.report import outcome
+from lcpcli.report import html_page
 
 from .conftest import Outcome
 from .documents import FOLDER, assert_as_before
@@ -107,7 +107,7 @@ def test_notebooks_show_the_answer_and_the_iterates_that_were_asked_for(monkeypa
     picture = re.search(r'src="data:image/svg\+xml;base64,([^"]+)"', traced._repr_html_())
     assert picture is not None
     assert b"<svg" in base64.b64decode(picture[1])
-    monkeypatch.setattr(outcome, "find_spec", lambda package: None)  # noqa: ARG005
+    monkeypatch.setattr(html_page, "find_spec", lambda package: None)  # noqa: ARG005
     assert "<img" not in traced._repr_html_()
 
 

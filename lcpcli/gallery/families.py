@@ -96,8 +96,7 @@ def _entries() -> Iterator[tuple[str, Entry]]:
     text, file = TABLE, ""
     for short, words in WORDS.items():
         text = text.replace(short, words)
-    for line in text.strip().split("\n"):
-        name, *texts = line.split(" | ")
+    for name, *texts in (line.split(" | ") for line in text.strip().split("\n")):
         if texts:
             yield name, Entry(file, texts[0], texts[1], texts[2], *map(int, texts[3:]))
         else:

@@ -92,8 +92,7 @@ def nash_cournot(firms: int = 10) -> NonlinearProblem:
 
     def F(z: Vector) -> Vector:
         price = (5000 / z.sum()) ** (1 / elasticity)
-        marginal: Vector = costs + (capacities * z) ** powers
-        return np.asarray(marginal - price * (1 - z / (elasticity * z.sum())))
+        return np.asarray(costs + (capacities * z) ** powers - price * (1 - z / (elasticity * z.sum())))
 
     return NonlinearProblem(F, x0=np.ones(costs.size), name=f"nash-cournot-{costs.size}")
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.sparse import block_array, csr_array, diags_array, eye_array, hstack, kron, random_array, vstack
 
 from lcpcli.gallery.families import require
 from lcpcli.gallery.random_problems import complementary, integer_matrix
 from lcpcli.model import program, reductions
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Vector
 
 A_ROW = 10  # entries in a constraint of lp and qp, so that large programs are sparse
 LARGEST_DENSE = 200  # unknowns up to which M of lp is dense; from there on ten entries per row are sparse
@@ -41,10 +42,8 @@ def qp(n: int, seed: int) -> Problem:
 
 
 def _program(kind: str, n: int, seed: int, note: str) -> Problem:
-    """Return the problem with a random z = (x, y) of integers; (m + 1) // 2 entries of x, and as many of y, are
-    positive, and the leading square of A is diagonally dominant."""
-    from scipy.sparse import csr_array
-
+    """Return the problem for integers x and y with (m + 1) // 2 positive entries each, and an A whose leading square
+    is diagonally dominant."""
     n = max(2, n)
     random = np.random.default_rng([seed, n])
     m, k = n // 2, n - n // 2
@@ -67,18 +66,14 @@ def _program(kind: str, n: int, seed: int, note: str) -> Problem:
 
 
 def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
-    """Model a portfolio of k assets by k // 10 + 1 factors; there are about n unknowns, multipliers of rows included.
-
-    Minimize x'Dx + y'y subject to y = F'x, shares x that add up to 1, 0 <= x <= most, and an expected return from 3 %
-    to 12 %. The numbers are random.
+    """Minimize x'Dx + y'y subject to y = F'x, shares x of k assets that add up to 1, 0 <= x <= most, and an expected
+    return from 3 % to 12 %; about n unknowns with the multipliers of rows. D and F, of k // 10 + 1 factors, are random.
     H. Markowitz, Portfolio selection, J. Finance 7 (1952) 77-91; with a factor model of the covariance as in B.
     Stellato et al., OSQP, Math. Program. Comput. 12 (2020) 637-672, appendix A.4.
 
     most : the largest share, at least 2 / k.
     """
     require("most", most, 0 < most <= 1, "0 < most <= 1")
-    from scipy.sparse import csr_array, diags_array, random_array, vstack
-
     k = max(3, round((n - 5) / 1.2))
     factors, random = k // 10 + 1, np.random.default_rng([seed, k])
     F = random_array((k, factors), density=0.5, rng=random, data_sampler=random.standard_normal)
@@ -100,11 +95,11 @@ def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
 
 
 def frontier(n: int, seed: int, *, target: float = 0.0, weight: float = 0.0, most: float = 0.2) -> Problem:
-    """Model the efficient frontier of n - 2 assets: minimize x'Sx / 2 - weight r'x for shares x that add up to 1, with
-    0 <= x <= most and a return r'x of at least `target`.
+    """Minimize x'Sx / 2 - weight r'x for shares x of n - 2 assets that add up to 1, with 0 <= x <= most and a return
+    r'x of at least `target`. n is at least 4.
 
-    Both M = [S -A'; A 0], with A = (e, r)', and the bounds are the same for all targets and weights. S = D + FF' is
-    exact, with one random factor for 50 assets; the returns are random, from 2 % to 12 %. n is at least 4.
+    M = [S -A'; A 0], with A = (e, r)', and the bounds are the same for all targets and weights. S = D + FF' is exact,
+    with one random factor for 50 assets; the returns are random, from 2 % to 12 %.
     H. Markowitz, The optimization of a quadratic function subject to linear constraints, Naval Res. Logist. Quart. 3
     (1956) 111-133; Portfolio Selection: Efficient Diversification of Investments, Wiley (1959).
 
@@ -146,10 +141,10 @@ def lasso(n: int, seed: int, *, penalty: float = 1.0, samples: int = 20) -> Prob
     require("samples", samples, 1 <= samples <= 1e5, "1 <= samples <= 1e5")
     k = max(1, round(n / 2))
     X, y = regression(k, seed, samples)
-    M, c = gram(X, y)
+    G, c = X.T @ X, X.T @ y
     return reductions.from_qp(
-        M,
-        penalty * abs(c).max() + c,
+        np.block([[G, -G], [-G, G]]),
+        penalty * abs(c).max() + np.concatenate((-c, c)),
         columns=[f"b{i}{sign}" for sign in "+-" for i in range(1, k + 1)],
         constant=float(y @ y) / 2,
         note=f"{samples} samples of {k} features. b is the first half of x minus the second half.",
@@ -163,25 +158,16 @@ def regression(k: int, seed: int, samples: int) -> tuple[Vector, Vector]:
     return X, X @ np.where(np.arange(k) < max(1, k // 10), random.integers(1, 4, k), 0) + noise
 
 
-def gram(X: Vector, y: Vector) -> tuple[Matrix, Vector]:
-    """Return the M of `lasso` for any X and y, and its q for lambda = 0."""
-    G, c = X.T @ X, X.T @ y
-    return np.block([[G, -G], [-G, G]]), np.concatenate((-c, c))
-
-
 def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Problem:
-    """Model the control of a chain of masses and springs, to bring it to rest, over as many steps as give about n
-    unknowns, multipliers included.
+    """Bring a chain of masses and springs to rest, over as many steps as give about n unknowns with multipliers.
 
     x has the states and inputs of one step after another. A state is the positions and velocities of the masses; the
-    next state follows by an equation (the symplectic Euler method). The objective is half the sum of the squares of the
-    states and of 0.1 times the squares of the inputs, forces on the masses of at most `strength`. The start is random.
+    next state follows by the symplectic Euler method. The objective is half the sum of the squares of the states and of
+    0.1 times the squares of the inputs, forces on the masses of at most `strength`. The start is random.
     F. Borrelli, A. Bemporad, M. Morari, Predictive Control for Linear and Hybrid Systems (2017), chapter 11.
     """
     require("masses", masses, 1 <= masses <= 100, "1 <= masses <= 100")
     require("strength", strength, 0 < strength <= 1e6, "0 < strength <= 1e6")
-    from scipy.sparse import block_array, csr_array, diags_array, eye_array, hstack, kron
-
     steps, size = max(1, round(n / (5 * masses))), 2 * masses
     random = np.random.default_rng([seed, steps, masses])
     start = np.concatenate((random.uniform(-2.0, 2.0, masses), np.zeros(masses)))
@@ -214,8 +200,6 @@ def transport(n: int, seed: int) -> Problem:
     F. L. Hitchcock, The distribution of a product from several sources to numerous localities, J. Math. Phys. 20 (1941)
     224-230. The numbers are random.
     """
-    from scipy.sparse import eye_array, kron, vstack
-
     m = max(1, round(math.sqrt(n + 1) - 1))
     random = np.random.default_rng([seed, m])
     supply, demand = random.integers(10, 21, m).astype(float), random.integers(5, 11, m).astype(float)

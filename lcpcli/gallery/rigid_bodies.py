@@ -54,11 +54,11 @@ class Scene:
     def __init__(
         self, centres: Vector, angles: Vector, velocities: Vector, friction: float = 0.5, ceiling: float | None = None
     ) -> None:
-        ends = (1, 0 if ceiling is None else 1)
+        ends = (1, int(ceiling is not None))
         self.centres, self.velocities = (np.pad(rows, (ends, (0, 0))) for rows in (centres, velocities))
         self.angles, self.friction = np.pad(angles, ends), friction
         self.centres[0, 1] = -GROUND[1]
-        fixed = [0] if ceiling is None else [0, -1]
+        fixed = [0] * ends[0] + [-1] * ends[1]
         if ceiling is not None:
             self.centres[-1, 1], self.velocities[-1, 1] = ceiling + GROUND[1], -DESCENT
         self._half, self._inverse_masses = np.tile(HALF, (self.angles.size, 1)), np.ones(self.velocities.shape)

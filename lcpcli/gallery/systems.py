@@ -1,8 +1,5 @@
-"""Switching systems of mechanics and electronics, games and markets; games in extensive form as Gambit's .efg files
-have them.
-
-Free boundary problems of physics and finance by finite differences, all with sparse matrices.
-"""
+"""Switching systems of mechanics and electronics, games, some of them trees, and markets; and free boundary problems of
+physics and finance by finite differences, with sparse matrices."""
 
 from __future__ import annotations
 
@@ -128,7 +125,6 @@ def relays(n: int, seed: int, *, step: float = 0.125) -> Problem:
 def bimatrix(n: int, seed: int) -> Problem:
     """Let M = [0 A; B' 0], q = -e with uniform costs A and B of shape (n // 2, n - n // 2) in (1, 2). n is at least 2.
 
-    z = (x, y) is a solution if x and y, each divided by its sum, are an equilibrium of the game.
     C. E. Lemke, J. T. Howson, Equilibrium points of bimatrix games, J. SIAM 12 (1964) 413-423.
     """
     n = max(2, n)
@@ -145,7 +141,7 @@ def spatial_prices(n: int, seed: int, *, capacity: float = 3.0, tax: float = 0.0
 
     z = (supply prices, demand prices, flows by region of supply); prices are free. Region i supplies s_i = b_i (p_i -
     a_i), region j demands e_j (d_j - r_j); both equal the sums of flows. A flow has w = p_i + c_ij + tax - r_j, its
-    loss per unit; at its capacity it may gain. Unknowns are named supply1, demand1, flow1-1 and so on. Data are random.
+    loss per unit; at its capacity it may gain. Data are random.
     T. Takayama, G. G. Judge, Spatial and Temporal Price and Allocation Models, North-Holland (1971); P. T. Harker,
     Alternative models of spatial competition, Operations Research 34 (1986) 410-425.
 
@@ -263,12 +259,11 @@ LOG_PRICE = 2.0  # the grid reaches from exp(-2) to exp(2), so far from a strike
 def obstacle(n: int, _seed: int) -> Problem:
     """Discretize -Laplace z >= f, z >= 0 with complementarity on the unit square, z = 0 on its boundary, times h^2.
 
-    Five-point differences on a grid of m x m interior points with m = sqrt(n), rounded; M is sparse.
+    Five-point differences on a grid of m x m interior points with m = sqrt(n), rounded.
     R. Glowinski, Numerical Methods for Nonlinear Variational Problems, Springer (1984), chapter II; the load is
     original to lcp.
     """
-    M, q = _membrane(n)
-    return Problem(M, q, note="The membrane touches the obstacle where z = 0.")
+    return Problem(*_membrane(n), note="The membrane touches the obstacle where z = 0.")
 
 
 def two_obstacles(n: int, _seed: int, *, gap: float = 0.3, load: float = 1.0) -> Problem:
@@ -294,9 +289,8 @@ def torsion(n: int, _seed: int, *, angle: float = 4.0) -> Problem:
     """
     require("angle", angle, abs(angle) <= 1e6, "|angle| <= 1e6")
     m, h, X, Y = grid(n)
-    M, q = laplacian_of(m), np.full(m * m, -2 * angle * h * h)
-    distance = np.minimum(np.minimum(X, 1 - X), np.minimum(Y, 1 - Y)).ravel()
-    return Problem(M, q, note=f"Twist per unit length {angle:g}.", lower=-distance, upper=distance)
+    distance, q = np.minimum(np.minimum(X, 1 - X), np.minimum(Y, 1 - Y)).ravel(), np.full(m * m, -2 * angle * h * h)
+    return Problem(laplacian_of(m), q, note=f"Twist per unit length {angle:g}.", lower=-distance, upper=distance)
 
 
 def _membrane(n: int) -> tuple[Matrix, Vector]:
@@ -309,8 +303,7 @@ def grid(n: int) -> tuple[int, float, Vector, Vector]:
     """Return m, h and the coordinates of the interior points of the unit square, each of shape (m, m)."""
     m = max(1, round(math.sqrt(n)))
     h = 1 / (m + 1)
-    X, Y = np.meshgrid(*2 * [h * np.arange(1, m + 1)])
-    return m, h, X, Y
+    return m, h, *np.meshgrid(*2 * [h * np.arange(1, m + 1)])
 
 
 def laplacian_of(m: int) -> Matrix:
@@ -332,7 +325,7 @@ def journal_bearing(n: int, _seed: int, *, eccentricity: float = 0.8) -> Problem
     """Model the pressure z >= 0 in the oil film of an infinitely long bearing, zero where the film ruptures.
 
     The equation is Reynolds', (h^3 z')' = h', for the film h = 1 + eccentricity cos t, 0 < t < 2 pi, with z = 0 at both
-    ends, by central differences at n interior points, times the square of the step; M is tridiagonal and sparse.
+    ends, by central differences at n interior points, times the square of the step.
     C. W. Cryer, The method of Christopherson for solving free boundary problems for infinite journal bearings by means
     of finite differences, Math. Comp. 25 (1971) 435-443.
 

@@ -13,7 +13,7 @@ import numpy as np
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.model.words import in_own_sense
 from lcpcli.options import AUTO
-from lcpcli.report import outcome, wording
+from lcpcli.report import html_page, outcome, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.wording import ELLIPSIS, LEVELS
 from lcpcli.solving.result import Result
@@ -31,7 +31,6 @@ TITLE_COMPONENTS = 6  # of a known solution in a title, about a line of text
 MOST_EXPLAINED = 5  # runs whose failures are explained, a line or two each; more, as in a sweep, would be too many
 PRINTED = ("latex", "html")  # the formats for readers who do not run the program
 NONE = "-"  # in place of the strategies of an iterate that has none, or of the costs to a level that is not reached
-
 
 CellsOfZ: TypeAlias = "Callable[[TraceRow, float], list[str]]"  # of a row, beside the largest component of z
 
@@ -124,6 +123,14 @@ def build(
     )
 
 
+def result_html(result: Result) -> str:
+    """Return a result as its page has it, for a notebook: with the advice to who calls a function, without iterates."""
+    section = build([result], None, compared=False, whole=False, form="html")
+    shown = [table for table in section.tables if not table.name]
+    advised = [*filter(None, [result.advice]), *section.remarks]
+    return html_page.part(section._replace(tables=shown, remarks=advised))
+
+
 def _strategies(results: Sequence[Result], whole: bool) -> list[Table]:
     """Return tables of the rows and variables of programs, or of the strategies of game trees; a screen of them or the
     whole."""
@@ -192,8 +199,8 @@ def _of_game(row: TraceRow, game: Game) -> list[str]:
 
 
 def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str, shows_times: bool) -> list[str]:
-    """Return lines below the verdict, or below the summary; formats for print get no advice to the user, and many runs
-    of one method no reasons why some failed."""
+    """Return lines below the verdict, or below the summary, without advice in formats for print, and without reasons
+    why some of many runs failed."""
     failed, hints = [result for result in results if compared and not result.solved], form not in PRINTED
     are_many = len(results) > MOST_EXPLAINED
     hints_at_auto = not (compared and any(result.label == AUTO for result in results))  # it stands there
@@ -239,8 +246,8 @@ FALSE = "FALSE"  # in place of the status of a run whose claim does not hold
 
 def summary_of_costs(results: Sequence[Result], width: int | None) -> Table:
     """Return a row for each run: the iterations and the time to each level of error, if these are recorded, and to the
-    verified end, in one unit. Options by which runs differ have columns of their own. A summary wider than the
-    terminal, if there is one, leaves out levels, the coarsest first."""
+    verified end, in one unit, and a column for each option by which runs differ. A summary wider than the terminal, if
+    there is one, leaves out levels, the coarsest first."""
     are_noted = any(result.curve is not None and result.curve.levels for result in results)
     for i in range(len(LEVELS) + 1):
         made = _summary(results, LEVELS[i:] if are_noted else (), are_noted)
@@ -274,7 +281,7 @@ def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool
     times = [[at[level][1] if level in at else None for at in attained] for level in levels]
     times.append([result.seconds if result.solved else None for result in results])
     best = {(row, first + 2 * j + 1) for j, column in enumerate(times) for row in _shortest(column)}
-    notes = ["to: errors relative to the solution's largest component"] * any(name.startswith("to ") for name in header)
+    notes = ["to: errors relative to the solution's largest component"] * bool(levels)
     return Table(header, [rows], words=(0, len(header) - 1), best=best, why="the shortest time", notes=notes)
 
 
