@@ -29,7 +29,6 @@ from lcpcli.inspection import verdict
 from lcpcli.inspection.p_matrices import scaled_dominance
 from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, entry, text_of
 from lcpcli.linalg import matrices
-from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import affordable
 from lcpcli.rational import elimination
 from lcpcli.rational.elimination import Rows
@@ -104,7 +103,7 @@ def _by_rounded_arithmetic(context: Context) -> Verdict:
     S = context.symmetric_part
     if not np.isfinite(abs(S).max()):
         return Verdict(UNDECIDED, "M + M' overflows")
-    if is_sparse(S) and _is_exact(context, S) and scaled_dominance(S, context.check).word == YES:
+    if matrices.is_sparse(S) and _is_exact(context, S) and scaled_dominance(S, context.check).word == YES:
         return Verdict(YES, "M + M' is an H+-matrix: its diagonal is positive and dominant after scaling the columns")
     context.check()
     if not affordable(S):

@@ -16,12 +16,10 @@ from lcpcli.auto.policy import clearly_refutes, may_gain_by_presolve
 from lcpcli.auto.structure import Structure
 from lcpcli.inspection import theory
 from lcpcli.inspection.nonlinear import NonlinearInspection, inspect_nonlinear
-from lcpcli.inspection.theory import BAD_CONDITION, BAD_SPREAD, Guarantee, Spectrum, Spread, guarantees
 from lcpcli.inspection.verdict import NO, YES, Verdict, classify, weak_row
 from lcpcli.interrupts import TimeIsUp, check, within
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
-from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import equilibrate
 from lcpcli.model import changes, views
@@ -100,16 +98,16 @@ class Inspection:
     problem: Problem
     nonzeros: int
     classes: dict[str, Verdict]
-    spread: Spread
-    equilibrated_spread: Spread
+    spread: theory.Spread
+    equilibrated_spread: theory.Spread
     cost: theory.Cost
     smoothing: theory.Smoothing
-    guarantees: dict[str, Guarantee]
+    guarantees: dict[str, theory.Guarantee]
     obvious: str
     hints: list[str]
     condition: float | None = None
     equilibrated_condition: float | None = None
-    spectrum: Spectrum | None = None
+    spectrum: theory.Spectrum | None = None
     published: theory.Rate | None = None
     best: theory.Rate | None = None
     presolve: Presolved | Refuted | None = None
@@ -156,13 +154,13 @@ def inspect(
     scaled = matrices.scaled(M, *equilibrate(M, problem.q))
     found = Inspection(
         problem=problem,
-        nonzeros=int(np.count_nonzero(M.data if is_sparse(M) else M)),
+        nonzeros=int(np.count_nonzero(M.data if matrices.is_sparse(M) else M)),
         classes=classes,
         spread=theory.spread(M),
         equilibrated_spread=theory.spread(scaled),
         cost=theory.cost(M, definite),
         smoothing=theory.smoothing(problem),
-        guarantees=guarantees(classes, problem),
+        guarantees=theory.guarantees(classes, problem),
         obvious=_obvious(problem, classes),
         hints=list(filter(None, [changes.remark(problem)])),
     )
@@ -223,12 +221,12 @@ def _hints(own: Inspection) -> list[str]:
     """Return hints at likely mistakes in the data, each with evidence and advice."""
     found, condition, ends = [], own.equilibrated_condition, own.spectrum
     before, after = map(max, (own.spread, own.equilibrated_spread))
-    if before > BAD_SPREAD and after < before - 1:
+    if before > theory.BAD_SPREAD and after < before - 1:
         found.append(
             f"badly scaled: the largest entries of rows or columns vary by {before:.1f} decades, "
             f"by {after:.1f} after equilibration; use auto, or --scale with shi and fixed-point"
         )
-    if condition is not None and BAD_CONDITION < condition < math.inf:
+    if condition is not None and theory.BAD_CONDITION < condition < math.inf:
         digits = f"{min(math.log10(condition), 16.0):.0f}"
         found.append(f"ill-conditioned, even after equilibration: about {digits} digits of z may be lost")
     rounding = ends is not None and abs(ends.smallest) <= 4 * own.problem.n * EPS * ends.largest
@@ -239,7 +237,7 @@ def _hints(own: Inspection) -> list[str]:
         return found
     if abs(M - M.T).max() <= ASYMMETRY * abs(M).max():
         return [*found, "M is symmetric up to rounding: if it should be, symmetrize it, which halves the work"]
-    transpose = M.T.tocsr() if is_sparse(M) else np.ascontiguousarray(M.T)
+    transpose = M.T.tocsr() if matrices.is_sparse(M) else np.ascontiguousarray(M.T)
     if own.classes["strictly_diagonally_dominant"].word == NO and weak_row(transpose, check) is None:
         found.append("strictly diagonally dominant by columns, not by rows: if rows were intended, M is transposed")
     return found

@@ -15,7 +15,6 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.inspection import theory
-from lcpcli.inspection.theory import BAD_CONDITION, BAD_SPREAD, Spread
 from lcpcli.inspection.verdict import Verdict, classify
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.doubles import generator, size
@@ -60,7 +59,7 @@ class NonlinearInspection:
     undefined_rows: Sequence[int]
     residual: float | None
     condition: float | None
-    spread: Spread | None
+    spread: theory.Spread | None
     classes: Mapping[str, Verdict]
     hints: list[str]
 
@@ -161,9 +160,9 @@ def _hints(found: NonlinearInspection, is_undefined: bool) -> Iterator[str]:
         yield f"{few}: some are redundant, or contradict each other"
     if of_free < k:
         yield f"at most {of_free} of the {k} unknowns without bounds are determined by the rows in which they occur"
-    if spread is not None and (decades := max(spread.rows, spread.columns)) > BAD_SPREAD:
+    if spread is not None and (decades := max(spread.rows, spread.columns)) > theory.BAD_SPREAD:
         yield f"badly scaled: the largest entries of rows or columns of J at the start vary by {decades:.1f} decades"
-    is_singular = found.condition is not None and found.condition > BAD_CONDITION
+    is_singular = found.condition is not None and found.condition > theory.BAD_CONDITION
     if is_singular and found.structural_rank == problem.n:
         yield "J is singular at the start, or nearly: another start may be better"
 

@@ -28,7 +28,6 @@ import numpy as np
 from lcpcli.inspection import verdict
 from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, index_set, signs, text_of
 from lcpcli.linalg import matrices
-from lcpcli.linalg.matrices import is_sparse, product
 from lcpcli.rational import elimination, numbers
 from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.error_theorems import scaling
@@ -66,7 +65,7 @@ def scaled_dominance(M: Matrix, check: verdict.Check) -> Verdict:
     v, diagonal = e, C.diagonal()
     for _ in range(STEPS):  # power iteration on I + J, which may lead to a Perron vector v >= 0 of J = I - D^-1 C
         check()
-        v = 2 * v - product(C, v) / diagonal
+        v = 2 * v - matrices.product(C, v) / diagonal
         if not np.isfinite(v).all() or not v.max() > 0:
             v = np.zeros(e.size)
             break
@@ -134,7 +133,7 @@ def _by_minors(context: Context, strict: bool) -> Verdict:
 def _pair(context: Context, strict: bool) -> tuple[int, int] | None:
     """Return the indices of a principal minor of order 2 that is exactly negative, or zero if strict; or None."""
     M, diagonal = context.M, context.diagonal
-    if is_sparse(M):
+    if matrices.is_sparse(M):
         product = M.multiply(M.T).tocoo()
         rows, columns, values = product.row, product.col, product.data
     elif context.n <= PAIRS:

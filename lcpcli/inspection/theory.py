@@ -34,7 +34,6 @@ from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Verdict, called
 from lcpcli.interrupts import interruptibly
 from lcpcli.linalg import factors, krylov, matrices
 from lcpcli.linalg.factors import SingularMatrix, finite
-from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import Band, affordable
 from lcpcli.methods.fixed_point import best_omega
 from lcpcli.methods.registry import ANY, METHODS, OMEGA, Method
@@ -184,7 +183,7 @@ def spread(M: Matrix) -> Spread:
 
 def condition(M: Matrix) -> float:
     """Return |M|_1 |M^-1|_1, from below for more than factors.MOST_NUMPY_ROWS rows; infinite if M is singular."""
-    small = not is_sparse(M) and M.shape[0] <= factors.MOST_NUMPY_ROWS
+    small = not matrices.is_sparse(M) and M.shape[0] <= factors.MOST_NUMPY_ROWS
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         try:
             value = float(np.linalg.cond(M, 1)) if small else _estimated_condition(M)
@@ -194,7 +193,7 @@ def condition(M: Matrix) -> float:
 
 
 def _estimated_condition(M: Matrix) -> float:
-    if is_sparse(M):
+    if matrices.is_sparse(M):
         with imports:
             from scipy.sparse.linalg import LinearOperator, onenormest
         lu = factors.sparse_lu(matrices.is_symmetric(M))(M)
@@ -223,7 +222,7 @@ def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
 def cost(M: Matrix, definite: bool) -> Cost:
     """Return the cost of M and of its factorization; half for a symmetric positive definite one."""
     n = int(M.shape[0])
-    if is_sparse(M):
+    if matrices.is_sparse(M):
         band, size = Band(M), M.data.nbytes + M.indices.nbytes + M.indptr.nbytes
         return Cost(size, band.width, min(band.entries, n * n), min(band.operations, 2 * n**3 // 3))
     return Cost(M.nbytes, None, n * n, n**3 // 3 if definite else 2 * n**3 // 3)

@@ -23,7 +23,6 @@ from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
-from lcpcli.linalg.matrices import is_sparse
 from lcpcli.rational import elimination, numbers
 from lcpcli.typing import Matrix, Vector
 
@@ -129,7 +128,7 @@ class Context:
     def symmetric_part(self) -> Matrix:
         """Return M + M', rounded once per entry; exact if M is symmetric. It is definite if and only if v'Mv is."""
         total = self.M + self.M.T
-        return total.tocsr() if is_sparse(self.M) else total
+        return total.tocsr() if matrices.is_sparse(self.M) else total
 
     def whole(self) -> elimination.Rows:
         """Return a small M as integers, multiplied by a power of two."""
@@ -182,8 +181,8 @@ def signs(A: Matrix, d: Vector, check: Check) -> Vector:
         return sign
     for i in np.flatnonzero(~(np.abs(value) > bound)):
         check()
-        part = slice(A.indptr[i], A.indptr[i + 1]) if is_sparse(A) else slice(None)
-        row, own = (A.data[part], d[A.indices[part]]) if is_sparse(A) else (A[i], d)
+        part = slice(A.indptr[i], A.indptr[i + 1]) if matrices.is_sparse(A) else slice(None)
+        row, own = (A.data[part], d[A.indices[part]]) if matrices.is_sparse(A) else (A[i], d)
         total = numbers.dot(numbers.in_integers(row)[0], numbers.in_integers(own)[0])
         sign[i] = (total > 0) - (total < 0)
     return sign
@@ -193,7 +192,7 @@ def sums_exactly(A: Matrix, largest: float) -> bool:
     """Return whether sums of entries up to `largest` are free of rounding, as all are multiples of a common unit."""
     if not 0 < largest < np.inf:
         return False
-    entries = A.data if is_sparse(A) else A
+    entries = A.data if matrices.is_sparse(A) else A
     units = np.ldexp(entries, 51 - int(np.frexp(largest)[1]))
     are_whole = np.isfinite(units).all() and np.array_equal(units, np.rint(units))
     return bool(are_whole and not ((units == 0) & (entries != 0)).any())
@@ -227,7 +226,7 @@ def z_matrix(context: Context) -> Verdict:
 
 def _first(A: Matrix) -> tuple[int, int] | None:
     """Return row and column of the first entry that is not 0; None if there is none."""
-    if is_sparse(A):
+    if matrices.is_sparse(A):
         rows, columns = A.nonzero()
         return (int(rows[0]), int(columns[0])) if rows.size else None
     i, j = divmod(int((A != 0).argmax()), A.shape[1])

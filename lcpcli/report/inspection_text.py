@@ -18,8 +18,6 @@ from lcpcli.presolve.presolve import Presolved
 from lcpcli.presolve.system import Refuted
 from lcpcli.report import result_formats, wording
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.result_formats import Report
-from lcpcli.report.wording import PIPE_WIDTH
 
 UNKNOWN = "not computed: too expensive"
 CLOSE_TO_ONE = 0.999  # from here on, a contraction factor is shown by its distance from 1, as four digits would hide it
@@ -42,7 +40,7 @@ BINARY = ((2**30, "GiB"), (2**20, "MiB"), (2**10, "KiB"), (1, "bytes"))
 Row = tuple[str, ...]
 
 
-def report(found: Inspection | NonlinearInspection, whole: bool = True) -> Report:
+def report(found: Inspection | NonlinearInspection, whole: bool = True) -> result_formats.Report:
     """Return the report on an inspection. whole : whether to show all in tables; otherwise only what decides about the
     methods."""
     name = wording.title(found.problem) or "problem"
@@ -58,7 +56,7 @@ def report(found: Inspection | NonlinearInspection, whole: bool = True) -> Repor
         heading = f"{name}{kind}: {wording.size(found.problem)}"
         return Document(heading, [Section(heading, facts=list(filter(None, facts)), tables=tables)])
 
-    return Report(document, lambda: [_record(found)], pipe=PIPE_WIDTH)
+    return result_formats.Report(document, lambda: [_record(found)], pipe=wording.PIPE_WIDTH)
 
 
 def _linear_tables(found: Inspection, classes: Sequence[Row], whole: bool) -> list[Table]:
@@ -76,7 +74,7 @@ def _linear_tables(found: Inspection, classes: Sequence[Row], whole: bool) -> li
     shown = [
         ("condition", _condition(found)),
         *((text, f"{word}: {reason}") for text, word, reason in classes if text in DECISIVE),
-        *([("presolve", _presolve(found.presolve))] if found.presolve is not None else []),
+        *_presolve(found.presolve),
         ("auto tries", ", ".join(dict.fromkeys(attempt.method for attempt in found.plan or ()))),
         ("the rest", f"--all shows {len(classes)} classes, sizes, rates and why auto tries what"),
     ]
@@ -102,11 +100,9 @@ def _facts(found: Inspection) -> list[Row]:
     size = f"{cost.factor_entries:.2g} entries, {cost.factor_operations:.2g} operations"
     if cost.bandwidth is not None:
         size = f"at most {size} (bandwidth {cost.bandwidth} after reordering)"
-    eigenvalues, ends = UNKNOWN, found.spectrum
-    if ends is not None:
+    eigenvalues = "not computed: M is not symmetric" if found.classes["symmetric"].word == "no" else UNKNOWN
+    if (ends := found.spectrum) is not None:
         eigenvalues = f"{'about ' * ends.estimated}{ends.smallest:.4g} to {ends.largest:.4g}"
-    elif found.classes["symmetric"].word == "no":
-        eigenvalues = "not computed: M is not symmetric"
     error = f"p = {found.smoothing.p:.2g} leaves a smoothing error of at most {found.smoothing.error:.1e} in F"
     return [
         ("entries", f"{stored}, {nonzeros}, {cost.bytes / unit:.3g} {name}"),
@@ -117,7 +113,7 @@ def _facts(found: Inspection) -> list[Row]:
         ("fixed-point", _contraction(found.published, found)),
         ("  --omega auto", _contraction(found.best, found)),
         ("shi", error),
-        *([("presolve", _presolve(found.presolve))] if found.presolve is not None else []),
+        *_presolve(found.presolve),
     ]
 
 
@@ -131,13 +127,15 @@ def _removed(found: Presolved | Refuted | None) -> dict[str, object] | None:
     return None if found is None else {"contradiction": False, "unknowns": found.kept.size, "removed": found.removed}
 
 
-def _presolve(found: Presolved | Refuted) -> str:
+def _presolve(found: Presolved | Refuted | None) -> list[Row]:
+    if found is None:
+        return []
     if isinstance(found, Refuted):
-        return "finds a row that cannot have its sign for any z within the bounds"
+        return [("presolve", "finds a row that cannot have its sign for any z within the bounds")]
     n, parts = found.original.n, ", ".join(f"{number} by {rule}" for rule, number in found.removed.items())
     changed = "writes equations in another way" * found.has_new_rows
     removes = f"removes {n - found.kept.size} of {count(n, 'unknown')}: {parts}" if parts else ""
-    return "; ".join(filter(None, (removes, changed)))
+    return [("presolve", "; ".join(filter(None, (removes, changed))))]
 
 
 def _condition(found: Inspection) -> str:
@@ -173,8 +171,8 @@ def _nonlinear_facts(found: NonlinearInspection) -> Sequence[Row]:
     if found.operators is not None:
         fixed = f"{found.fixed_variables}{', which are constants' * bool(found.fixed_variables)}"
         operators = ", ".join(f"{name} {number}" for name, number in found.operators.items()) or "none"
-        facts += [("operators", operators), ("common expressions", str(found.common_expressions))]
-        facts.append(("fixed variables", fixed))
+        common = str(found.common_expressions)
+        facts += [("operators", operators), ("common expressions", common), ("fixed variables", fixed)]
     density = f" ({100 * found.nonzeros / n**2:.3g} %)" if n else ""
     of_rows, of_free = found.structural_rank_of_equations, found.structural_rank_of_free
     free = f"; {of_rows} of the rows of equations, {of_free} of the columns of free unknowns" * bool(found.equations)

@@ -14,7 +14,6 @@ import numpy as np
 from lcpcli.errors import ParameterError, count, visible
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING
-from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.box import WORDS
 from lcpcli.model.problem import Problem
 from lcpcli.model.words import in_own_sense
@@ -215,7 +214,7 @@ def problem_html(problem: Problem) -> str:
     from lcpcli.report import html_page
 
     tables = []
-    if problem.n <= 6 and not is_sparse(problem.M):
+    if problem.n <= 6 and not matrices.is_sparse(problem.M):
         vectors = {"q": problem.q} | {name[0]: bound for name, bound in problem.bounds.items()}
         cells = [[f"{v:.7g}" for v in row] for row in zip(*problem.M.T, *vectors.values(), strict=True)]
         tables = [Table([*(f"M{j + 1}" for j in range(problem.n)), *vectors], [cells], words=())]
@@ -223,7 +222,7 @@ def problem_html(problem: Problem) -> str:
 
 
 def _properties(problem: Problem) -> list[str]:
-    stored = f"sparse, {count(problem.M.nnz, 'stored entry')}" if is_sparse(problem.M) else "dense"
+    stored = f"sparse, {count(problem.M.nnz, 'stored entry')}" if matrices.is_sparse(problem.M) else "dense"
     known = [count(len(problem.solutions), f"{problem.reference} solution")] if problem.solutions else []
     return [wording.size(problem), stored, *known, *([f"known verdict: {problem.verdict}"] if problem.verdict else [])]
 

@@ -19,7 +19,6 @@ from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS
 from lcpcli.report import wording
 from lcpcli.report.document import Document, typeset
-from lcpcli.report.wording import ELLIPSIS
 from lcpcli.version import VERSION
 
 if TYPE_CHECKING:
@@ -56,7 +55,7 @@ class Layout(NamedTuple):
         """Return the row of a problem. by : the methods and the objective; the last ones that fit are shown."""
         name = visible(name)
         if self.room is not None:
-            name = name if len(name) <= self.name else ELLIPSIS + name[len(ELLIPSIS) - self.name :]
+            name = name if len(name) <= self.name else wording.ELLIPSIS + name[len(wording.ELLIPSIS) - self.name :]
             while by and len(", ".join(by)) > self.room:
                 by = by[1:]
         cells = [f"{name:{self.name}}", f"{n:>6}", f"{status:15}", f"{k:>5}", f"{residual:>8}", f"{time:>7}"]

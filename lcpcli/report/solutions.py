@@ -21,9 +21,9 @@ from lcpcli.model.program import Program
 from lcpcli.model.words import in_own_sense
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, rounded
-from lcpcli.report import plotting, programs_and_games, result_formats, wording
+from lcpcli.report import plotting, programs_and_games, wording
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.result_formats import Report, plain
+from lcpcli.report.result_formats import Report, place, plain, record
 from lcpcli.report.tables import longest
 
 HEADER: tuple[str, ...] = ("piece", "kind", "number", "component", "z", "w")
@@ -43,10 +43,10 @@ Listing: TypeAlias = tuple[Table, list[str]]  # and remarks
 
 
 def report(found: SolutionSet | Optimum, source: Source, exact: bool, names: Sequence[str] = ()) -> Report:
-    record: Callable[..., dict[str, Any]] = _best_record if isinstance(found, Optimum) else _record
+    made: Callable[..., dict[str, Any]] = _best_record if isinstance(found, Optimum) else _record
     return Report(
         lambda form, _: build(found, exact, form, names),
-        lambda: [record(found, source, exact)],
+        lambda: [made(found, source, exact)],
         lambda: _rows(found, exact, names),
     )
 
@@ -185,7 +185,7 @@ def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float
 
 def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
     data, points, equilibria = found.data, found.points, found.equilibria
-    place, origin = {point: k for k, point in enumerate(points)}, data.problem.origin
+    number, origin = {point: k for k, point in enumerate(points)}, data.problem.origin
 
     def solution(k: int, z: Values) -> dict[str, Any]:
         value = objective(data, origin, z) if isinstance(origin, Program) else None
@@ -193,13 +193,13 @@ def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
         return {"z": z, "w": data.w(z), "objective": value, **_meaning(origin, z, each)}
 
     own = {
-        **result_formats.place(source, data.problem),
+        **place(source, data.problem),
         "solutions": [solution(*each) for each in enumerate(points)],
-        "pieces": [vars(piece) | {"vertices": list(map(place.get, piece.vertices))} for piece in found.pieces],
+        "pieces": [vars(piece) | {"vertices": list(map(number.get, piece.vertices))} for piece in found.pieces],
         "components": equilibria and equilibria.components,
         "degenerate": equilibria and equilibria.is_degenerate,
     }
-    return result_formats.record(KEYS, found, own, exact)
+    return record(KEYS, found, own, exact)
 
 
 def _meaning(origin: Any, z: Values, each: ExactEquilibrium | None) -> dict[str, Any]:
@@ -252,13 +252,13 @@ def _components(origin: Any, z: Values, w: Values, exact: bool) -> Iterator[Cell
 
 def _best_record(found: Optimum, source: Source, exact: bool) -> dict[str, Any]:
     problem = found.data.problem
-    own = dict.fromkeys(("x", "y", "equilibrium")) | result_formats.place(source, problem)
+    own = dict.fromkeys(("x", "y", "equilibrium")) | place(source, problem)
     own |= {"message": found.message(brief if exact else approximate)}
     for name, toward in found.outward.items():
         number = getattr(found, name)
         own[name] = number if number is None or exact else _outward(number, toward)
     own |= _meaning(problem.origin, found.z, found.equilibrium) if found.z else {}
-    return result_formats.record(BEST_KEYS, found, own, exact)
+    return record(BEST_KEYS, found, own, exact)
 
 
 def _outward(value: Fraction, toward: int) -> float:

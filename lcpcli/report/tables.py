@@ -15,7 +15,6 @@ from lcpcli.model.words import in_own_sense
 from lcpcli.options import AUTO
 from lcpcli.report import html_page, outcome, wording
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.wording import ELLIPSIS, LEVELS
 from lcpcli.solving.result import Result
 from lcpcli.typing import Indices
 
@@ -86,19 +85,19 @@ def build(
     shown = [rows[1:] if len(rows) > 1 else rows for rows in traces]  # the start only if there is nothing else
     rows = [row for own in shown for row in own]
     others = wording.columns_of(problem, rows)
-    header = ["method", "k", *(ELLIPSIS if i is None else names[i] for i in kept), *others]
+    header = ["method", "k", *(wording.ELLIPSIS if i is None else names[i] for i in kept), *others]
     places = _places(chosen, len(kept), [name.partition("/")[0] for name in others])
 
     def cells_of_z(row: TraceRow, largest: float) -> list[str]:
         if game is not None:
             cells = _of_game(row, game)
-            return [ELLIPSIS if i is None else cells[i] for i in kept]
+            return [wording.ELLIPSIS if i is None else cells[i] for i in kept]
         held_ones = iter(wording.components((signs * row.z + 0.0).tolist(), largest))
-        return [ELLIPSIS if i is None else next(held_ones) for i in kept]
+        return [wording.ELLIPSIS if i is None else next(held_ones) for i in kept]
 
     groups = [_group(result, own, cells_of_z, others, places) for result, own in zip(results, shown, strict=True)]
     facts = [] if compared else outcome.facts(first, width, whole, shown_names)
-    elided = False if shown_names else components is not None if compared else ELLIPSIS in "".join(facts)
+    elided = False if shown_names else components is not None if compared else wording.ELLIPSIS in "".join(facts)
     disproof, solved = list[str](), [result for result in results if result.solved]
     if solved and problem.verdict in WITHOUT_SOLUTION:
         wrong = f"the verdict of the problem, {problem.verdict}, is wrong"
@@ -231,7 +230,7 @@ def _title(problem: Problem, verdict: str) -> str:
     if len(problem.solutions) == 1:
         z, computed = problem.solutions[0], "" if problem.reference == "known" else f"{problem.reference} "
         shown = [f"{v:.7g}" for v in (z if problem.n <= TITLE_COMPONENTS else z[[0, 1, 2, -1]])]
-        shown[3:3] = [ELLIPSIS] * (problem.n > TITLE_COMPONENTS)
+        shown[3:3] = [wording.ELLIPSIS] * (problem.n > TITLE_COMPONENTS)
         parts.append(f"{computed}solution ({', '.join(shown)})")
     elif problem.solutions:
         parts.append(f"{len(problem.solutions)} {problem.reference} solutions")
@@ -249,8 +248,8 @@ def summary_of_costs(results: Sequence[Result], width: int | None) -> Table:
     verified end, in one unit, and a column for each option by which runs differ. A summary wider than the terminal, if
     there is one, leaves out levels, the coarsest first."""
     are_noted = any(result.curve is not None and result.curve.levels for result in results)
-    for i in range(len(LEVELS) + 1):
-        made = _summary(results, LEVELS[i:] if are_noted else (), are_noted)
+    for i in range(len(wording.LEVELS) + 1):
+        made = _summary(results, wording.LEVELS[i:] if are_noted else (), are_noted)
         if width is None or sum(made.widths()) + len(made.header) + len(made.best) <= width:  # a mark beside each best
             break
     return made

@@ -7,7 +7,6 @@ from typing import Any
 
 from lcpcli.report import result_formats
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.result_formats import Report
 from lcpcli.report.wording import above, number, short, size, title
 from lcpcli.verify.verification import Verification
 
@@ -17,10 +16,12 @@ KEYS = (
 )
 
 
-def report(verifications: Sequence[Verification]) -> Report:
+def report(verifications: Sequence[Verification]) -> result_formats.Report:
     """Return the report on verifications of one problem."""
     name = title(verifications[0].problem) or "verification"
-    return Report(lambda *_: Document(name, list(map(_section, verifications))), lambda: map(_record, verifications))
+    return result_formats.Report(
+        lambda *_: Document(name, list(map(_section, verifications))), lambda: map(_record, verifications)
+    )
 
 
 def _section(verification: Verification) -> Section:
