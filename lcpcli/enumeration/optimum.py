@@ -23,8 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli import clock, options
-from lcpcli.enumeration.equilibria import ExactEquilibrium, Players
-from lcpcli.enumeration.search import in_exact_numbers
+from lcpcli.enumeration.search import ExactEquilibrium, Players, in_exact_numbers
 from lcpcli.errors import ProblemError
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.linalg.matrices import dense
@@ -229,13 +228,13 @@ def best(data: ExactProblem, costs: list[Fraction], sense: str, constant: Fracti
 
 def _costs(problem: Problem, objective: Any) -> list[Fraction]:
     """Return the coefficients of an objective as fractions."""
-    if isinstance(objective, Mapping):
-        costs, turned = [Fraction(0)] * problem.n, reversed_names(problem)
-        for name, value in objective.items():
-            i = _index(problem, name)
-            costs[i] += -value if i in turned and name == problem.names[i] else value
-        return costs
-    return _fractions(objective, problem.n)
+    if not isinstance(objective, Mapping):
+        return _fractions(objective, problem.n)
+    costs, turned = [Fraction(0)] * problem.n, reversed_names(problem)
+    for name, value in objective.items():
+        i = _index(problem, name)
+        costs[i] += -value if i in turned and name == problem.names[i] else value
+    return costs
 
 
 def _fractions(given: Any, n: int) -> list[Fraction]:

@@ -9,10 +9,9 @@ from functools import partial
 from itertools import chain, cycle, islice
 from typing import Any, TypeAlias
 
-from lcpcli.enumeration.equilibria import ExactEquilibrium
 from lcpcli.enumeration.optimum import OPTIMAL, Optimum
 from lcpcli.enumeration.pieces import Piece
-from lcpcli.enumeration.search import SolutionSet, objective
+from lcpcli.enumeration.search import ExactEquilibrium, SolutionSet, objective
 from lcpcli.errors import count
 from lcpcli.files.contents import Source
 from lcpcli.linalg.doubles import LARGEST_DOUBLE
