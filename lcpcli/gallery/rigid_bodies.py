@@ -1,9 +1,8 @@
 """Rigid boxes in the plane with Coulomb friction in time: each step is one LCP, whose z moves the boxes on.
 
 The boxes collide without rebound. A step of the length h from the velocity v is that of D. E. Stewart, J. C. Trinkle,
-An implicit time-stepping scheme for rigid body dynamics with inelastic collisions and Coulomb friction, Int. J. Numer.
-Methods Eng. 39 (1996) 2673-2691, which is solvable by M. Anitescu, F. A. Potra, Formulating dynamic multi-rigid-body
-contact problems with friction as solvable linear complementarity problems, Nonlinear Dynamics 14 (1997) 231-247.
+Int. J. Numer. Methods Eng. 39 (1996) 2673-2691, which is solvable by M. Anitescu, F. A. Potra, Nonlinear Dynamics 14
+(1997) 231-247.
 """
 
 from __future__ import annotations

@@ -3,17 +3,14 @@
 Small matrices are decided by exact elimination, larger ones by factors of S = M + M' that prove definiteness (see
 `verify.error_theorems`). A factorization that fails gives a v, and v'Mv is determined exactly.
 
-Copositive (v'Mv >= 0 for all v >= 0), strictly copositive (> 0 for v != 0) and copositive-plus matrices.
-
-Copositive-plus: copositive, and (M + M')v = 0 wherever v >= 0 and v'Mv = 0. Small matrices are decided exactly, with S
-= M + M' and one linear system per index set P. S is copositive unless, for some P with det S_PP < 0, u = -S_PP^-1 e is
-nonnegative (K. P. Hadeler, On copositive matrices, Linear Algebra and its Applications 49 (1983) 79-89; R. W. Cottle,
-G. J. Habetler and C. E. Lemke, On classes of copositive matrices, ibid. 3 (1970) 295-310); then u'S_PP u = -e'u < 0.
-The zeros of a copositive form are sums of those of minimal support, where S_PP has only the null vector u > 0 (R.
-Hildebrand, Minimal zeros of copositive matrices, ibid. 459 (2014) 154-174). Of any size, a sum of a positive
-semidefinite matrix and one without negative entries is copositive: that of contact with friction (D. E. Stewart and J.
-C. Trinkle, An implicit time-stepping scheme for rigid body dynamics with inelastic collisions and Coulomb friction,
-International Journal for Numerical Methods in Engineering 39 (1996) 2673-2691), in whatever order the rows are.
+Copositive matrices: v'Mv >= 0 for all v >= 0, strictly if > 0 for v != 0; copositive-plus if (M + M')v = 0 wherever
+v >= 0 and v'Mv = 0. Small matrices are decided exactly, with S = M + M' and one linear system per index set P. S is
+copositive unless, for some P with det S_PP < 0, u = -S_PP^-1 e is nonnegative (K. P. Hadeler, Linear Algebra Appl. 49
+(1983) 79-89; R. W. Cottle, G. J. Habetler and C. E. Lemke, ibid. 3 (1970) 295-310); then u'S_PP u = -e'u < 0. The zeros
+of a copositive form are sums of those of minimal support, where S_PP has only the null vector u > 0 (R. Hildebrand,
+ibid. 459 (2014) 154-174). Of any size, a sum of a positive semidefinite matrix and one without negative entries is
+copositive: that of contact with friction (D. E. Stewart and J. C. Trinkle, Int. J. Numer. Methods Eng. 39 (1996)
+2673-2691), in whatever order the rows are.
 """
 
 from __future__ import annotations

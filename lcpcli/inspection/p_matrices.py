@@ -1,18 +1,18 @@
 """P-matrices, whose principal minors are all positive, P0-matrices, where none is negative, and sufficient matrices.
 
 Small matrices are decided by all their principal minors, in exact arithmetic. Larger ones belong to P or P0 by an
-implication, or are ruled out by one minor, or by a vector whose signs M reverses (M. Fiedler and V. Pták, On matrices
-with non-positive off-diagonal elements and positive principal minors, Czechoslovak Mathematical Journal 12 (1962)
-382-400): v_i (Mv)_i <= 0 for all i, v != 0, for P; v_i (Mv)_i < 0 wherever v_i != 0 for P0.
+implication, or are ruled out by one minor, or by a vector whose signs M reverses (M. Fiedler and V. Pták, Czechoslovak
+Mathematical Journal 12 (1962) 382-400): v_i (Mv)_i <= 0 for all i, v != 0, for P; v_i (Mv)_i < 0 wherever v_i != 0 for
+P0.
 
 M is column sufficient if z_i (Mz)_i <= 0 for all i implies that all are 0, and row sufficient if M' is column
-sufficient (R. W. Cottle, J.-S. Pang and V. Venkateswaran, Sufficient matrices and the linear complementarity problem,
-Linear Algebra and its Applications 114/115 (1989) 231-249). Both imply P0. Small matrices are decided exactly: let z be
-a counterexample of smallest support P, I the indices with z_i (Mz)_i < 0, and J the others in P. M_PP + T is singular
-for the diagonal T of -(Mz)_i / z_i. Its determinant is a sum over the principal minors from J to P, each times a
-positive number; in a P0-matrix they are therefore all 0, and M_PP + T is singular for every T >= 0 with support in I.
-No null vector of it vanishes on I, as a multiple of it could be subtracted from z to make P smaller. So the null space
-of M_PP + t diag(1_I), t > 0, has a counterexample; it suffices to examine all I and P.
+sufficient (R. W. Cottle, J.-S. Pang and V. Venkateswaran, Linear Algebra Appl. 114/115 (1989) 231-249). Both imply P0.
+Small matrices are decided exactly: let z be a counterexample of smallest support P, I the indices with z_i (Mz)_i < 0,
+and J the others in P. M_PP + T is singular for the diagonal T of -(Mz)_i / z_i. Its determinant is a sum over the
+principal minors from J to P, each times a positive number; in a P0-matrix they are therefore all 0, and M_PP + T is
+singular for every T >= 0 with support in I. No null vector of it vanishes on I, as a multiple of it could be subtracted
+from z to make P smaller. So the null space of M_PP + t diag(1_I), t > 0, has a counterexample; it suffices to examine
+all I and P.
 
 H+ and M-matrices are P-matrices: they are strictly diagonally dominant after a positive scaling of the columns.
 M is an H+-matrix if C d > 0 for its comparison matrix C and some d > 0 (see `verify.error_theorems`). There is no such
