@@ -119,16 +119,15 @@ class Scene:
     def _between(self, i: int, j: int) -> list[Contact]:
         """Return the contacts of two bodies, at most two: the side of one body on the axis on which they are farthest
         apart, and the ends of the nearest side of the other one, as far as they lie above it."""
-        best: tuple[float, int, int, int, Vector] | None = None
+        best = -math.inf, i, j, 0, self._axes[i, 0]
         for first, second in ((i, j), (j, i)):
             between = self.centres[second] - self.centres[first]
             for axis, direction in enumerate(self._axes[first]):
                 normal = direction if direction @ between >= 0 else -direction
                 reach = self._half[first, axis] + self._half[second] @ abs(self._axes[second] @ normal)
                 apart = normal @ between - reach
-                if best is None or apart > best[0] + 1e-9:  # in ties the first one, also after rounding
+                if apart > best[0] + 1e-9:  # in ties the first one, also after rounding
                     best = apart, first, second, axis, normal
-        assert best is not None
         apart, first, second, axis, normal = best
         return self._at_side(first, second, axis, normal) if apart <= self._margins[i, j] else []
 

@@ -15,7 +15,6 @@ copositive: that of contact with friction (D. E. Stewart and J. C. Trinkle, Int.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import suppress
 from fractions import Fraction
 
@@ -28,7 +27,6 @@ from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, entr
 from lcpcli.linalg import matrices
 from lcpcli.linalg.patterns import affordable
 from lcpcli.rational import elimination
-from lcpcli.rational.elimination import Rows
 from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.error_theorems import proof_of_definiteness
 
@@ -151,7 +149,8 @@ def _by_index_set(context: Context, indices: tuple[int, ...], strict: bool) -> V
     eigenvalue."""
     v, rows = None, list(indices)
     if len(indices) <= RATIONAL:
-        *S, last = verdict.block(context.whole_symmetric_part(), indices)
+        whole = elimination.symmetrized(context.whole())
+        *S, last = [[whole[i][j] for j in indices] for i in indices]
         x, free = elimination.solve([row[:-1] for row in S], [-value for value in last[:-1]])
         v = None if x is None or free else context.vector(indices, [*x, Fraction(1)])
     if v is None:
@@ -209,7 +208,7 @@ def copositive(context: Context) -> Verdict:
     found = _beside_zeros_on_diagonal(context)
     if found is not None or context.n > ALL_SETS:
         return found or _undecided(context)
-    for P, S_PP in _blocks(context):
+    for P, S_PP in verdict.blocks(elimination.symmetrized(context.whole()), context.check):
         u, free = elimination.solve(S_PP, [-1] * len(P))
         if u is not None and not free and min(u) >= 0:  # then u'Su < 0
             return _excluded(context, P, u, "v'Mv < 0")
@@ -246,9 +245,8 @@ def _beside_zeros_on_diagonal(context: Context) -> Verdict | None:
     part.verdicts["positive_definite"] = positive_definite(part)
     if positive_semidefinite(part).word != YES:
         return None
-    rows_of_zeros = "the row" if rows.size == 1 else f"the {rows.size} rows"
-    where = f"{rows_of_zeros} where its diagonal is 0, and is positive semidefinite without them"
-    return Verdict(YES, f"M + M' has no negative entry in {where}")
+    where = f"{'the row' if rows.size == 1 else f'the {rows.size} rows'} where its diagonal is 0"
+    return Verdict(YES, f"M + M' has no negative entry in {where}, and is positive semidefinite without them")
 
 
 def _undecided(context: Context) -> Verdict:
@@ -264,21 +262,13 @@ def _excluded(context: Context, P: tuple[int, ...], u: list[Fraction], claim: st
     return Verdict(NO, f"{claim} for v = {text_of(v)} >= 0", P, v)
 
 
-def _blocks(context: Context) -> Iterator[tuple[tuple[int, ...], Rows]]:
-    """Yield every index set P, the smallest first, with S_PP in integers."""
-    S = context.whole_symmetric_part()
-    for P in verdict.index_sets(context.n):
-        context.check()
-        yield P, verdict.block(S, P)
-
-
 def _by_zeros(context: Context, plus: bool) -> Verdict:
     """Decide whether a copositive M is strictly copositive, or copositive-plus, by the zeros v >= 0 of minimal support
     of its form, for which some v_P > 0 spans the null space of S_PP."""
     if context.n > ALL_SETS or not context.yes("copositive"):
         return _undecided(context) if context.n > ALL_SETS else Verdict(UNDECIDED, "copositivity is not decided")
-    whole = context.whole_symmetric_part()
-    for P, S in _blocks(context):
+    whole = elimination.symmetrized(context.whole())
+    for P, S in verdict.blocks(whole, context.check):
         _, free = elimination.solve(S, [0] * len(P))
         u = free[0] if len(free) == 1 else [Fraction(0)]
         u = [-value for value in u] if sum(u) < 0 else u

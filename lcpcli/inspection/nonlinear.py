@@ -140,11 +140,9 @@ def _pattern(n: int, samples: Sequence[Matrix]) -> tuple[Matrix, Vector]:
 
 
 def _rank(pattern: Matrix) -> int:
-    if not min(pattern.shape):
-        return 0
     with imports:
-        from scipy.sparse.csgraph import maximum_bipartite_matching
-    return int(np.count_nonzero(maximum_bipartite_matching(pattern.tocsr(), perm_type="column") >= 0))
+        from scipy.sparse.csgraph import structural_rank
+    return int(structural_rank(pattern.tocsr())) if min(pattern.shape) else 0
 
 
 def _hints(found: NonlinearInspection, is_undefined: bool) -> Iterator[str]:

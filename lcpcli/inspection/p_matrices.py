@@ -52,8 +52,7 @@ def m_matrix(context: Context) -> Verdict:
 
 def scaled_dominance(M: Matrix, check: verdict.Check) -> Verdict:
     """Decide whether M, with positive diagonal, is an H+-matrix."""
-    C = matrices.comparison(M)
-    e = np.ones(C.shape[0])
+    C, e = matrices.comparison(M), np.ones(M.shape[0])
     row = signs(C, e, check)
     if (row > 0).all():
         return Verdict(YES, "it is strictly diagonally dominant: d = (1, ..., 1)", vector=e)
@@ -189,8 +188,7 @@ def column_sufficient(context: Context, product: str = "Mz") -> Verdict:
         return Verdict(UNDECIDED, "whether it is a P0-matrix is not decided")
     M = context.whole()
     A = M if product == "Mz" else [list(column) for column in zip(*M, strict=True)]
-    for P in verdict.index_sets(context.n):
-        part = verdict.block(A, P)
+    for P, part in verdict.blocks(A, context.check):
         if elimination.determinant(part):
             continue
         t = max(abs(v) for row in part for v in row) or 1

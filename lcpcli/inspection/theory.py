@@ -31,7 +31,6 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Verdict, called
-from lcpcli.interrupts import interruptibly
 from lcpcli.linalg import factors, krylov, matrices
 from lcpcli.linalg.factors import SingularMatrix, finite
 from lcpcli.linalg.patterns import Band, affordable
@@ -193,21 +192,19 @@ def condition(M: Matrix) -> float:
 
 
 def _estimated_condition(M: Matrix) -> float:
-    if matrices.is_sparse(M):
-        with imports:
-            from scipy.sparse.linalg import LinearOperator, onenormest
-        lu = factors.sparse_lu(matrices.is_symmetric(M))(M)
-        if not np.isfinite(lu.solve(np.ones(M.shape[0]))).all():
-            return math.inf
-        inverse = LinearOperator(M.shape, matvec=lu.solve, rmatvec=lambda b: lu.solve(b, "T"), dtype=np.float64)
-        # with one column it uses no random vector, so that the result is reproducible
-        return float(onenormest(inverse, t=1)) * float(abs(M).sum(axis=0).max())
     with imports:
-        from scipy.linalg import get_lapack_funcs
-    getrf, gecon = get_lapack_funcs(("getrf", "gecon"), (M,))
-    lu, _, info = interruptibly(partial(getrf, M)) if M.shape[0] >= factors.LONG_LU else getrf(M)
-    reciprocal = 0.0 if info > 0 else float(gecon(lu, float(matrices.norm_inf(M.T)), norm="1")[0])
-    return 1 / reciprocal if reciprocal > 0 else math.inf
+        from scipy.sparse.linalg import LinearOperator, onenormest
+    if matrices.is_sparse(M):
+        lu = factors.sparse_lu(matrices.is_symmetric(M))(M)
+        solve, transposed = lu.solve, partial(lu.solve, trans="T")
+    else:
+        solve = factors.dense_factors().lu(M, overwrite=False)
+        transposed = partial(solve, transposed=True)
+    if not np.isfinite(solve(np.ones(M.shape[0]))).all():
+        return math.inf
+    inverse = LinearOperator(M.shape, matvec=solve, rmatvec=transposed, dtype=np.float64)
+    # with one column it uses no random vector, so that the result is reproducible
+    return float(onenormest(inverse, t=1)) * float(abs(M).sum(axis=0).max())
 
 
 def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:

@@ -1,6 +1,5 @@
-"""The verdict on one class of matrices, with its evidence; and the matrix to classify, with the time that is left.
-
-Matrix classes of M, with evidence: the table of all classes, and the classes that the entries decide.
+"""The verdict on one class of matrices, with its evidence; the matrix to classify, with a check of the time; the table
+of all classes, and those that the entries decide.
 
 The entries of M are taken as exact numbers, and no "yes" or "no" depends on rounding: what is found in double precision
 is either guaranteed by an error bound or decided in exact arithmetic, or else it is "not decided".
@@ -45,8 +44,7 @@ def called(name: str) -> str:
     return ("an " if words[0] in "HM" else "a ") * words.endswith("-matrix") + words
 
 
-Check = Callable[[], None]
-"""It raises TimeIsUp if the time is used up, as `interrupts.check` does."""
+Check = Callable[[], None]  # it raises TimeIsUp if the time is used up, as `interrupts.check` does
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +65,8 @@ class Verdict:
 
 def text_of(numbers: Sequence[float] | Vector) -> str:
     """Return a vector or index set for a sentence: complete if it is short, else its beginning."""
-    texts = [f"{number:.6g}" for number in numbers[:MOST_ENTRIES]]
-    return "(" + ", ".join(texts) + (", ...)" if len(numbers) > MOST_ENTRIES else ")")
+    texts = [f"{number:.6g}" for number in numbers[:MOST_ENTRIES]] + ["..."] * (len(numbers) > MOST_ENTRIES)
+    return f"({', '.join(texts)})"
 
 
 def index_set(indices: Sequence[int]) -> str:
@@ -81,14 +79,16 @@ def entry(i: int, j: int) -> str:
     return f"M({i + 1}, {j + 1})"
 
 
-def block(A: elimination.Rows, P: Sequence[int]) -> elimination.Rows:
-    """Return the rows and columns of A in the index set P."""
-    return [[A[i][j] for j in P] for i in P]
-
-
 def index_sets(n: int) -> Iterator[tuple[int, ...]]:
     """Yield all nonempty subsets of n indices, the smallest first."""
     return (subset for size in range(1, n + 1) for subset in combinations(range(n), size))
+
+
+def blocks(A: elimination.Rows, check: Check) -> Iterator[tuple[tuple[int, ...], elimination.Rows]]:
+    """Yield every index set P with the rows and columns of A in it, the smallest first."""
+    for P in index_sets(len(A)):
+        check()
+        yield P, [[A[i][j] for j in P] for i in P]
 
 
 class Context:
@@ -134,14 +134,10 @@ class Context:
         """Return a small M as integers, multiplied by a power of two."""
         return numbers.integers(matrices.dense(self.M))
 
-    def whole_symmetric_part(self) -> elimination.Rows:
-        """Return M + M' as integers, multiplied by a power of two, for a small M."""
-        return elimination.symmetrized(self.whole())
-
     @cached_property
     def definiteness(self) -> elimination.Definiteness:
         """Return the result of exact elimination of M + M', for a small M. May raise TimeIsUp."""
-        return elimination.definiteness(self.whole_symmetric_part(), self.check)
+        return elimination.definiteness(elimination.symmetrized(self.whole()), self.check)
 
     def vector(self, P: Sequence[int], u: Sequence[Fraction | int]) -> Vector | None:
         """Return a positive integer multiple of the v with v_P = u, 0 elsewhere; None if floats do not represent it."""

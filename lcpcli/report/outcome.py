@@ -1,5 +1,4 @@
-"""The outcome of runs as lines of text; results, traces and problems as one line in the interpreter, and problems as
-parts of a page in notebooks."""
+"""The outcome of runs as lines of text; results, traces and problems as one line in the interpreter."""
 
 from __future__ import annotations
 
@@ -19,7 +18,6 @@ from lcpcli.model.problem import Problem
 from lcpcli.model.words import in_own_sense
 from lcpcli.rational.numbers import approximate, brief
 from lcpcli.report import wording
-from lcpcli.report.document import Section, Table
 from lcpcli.report.wording import ELLIPSIS, LEVELS, PIPE_WIDTH, duration, error, name, residual, short
 from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Trace
@@ -207,24 +205,10 @@ def result_text(result: Result) -> str:
 
 
 def problem_text(problem: Problem) -> str:
-    return f"<{f'Problem {wording.title(problem)}'.rstrip()}: {', '.join(_properties(problem))}>"
-
-
-def problem_html(problem: Problem) -> str:
-    from lcpcli.report import html_page
-
-    tables = []
-    if problem.n <= 6 and not matrices.is_sparse(problem.M):
-        vectors = {"q": problem.q} | {name[0]: bound for name, bound in problem.bounds.items()}
-        cells = [[f"{v:.7g}" for v in row] for row in zip(*problem.M.T, *vectors.values(), strict=True)]
-        tables = [Table([*(f"M{j + 1}" for j in range(problem.n)), *vectors], [cells], words=())]
-    return html_page.part(Section(wording.title(problem) or "Problem", facts=_properties(problem), tables=tables))
-
-
-def _properties(problem: Problem) -> list[str]:
     stored = f"sparse, {count(problem.M.nnz, 'stored entry')}" if matrices.is_sparse(problem.M) else "dense"
     known = [count(len(problem.solutions), f"{problem.reference} solution")] if problem.solutions else []
-    return [wording.size(problem), stored, *known, *([f"known verdict: {problem.verdict}"] if problem.verdict else [])]
+    known += [f"known verdict: {problem.verdict}"] if problem.verdict else []
+    return f"<{f'Problem {wording.title(problem)}'.rstrip()}: {', '.join([wording.size(problem), stored, *known])}>"
 
 
 def frame(result: Result) -> Any:
