@@ -88,7 +88,8 @@ class Inspection:
 
     condition, equilibrated_condition : in the 1-norm, of M and of R M C; infinite if singular, estimated for large n.
     spread, equilibrated_spread : the spreads of M and of R M C. spectrum : the spectrum of a symmetric M.
-    published, best : the rates of `fixed-point` with omega = 1 and with `--omega auto`.
+    p, smoothing_error : as `theory.smoothing` has them. published, best : the rates of `fixed-point` with omega = 1 and
+        with `--omega auto`.
     presolve : what presolve leaves of a mixed problem, or a proof that there is no solution; None if presolve changes
         nothing or time ran out.
     plan : the attempts of `auto`, in order; None if time ran out.
@@ -101,7 +102,8 @@ class Inspection:
     spread: theory.Spread
     equilibrated_spread: theory.Spread
     cost: theory.Cost
-    smoothing: theory.Smoothing
+    p: float
+    smoothing_error: float
     guarantees: dict[str, theory.Guarantee]
     obvious: str
     hints: list[str]
@@ -151,6 +153,7 @@ def inspect(
     with within(time_limit):
         classes = classify(M)
     definite = classes["symmetric"].word == classes["positive_definite"].word == YES
+    p, smoothing_error = theory.smoothing(problem)
     scaled = matrices.scaled(M, *equilibrate(M, problem.q))
     found = Inspection(
         problem=problem,
@@ -159,7 +162,8 @@ def inspect(
         spread=theory.spread(M),
         equilibrated_spread=theory.spread(scaled),
         cost=theory.cost(M, definite),
-        smoothing=theory.smoothing(problem),
+        p=p,
+        smoothing_error=smoothing_error,
         guarantees=theory.guarantees(classes, problem),
         obvious=_obvious(problem, classes),
         hints=list(filter(None, [changes.remark(problem)])),
@@ -170,10 +174,10 @@ def inspect(
             found.condition = theory.condition(M)
             check()
             found.equilibrated_condition = theory.condition(scaled)
-            check()
+        check()
         if problem.n and classes["symmetric"].word == YES:
             found.spectrum = theory.eigenvalues(M, definite)
-            check()
+        check()
         if problem.n:
             found.published, found.best = theory.rates(M, found.spectrum if definite else None)
     with suppress(TimeIsUp), within(end - clock.seconds()):

@@ -64,13 +64,6 @@ class Rate:
     iterations: int | None
 
 
-class Smoothing(NamedTuple):
-    """The default p of `shi`, in 1 / (units of z), and the bound (ln 3 / p) |M - I|_inf of |F~ - F|, in units of q."""
-
-    p: float
-    error: float
-
-
 def guarantees(classes: Mapping[str, Verdict], problem: Problem) -> dict[str, Guarantee]:
     """Return for each of `methods.registry.METHODS` whether its success is guaranteed by the known classes of M."""
     found = {name: _guarantee(method, classes, problem) for name, method in METHODS.items()}
@@ -136,11 +129,12 @@ def _rate(M: Matrix, omega: float, ends: Spectrum | None) -> Rate:
     return Rate(omega, factor, 1 if factor <= tol else math.ceil(math.log(tol) / math.log(factor)))
 
 
-def smoothing(problem: Problem) -> Smoothing:
-    """Return the bound on |F~ - F| for the default p of `shi`, which runs with mid(l, u, 0) moved to 0."""
+def smoothing(problem: Problem) -> tuple[float, float]:
+    """Return the default p of `shi`, which runs with mid(l, u, 0) moved to 0, in 1 / (units of z), and for it the bound
+    (ln 3 / p) |M - I|_inf of |F~ - F|, in units of q."""
     problem = shifted(problem).problem
     p = default_p(problem)
-    return Smoothing(p, smoothing_error(problem, p))
+    return p, smoothing_error(problem, p)
 
 
 BAD_CONDITION = 1e12  # from which on a hint warns: at most 4 of 16 digits are left

@@ -48,13 +48,14 @@ def report(found: Inspection | NonlinearInspection, whole: bool = True) -> resul
 
     def document(*_: Any) -> Document:
         if isinstance(found, Inspection):
-            facts, tables, kind = [found.obvious, *found.hints], _linear_tables(found, classes, whole), ""
+            tables, heading = _linear_tables(found, classes, whole), f"{name}: {wording.size(found.problem)}"
         else:
             shown = [row for row in classes if whole or row[0] in DECISIVE]
             of_start = _table(("class of M = J at the start", "", "because"), shown)
-            facts, tables, kind = [*found.hints], [_table(("", ""), _nonlinear_facts(found)), of_start], ", nonlinear"
-        heading = f"{name}{kind}: {wording.size(found.problem)}"
-        return Document(heading, [Section(heading, facts=list(filter(None, facts)), tables=tables)])
+            tables = [_table(("", ""), _nonlinear_facts(found)), of_start]
+            heading = f"{name}, nonlinear: {wording.size(found.problem)}"
+        facts = list(filter(None, [getattr(found, "obvious", ""), *found.hints]))
+        return Document(heading, [Section(heading, facts=facts, tables=tables)])
 
     return result_formats.Report(document, lambda: [_record(found)], pipe=wording.PIPE_WIDTH)
 
@@ -84,7 +85,7 @@ def _linear_tables(found: Inspection, classes: Sequence[Row], whole: bool) -> li
 def verdict(found: Inspection | NonlinearInspection) -> str:
     """Return an inspection in a line: the obvious answer, else the classes that decide about the methods."""
     proved = [title(name) for name, own in found.classes.items() if own.word == "yes" and title(name) in DECISIVE]
-    obvious = found.obvious if isinstance(found, Inspection) else ""
+    obvious = getattr(found, "obvious", "")
     return obvious or ", ".join(proved) or "no class of M that decides about the methods is proved"
 
 
@@ -103,7 +104,7 @@ def _facts(found: Inspection) -> list[Row]:
     eigenvalues = "not computed: M is not symmetric" if found.classes["symmetric"].word == "no" else UNKNOWN
     if (ends := found.spectrum) is not None:
         eigenvalues = f"{'about ' * ends.estimated}{ends.smallest:.4g} to {ends.largest:.4g}"
-    error = f"p = {found.smoothing.p:.2g} leaves a smoothing error of at most {found.smoothing.error:.1e} in F"
+    error = f"p = {found.p:.2g} leaves a smoothing error of at most {found.smoothing_error:.1e} in F"
     return [
         ("entries", f"{stored}, {nonzeros}, {cost.bytes / unit:.3g} {name}"),
         ("scaling", f"{_spread(before)} ({after.rows:.1f} and {after.columns:.1f} after equilibration)"),
@@ -210,8 +211,6 @@ def _record(found: Inspection | NonlinearInspection) -> dict[str, Any]:
             **vars(found.cost),
             "fixed_point": found.published or NO_RATE,
             "fixed_point_best": found.best or NO_RATE,
-            "p": found.smoothing.p,
-            "smoothing_error": found.smoothing.error,
             "methods": {name: {"guaranteed": own.word, "reason": own.reason} for name, own in found.guarantees.items()},
             "presolve": _removed(found.presolve),
             "plan": None if found.plan is None else [attempt._asdict() for attempt in found.plan],

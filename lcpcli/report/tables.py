@@ -115,7 +115,7 @@ def build(
         verdict="" if compared else outcome.verdict(first),
         settled=not compared and first.solved,
         facts=facts,
-        tables=[*_strategies([first][compared:], whole or form != "table"), iterates, *filter(None, [summary])],
+        tables=[*_strategies(first, whole or form != "table", compared), iterates, *filter(None, [summary])],
         remarks=[*disproof, *_remarks(results, compared, elided, form, shows_times)],
         provenance=wording.made_by(results),
         figure=partial(outcome.figure, results) if any(result.trace or result.curve for result in results) else None,
@@ -130,20 +130,20 @@ def result_html(result: Result) -> str:
     return html_page.part(section._replace(tables=shown, remarks=advised))
 
 
-def _strategies(results: Sequence[Result], whole: bool) -> list[Table]:
-    """Return tables of the rows and variables of programs, or of the strategies of game trees; a screen of them or the
-    whole."""
-    if all(result.answer is None for result in results):
+def _strategies(result: Result, whole: bool, compared: bool) -> list[Table]:
+    """Return tables of the rows and variables of a program, or of the strategies of a game tree; a screen of them or
+    the whole; none if results are compared."""
+    if compared or result.answer is None:
         return []
     from lcpcli.report import programs_and_games
 
-    return [table for own in results for table in programs_and_games.tables(own.answer, own.problem.origin, whole)]
+    return programs_and_games.tables(result.answer, result.problem.origin, whole)
 
 
 def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> Document:
-    names = dict.fromkeys(section.title.split(":")[0] for section in sections)
-    methods = dict.fromkeys(result.method for own in runs for result in own)
-    return Document(": ".join(filter(None, (", ".join(names), " and ".join(methods)))), sections)
+    names = ", ".join(dict.fromkeys(section.title.split(":")[0] for section in sections))
+    methods = " and ".join(dict.fromkeys(result.method for own in runs for result in own))
+    return Document(": ".join(filter(None, (names, methods))), sections)
 
 
 def _digits(row: TraceRow, components: Indices | None) -> str:
