@@ -17,8 +17,7 @@ from lcpcli.report.document import RECORD_MEANINGS
 
 if TYPE_CHECKING:
     from lcpcli.files.beside import Candidate
-    from lcpcli.inspection.inspection import Inspection
-    from lcpcli.inspection.nonlinear import NonlinearInspection
+    from lcpcli.inspection.inspection import Inspection, NonlinearInspection
     from lcpcli.model.nonlinear import NonlinearProblem
     from lcpcli.model.problem import Problem
     from lcpcli.rational.exact_problem import ExactProblem
@@ -152,7 +151,7 @@ def inspect(file: str, q_file: str | None, time_limit: float | None, whole: bool
     destination, inputs = output.Destination.taken(given), Inputs.of(list(filter(None, [file, q_file])), **given)
     inputs.prepare({"--output": destination.path})
     from lcpcli.inspection.inspection import inspect as inspected
-    from lcpcli.inspection.nonlinear import inspect_nonlinear
+    from lcpcli.inspection.inspection import inspect_nonlinear
     from lcpcli.model.problem import Problem
     from lcpcli.report import inspection_text
 

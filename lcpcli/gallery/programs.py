@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.sparse import block_array, csr_array, diags_array, eye_array, hstack, kron, random_array, vstack
 
 from lcpcli.gallery.random_problems import complementary, integer_matrix
 from lcpcli.model import program, reductions
@@ -41,6 +40,8 @@ def qp(n: int, seed: int) -> Problem:
 def _program(kind: str, n: int, seed: int, note: str) -> Problem:
     """Return the problem for integers x and y with (m + 1) // 2 positive entries each, and an A whose leading square
     is diagonally dominant."""
+    from scipy.sparse import csr_array
+
     n = max(2, n)
     random = np.random.default_rng([seed, n])
     m, k = n // 2, n - n // 2
@@ -69,6 +70,8 @@ def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
 
     most : the largest share, at least 2 / k.
     """
+    from scipy.sparse import csr_array, diags_array, random_array, vstack
+
     k = max(3, round((n - 5) / 1.2))
     factors, random = k // 10 + 1, np.random.default_rng([seed, k])
     F = random_array((k, factors), density=0.5, rng=random, data_sampler=random.standard_normal)
@@ -154,6 +157,8 @@ def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Pro
     0.1 times the squares of the inputs, forces on the masses of at most `strength`. The start is random.
     F. Borrelli, A. Bemporad, M. Morari, Predictive Control for Linear and Hybrid Systems (2017), chapter 11.
     """
+    from scipy.sparse import block_array, csr_array, diags_array, eye_array, hstack, kron
+
     steps, size = max(1, round(n / (5 * masses))), 2 * masses
     random = np.random.default_rng([seed, steps, masses])
     start = np.concatenate((random.uniform(-2.0, 2.0, masses), np.zeros(masses)))
@@ -185,6 +190,8 @@ def transport(n: int, seed: int) -> Problem:
     The supplies, whole numbers from 10 to 20, are enough for the demands from 5 to 10, at costs from 1 to 100 a unit.
     F. L. Hitchcock, J. Math. Phys. 20 (1941) 224-230. The numbers are random.
     """
+    from scipy.sparse import eye_array, kron, vstack
+
     m = max(1, round(math.sqrt(n + 1) - 1))
     random = np.random.default_rng([seed, m])
     supply, demand = random.integers(10, 21, m).astype(float), random.integers(5, 11, m).astype(float)

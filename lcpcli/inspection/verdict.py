@@ -242,12 +242,11 @@ def weak_row(M: Matrix, check: Check) -> int | None:
     return int(weak[0]) if weak.size else None
 
 
+LARGER = """h_plus m_matrix positive_definite positive_semidefinite p_matrix p0_matrix column_sufficient row_sufficient
+copositive strictly_copositive copositive_plus"""
 CLASSES = {  # the file of each, in which a function of that name decides it; each relies on those before it
     **dict.fromkeys(("symmetric", "skew_symmetric", "z_matrix", "strictly_diagonally_dominant"), "verdict"),
-    **dict.fromkeys(("h_plus", "m_matrix"), "p_matrices"),
-    **dict.fromkeys(("positive_definite", "positive_semidefinite"), "definite"),
-    **dict.fromkeys(("p_matrix", "p0_matrix", "column_sufficient", "row_sufficient"), "p_matrices"),
-    **dict.fromkeys(("copositive", "strictly_copositive", "copositive_plus"), "definite"),
+    **dict.fromkeys(LARGER.split(), "classes"),
 }
 
 

@@ -8,8 +8,7 @@ from typing import Any
 
 from lcpcli.errors import count
 from lcpcli.files.contents import NO_SOURCE
-from lcpcli.inspection.inspection import Inspection
-from lcpcli.inspection.nonlinear import NonlinearInspection
+from lcpcli.inspection.inspection import Inspection, NonlinearInspection
 from lcpcli.inspection.theory import MOST_WITH_NORM, Rate, Spread
 from lcpcli.inspection.verdict import title
 from lcpcli.linalg.matrices import is_sparse
