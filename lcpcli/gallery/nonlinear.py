@@ -1,7 +1,6 @@
 """Nonlinear complementarity problems of the literature, with the starts from which they are usually solved.
 
-Most are in S. P. Dirkse and M. C. Ferris, MCPLIB: a collection of nonlinear mixed complementarity problems,
-Optimization Methods and Software 5 (1995) 319-345.
+Most are in S. P. Dirkse and M. C. Ferris, MCPLIB, Optimization Methods and Software 5 (1995) 319-345.
 """
 
 from __future__ import annotations
@@ -94,8 +93,7 @@ def nash_cournot(firms: int = 10) -> NonlinearProblem:
 
 
 def scarf() -> NonlinearProblem:
-    """Prices of six goods, activities of eight sectors and incomes of five agents in a general equilibrium; the first
-    income is the unit.
+    """Prices of six goods, activities of eight sectors and incomes of five agents, of which the first is the unit.
 
     H. Scarf with T. Hansen, The Computation of Economic Equilibria, Yale University Press (1973).
     """

@@ -20,8 +20,8 @@ STEP = 0.25  # seconds between the inputs of control, a fraction of the springs'
 def lp(n: int, seed: int) -> Problem:
     """Pose min c'x, Ax >= b, x >= 0 with its dual: M = [0 -A'; A 0], q = (c, -b), z = (x, y). n is at least 2.
 
-    There are n // 2 constraints of integers, up to ten entries per row; M is sparse above n = 200. x and y are known at
-    a strictly complementary vertex, so the solution is unique, and exact.
+    There are n // 2 constraints of integers, up to ten entries per row; M is sparse above n = 200. The known vertex is
+    strictly complementary, so the solution is unique, and exact.
     G. B. Dantzig, R. W. Cottle, in: Nonlinear Programming, North-Holland (1967) 55-73. The data are original to lcp.
     """
     return _program("lp", n, seed, note="The diagonal of M is zero; x solves the program and y its dual.")

@@ -71,8 +71,7 @@ def dominant(n: int, seed: int) -> Problem:
 def near_singular(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
     """Let M be HDH with a random reflection H and eigenvalues D equally spaced from 1 to 2, except one, epsilon.
 
-    q = w - Mz, rounded, for z and w complementary and uniform in (0, 1); no solution is given, as the solution for
-    rounded data may differ from this z by about 1e-16 / epsilon.
+    q = w - Mz, rounded, for z and w complementary and uniform in (0, 1); z may be wrong by about 1e-16 / epsilon.
     """
     random = np.random.default_rng([seed, n])
     v, size = random.standard_normal(n), random.uniform(-1, 1, n)
@@ -156,10 +155,8 @@ def infeasible(n: int, seed: int) -> Problem:
 
 
 def unsolvable(n: int, seed: int) -> Problem:
-    """Hide [0 1; 1 0] with q = (-1, 1), which has no solution, in two random rows that involve no other unknown.
-
-    n is at least 2. The other rows have a symmetric positive definite block, whose solvability makes the whole problem
-    feasible, and random integers in the two columns.
+    """Hide [0 1; 1 0] with q = (-1, 1), which has no solution, in two random rows that involve no other unknown; the
+    others have a symmetric positive definite block, so that all is feasible, and random integers. n is at least 2.
     """
     n = max(2, n)
     random, M = np.random.default_rng([seed, n]), np.zeros((n, n))
@@ -175,7 +172,7 @@ def ray(n: int, seed: int) -> Problem:
     """Put [0 1; 0 0] and a symmetric positive definite integer block on the diagonal of M. n is at least 2.
 
     q_1 is the smallest component of q, so that z_1, whose column of M is zero, enters first in Lemke's method. In z_1
-    and z_2 the solutions are (t, -q_1) and (0, -q_1 + t) for all t >= 0; the solution given has t = 0.
+    and z_2 the solutions are (t, -q_1) and (0, -q_1 + t) for all t >= 0; the known one has t = 0.
     """
     n = max(2, n)
     random = np.random.default_rng([seed, n])

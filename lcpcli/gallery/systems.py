@@ -330,7 +330,7 @@ def american_put(
 
     With x = log S, t = volatility^2 years / 2, k = 2 rate / volatility^2, the strike E and the payoff
     g(x, t) = exp((k + 1)^2 t / 4) max(E exp((k - 1) x / 2) - exp((k + 1) x / 2), 0), the unknown is z = u - g at n
-    interior points of -2 < x < 2, where u solves u_t >= u_xx, u >= g with complementarity. M is tridiagonal and sparse.
+    interior points of -2 < x < 2, where u solves u_t >= u_xx, u >= g with complementarity.
     P. Wilmott, J. Dewynne, S. Howison, Option Pricing, Oxford Financial Press (1993).
 
     volatility, rate : per year, as fractions; years : the length of the step.

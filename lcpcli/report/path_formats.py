@@ -375,24 +375,15 @@ def _columns(
         after.append(column("objective", map(terms.objective, points.t, points.z)))
     if chosen:
         return [*before, *of_places(wording.places(terms.names(), chosen)), *after], False
-    left = width if form == "table" else None
-    if left is not None:
-        left -= tables.CELL * (len(before) - 1 + len(after)) + max(map(len, notes), default=0)
-
-    def fits(columns: Sequence[Sequence[str]]) -> bool:
-        wide = sum(max(map(len, cells)) + 1 for cells in columns)
-        return len(columns) <= tables.PIPE_COMPONENTS if left is None else wide <= left
-
+    room = None
+    if form == "table" and width is not None:
+        others = tables.CELL * (len(before) - 1 + len(after)) + max(map(len, notes), default=0)
+        room = width - others + tables.OTHER_COLUMNS
     counts = [n] if program is None else [n - program.ranges, program.variables]
-    shown: list[list[str]] | None = None
-    if n <= (tables.PIPE_COMPONENTS if left is None else left):
-        shown = next(filter(fits, map(of_places, map(range, counts))), None)
-    if shown is None:
-        usual = None if left is None else left + tables.OTHER_COLUMNS
-        shown = of_places(tables.with_gap(counts[-1], tables.shown_components(counts[-1], usual)))
-    elif program is None:
-        w = [column(f"w{i + 1}", (own[i] for own in points.w), max(of_w)) for i in range(n)]  # rounded as its terms are
-        shown += w if fits([*shown, *w]) else []
+    own = next((k for k in counts if tables.shown_components(k, room) is None), counts[-1])
+    shown = of_places(tables.with_gap(own, tables.shown_components(own, room)))
+    if program is None and tables.shown_components(2 * n, room) is None:  # w is rounded as its terms are
+        shown += [column(f"w{i + 1}", (w[i] for w in points.w), max(of_w)) for i in range(n)]
     return [*before, *shown, *after], len(shown) < counts[0]
 
 
