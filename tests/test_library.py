@@ -255,6 +255,7 @@ def test_notebooks_show_results_in_which_names_are_harmless() -> None:
     assert "<script>" not in shown
     assert "&lt;script&gt;" in shown
     assert "solved by newton" in shown
+    assert "<b>n = 2</b>" in run(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, 1.25]))._repr_html_()
     assert "(2.5, 0)" in shown
     failed = run(problem, "fixed-point", max_iterations=1)._repr_html_()
     assert "stopped at the iteration limit" in failed

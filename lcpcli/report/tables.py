@@ -127,7 +127,8 @@ def result_html(result: Result) -> str:
     section = build([result], None, compared=False, whole=False, form="html")
     shown = [table for table in section.tables if not table.name]
     advised = [*filter(None, [result.advice]), *section.remarks]
-    return html_page.part(section._replace(tables=shown, remarks=advised))
+    title = section.title.removeprefix(": ")  # of a problem without a name
+    return html_page.part(section._replace(title=title, tables=shown, remarks=advised))
 
 
 def _strategies(result: Result, whole: bool, compared: bool) -> list[Table]:
