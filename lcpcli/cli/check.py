@@ -16,8 +16,7 @@ from lcpcli.options import INSPECTION_SECONDS, TIME_LIMIT, TOL
 from lcpcli.report.document import RECORD_MEANINGS
 
 if TYPE_CHECKING:
-    from lcpcli.inspection.inspection import Inspection
-    from lcpcli.inspection.nonlinear import NonlinearInspection
+    from lcpcli.inspection.inspection import Inspection, NonlinearInspection
     from lcpcli.verify.verification import Verification
 
 OF_INSPECTION = TIME_LIMIT._replace(
@@ -139,7 +138,7 @@ def inspect(file: str, q_file: str | None, time_limit: float | None, whole: bool
     destination, inputs = output.Destination.taken(given), Inputs.of(list(filter(None, [file, q_file])), **given)
     inputs.prepare({"--output": destination.path})
     from lcpcli.inspection.inspection import inspect as inspected
-    from lcpcli.inspection.nonlinear import inspect_nonlinear
+    from lcpcli.inspection.inspection import inspect_nonlinear
     from lcpcli.model.problem import Problem
     from lcpcli.report import inspection_text
 

@@ -23,8 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli import clock, options
-from lcpcli.enumeration.equilibria import ExactEquilibrium, Players
-from lcpcli.enumeration.search import in_exact_numbers
+from lcpcli.enumeration.search import ExactEquilibrium, Players, in_exact_numbers
 from lcpcli.errors import ProblemError
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.linalg.matrices import dense
@@ -151,8 +150,8 @@ class Optimum:
     def message(self, cell: Callable[[Fraction, int], str] = lambda value, _: text(value)) -> str:
         """Return the outcome in one sentence, with numbers as `cell` shows them, rounded in the given direction."""
         better, side = WORDS[self.sense]
-        numbers = {name: getattr(self, name) for name in ("value", "bound")}
-        value, bound = ("" if own is None else cell(own, self.outward[name]) for name, own in numbers.items())
+        numbers = ((name, getattr(self, name)) for name in ("value", "bound"))
+        value, bound = ("" if own is None else cell(own, self.outward[name]) for name, own in numbers)
         if self.status == UNSOLVABLE:
             return "no solution: every choice of states is excluded in rational arithmetic"
         if self.status == UNBOUNDED:
@@ -229,13 +228,13 @@ def best(data: ExactProblem, costs: list[Fraction], sense: str, constant: Fracti
 
 def _costs(problem: Problem, objective: Any) -> list[Fraction]:
     """Return the coefficients of an objective as fractions."""
-    if isinstance(objective, Mapping):
-        costs, turned = [Fraction(0)] * problem.n, reversed_names(problem)
-        for name, value in objective.items():
-            i = _index(problem, name)
-            costs[i] += -value if i in turned and name == problem.names[i] else value
-        return costs
-    return _fractions(objective, problem.n)
+    if not isinstance(objective, Mapping):
+        return _fractions(objective, problem.n)
+    costs, turned = [Fraction(0)] * problem.n, reversed_names(problem)
+    for name, value in objective.items():
+        i = _index(problem, name)
+        costs[i] += -value if i in turned and name == problem.names[i] else value
+    return costs
 
 
 def _fractions(given: Any, n: int) -> list[Fraction]:
@@ -267,21 +266,17 @@ class _Open(NamedTuple):
 
 
 class _Search:
-    """The search for the least objective: the nodes of its tree, and the queue of those that are to be branched on, the
-    last one first, or once there is a solution that with the least bound.
-
-    z, value : of the best solution found. nodes : their number so far.
-    """
+    """The search for the least objective: the number of nodes of its tree, the queue of those that are to be branched
+    on, the last one first, or once there is a solution that with the least bound, and the best solution found."""
 
     def __init__(self, data: ExactProblem, costs: Sequence[Fraction]) -> None:
-        self.data, self.nodes = data, 0
+        self.data, self.nodes, self._costs = data, 0, costs
         self.z: list[Fraction] | None = None
         self.value: Fraction | None = None
         self._open: list[_Open] = []
         self._current: list[_Open] = []  # the node that is being branched on
         self._unknowns = Unknowns(data, Effort().steps(data))
         self._form, self._scale = self._unknowns.objective(costs)
-        self._costs = costs
         self.check = self._unknowns.check
 
     def begin(self) -> None:

@@ -240,7 +240,6 @@ def _solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] |
     """Return a solution from the methods in doubles, made exact; None if they find none."""
     with imports:
         from lcpcli.rational import pivoting
-        from lcpcli.rational.elimination import Effort
         from lcpcli.solving import driver
         from lcpcli.solving.result import Status
         from lcpcli.verify.exact_solution import from_point
@@ -249,7 +248,7 @@ def _solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] |
         raise KeyboardInterrupt
     if result.status is Status.TIME_LIMIT and remaining() > 0:
         raise TimeIsUp  # by `check`
-    effort = Effort()
+    effort = elimination.Effort()
     found = from_point(data, result.z, effort) if result.solved else None
     return found or pivoting.solve(data, effort)
 

@@ -1,32 +1,37 @@
-"""All solutions of a problem: `lcpcli.solutions`."""
+"""All solutions of a problem: `lcpcli.solutions`; and of a game the equilibria: the extreme ones, the maximal Nash
+subsets that they span, and the components of these.
+
+The pieces of the LCP of a game are its maximal Nash subsets, all convex combinations of some strategies of each player,
+and their vertices its extreme equilibria; subsets that share one of these form one component (D. Avis, G. Rosenberg, R.
+Savani and B. von Stengel, Enumeration of Nash equilibria for two-player games, Economic Theory 42 (2010) 9-37).
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from copy import copy
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import count, tee
-from typing import TYPE_CHECKING, Any
+from itertools import tee
+from typing import Any
 
 import numpy as np
 
 from lcpcli import clock, options
 from lcpcli.clock import imports
 from lcpcli.enumeration.pieces import Piece, combined, pieces, restricted
-from lcpcli.errors import ProblemError
-from lcpcli.errors import count as counted
+from lcpcli.errors import ProblemError, count
 from lcpcli.interrupts import TimeIsUp, check, within
 from lcpcli.linalg import matrices
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.program import Program
-from lcpcli.rational.dictionary import Point, connected
+from lcpcli.rational import elimination
+from lcpcli.rational.dictionary import Point, Vertex, connected
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
-
-if TYPE_CHECKING:
-    from lcpcli.enumeration.equilibria import Equilibria
+from lcpcli.rational.numbers import over_one_denominator
 
 MOST_BLOCK_UNKNOWNS = 500  # that depend on each other: the search among more would practically never end
 SHOWN_PIECES = 4  # pieces that are printed: they fit on a few lines
@@ -121,8 +126,6 @@ class Solutions(Iterator[Piece]):
         origin = problem.problem.origin
         self.problem, self._players = problem, None
         if isinstance(origin, Game):
-            with imports:
-                from lcpcli.enumeration.equilibria import Players
             self.problem = ExactProblem.of_decimals(problem.problem)
             self._players = Players(self.problem, origin)
         edges = ((i, j) for i, row in enumerate(self.problem.rows) for j in row)
@@ -138,15 +141,15 @@ class Solutions(Iterator[Piece]):
 
     def __iter__(self) -> Iterator[Piece]:
         """Iterate from the first piece on: over the pieces found so far, then further ones."""
-        for i in count():
-            if i == len(self.pieces) and next(self, None) is None:
-                return
+        i = 0
+        while i < len(self.pieces) or next(self, None) is not None:
             yield self.pieces[i]
+            i += 1
 
     def __repr__(self) -> str:
         pieces = [str(piece) for piece in self.pieces[:SHOWN_PIECES]] + ["..."] * (len(self.pieces) > SHOWN_PIECES)
         known = {False: "all of them", True: "not all", None: "as far as the search has come"}[self.others]
-        return f"<Solutions: {counted(len(self.pieces), 'piece')}, {known}{': ' * bool(pieces)}{'; '.join(pieces)}>"
+        return f"<Solutions: {count(len(self.pieces), 'piece')}, {known}{': ' * bool(pieces)}{'; '.join(pieces)}>"
 
     def __next__(self) -> Piece:
         enough = len(self.pieces) == self._most
@@ -234,6 +237,114 @@ def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, 
             return
 
 
+@dataclass(frozen=True)
+class ExactEquilibrium:
+    """An extreme equilibrium.
+
+    row, column : the strategies, exact probabilities. payoffs : the payoffs of the row and the column player.
+    index : 1 or -1; None where the game is degenerate: a strategy has more pure best replies than its support has
+        elements. If no equilibrium is degenerate, the indices of all add up to 1.
+    """
+
+    row: Point
+    column: Point
+    payoffs: tuple[Fraction, Fraction]
+    index: int | None = None
+
+    @property
+    def is_pure(self) -> bool:
+        """Return whether both players play one strategy only."""
+        return max(self.row) == 1 == max(self.column)
+
+
+@dataclass(frozen=True)
+class NashSubset:
+    """A maximal Nash subset: all convex combinations of these strategies of each player, in any pairing; and the
+    extreme equilibria that its strategies form, counted from 0."""
+
+    rows: tuple[Point, ...]
+    columns: tuple[Point, ...]
+    extreme: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Equilibria:
+    """The equilibria of a game of two players, as far as they were found.
+
+    extreme : the extreme equilibria. subsets : the maximal Nash subsets, each of them complete; if all are here, their
+    union is the set of equilibria. complete : whether they are proved to be all. components : which subsets are
+    connected, counted from 0; None if there may be others, which might connect them. is_degenerate : whether the game
+    is degenerate at an equilibrium (see `ExactEquilibrium`), which need not be isolated then; None if not known.
+    """
+
+    extreme: tuple[ExactEquilibrium, ...]
+    subsets: tuple[NashSubset, ...]
+    components: tuple[tuple[int, ...], ...] | None
+    is_degenerate: bool | None
+    complete: bool
+
+
+class Players:
+    """The players of a game, with the equilibria that some solutions of its LCP stand for."""
+
+    def __init__(self, data: ExactProblem, game: Game) -> None:
+        self._data, self._rows = data, game.A.shape[0]
+        self._constants = game.cost_constants()
+        self._found: dict[Point, ExactEquilibrium] = {}
+        self._strategies: dict[Vertex, Vertex] = {}  # each once, as many equilibria may share it
+
+    def take(self, solutions: Sequence[Point], check: Callable[[], None]) -> None:
+        """Make equilibria of extreme solutions. `check` is called before each."""
+        for z in solutions:
+            if z not in self._found:
+                check()
+                self._found[z] = self.equilibrium(z)
+
+    def arranged(self, pieces: Sequence[Piece], complete: bool) -> tuple[Sequence[Piece], list[Point], Equilibria]:
+        """Return pieces and their vertices, which `take` has received, in the order of their equilibria, and the
+        latter. complete : whether the pieces are proved to be all."""
+        found = {z: self._found[z] for piece in pieces for z in piece.vertices}
+        points = sorted(found, key=lambda z: (found[z].row, found[z].column), reverse=True)
+        place = {z: k for k, z in enumerate(points)}
+        own = [replace(piece, vertices=tuple(sorted(piece.vertices, key=place.__getitem__))) for piece in pieces]
+        own.sort(key=lambda piece: [place[z] for z in piece.vertices])
+        parts = [[(found[z].row, found[z].column, place[z]) for z in piece.vertices] for piece in own]
+        subsets = tuple(NashSubset(*(tuple(dict.fromkeys(each)) for each in zip(*part, strict=True))) for part in parts)
+        extreme = tuple(found[z] for z in points)
+        is_degenerate = True if any(each.index is None for each in extreme) else False if complete else None
+        first: dict[int, int] = {}
+        edges = [(first.setdefault(shared, k), k) for k, subset in enumerate(subsets) for shared in subset.extreme]
+        components = tuple(map(tuple, connected(len(subsets), edges))) if complete else None
+        return own, points, Equilibria(extreme, subsets, components, is_degenerate, complete)
+
+    def equilibrium(self, z: Sequence[Fraction]) -> ExactEquilibrium:
+        """Return the equilibrium of the strategies in z, each divided by the other's costs; best replies have w = 0."""
+        m, (r, c) = self._rows, self._constants
+        x, y = (self._strategies.setdefault(own, own) for own in map(_strategy, (z[:m], z[m:])))
+        replies = [i for i, value in enumerate(self._data.w(z)) if not value]
+        rows, columns = [i for i in replies if i < m], [j for j in replies if j >= m]
+        is_regular = replies == [i for i, value in enumerate(z) if value] and len(rows) == len(columns)
+        payoffs = r - 1 / sum(z[m:], Fraction(0)), c - 1 / sum(z[:m], Fraction(0))
+        return ExactEquilibrium(x, y, payoffs, self._index(rows, columns) if is_regular else None)
+
+    def _index(self, rows: Sequence[int], columns: Sequence[int]) -> int:
+        """Return the sign of the determinants of the costs on the supports, times -1 for each strategy but one in the
+        supports (L. S. Shapley, Mathematical Programming Study 1 (1974) 175-189, where the determinants are of positive
+        payoffs, each with that factor); 1 for a pure equilibrium."""
+        M = self._data.rows
+        signs = [
+            elimination.determinant([[M[i][j] for j in others] for i in own]) > 0
+            for own, others in ((rows, columns), (columns, rows))
+        ]
+        return 1 if (len(rows) % 2 == 1) == (signs[0] == signs[1]) else -1
+
+
+def _strategy(multiple: Sequence[Fraction]) -> Vertex:
+    weights, _ = over_one_denominator(multiple)
+    total = sum(weights)
+    return Vertex(Fraction(weight, total) for weight in weights)
+
+
 class SolutionSet:
     """The solutions that a search has found, in the order in which they are shown; for a game, that of the equilibria.
     status : COMPLETE, UNSOLVABLE, or what ended the search. seconds : the time of the search."""
@@ -252,16 +363,13 @@ class SolutionSet:
         faces = len(self.pieces) - points
         if found is None:
             isolated = f"{points} isolated and " * bool(points)
-            words = (
-                f"infinitely many solutions: {isolated}{counted(faces, 'face')}"
-                if faces
-                else counted(points, "solution")
-            )
+            infinite = f"infinitely many solutions: {isolated}{count(faces, 'face')}"
+            words = infinite if faces else count(points, "solution")
         elif not faces:
             words = f"{points} {'equilibrium' if points == 1 else 'equilibria'}"
         else:
-            joined = "" if found.components is None else f" in {counted(len(found.components), 'component')}"
-            subsets = counted(len(found.subsets), "maximal Nash subset")
+            joined = "" if found.components is None else f" in {count(len(found.components), 'component')}"
+            subsets = count(len(found.subsets), "maximal Nash subset")
             words = f"infinitely many equilibria: {len(found.extreme)} extreme ones, {subsets}{joined}"
         return words + " found" * (not self.complete)
 
@@ -274,22 +382,19 @@ class SolutionSet:
             sentence = "no solution: every choice of states is excluded in rational arithmetic"
             origin = self.data.problem.origin
             return f"{sentence}; {undecided(origin).statement}" if isinstance(origin, Program) else sentence
-        found = self.count
         if not self.complete:
-            if not self.pieces:
-                return f"no solution was found{UNLISTED[self.status]}; there may be some"
-            return f"{found}{UNLISTED[self.status]}; {OTHERS_WORDING[self.others]}"
+            others = OTHERS_WORDING[self.others] if self.pieces else "there may be some"
+            return f"{self.count if self.pieces else 'no solution was found'}{UNLISTED[self.status]}; {others}"
         isolated = all(piece.is_point for piece in self.pieces)
         if isolated and len(self.pieces) == 1:
-            return f"{found}, proved to be the only one"
-        return f"{found}{', all isolated' * isolated}, proved to be all"
+            return f"{self.count}, proved to be the only one"
+        return f"{self.count}{', all isolated' * isolated}, proved to be all"
 
 
 def objective(data: ExactProblem, program: Program, z: Sequence[Fraction]) -> Fraction:
     """Return the exact value of the program's objective at the x of z, in its own sense and with its constant."""
-    x, k = z[: program.variables], program.variables
-    total = Fraction(0)
-    for i, value in enumerate(x):
-        curvature = sum((Fraction(a) * x[j] for j, a in data.rows[i].items() if j < k), Fraction(0))
+    k, total = program.variables, Fraction(0)
+    for i, value in enumerate(z[:k]):
+        curvature = sum((Fraction(a) * z[j] for j, a in data.rows[i].items() if j < k), Fraction(0))
         total += value * (curvature / 2 + data.constants[i]) / data.scales[i]
     return (total if program.sense == "min" else -total) + Fraction(repr(program.constant))

@@ -10,6 +10,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterator
 from importlib import import_module
+from operator import le, lt
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli.errors import LONGEST_QUOTE, OptionError, ParameterError, likely, quoted
@@ -89,6 +90,15 @@ gaussian | random M and q, with or without a solution | any | random, original t
 indefinite | random, with a degenerate solution | any | after INFORMS J. Comput. 2024.0822
 ray | solvable, but Lemke's method ends on a ray | copositive | random, original to lcp
 """
+LESS = {"<": lt, "<=": le}
+RANGES = """
+0 <= friction <= 10; 0 <= compliance <= 10; 0 < step <= 1e3; 0 < capacity <= 1e6; -1e6 <= tax <= 1e6
+0 <= perturbation <= 1; 0 < discount <= 1; 0 < gap <= 1e6; -1e6 <= load <= 1e6; -1e6 <= angle <= 1e6
+0 < eccentricity < 1; 0.5 <= strike <= 2; 0.001 <= volatility <= 10; 0.001 <= rate <= 10; 0.001 <= years <= 10
+1e-12 <= epsilon <= 1; 0 <= decades <= 150; -1e15 <= t <= 1e15; 1 < alpha <= 1e6; 0 <= entries <= 1000; 0 < most <= 1
+0 <= target <= 1; 0 <= weight <= 1e6; 0 <= penalty <= 2; 1 <= samples <= 1e5; 1 <= masses <= 100; 0 < strength <= 1e6
+"""  # of the parameters of these names, in all families
+RANGE_OF = {text.split()[2]: text for text in RANGES.strip().replace("\n", "; ").split("; ")}
 WORDS = {" PSD": " positive semidefinite", " SPD": " symmetric positive definite"}
 
 
@@ -96,8 +106,7 @@ def _entries() -> Iterator[tuple[str, Entry]]:
     text, file = TABLE, ""
     for short, words in WORDS.items():
         text = text.replace(short, words)
-    for line in text.strip().split("\n"):
-        name, *texts = line.split(" | ")
+    for name, *texts in (line.split(" | ") for line in text.strip().split("\n")):
         if texts:
             yield name, Entry(file, texts[0], texts[1], texts[2], *map(int, texts[3:]))
         else:
@@ -136,8 +145,11 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
 
     Raises OptionError if there is no such family, parameter, size or seed.
     """
-    for parameter in parameters:
+    for parameter, value in parameters.items():
         refuse_unknown(name, parameter)
+        if admissible := RANGE_OF.get(parameter):
+            low, above, _, below, high = admissible.split()
+            require(parameter, value, LESS[above](float(low), value) and LESS[below](value, float(high)), admissible)
     size = entry(name).size
     n = size or DEFAULT_SIZE if n is None else n
     if not 1 <= n <= LARGEST_SIZE:

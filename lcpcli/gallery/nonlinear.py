@@ -1,7 +1,6 @@
 """Nonlinear complementarity problems of the literature, with the starts from which they are usually solved.
 
-Most are in S. P. Dirkse and M. C. Ferris, MCPLIB: a collection of nonlinear mixed complementarity problems,
-Optimization Methods and Software 5 (1995) 319-345.
+Most are in S. P. Dirkse and M. C. Ferris, MCPLIB, Optimization Methods and Software 5 (1995) 319-345.
 """
 
 from __future__ import annotations
@@ -19,8 +18,7 @@ from lcpcli.typing import Vector
 def kojima_shindo() -> NonlinearProblem:
     """Four polynomials, with a degenerate and a nondegenerate solution.
 
-    M. Kojima, S. Shindo, Extensions of Newton and quasi-Newton methods to systems of PC1 equations, Journal of the
-    Operations Research Society of Japan 29 (1986) 352-374.
+    M. Kojima, S. Shindo, Journal of the Operations Research Society of Japan 29 (1986) 352-374.
     """
     return _polynomials("kojima-shindo", (10.0, 9.0, 9.0), [[1.5**0.5, 0.0, 0.0, 0.5], [1.0, 0.0, 3.0, 0.0]])
 
@@ -50,8 +48,7 @@ def _polynomials(name: str, numbers: tuple[float, float, float], solutions: list
 def billups() -> NonlinearProblem:
     """(z - 1)^2 - 1.01 from 0, where merit functions have a minimum; the solution is 1 + 1.01^(1/2).
 
-    S. C. Billups, Algorithms for complementarity problems and generalized equations, thesis, University of Wisconsin
-    (1995).
+    S. C. Billups, Algorithms for complementarity problems, thesis, University of Wisconsin (1995).
     """
     functions = (lambda z: (z - 1) ** 2 - 1.01), (lambda z: [2 * (z - 1)])
     return NonlinearProblem(*functions, x0=[0.0], name="billups", solutions=[[1 + 1.01**0.5]])
@@ -60,9 +57,8 @@ def billups() -> NonlinearProblem:
 def mathiesen() -> NonlinearProblem:
     """A Walrasian equilibrium; the solutions are (t, 0, 0, 0) for t from 0 to 3.
 
-    L. Mathiesen, An algorithm based on a sequence of linear complementarity problems applied to a Walrasian equilibrium
-    model, Mathematical Programming 37 (1987) 1-18; in the form of J.-S. Pang, S. A. Gabriel, NE/SQP, Mathematical
-    Programming 60 (1993) 295-337.
+    L. Mathiesen, Mathematical Programming 37 (1987) 1-18; in the form of J.-S. Pang, S. A. Gabriel, ibid. 60 (1993)
+    295-337.
     """
 
     def F(z: Vector) -> list[float]:
@@ -79,9 +75,8 @@ def mathiesen() -> NonlinearProblem:
 def nash_cournot(firms: int = 10) -> NonlinearProblem:
     """The outputs of 5 or 10 firms, none of which gains by another output of its own.
 
-    F. H. Murphy, H. D. Sherali, A. L. Soyster, A mathematical programming approach for determining oligopolistic market
-    equilibrium, Mathematical Programming 24 (1982) 92-106; P. T. Harker, Accelerating the convergence of the
-    diagonalization and projection algorithms, Mathematical Programming 41 (1988) 29-59.
+    F. H. Murphy, H. D. Sherali, A. L. Soyster, Mathematical Programming 24 (1982) 92-106; P. T. Harker, ibid. 41 (1988)
+    29-59.
     """
     if firms == 5:
         costs, capacities, elasticity = np.arange(10.0, 0, -2), 0.2, 1.1
@@ -92,15 +87,13 @@ def nash_cournot(firms: int = 10) -> NonlinearProblem:
 
     def F(z: Vector) -> Vector:
         price = (5000 / z.sum()) ** (1 / elasticity)
-        marginal: Vector = costs + (capacities * z) ** powers
-        return np.asarray(marginal - price * (1 - z / (elasticity * z.sum())))
+        return np.asarray(costs + (capacities * z) ** powers - price * (1 - z / (elasticity * z.sum())))
 
     return NonlinearProblem(F, x0=np.ones(costs.size), name=f"nash-cournot-{costs.size}")
 
 
 def scarf() -> NonlinearProblem:
-    """Prices of six goods, activities of eight sectors and incomes of five agents in a general equilibrium; the first
-    income is the unit.
+    """Prices of six goods, activities of eight sectors and incomes of five agents, of which the first is the unit.
 
     H. Scarf with T. Hansen, The Computation of Economic Equilibria, Yale University Press (1973).
     """
@@ -135,9 +128,8 @@ def _rows(text: str) -> Vector:
 def bratu(m: int = 75, load: float = 6.0) -> NonlinearProblem:
     """-u_xx - u_yy = load e^u on the unit square with an obstacle below and above, with sparse J on an m x m grid.
 
-    J. J. Moré, G. Toraldo, On the solution of large quadratic programming problems with bound constraints, SIAM Journal
-    on Optimization 1 (1991) 93-113; E. D. Dolan, J. J. Moré and T. S. Munson, Benchmarking optimization software with
-    COPS 3.0 (2004).
+    J. J. Moré, G. Toraldo, SIAM Journal on Optimization 1 (1991) 93-113; E. D. Dolan, J. J. Moré and T. S. Munson,
+    Benchmarking optimization software with COPS 3.0 (2004).
     """
     from scipy.sparse import diags_array
 
@@ -153,8 +145,7 @@ def bratu(m: int = 75, load: float = 6.0) -> NonlinearProblem:
 def elastohydrodynamic(n: int = 100) -> NonlinearProblem:
     """The pressure in an oil film between two elastic cylinders, on n grid points, and the constant of the gap.
 
-    M. M. Kostreva, Elasto-hydrodynamic lubrication: a non-linear complementarity problem, International Journal for
-    Numerical Methods in Fluids 4 (1984) 377-397.
+    M. M. Kostreva, International Journal for Numerical Methods in Fluids 4 (1984) 377-397.
     """
     begin, end, viscosity, speed = -3.0, 2.0, 2.832, 6.057
     dx, grid = (end - begin) / n, np.arange(n + 1)

@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 
-from lcpcli.gallery.families import require
 from lcpcli.gallery.random_problems import complementary, integer_matrix
 from lcpcli.model import program, reductions
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Vector
 
 A_ROW = 10  # entries in a constraint of lp and qp, so that large programs are sparse
 LARGEST_DENSE = 200  # unknowns up to which M of lp is dense; from there on ten entries per row are sparse
@@ -21,10 +20,9 @@ STEP = 0.25  # seconds between the inputs of control, a fraction of the springs'
 def lp(n: int, seed: int) -> Problem:
     """Pose min c'x, Ax >= b, x >= 0 with its dual: M = [0 -A'; A 0], q = (c, -b), z = (x, y). n is at least 2.
 
-    There are n // 2 constraints of integers, up to ten entries per row; M is sparse above n = 200. x and y are known at
-    a strictly complementary vertex, so the solution is unique, and exact.
-    G. B. Dantzig, R. W. Cottle, Positive (semi-)definite programming, in: Nonlinear Programming, North-Holland (1967)
-    55-73. The random data are original to lcp.
+    There are n // 2 constraints of integers, up to ten entries per row; M is sparse above n = 200. The known vertex is
+    strictly complementary, so the solution is unique, and exact.
+    G. B. Dantzig, R. W. Cottle, in: Nonlinear Programming, North-Holland (1967) 55-73. The data are original to lcp.
     """
     return _program("lp", n, seed, note="The diagonal of M is zero; x solves the program and y its dual.")
 
@@ -34,15 +32,14 @@ def qp(n: int, seed: int) -> Problem:
 
     There are n // 2 constraints; the data are integers, Q is positive definite, and M is dense. The known solution is
     strictly complementary with independent active constraints, hence unique, and exact.
-    R. W. Cottle, G. B. Dantzig, Complementary pivot theory of mathematical programming, Linear Algebra Appl. 1 (1968)
-    103-125. The random data are original to lcp.
+    R. W. Cottle, G. B. Dantzig, Linear Algebra Appl. 1 (1968) 103-125. The random data are original to lcp.
     """
     return _program("qp", n, seed, note="x solves the program, and y holds the multipliers of its constraints.")
 
 
 def _program(kind: str, n: int, seed: int, note: str) -> Problem:
-    """Return the problem with a random z = (x, y) of integers; (m + 1) // 2 entries of x, and as many of y, are
-    positive, and the leading square of A is diagonally dominant."""
+    """Return the problem for integers x and y with (m + 1) // 2 positive entries each, and an A whose leading square
+    is diagonally dominant."""
     from scipy.sparse import csr_array
 
     n = max(2, n)
@@ -67,16 +64,12 @@ def _program(kind: str, n: int, seed: int, note: str) -> Problem:
 
 
 def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
-    """Model a portfolio of k assets by k // 10 + 1 factors; there are about n unknowns, multipliers of rows included.
-
-    Minimize x'Dx + y'y subject to y = F'x, shares x that add up to 1, 0 <= x <= most, and an expected return from 3 %
-    to 12 %. The numbers are random.
-    H. Markowitz, Portfolio selection, J. Finance 7 (1952) 77-91; with a factor model of the covariance as in B.
-    Stellato et al., OSQP, Math. Program. Comput. 12 (2020) 637-672, appendix A.4.
+    """Minimize x'Dx + y'y subject to y = F'x, shares x of k assets that add up to 1, 0 <= x <= most, and an expected
+    return from 3 % to 12 %; about n unknowns with the multipliers of rows. D and F, of k // 10 + 1 factors, are random.
+    H. Markowitz, J. Finance 7 (1952) 77-91; factors as in B. Stellato et al., Math. Program. Comput. 12 (2020) 637-672.
 
     most : the largest share, at least 2 / k.
     """
-    require("most", most, 0 < most <= 1, "0 < most <= 1")
     from scipy.sparse import csr_array, diags_array, random_array, vstack
 
     k = max(3, round((n - 5) / 1.2))
@@ -100,19 +93,15 @@ def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
 
 
 def frontier(n: int, seed: int, *, target: float = 0.0, weight: float = 0.0, most: float = 0.2) -> Problem:
-    """Model the efficient frontier of n - 2 assets: minimize x'Sx / 2 - weight r'x for shares x that add up to 1, with
-    0 <= x <= most and a return r'x of at least `target`.
+    """Minimize x'Sx / 2 - weight r'x for shares x of n - 2 assets that add up to 1, with 0 <= x <= most and a return
+    r'x of at least `target`. n is at least 4.
 
-    Both M = [S -A'; A 0], with A = (e, r)', and the bounds are the same for all targets and weights. S = D + FF' is
-    exact, with one random factor for 50 assets; the returns are random, from 2 % to 12 %. n is at least 4.
-    H. Markowitz, The optimization of a quadratic function subject to linear constraints, Naval Res. Logist. Quart. 3
-    (1956) 111-133; Portfolio Selection: Efficient Diversification of Investments, Wiley (1959).
+    M = [S -A'; A 0], with A = (e, r)', and the bounds are the same for all targets and weights. S = D + FF' is exact,
+    with one random factor for 50 assets; the returns are random, from 2 % to 12 %.
+    H. Markowitz, Naval Res. Logist. Quart. 3 (1956) 111-133; Portfolio Selection, Wiley (1959).
 
     target : 0 where the row is not active. most : the largest share, at least 2 / (n - 2).
     """
-    require("target", target, 0 <= target <= 1, "0 <= target <= 1")
-    require("weight", weight, 0 <= weight <= 1e6, "0 <= weight <= 1e6")
-    require("most", most, 0 < most <= 1, "0 < most <= 1")
     k = max(2, n - 2)
     random = np.random.default_rng([seed, k])
     F = np.rint(UNITS * random.standard_normal((k, k // 50 + 1))) / (8 * UNITS)
@@ -136,20 +125,17 @@ def lasso(n: int, seed: int, *, penalty: float = 1.0, samples: int = 20) -> Prob
 
     M = [G -G; -G G] with G = X'X, and q = (lambda e - X'y, lambda e + X'y), z = (b+, b-). X is normal in multiples of
     1/16, and y sums up a tenth of the features, with whole coefficients, and noise, so that M and X'y are exact.
-    R. Tibshirani, Regression shrinkage and selection via the lasso, J. R. Stat. Soc. B 58 (1996) 267-288; the path by
-    M. R. Osborne, B. Presnell, B. A. Turlach, A new approach to variable selection in least squares problems, IMA J.
+    R. Tibshirani, J. R. Stat. Soc. B 58 (1996) 267-288; the path by M. R. Osborne, B. Presnell, B. A. Turlach, IMA J.
     Numer. Anal. 20 (2000) 389-403.
 
     penalty : lambda as a fraction of the largest |X'y|, which moves q alone; from 1 on b = 0. samples : of y.
     """
-    require("penalty", penalty, 0 <= penalty <= 2, "0 <= penalty <= 2")
-    require("samples", samples, 1 <= samples <= 1e5, "1 <= samples <= 1e5")
     k = max(1, round(n / 2))
     X, y = regression(k, seed, samples)
-    M, c = gram(X, y)
+    G, c = X.T @ X, X.T @ y
     return reductions.from_qp(
-        M,
-        penalty * abs(c).max() + c,
+        np.block([[G, -G], [-G, G]]),
+        penalty * abs(c).max() + np.concatenate((-c, c)),
         columns=[f"b{i}{sign}" for sign in "+-" for i in range(1, k + 1)],
         constant=float(y @ y) / 2,
         note=f"{samples} samples of {k} features. b is the first half of x minus the second half.",
@@ -163,23 +149,14 @@ def regression(k: int, seed: int, samples: int) -> tuple[Vector, Vector]:
     return X, X @ np.where(np.arange(k) < max(1, k // 10), random.integers(1, 4, k), 0) + noise
 
 
-def gram(X: Vector, y: Vector) -> tuple[Matrix, Vector]:
-    """Return the M of `lasso` for any X and y, and its q for lambda = 0."""
-    G, c = X.T @ X, X.T @ y
-    return np.block([[G, -G], [-G, G]]), np.concatenate((-c, c))
-
-
 def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Problem:
-    """Model the control of a chain of masses and springs, to bring it to rest, over as many steps as give about n
-    unknowns, multipliers included.
+    """Bring a chain of masses and springs to rest, over as many steps as give about n unknowns with multipliers.
 
     x has the states and inputs of one step after another. A state is the positions and velocities of the masses; the
-    next state follows by an equation (the symplectic Euler method). The objective is half the sum of the squares of the
-    states and of 0.1 times the squares of the inputs, forces on the masses of at most `strength`. The start is random.
+    next state follows by the symplectic Euler method. The objective is half the sum of the squares of the states and of
+    0.1 times the squares of the inputs, forces on the masses of at most `strength`. The start is random.
     F. Borrelli, A. Bemporad, M. Morari, Predictive Control for Linear and Hybrid Systems (2017), chapter 11.
     """
-    require("masses", masses, 1 <= masses <= 100, "1 <= masses <= 100")
-    require("strength", strength, 0 < strength <= 1e6, "0 < strength <= 1e6")
     from scipy.sparse import block_array, csr_array, diags_array, eye_array, hstack, kron
 
     steps, size = max(1, round(n / (5 * masses))), 2 * masses
@@ -211,8 +188,7 @@ def transport(n: int, seed: int) -> Problem:
     """Pose the linear program of m plants and m markets, with m^2 flows and 2 m multipliers, about n unknowns.
 
     The supplies, whole numbers from 10 to 20, are enough for the demands from 5 to 10, at costs from 1 to 100 a unit.
-    F. L. Hitchcock, The distribution of a product from several sources to numerous localities, J. Math. Phys. 20 (1941)
-    224-230. The numbers are random.
+    F. L. Hitchcock, J. Math. Phys. 20 (1941) 224-230. The numbers are random.
     """
     from scipy.sparse import eye_array, kron, vstack
 

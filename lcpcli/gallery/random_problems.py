@@ -1,7 +1,4 @@
-"""Random problems, and problems built around a known solution or around a proof that there is none.
-
-Examples from the literature, constructed to defeat a method, and problems whose M has no property that a method
-could rely on, mostly with a solution that is known.
+"""Random problems, examples that defeat a method, and problems built around a solution or a proof that there is none.
 
 Matrices and solutions are rounded so that q = w - Mz is free of rounding, and the known solution exact.
 """
@@ -9,7 +6,6 @@ Matrices and solutions are rounded so that q = w - Mz is free of rounding, and t
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.random import Generator
@@ -17,7 +13,7 @@ from numpy.random import Generator
 from lcpcli.gallery.families import require
 from lcpcli.gallery.systems import three_diagonals
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Mask, Vector
+from lcpcli.typing import Mask, Matrix, Vector
 
 OFF_DIAGONAL = 9  # entries per row of `dominant`, ten with the diagonal
 
@@ -25,8 +21,7 @@ OFF_DIAGONAL = 9  # entries per row of `dominant`, ten with the diagonal
 def harker_pang(n: int, seed: int, *, symmetric: bool = False) -> Problem:
     """Draw M = A'A + B + D with A and the skew B in (-5, 5), the diagonal D in (0, 0.3), and q in (-500, 500).
 
-    P. T. Harker and J.-S. Pang, A damped-Newton method for the linear complementarity problem, in: Computational
-    Solution of Nonlinear Systems of Equations, Lectures in Applied Mathematics 26, AMS (1990) 265-284.
+    P. T. Harker and J.-S. Pang, A damped-Newton method for the LCP, Lectures in Applied Mathematics 26 (1990) 265-284.
 
     symmetric : leave B out.
     """
@@ -45,8 +40,7 @@ def ill_scaled(n: int, seed: int, *, decades: int = 6) -> Problem:
     decades : R and C lie between 10^-decades and 10^decades.
     """
     require("decades", decades, 0 <= decades <= 50, "0 <= decades <= 50")
-    base = harker_pang(n, seed)
-    powers = int(decades * math.log2(10))
+    base, powers = harker_pang(n, seed), int(decades * math.log2(10))
     R, C = np.exp2(np.random.default_rng([seed, n, powers]).integers(-powers, powers + 1, (2, n)))
     note = "Rescaled exactly, by powers of two: the original problem has the solution C z."
     return Problem(R[:, None] * base.M * C, R * base.q, note=note)
@@ -55,8 +49,7 @@ def ill_scaled(n: int, seed: int, *, decades: int = 6) -> Problem:
 def tridiagonal(n: int, seed: int) -> Problem:
     """Let M be tridiag(-1, 4, -1), sparse, and q normally distributed.
 
-    M is from Example 1 of Y. El foutayeni, M. Khaladi, Using vector divisions in solving the linear complementarity
-    problem, J. Comput. Appl. Math. 236 (2012) 1919-1925.
+    M is from Example 1 of Y. El foutayeni, M. Khaladi, J. Comput. Appl. Math. 236 (2012) 1919-1925.
     """
     q = np.random.default_rng([seed, n]).standard_normal(n)
     return Problem(three_diagonals(np.full(n, 4.0)), q, note="Well conditioned for every n.")
@@ -78,15 +71,12 @@ def dominant(n: int, seed: int) -> Problem:
 def near_singular(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
     """Let M be HDH with a random reflection H and eigenvalues D equally spaced from 1 to 2, except one, epsilon.
 
-    q = w - Mz, rounded, for z and w complementary and uniform in (0, 1); no solution is given, as the solution for
-    rounded data may differ from this z by about 1e-16 / epsilon.
+    q = w - Mz, rounded, for z and w complementary and uniform in (0, 1); z may be wrong by about 1e-16 / epsilon.
     """
-    require("epsilon", epsilon, 1e-12 <= epsilon <= 1, "1e-12 <= epsilon <= 1")
     random = np.random.default_rng([seed, n])
     v, size = random.standard_normal(n), random.uniform(-1, 1, n)
     v /= np.sqrt(np.sum(v * v))
-    eigenvalues = np.linspace(1, 2, n)
-    eigenvalues[0] = epsilon
+    eigenvalues = np.append(epsilon, np.linspace(1, 2, n)[1:])
     scaled = eigenvalues * v
     M = 4 * np.sum(scaled * v) * np.outer(v, v) - 2 * (np.outer(v, scaled) + np.outer(scaled, v))
     M[np.diag_indices(n)] += eigenvalues
@@ -97,10 +87,7 @@ KINDS = 5  # the kinds of bounds: boxed, only a lower bound, only an upper bound
 
 
 def boxes(n: int, seed: int) -> Problem:
-    """Draw integers: M = A A' + n I, bounds of every kind, and the q for which a random z is the solution.
-
-    About two thirds of the variables with bounds are at a bound.
-    """
+    """Draw integers: M = A A' + n I, bounds of every kind, and the q for which a random z, mostly at bounds, solves."""
     random = np.random.default_rng([seed, n])
     A = random.integers(-2, 3, (n, n)).astype(float)
     M = A @ A.T + n * np.eye(n)
@@ -119,7 +106,6 @@ def boxes(n: int, seed: int) -> Problem:
 
 def diagonal(n: int, _seed: int, *, decades: int = 6) -> Problem:
     """Let M be diag(10^-decades, ..., 10^decades), sparse, with z = (1, 0, 1, 0, ...) and w = M (e - z)."""
-    require("decades", decades, 0 <= decades <= 150, "0 <= decades <= 150")
     from scipy.sparse import csr_array, diags_array
 
     entries, z = 10.0 ** np.linspace(-decades, decades, n), (np.arange(n) % 2 == 0).astype(float)
@@ -144,7 +130,6 @@ def near_degenerate(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
 
     epsilon is rounded to a power of two, so that q is exact and the solution is known, while n^2 < 2^51 epsilon.
     """
-    require("epsilon", epsilon, 1e-12 <= epsilon <= 1, "1e-12 <= epsilon <= 1")
     random = np.random.default_rng([seed, n])
     M, power = integer_matrix(random, n), 2.0 ** round(math.log2(epsilon))
     size = np.where(np.arange(n) % 2 == 0, 1.0, power)[random.permutation(n)]
@@ -170,14 +155,12 @@ def infeasible(n: int, seed: int) -> Problem:
 
 
 def unsolvable(n: int, seed: int) -> Problem:
-    """Hide [0 1; 1 0] with q = (-1, 1), which has no solution, in two random rows that involve no other unknown.
-
-    n is at least 2. The other rows have a symmetric positive definite block, whose solvability makes the whole problem
-    feasible, and random integers in the two columns.
+    """Hide [0 1; 1 0] with q = (-1, 1), which has no solution, in two random rows that involve no other unknown; the
+    others have a symmetric positive definite block, so that all is feasible, and random integers. n is at least 2.
     """
     n = max(2, n)
-    random = np.random.default_rng([seed, n])
-    M, q = np.zeros((n, n)), random.integers(-5, 6, n).astype(np.float64)
+    random, M = np.random.default_rng([seed, n]), np.zeros((n, n))
+    q = random.integers(-5, 6, n).astype(np.float64)
     M[:2, :2], q[:2] = [[0, 1], [1, 0]], [-1, 1]
     M[2:, :2], M[2:, 2:] = random.integers(-2, 3, (n - 2, 2)), integer_matrix(random, n - 2)
     order = random.permutation(n)
@@ -189,7 +172,7 @@ def ray(n: int, seed: int) -> Problem:
     """Put [0 1; 0 0] and a symmetric positive definite integer block on the diagonal of M. n is at least 2.
 
     q_1 is the smallest component of q, so that z_1, whose column of M is zero, enters first in Lemke's method. In z_1
-    and z_2 the solutions are (t, -q_1) and (0, -q_1 + t) for all t >= 0; the solution given has t = 0.
+    and z_2 the solutions are (t, -q_1) and (0, -q_1 + t) for all t >= 0; the known one has t = 0.
     """
     n = max(2, n)
     random = np.random.default_rng([seed, n])
@@ -223,9 +206,8 @@ def murty(n: int, _seed: int) -> Problem:
 
     K. G. Murty, Computational complexity of complementary pivot methods, Math. Programming Study 7 (1978) 61-73.
     """
-    U = 2 * np.triu(np.ones((n, n))) - np.eye(n)
     note = f"Pivoting on the least index needs 2^{n} - 1 steps from z = 0."
-    return Problem(U, -np.ones(n), solutions=[np.eye(n)[-1]], note=note)
+    return Problem(_triangle(n), -np.ones(n), solutions=[np.eye(n)[-1]], note=note)
 
 
 def all_cones(n: int, _seed: int, *, t: float = -1.0) -> Problem:
@@ -235,31 +217,29 @@ def all_cones(n: int, _seed: int, *, t: float = -1.0) -> Problem:
     t - a_n from there on, so that the other rows, a_i - t + 2 z_n, come back along the same path.
     K. G. Murty, Computational complexity of parametric linear programming, Math. Programming 19 (1980) 213-219.
     """
-    require("t", t, abs(t) <= 1e15, "|t| <= 1e15")
-    a = np.exp2(np.arange(n)) - 1
     note = f"The path from t = -1 to 2^{n} - 1 has a breakpoint at each whole number between them."
-    return Problem(murty(n, _seed).M, a - t, note=note)
+    return Problem(_triangle(n), np.exp2(np.arange(n)) - 1 - t, note=note)
 
 
 def fathi(n: int, _seed: int) -> Problem:
     """Let M be U'U for an upper triangular U with 1 on the diagonal and 2 above it, and q = -e; the solution is e_1.
 
-    Y. Fathi, Computational complexity of LCPs associated with positive definite symmetric matrices, Math. Programming
-    17 (1979) 335-344.
+    Y. Fathi, Computational complexity of LCPs, Math. Programming 17 (1979) 335-344.
     """
-    U = 2 * np.triu(np.ones((n, n))) - np.eye(n)
-    note = f"Lemke's method needs 2^{n} pivots; the condition of M grows like n^4."
+    U, note = _triangle(n), f"Lemke's method needs 2^{n} pivots; the condition of M grows like n^4."
     return Problem(U.T @ U, -np.ones(n), solutions=[np.eye(n)[0]], note=note)
+
+
+def _triangle(n: int) -> Vector:
+    return np.asarray(2 * np.triu(np.ones((n, n))) - np.eye(n))
 
 
 def ben_gharbia_gilbert(n: int, _seed: int, *, alpha: float = 2.0) -> Problem:
     """Let M be I + alpha C with the cyclic down-shift C, and q = e; z = 0; iterations from x0 = 2 e_1 - e cycle.
 
-    n is rounded up to an odd number >= 3; for an even n M would not be a P-matrix. I. Ben Gharbia, J. C. Gilbert,
-    Nonconvergence of the plain Newton-min algorithm for linear complementarity problems with a P-matrix, Math.
-    Programming 134 (2012) 349-364.
+    n is rounded up to an odd number >= 3; for an even n M would not be a P-matrix.
+    I. Ben Gharbia, J. C. Gilbert, Math. Programming 134 (2012) 349-364.
     """
-    require("alpha", alpha, 1 < alpha <= 1e6, "1 < alpha <= 1e6")
     unit = np.eye(max(3, n + 1 - n % 2))
     return Problem(
         unit + alpha * np.roll(unit, 1, axis=0),
@@ -284,8 +264,7 @@ def kostreva(n: int, _seed: int) -> Problem:
 def curtis_han_robinson(_n: int, _seed: int) -> Problem:
     """Pose a problem with the solution (0, 4/19, 11/19) and an x0 from which plain active-set exchanges cycle.
 
-    F. E. Curtis, Z. Han, D. P. Robinson, A globally convergent primal-dual active-set framework for large-scale convex
-    quadratic optimization, Comput. Optim. Appl. 60 (2015) 311-341.
+    F. E. Curtis, Z. Han, D. P. Robinson, Comput. Optim. Appl. 60 (2015) 311-341.
     """
     return Problem(
         [[4, 5, -5], [5, 9, -5], [-5, -5, 7]],
@@ -297,10 +276,8 @@ def curtis_han_robinson(_n: int, _seed: int) -> Problem:
 
 
 def growth(n: int, _seed: int) -> Problem:
-    """Let M have 1 on the diagonal and -1 below it, and q = -e; the solution is z_i = 2^(i-1). n is at most 1024.
-
-    The solution grows as the pivots of a matrix of J. H. Wilkinson do (Error analysis of direct methods of matrix
-    inversion, J. ACM 8 (1961) 281-330).
+    """Let M have 1 on the diagonal and -1 below it, and q = -e; the solution is z_i = 2^(i-1), like the pivots in J. H.
+    Wilkinson, Error analysis of direct methods of matrix inversion, J. ACM 8 (1961) 281-330. n is at most 1024.
     """
     n = min(n, LARGEST_POWER + 1)
     M = 2 * np.eye(n) - np.tril(np.ones((n, n)))
@@ -309,19 +286,15 @@ def growth(n: int, _seed: int) -> Problem:
 
 
 def hilbert(n: int, _seed: int, *, degenerate: bool = False) -> Problem:
-    """Let M be the Hilbert matrix, with the entries 1 / (i + j - 1), and q = -M z for z = e, or (1, 0, 1, 0, ...) if
-    degenerate.
+    """Let M have the entries 1 / (i + j - 1), and q = -M z for z = e, or (1, 0, 1, 0, ...) if degenerate.
 
-    Up to n = 18 M is multiplied by the least common multiple of 1, ..., 2n - 1: all data are integers, and z is the
-    exact solution. Beyond, M is rounded to nearest and q = -M z is rounded; as ill-conditioning makes the solution of
-    the rounded data differ from z, none is given.
+    Up to n = 18 M is multiplied by the least common multiple of 1, ..., 2n - 1, so that all data are integers and z is
+    exact. Beyond, M and q are rounded, and no solution is known, as theirs differs from z.
     D. Hilbert, Ein Beitrag zur Theorie des Legendre'schen Polynoms, Acta Math. 18 (1894) 155-159.
     """
     denominators = np.arange(1, n + 1)[:, None] + np.arange(n)
     factor = math.lcm(*range(1, 2 * n)) if n <= LARGEST_EXACT else 1
-    M, z = factor / denominators, np.ones(n)
-    if degenerate:
-        z[1::2] = 0
+    M, z = factor / denominators, np.where(np.arange(n) % 2, not degenerate, 1.0)
     known = [z] if n <= LARGEST_EXACT else []
     note = f"The Hilbert matrix times {factor}; its condition grows like exp(3.5 n)."
     return Problem(M, -M @ z, solutions=known, note=note)
@@ -332,16 +305,20 @@ POSITIVE = 0.4  # the share of positive components in the solution of `indefinit
 
 
 def planted(n: int, seed: int, *, entries: int = 0) -> Problem:
-    """Draw M from the normal distribution, a set of half of the indices on average, z > 0 on it and w > 0 elsewhere.
-
-    q = w - Mz for z_i and w_i uniform in (0.1, 1.1). Nothing tells which of the 2^n sets it is: the difficulty grows
-    with n as that of a random constraint satisfaction problem does.
+    """Draw M from the normal distribution, a set of half of the indices on average, z > 0 on it and w > 0 elsewhere,
+    uniform in (0.1, 1.1), and let q = w - Mz. Nothing shows which of the 2^n sets it is.
 
     entries : the number of entries in each row of a sparse M, some in the same place; 0 for a dense M.
     """
-    require("entries", entries, 0 <= entries <= 1000, "0 <= entries <= 1000")
     random = np.random.default_rng([seed, n, entries])
-    M = _sparse(random, n, entries) if entries else _rounded(random.standard_normal((n, n)), STEPS_OF_M)
+    if entries:
+        from scipy.sparse import csr_array
+
+        places = np.repeat(np.arange(n), entries), random.integers(0, n, entries * n)
+        values = _rounded(random.standard_normal(entries * n), STEPS_OF_M)
+        M: Matrix = csr_array((values, places), shape=(n, n))
+    else:
+        M = _rounded(random.standard_normal((n, n)), STEPS_OF_M)
     inside = random.integers(0, 2, n) == 1
     z, w = complementary(_rounded(random.uniform(0.1, 1.1, n), STEPS_OF_Z), inside)
     note = f"z > 0 for {np.count_nonzero(inside)} of {n} indices, w > 0 for the others."
@@ -350,17 +327,15 @@ def planted(n: int, seed: int, *, entries: int = 0) -> Problem:
 
 def gaussian(n: int, seed: int) -> Problem:
     """Draw M and q from the normal distribution. There may be no solution, one, or several."""
-    random = np.random.default_rng([seed, n])
-    note = "Whether there is a solution is not known."
-    return Problem(random.standard_normal((n, n)), random.standard_normal(n), note=note)
+    M, q = np.split(np.random.default_rng([seed, n]).standard_normal((n + 1, n)), [n])
+    return Problem(M, q[0], note="Whether there is a solution is not known.")
 
 
 def indefinite(n: int, seed: int, *, symmetric: bool = False, strict: bool = False) -> Problem:
-    """Draw M from the normal distribution, over sqrt(n), z with positive components at two fifths of the indices, and
-    q = w - Mz with w = 0.
+    """Draw M from the normal distribution, over sqrt(n), and z > 0 at two fifths of the indices; q = -Mz, so w = 0.
 
-    The solution is degenerate at the other indices, and one solve with M finds it, as in the problems `sid` and `asym`
-    of the repository dominicflocco/DCA-BL (INFORMS J. Comput. 2024.0822), whose M are made in another way.
+    One solve with M finds z, as in the problems `sid` and `asym` of the repository dominicflocco/DCA-BL (INFORMS J.
+    Comput. 2024.0822), whose M are made in another way.
 
     symmetric : of M. strict : whether w is positive where z is 0.
     """
@@ -371,13 +346,6 @@ def indefinite(n: int, seed: int, *, symmetric: bool = False, strict: bool = Fal
     z, w = complementary(size, random.permutation(n) < round(POSITIVE * n))
     note = f"z > 0 for {np.count_nonzero(z)} of {n} indices, w > 0 for {'the others' if strict else 'none'}."
     return Problem(M, (w if strict else 0.0) - M @ z, solutions=[z], note=note)
-
-
-def _sparse(random: Generator, n: int, entries: int) -> Any:
-    from scipy.sparse import csr_array
-
-    places = np.repeat(np.arange(n), entries), random.integers(0, n, entries * n)
-    return csr_array((_rounded(random.standard_normal(entries * n), STEPS_OF_M), places), shape=(n, n))
 
 
 def _rounded(values: Vector, steps: float) -> Vector:

@@ -1,9 +1,8 @@
 """Rigid boxes in the plane with Coulomb friction in time: each step is one LCP, whose z moves the boxes on.
 
 The boxes collide without rebound. A step of the length h from the velocity v is that of D. E. Stewart, J. C. Trinkle,
-An implicit time-stepping scheme for rigid body dynamics with inelastic collisions and Coulomb friction, Int. J. Numer.
-Methods Eng. 39 (1996) 2673-2691, which is solvable by M. Anitescu, F. A. Potra, Formulating dynamic multi-rigid-body
-contact problems with friction as solvable linear complementarity problems, Nonlinear Dynamics 14 (1997) 231-247.
+Int. J. Numer. Methods Eng. 39 (1996) 2673-2691, which is solvable by M. Anitescu, F. A. Potra, Nonlinear Dynamics 14
+(1997) 231-247.
 """
 
 from __future__ import annotations
@@ -54,11 +53,11 @@ class Scene:
     def __init__(
         self, centres: Vector, angles: Vector, velocities: Vector, friction: float = 0.5, ceiling: float | None = None
     ) -> None:
-        ends = (1, 0 if ceiling is None else 1)
+        ends = (1, int(ceiling is not None))
         self.centres, self.velocities = (np.pad(rows, (ends, (0, 0))) for rows in (centres, velocities))
         self.angles, self.friction = np.pad(angles, ends), friction
         self.centres[0, 1] = -GROUND[1]
-        fixed = [0] if ceiling is None else [0, -1]
+        fixed = [0] * ends[0] + [-1] * ends[1]
         if ceiling is not None:
             self.centres[-1, 1], self.velocities[-1, 1] = ceiling + GROUND[1], -DESCENT
         self._half, self._inverse_masses = np.tile(HALF, (self.angles.size, 1)), np.ones(self.velocities.shape)
@@ -120,16 +119,15 @@ class Scene:
     def _between(self, i: int, j: int) -> list[Contact]:
         """Return the contacts of two bodies, at most two: the side of one body on the axis on which they are farthest
         apart, and the ends of the nearest side of the other one, as far as they lie above it."""
-        best: tuple[float, int, int, int, Vector] | None = None
+        best = -math.inf, i, j, 0, self._axes[i, 0]
         for first, second in ((i, j), (j, i)):
             between = self.centres[second] - self.centres[first]
             for axis, direction in enumerate(self._axes[first]):
                 normal = direction if direction @ between >= 0 else -direction
                 reach = self._half[first, axis] + self._half[second] @ abs(self._axes[second] @ normal)
                 apart = normal @ between - reach
-                if best is None or apart > best[0] + 1e-9:  # in ties the first one, also after rounding
+                if apart > best[0] + 1e-9:  # in ties the first one, also after rounding
                     best = apart, first, second, axis, normal
-        assert best is not None
         apart, first, second, axis, normal = best
         return self._at_side(first, second, axis, normal) if apart <= self._margins[i, j] else []
 

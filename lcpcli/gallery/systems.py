@@ -1,8 +1,5 @@
-"""Switching systems of mechanics and electronics, games and markets; games in extensive form as Gambit's .efg files
-have them.
-
-Free boundary problems of physics and finance by finite differences, all with sparse matrices.
-"""
+"""Switching systems of mechanics and electronics, games, some of them trees, and markets; and free boundary problems of
+physics and finance by finite differences, with sparse matrices."""
 
 from __future__ import annotations
 
@@ -33,13 +30,9 @@ def contact(n: int, seed: int, *, friction: float = 0.5, compliance: float = 0.0
     rows N and T = (t, -t) of the contacts, unit masses, the velocity v before, E that sums both directions, and the
     coefficient of friction, M = [NN' NT' 0; TN' TT' E'; friction I, -E, 0] and q = (Nv, Tv, 0); a compliance is added
     to the diagonal of NN' and TT'.
-    D. E. Stewart, J. C. Trinkle, An implicit time-stepping scheme for rigid body dynamics with inelastic collisions and
-    Coulomb friction, Int. J. Numer. Methods Eng. 39 (1996) 2673-2691; A. M. Al-Fahed, G. E. Stavroulakis, P. D.
-    Panagiotopoulos, Hard and soft fingered robot grippers: the linear complementarity approach, Z. angew. Math. Mech.
-    71 (1991) 257-265.
+    D. E. Stewart, J. C. Trinkle, Int. J. Numer. Methods Eng. 39 (1996) 2673-2691; A. M. Al-Fahed, G. E. Stavroulakis,
+    P. D. Panagiotopoulos, Z. angew. Math. Mech. 71 (1991) 257-265.
     """
-    require("friction", friction, 0 <= friction <= 10, "0 <= friction <= 10")
-    require("compliance", compliance, 0 <= compliance <= 10, "0 <= compliance <= 10")
     k = max(1, round(n / 4))
     random = np.random.default_rng([seed, k])
     normal, tangential = _rows(random, k)
@@ -115,7 +108,6 @@ def relays(n: int, seed: int, *, step: float = 0.125) -> Problem:
     for a random skew-symmetric S.
     V. Acary, B. Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, Springer (2008).
     """
-    require("step", step, 0 < step <= 1e3, "0 < step <= 1e3")
     random = np.random.default_rng([seed, n])
     S, C = np.rint(UNITS * random.standard_normal((2, n, n))) / UNITS
     A = S - S.T - np.eye(n)
@@ -128,7 +120,6 @@ def relays(n: int, seed: int, *, step: float = 0.125) -> Problem:
 def bimatrix(n: int, seed: int) -> Problem:
     """Let M = [0 A; B' 0], q = -e with uniform costs A and B of shape (n // 2, n - n // 2) in (1, 2). n is at least 2.
 
-    z = (x, y) is a solution if x and y, each divided by its sum, are an equilibrium of the game.
     C. E. Lemke, J. T. Howson, Equilibrium points of bimatrix games, J. SIAM 12 (1964) 413-423.
     """
     n = max(2, n)
@@ -145,15 +136,12 @@ def spatial_prices(n: int, seed: int, *, capacity: float = 3.0, tax: float = 0.0
 
     z = (supply prices, demand prices, flows by region of supply); prices are free. Region i supplies s_i = b_i (p_i -
     a_i), region j demands e_j (d_j - r_j); both equal the sums of flows. A flow has w = p_i + c_ij + tax - r_j, its
-    loss per unit; at its capacity it may gain. Unknowns are named supply1, demand1, flow1-1 and so on. Data are random.
-    T. Takayama, G. G. Judge, Spatial and Temporal Price and Allocation Models, North-Holland (1971); P. T. Harker,
-    Alternative models of spatial competition, Operations Research 34 (1986) 410-425.
+    loss per unit; at its capacity it may gain. Data are random.
+    T. Takayama, G. G. Judge, Spatial and Temporal Price and Allocation Models, North-Holland (1971).
 
     capacity : of each flow; it moves bounds alone.
     tax : on a unit of trade, a subsidy if negative; it moves q alone. From 18 on there is no trade.
     """
-    require("capacity", capacity, 0 < capacity <= 1e6, "0 < capacity <= 1e6")
-    require("tax", tax, abs(tax) <= 1e6, "|tax| <= 1e6")
     from scipy.sparse import block_array, csr_array, diags_array, eye_array, kron, vstack
 
     m = max(1, round(math.sqrt(n + 1) - 1))
@@ -187,7 +175,6 @@ def poker(n: int, seed: int, *, perturbation: float = 0.25) -> Problem:
 
     perturbation : of each payoff of each player at each end, at random; 0 is the zero-sum game.
     """
-    require("perturbation", perturbation, 0 <= perturbation <= 1, "0 <= perturbation <= 1")
     ranks = max(2, round((n - 4) / 12))
     pairs = [(i, j) for i, j in product(range(1, ranks + 1), repeat=2) if i != j]
     most = int(perturbation * GRID)
@@ -219,10 +206,9 @@ def bargaining(n: int, _seed: int, *, discount: float = 0.75) -> Problem:
     The seller knows its cost i - 1, the buyer its value i, for i from 1 to k, each with the same probability. The
     seller asks for one of the prices 1 to k; the buyer accepts, or offers one of them, which the seller accepts or
     rejects, and then gains count for less, by the factor discount.
-    K. Chatterjee, W. Samuelson, Bargaining under incomplete information, Operations Research 31 (1983) 835-851, for
-    offers at the same time; A. Rubinstein, Econometrica 50 (1982) 97-109, for alternating ones.
+    K. Chatterjee, W. Samuelson, Operations Research 31 (1983) 835-851, for offers at the same time; A. Rubinstein,
+    Econometrica 50 (1982) 97-109, for alternating ones.
     """
-    require("discount", discount, 0 < discount <= 1, "0 < discount <= 1")
     k = next(k for k in range(1, n + 2) if unknowns_of(k + 1) > n)
     types = " ".join(f'"cost {i - 1}, value {j}" 1/{k * k}' for i, j in product(range(1, k + 1), repeat=2))
     lines = [f'EFG 2 R "bargaining-{unknowns_of(k)}" {{ "seller" "buyer" }}', f'c "" 1 "types" {{ {types} }} 0']
@@ -263,12 +249,10 @@ LOG_PRICE = 2.0  # the grid reaches from exp(-2) to exp(2), so far from a strike
 def obstacle(n: int, _seed: int) -> Problem:
     """Discretize -Laplace z >= f, z >= 0 with complementarity on the unit square, z = 0 on its boundary, times h^2.
 
-    Five-point differences on a grid of m x m interior points with m = sqrt(n), rounded; M is sparse.
-    R. Glowinski, Numerical Methods for Nonlinear Variational Problems, Springer (1984), chapter II; the load is
-    original to lcp.
+    Five-point differences on a grid of m x m interior points with m = sqrt(n), rounded.
+    R. Glowinski, Numerical Methods for Nonlinear Variational Problems (1984), chapter II; the load is original to lcp.
     """
-    M, q = _membrane(n)
-    return Problem(M, q, note="The membrane touches the obstacle where z = 0.")
+    return Problem(*_membrane(n), note="The membrane touches the obstacle where z = 0.")
 
 
 def two_obstacles(n: int, _seed: int, *, gap: float = 0.3, load: float = 1.0) -> Problem:
@@ -276,8 +260,6 @@ def two_obstacles(n: int, _seed: int, *, gap: float = 0.3, load: float = 1.0) ->
 
     J. F. Rodrigues, Obstacle Problems in Mathematical Physics, North-Holland (1987).
     """
-    require("gap", gap, 0 < gap <= 1e6, "0 < gap <= 1e6")
-    require("load", load, abs(load) <= 1e6, "|load| <= 1e6")
     M, q = _membrane(n)
     end, note = np.full(q.size, gap / 2), f"The membrane touches an obstacle where |z| = {gap / 2:g}."
     return Problem(M, load * q, note=note, lower=-end, upper=end)
@@ -287,16 +269,14 @@ def torsion(n: int, _seed: int, *, angle: float = 4.0) -> Problem:
     """Model the stress function z of a square bar: |z| is at most the distance to the boundary, and where it is less,
     -Laplace z = 2 angle, times h^2.
 
-    R. Glowinski, as for `obstacle`; with bounds instead of a constraint on the gradient: H. Brezis, M. Sibony,
-    Équivalence de deux inéquations variationnelles et applications, Arch. Rational Mech. Anal. 41 (1971) 254-265.
+    R. Glowinski, as for `obstacle`; with bounds instead of a constraint on the gradient: H. Brezis, M. Sibony, Arch.
+    Rational Mech. Anal. 41 (1971) 254-265.
 
     angle : twist per unit length, which moves q alone; the bar is plastic where z is at a bound.
     """
-    require("angle", angle, abs(angle) <= 1e6, "|angle| <= 1e6")
     m, h, X, Y = grid(n)
-    M, q = laplacian_of(m), np.full(m * m, -2 * angle * h * h)
-    distance = np.minimum(np.minimum(X, 1 - X), np.minimum(Y, 1 - Y)).ravel()
-    return Problem(M, q, note=f"Twist per unit length {angle:g}.", lower=-distance, upper=distance)
+    distance, q = np.minimum(np.minimum(X, 1 - X), np.minimum(Y, 1 - Y)).ravel(), np.full(m * m, -2 * angle * h * h)
+    return Problem(laplacian_of(m), q, note=f"Twist per unit length {angle:g}.", lower=-distance, upper=distance)
 
 
 def _membrane(n: int) -> tuple[Matrix, Vector]:
@@ -309,8 +289,7 @@ def grid(n: int) -> tuple[int, float, Vector, Vector]:
     """Return m, h and the coordinates of the interior points of the unit square, each of shape (m, m)."""
     m = max(1, round(math.sqrt(n)))
     h = 1 / (m + 1)
-    X, Y = np.meshgrid(*2 * [h * np.arange(1, m + 1)])
-    return m, h, X, Y
+    return m, h, *np.meshgrid(*2 * [h * np.arange(1, m + 1)])
 
 
 def laplacian_of(m: int) -> Matrix:
@@ -332,13 +311,11 @@ def journal_bearing(n: int, _seed: int, *, eccentricity: float = 0.8) -> Problem
     """Model the pressure z >= 0 in the oil film of an infinitely long bearing, zero where the film ruptures.
 
     The equation is Reynolds', (h^3 z')' = h', for the film h = 1 + eccentricity cos t, 0 < t < 2 pi, with z = 0 at both
-    ends, by central differences at n interior points, times the square of the step; M is tridiagonal and sparse.
-    C. W. Cryer, The method of Christopherson for solving free boundary problems for infinite journal bearings by means
-    of finite differences, Math. Comp. 25 (1971) 435-443.
+    ends, by central differences at n interior points, times the square of the step.
+    C. W. Cryer, Math. Comp. 25 (1971) 435-443.
 
     eccentricity : offset of the shaft from the centre, as a fraction of the clearance.
     """
-    require("eccentricity", eccentricity, 0 < eccentricity < 1, "0 < eccentricity < 1")
     step = 2 * np.pi / (n + 1)
     film = 1 + eccentricity * np.cos(step * (np.arange(n + 1) + 0.5))
     cubes = film**3
@@ -353,16 +330,12 @@ def american_put(
 
     With x = log S, t = volatility^2 years / 2, k = 2 rate / volatility^2, the strike E and the payoff
     g(x, t) = exp((k + 1)^2 t / 4) max(E exp((k - 1) x / 2) - exp((k + 1) x / 2), 0), the unknown is z = u - g at n
-    interior points of -2 < x < 2, where u solves u_t >= u_xx, u >= g with complementarity. M is tridiagonal and sparse.
-    P. Wilmott, J. Dewynne, S. Howison, Option Pricing: Mathematical Models and Computation, Oxford Financial Press
-    (1993), chapters on the American option as a linear complementarity problem.
+    interior points of -2 < x < 2, where u solves u_t >= u_xx, u >= g with complementarity.
+    P. Wilmott, J. Dewynne, S. Howison, Option Pricing, Oxford Financial Press (1993).
 
     volatility, rate : per year, as fractions; years : the length of the step.
     strike : E, which moves q alone. A path between two strikes passes the puts whose payoffs are means of both.
     """
-    require("strike", strike, 0.5 <= strike <= 2, "0.5 <= strike <= 2")
-    for name, value in (("volatility", volatility), ("rate", rate), ("years", years)):
-        require(name, value, 0.001 <= value <= 10, f"0.001 <= {name} <= 10")
     k, t = 2 * rate / volatility**2, volatility**2 * years / 2
     x = np.linspace(-LOG_PRICE, LOG_PRICE, n + 2)
     growth = (k + 1) ** 2 * t / 4

@@ -1,9 +1,15 @@
 """Diagnosis of a problem: the classes of M with evidence, its difficulty, and which methods are guaranteed, and the
-plan of `auto` for it: its attempts until one solves the problem or proves that there is no solution."""
+plan of `auto` for it: its attempts until one solves the problem or proves that there is no solution.
+
+Of a nonlinear problem its rows and operators, F and its Jacobian J at the start, and what its pattern makes singular.
+The pattern is taken from J at the start and at SAMPLES points nearby, at random from fixed seeds: an entry of J that is
+0 at all of them counts as 0 everywhere, and a row that is the same at all of them as that of a linear function.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import NamedTuple, overload
@@ -14,23 +20,23 @@ from lcpcli import clock
 from lcpcli.auto.attempts import BRIEF, FIRST, LATER, Row
 from lcpcli.auto.policy import clearly_refutes, may_gain_by_presolve
 from lcpcli.auto.structure import Structure
+from lcpcli.clock import imports
 from lcpcli.inspection import theory
-from lcpcli.inspection.nonlinear import NonlinearInspection, inspect_nonlinear
-from lcpcli.inspection.theory import BAD_CONDITION, BAD_SPREAD, Guarantee, Spectrum, Spread, guarantees
 from lcpcli.inspection.verdict import NO, YES, Verdict, classify, weak_row
 from lcpcli.interrupts import TimeIsUp, check, within
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import EPS
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.doubles import EPS, generator, size
 from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import equilibrate
 from lcpcli.model import changes, views
 from lcpcli.model.changes import composed, relaxed, shifted
+from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import INSPECTION_SECONDS
 from lcpcli.presolve.presolve import Presolved, presolved
 from lcpcli.presolve.system import Refuted
+from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 
@@ -90,7 +96,8 @@ class Inspection:
 
     condition, equilibrated_condition : in the 1-norm, of M and of R M C; infinite if singular, estimated for large n.
     spread, equilibrated_spread : the spreads of M and of R M C. spectrum : the spectrum of a symmetric M.
-    published, best : the rates of `fixed-point` with omega = 1 and with `--omega auto`.
+    p, smoothing_error : as `theory.smoothing` has them. published, best : the rates of `fixed-point` with omega = 1 and
+        with `--omega auto`.
     presolve : what presolve leaves of a mixed problem, or a proof that there is no solution; None if presolve changes
         nothing or time ran out.
     plan : the attempts of `auto`, in order; None if time ran out.
@@ -100,16 +107,17 @@ class Inspection:
     problem: Problem
     nonzeros: int
     classes: dict[str, Verdict]
-    spread: Spread
-    equilibrated_spread: Spread
+    spread: theory.Spread
+    equilibrated_spread: theory.Spread
     cost: theory.Cost
-    smoothing: theory.Smoothing
-    guarantees: dict[str, Guarantee]
+    p: float
+    smoothing_error: float
+    guarantees: dict[str, theory.Guarantee]
     obvious: str
     hints: list[str]
     condition: float | None = None
     equilibrated_condition: float | None = None
-    spectrum: Spectrum | None = None
+    spectrum: theory.Spectrum | None = None
     published: theory.Rate | None = None
     best: theory.Rate | None = None
     presolve: Presolved | Refuted | None = None
@@ -153,16 +161,18 @@ def inspect(
     with within(time_limit):
         classes = classify(M)
     definite = classes["symmetric"].word == classes["positive_definite"].word == YES
+    p, smoothing_error = theory.smoothing(problem)
     scaled = matrices.scaled(M, *equilibrate(M, problem.q))
     found = Inspection(
         problem=problem,
-        nonzeros=int(np.count_nonzero(M.data if is_sparse(M) else M)),
+        nonzeros=int(np.count_nonzero(M.data if matrices.is_sparse(M) else M)),
         classes=classes,
         spread=theory.spread(M),
         equilibrated_spread=theory.spread(scaled),
         cost=theory.cost(M, definite),
-        smoothing=theory.smoothing(problem),
-        guarantees=guarantees(classes, problem),
+        p=p,
+        smoothing_error=smoothing_error,
+        guarantees=theory.guarantees(classes, problem),
         obvious=_obvious(problem, classes),
         hints=list(filter(None, [changes.remark(problem)])),
     )
@@ -172,10 +182,10 @@ def inspect(
             found.condition = theory.condition(M)
             check()
             found.equilibrated_condition = theory.condition(scaled)
-            check()
+        check()
         if problem.n and classes["symmetric"].word == YES:
             found.spectrum = theory.eigenvalues(M, definite)
-            check()
+        check()
         if problem.n:
             found.published, found.best = theory.rates(M, found.spectrum if definite else None)
     with suppress(TimeIsUp), within(end - clock.seconds()):
@@ -223,12 +233,12 @@ def _hints(own: Inspection) -> list[str]:
     """Return hints at likely mistakes in the data, each with evidence and advice."""
     found, condition, ends = [], own.equilibrated_condition, own.spectrum
     before, after = map(max, (own.spread, own.equilibrated_spread))
-    if before > BAD_SPREAD and after < before - 1:
+    if before > theory.BAD_SPREAD and after < before - 1:
         found.append(
             f"badly scaled: the largest entries of rows or columns vary by {before:.1f} decades, "
             f"by {after:.1f} after equilibration; use auto, or --scale with shi and fixed-point"
         )
-    if condition is not None and BAD_CONDITION < condition < math.inf:
+    if condition is not None and theory.BAD_CONDITION < condition < math.inf:
         digits = f"{min(math.log10(condition), 16.0):.0f}"
         found.append(f"ill-conditioned, even after equilibration: about {digits} digits of z may be lost")
     rounding = ends is not None and abs(ends.smallest) <= 4 * own.problem.n * EPS * ends.largest
@@ -239,7 +249,152 @@ def _hints(own: Inspection) -> list[str]:
         return found
     if abs(M - M.T).max() <= ASYMMETRY * abs(M).max():
         return [*found, "M is symmetric up to rounding: if it should be, symmetrize it, which halves the work"]
-    transpose = M.T.tocsr() if is_sparse(M) else np.ascontiguousarray(M.T)
+    transpose = M.T.tocsr() if matrices.is_sparse(M) else np.ascontiguousarray(M.T)
     if own.classes["strictly_diagonally_dominant"].word == NO and weak_row(transpose, check) is None:
         found.append("strictly diagonally dominant by columns, not by rows: if rows were intended, M is transposed")
     return found
+
+
+SAMPLES = 2  # points beside the start
+NEARER = 0.5**3  # by which another point is moved towards the start where J is not finite, MOST_MOVES times
+MOST_MOVES = 10
+LAST_CLASS = "positive_semidefinite"  # of those that are decided: all that are cheap
+MOST_NAMED = 5  # rows or unknowns in a hint
+
+
+@dataclass(frozen=True, eq=False)
+class NonlinearInspection:
+    """The diagnosis of a nonlinear problem. What is unknown, or too expensive, is None.
+
+    operators, common_expressions, fixed_variables : of a model, how often each operator occurs, and how many common
+        expressions and fixed variables, which are no unknowns, it has; None for other problems.
+    equations : the number of unknowns without bounds, whose rows are equations.
+    nonlinear_rows : the number of rows of J that vary. nonzeros : the number of entries of J that are not 0 everywhere.
+    structural_rank : of J: the largest rank that a matrix of its pattern can have; _of_equations : of the rows of the
+        equations; _of_free : of the columns of the unknowns without bounds.
+    undefined_rows : those in which F is not finite at the start. residual : the natural residual there.
+    condition, spread, classes : of J at the start; classes is empty where J is not finite.
+    """
+
+    problem: NonlinearProblem
+    operators: Mapping[str, int] | None
+    common_expressions: int | None
+    fixed_variables: int | None
+    equations: int
+    nonlinear_rows: int
+    nonzeros: int
+    structural_rank: int
+    structural_rank_of_equations: int
+    structural_rank_of_free: int
+    undefined_rows: Sequence[int]
+    residual: float | None
+    condition: float | None
+    spread: theory.Spread | None
+    classes: Mapping[str, Verdict]
+    hints: list[str]
+
+    def __repr__(self) -> str:
+        return str(views.inspection_text.report(self).render()).rstrip()
+
+
+@np.errstate(all="ignore")
+def inspect_nonlinear(
+    problem: NonlinearProblem,
+    operators: Mapping[str, int] | None = None,
+    common: int | None = None,
+    fixed: int | None = None,
+    time_limit: float = INSPECTION_SECONDS,
+) -> NonlinearInspection:
+    """Diagnose a nonlinear problem.
+
+    operators, common, fixed : of the model from which it is made, if it is. time_limit : seconds, after which expensive
+    computations end, and what they would have found is unknown.
+    """
+    evaluations, F = Evaluations(problem), problem.values(problem.x0)
+    samples = list(_samples(evaluations))
+    pattern, varying = _pattern(problem.n, samples)
+    free = np.isneginf(problem.lower) & np.isposinf(problem.upper)
+    J, undefined = evaluations.finite_jacobian(problem.x0), (~np.isfinite(F)).nonzero()[0].tolist()
+    condition, classes = None, dict[str, Verdict]()
+    with suppress(TimeIsUp), within(time_limit):
+        if J is not None and problem.n and affordable(J):
+            condition = theory.condition(J)
+        if J is not None:
+            classes = classify(J, LAST_CLASS)
+    found = NonlinearInspection(
+        problem=problem,
+        operators=operators,
+        common_expressions=common,
+        fixed_variables=fixed,
+        equations=int(free.sum()),
+        nonlinear_rows=int(varying.sum()),
+        nonzeros=int(pattern.nnz),
+        structural_rank=_rank(pattern),
+        structural_rank_of_equations=_rank(pattern[free]),
+        structural_rank_of_free=_rank(pattern[:, free]),
+        undefined_rows=undefined,
+        residual=None if undefined else size(problem.box.gaps(problem.x0, F)),
+        condition=condition,
+        spread=None if J is None else theory.spread(J),
+        classes=classes,
+        hints=[],
+    )
+    found.hints.extend(_nonlinear_hints(found, J is None))
+    return found
+
+
+def _samples(evaluations: Evaluations) -> Iterator[Matrix]:
+    """Yield J at the start, and at points nearby where it is finite."""
+    problem = evaluations.problem
+    yield evaluations.jacobian(problem.x0)
+    for seed in range(SAMPLES):
+        move = generator(seed).uniform(-1.0, 1.0, problem.n) * np.maximum(1.0, np.abs(problem.x0))
+        for _ in range(MOST_MOVES):
+            J = evaluations.finite_jacobian(problem.box.project(problem.x0 + move))
+            if J is not None:
+                yield J
+                break
+            move *= NEARER
+
+
+def _pattern(n: int, samples: Sequence[Matrix]) -> tuple[Matrix, Vector]:
+    """Return the places where one of the samples is not 0 as a csr array, and which rows differ between samples."""
+    with imports:
+        from scipy.sparse import csr_array
+    whole = list(map(csr_array, samples))
+    pattern, varying = csr_array((n, n)), np.zeros(n, dtype=bool)
+    for J in whole if n else ():
+        pattern = pattern + (J != 0).astype(float)  # also where it is not finite
+        varying |= abs(J - whole[0]).max(axis=1).toarray().ravel() != 0
+    return pattern, varying
+
+
+def _rank(pattern: Matrix) -> int:
+    with imports:
+        from scipy.sparse.csgraph import structural_rank
+    return int(structural_rank(pattern.tocsr())) if min(pattern.shape) else 0
+
+
+def _nonlinear_hints(found: NonlinearInspection, is_undefined: bool) -> Iterator[str]:
+    """Yield hints at likely mistakes, each with evidence and advice."""
+    problem, spread = found.problem, found.spread
+    if found.undefined_rows:
+        yield f"F is not finite at the start in {_named(problem, found.undefined_rows)}: start inside its domain"
+    elif is_undefined:
+        yield "J is not finite at the start: start inside the domain of F"
+    k, of_rows, of_free = found.equations, found.structural_rank_of_equations, found.structural_rank_of_free
+    if of_rows < k:
+        few = f"the {k} equations can be solved for at most {of_rows} unknowns, whatever the values"
+        yield f"{few}: some are redundant, or contradict each other"
+    if of_free < k:
+        yield f"at most {of_free} of the {k} unknowns without bounds are determined by the rows in which they occur"
+    if spread is not None and (decades := max(spread.rows, spread.columns)) > theory.BAD_SPREAD:
+        yield f"badly scaled: the largest entries of rows or columns of J at the start vary by {decades:.1f} decades"
+    is_singular = found.condition is not None and found.condition > theory.BAD_CONDITION
+    if is_singular and found.structural_rank == problem.n:
+        yield "J is singular at the start, or nearly: another start may be better"
+
+
+def _named(problem: NonlinearProblem, rows: Sequence[int]) -> str:
+    named = ", ".join(f"{i + 1} {problem.names[i]}".rstrip() for i in rows[:MOST_NAMED])
+    return f"row{'s' * (len(rows) > 1)} {named}" + f" and {len(rows) - MOST_NAMED} more" * (len(rows) > MOST_NAMED)

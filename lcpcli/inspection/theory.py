@@ -31,10 +31,8 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Verdict, called
-from lcpcli.interrupts import interruptibly
 from lcpcli.linalg import factors, krylov, matrices
 from lcpcli.linalg.factors import SingularMatrix, finite
-from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import Band, affordable
 from lcpcli.methods.fixed_point import best_omega
 from lcpcli.methods.registry import ANY, METHODS, OMEGA, Method
@@ -64,13 +62,6 @@ class Rate:
     omega: float
     factor: float | None
     iterations: int | None
-
-
-class Smoothing(NamedTuple):
-    """The default p of `shi`, in 1 / (units of z), and the bound (ln 3 / p) |M - I|_inf of |F~ - F|, in units of q."""
-
-    p: float
-    error: float
 
 
 def guarantees(classes: Mapping[str, Verdict], problem: Problem) -> dict[str, Guarantee]:
@@ -138,11 +129,12 @@ def _rate(M: Matrix, omega: float, ends: Spectrum | None) -> Rate:
     return Rate(omega, factor, 1 if factor <= tol else math.ceil(math.log(tol) / math.log(factor)))
 
 
-def smoothing(problem: Problem) -> Smoothing:
-    """Return the bound on |F~ - F| for the default p of `shi`, which runs with mid(l, u, 0) moved to 0."""
+def smoothing(problem: Problem) -> tuple[float, float]:
+    """Return the default p of `shi`, which runs with mid(l, u, 0) moved to 0, in 1 / (units of z), and for it the bound
+    (ln 3 / p) |M - I|_inf of |F~ - F|, in units of q."""
     problem = shifted(problem).problem
     p = default_p(problem)
-    return Smoothing(p, smoothing_error(problem, p))
+    return p, smoothing_error(problem, p)
 
 
 BAD_CONDITION = 1e12  # from which on a hint warns: at most 4 of 16 digits are left
@@ -184,7 +176,7 @@ def spread(M: Matrix) -> Spread:
 
 def condition(M: Matrix) -> float:
     """Return |M|_1 |M^-1|_1, from below for more than factors.MOST_NUMPY_ROWS rows; infinite if M is singular."""
-    small = not is_sparse(M) and M.shape[0] <= factors.MOST_NUMPY_ROWS
+    small = not matrices.is_sparse(M) and M.shape[0] <= factors.MOST_NUMPY_ROWS
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         try:
             value = float(np.linalg.cond(M, 1)) if small else _estimated_condition(M)
@@ -194,21 +186,19 @@ def condition(M: Matrix) -> float:
 
 
 def _estimated_condition(M: Matrix) -> float:
-    if is_sparse(M):
-        with imports:
-            from scipy.sparse.linalg import LinearOperator, onenormest
-        lu = factors.sparse_lu(matrices.is_symmetric(M))(M)
-        if not np.isfinite(lu.solve(np.ones(M.shape[0]))).all():
-            return math.inf
-        inverse = LinearOperator(M.shape, matvec=lu.solve, rmatvec=lambda b: lu.solve(b, "T"), dtype=np.float64)
-        # with one column it uses no random vector, so that the result is reproducible
-        return float(onenormest(inverse, t=1)) * float(abs(M).sum(axis=0).max())
     with imports:
-        from scipy.linalg import get_lapack_funcs
-    getrf, gecon = get_lapack_funcs(("getrf", "gecon"), (M,))
-    lu, _, info = interruptibly(partial(getrf, M)) if M.shape[0] >= factors.LONG_LU else getrf(M)
-    reciprocal = 0.0 if info > 0 else float(gecon(lu, float(matrices.norm_inf(M.T)), norm="1")[0])
-    return 1 / reciprocal if reciprocal > 0 else math.inf
+        from scipy.sparse.linalg import LinearOperator, onenormest
+    if matrices.is_sparse(M):
+        lu = factors.sparse_lu(matrices.is_symmetric(M))(M)
+        solve, transposed = lu.solve, partial(lu.solve, trans="T")
+    else:
+        solve = factors.dense_factors().lu(M, overwrite=False)
+        transposed = partial(solve, transposed=True)
+    if not np.isfinite(solve(np.ones(M.shape[0]))).all():
+        return math.inf
+    inverse = LinearOperator(M.shape, matvec=solve, rmatvec=transposed, dtype=np.float64)
+    # with one column it uses no random vector, so that the result is reproducible
+    return float(onenormest(inverse, t=1)) * float(abs(M).sum(axis=0).max())
 
 
 def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
@@ -223,7 +213,7 @@ def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
 def cost(M: Matrix, definite: bool) -> Cost:
     """Return the cost of M and of its factorization; half for a symmetric positive definite one."""
     n = int(M.shape[0])
-    if is_sparse(M):
+    if matrices.is_sparse(M):
         band, size = Band(M), M.data.nbytes + M.indices.nbytes + M.indptr.nbytes
         return Cost(size, band.width, min(band.entries, n * n), min(band.operations, 2 * n**3 // 3))
     return Cost(M.nbytes, None, n * n, n**3 // 3 if definite else 2 * n**3 // 3)

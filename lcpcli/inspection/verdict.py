@@ -1,6 +1,5 @@
-"""The verdict on one class of matrices, with its evidence; and the matrix to classify, with the time that is left.
-
-Matrix classes of M, with evidence: the table of all classes, and the classes that the entries decide.
+"""The verdict on one class of matrices, with its evidence; the matrix to classify, with a check of the time; the table
+of all classes, and those that the entries decide.
 
 The entries of M are taken as exact numbers, and no "yes" or "no" depends on rounding: what is found in double precision
 is either guaranteed by an error bound or decided in exact arithmetic, or else it is "not decided".
@@ -23,7 +22,6 @@ from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
-from lcpcli.linalg.matrices import is_sparse
 from lcpcli.rational import elimination, numbers
 from lcpcli.typing import Matrix, Vector
 
@@ -46,8 +44,7 @@ def called(name: str) -> str:
     return ("an " if words[0] in "HM" else "a ") * words.endswith("-matrix") + words
 
 
-Check = Callable[[], None]
-"""It raises TimeIsUp if the time is used up, as `interrupts.check` does."""
+Check = Callable[[], None]  # it raises TimeIsUp if the time is used up, as `interrupts.check` does
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +65,8 @@ class Verdict:
 
 def text_of(numbers: Sequence[float] | Vector) -> str:
     """Return a vector or index set for a sentence: complete if it is short, else its beginning."""
-    texts = [f"{number:.6g}" for number in numbers[:MOST_ENTRIES]]
-    return "(" + ", ".join(texts) + (", ...)" if len(numbers) > MOST_ENTRIES else ")")
+    texts = [f"{number:.6g}" for number in numbers[:MOST_ENTRIES]] + ["..."] * (len(numbers) > MOST_ENTRIES)
+    return f"({', '.join(texts)})"
 
 
 def index_set(indices: Sequence[int]) -> str:
@@ -82,14 +79,16 @@ def entry(i: int, j: int) -> str:
     return f"M({i + 1}, {j + 1})"
 
 
-def block(A: elimination.Rows, P: Sequence[int]) -> elimination.Rows:
-    """Return the rows and columns of A in the index set P."""
-    return [[A[i][j] for j in P] for i in P]
-
-
 def index_sets(n: int) -> Iterator[tuple[int, ...]]:
     """Yield all nonempty subsets of n indices, the smallest first."""
     return (subset for size in range(1, n + 1) for subset in combinations(range(n), size))
+
+
+def blocks(A: elimination.Rows, check: Check) -> Iterator[tuple[tuple[int, ...], elimination.Rows]]:
+    """Yield every index set P with the rows and columns of A in it, the smallest first."""
+    for P in index_sets(len(A)):
+        check()
+        yield P, [[A[i][j] for j in P] for i in P]
 
 
 class Context:
@@ -129,20 +128,16 @@ class Context:
     def symmetric_part(self) -> Matrix:
         """Return M + M', rounded once per entry; exact if M is symmetric. It is definite if and only if v'Mv is."""
         total = self.M + self.M.T
-        return total.tocsr() if is_sparse(self.M) else total
+        return total.tocsr() if matrices.is_sparse(self.M) else total
 
     def whole(self) -> elimination.Rows:
         """Return a small M as integers, multiplied by a power of two."""
         return numbers.integers(matrices.dense(self.M))
 
-    def whole_symmetric_part(self) -> elimination.Rows:
-        """Return M + M' as integers, multiplied by a power of two, for a small M."""
-        return elimination.symmetrized(self.whole())
-
     @cached_property
     def definiteness(self) -> elimination.Definiteness:
         """Return the result of exact elimination of M + M', for a small M. May raise TimeIsUp."""
-        return elimination.definiteness(self.whole_symmetric_part(), self.check)
+        return elimination.definiteness(elimination.symmetrized(self.whole()), self.check)
 
     def vector(self, P: Sequence[int], u: Sequence[Fraction | int]) -> Vector | None:
         """Return a positive integer multiple of the v with v_P = u, 0 elsewhere; None if floats do not represent it."""
@@ -182,8 +177,8 @@ def signs(A: Matrix, d: Vector, check: Check) -> Vector:
         return sign
     for i in np.flatnonzero(~(np.abs(value) > bound)):
         check()
-        part = slice(A.indptr[i], A.indptr[i + 1]) if is_sparse(A) else slice(None)
-        row, own = (A.data[part], d[A.indices[part]]) if is_sparse(A) else (A[i], d)
+        part = slice(A.indptr[i], A.indptr[i + 1]) if matrices.is_sparse(A) else slice(None)
+        row, own = (A.data[part], d[A.indices[part]]) if matrices.is_sparse(A) else (A[i], d)
         total = numbers.dot(numbers.in_integers(row)[0], numbers.in_integers(own)[0])
         sign[i] = (total > 0) - (total < 0)
     return sign
@@ -193,7 +188,7 @@ def sums_exactly(A: Matrix, largest: float) -> bool:
     """Return whether sums of entries up to `largest` are free of rounding, as all are multiples of a common unit."""
     if not 0 < largest < np.inf:
         return False
-    entries = A.data if is_sparse(A) else A
+    entries = A.data if matrices.is_sparse(A) else A
     units = np.ldexp(entries, 51 - int(np.frexp(largest)[1]))
     are_whole = np.isfinite(units).all() and np.array_equal(units, np.rint(units))
     return bool(are_whole and not ((units == 0) & (entries != 0)).any())
@@ -227,7 +222,7 @@ def z_matrix(context: Context) -> Verdict:
 
 def _first(A: Matrix) -> tuple[int, int] | None:
     """Return row and column of the first entry that is not 0; None if there is none."""
-    if is_sparse(A):
+    if matrices.is_sparse(A):
         rows, columns = A.nonzero()
         return (int(rows[0]), int(columns[0])) if rows.size else None
     i, j = divmod(int((A != 0).argmax()), A.shape[1])
@@ -247,12 +242,11 @@ def weak_row(M: Matrix, check: Check) -> int | None:
     return int(weak[0]) if weak.size else None
 
 
+LARGER = """h_plus m_matrix positive_definite positive_semidefinite p_matrix p0_matrix column_sufficient row_sufficient
+copositive strictly_copositive copositive_plus"""
 CLASSES = {  # the file of each, in which a function of that name decides it; each relies on those before it
     **dict.fromkeys(("symmetric", "skew_symmetric", "z_matrix", "strictly_diagonally_dominant"), "verdict"),
-    **dict.fromkeys(("h_plus", "m_matrix"), "p_matrices"),
-    **dict.fromkeys(("positive_definite", "positive_semidefinite"), "definite"),
-    **dict.fromkeys(("p_matrix", "p0_matrix", "column_sufficient", "row_sufficient"), "p_matrices"),
-    **dict.fromkeys(("copositive", "strictly_copositive", "copositive_plus"), "definite"),
+    **dict.fromkeys(LARGER.split(), "classes"),
 }
 
 

@@ -160,9 +160,6 @@ class Problem:
     def __repr__(self) -> str:
         return str(views.outcome.problem_text(self))
 
-    def _repr_html_(self) -> str:
-        return str(views.outcome.problem_html(self))
-
     @property
     def is_mixed(self) -> bool:
         return not self.box.is_orthant

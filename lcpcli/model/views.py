@@ -16,7 +16,7 @@ ROOMS = {  # the modules by their rooms
     "verify": "digits",
     "solving": "advice minimum",
     "parametric": "derivative",
-    "report": "inspection_text outcome path_formats plotting result_formats verification_text",
+    "report": "inspection_text outcome path_formats plotting result_formats tables verification_text",
 }
 
 

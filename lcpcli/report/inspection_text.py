@@ -8,8 +8,7 @@ from typing import Any
 
 from lcpcli.errors import count
 from lcpcli.files.contents import NO_SOURCE
-from lcpcli.inspection.inspection import Inspection
-from lcpcli.inspection.nonlinear import NonlinearInspection
+from lcpcli.inspection.inspection import Inspection, NonlinearInspection
 from lcpcli.inspection.theory import MOST_WITH_NORM, Rate, Spread
 from lcpcli.inspection.verdict import title
 from lcpcli.linalg.matrices import is_sparse
@@ -18,8 +17,6 @@ from lcpcli.presolve.presolve import Presolved
 from lcpcli.presolve.system import Refuted
 from lcpcli.report import result_formats, wording
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.result_formats import Report
-from lcpcli.report.wording import PIPE_WIDTH
 
 UNKNOWN = "not computed: too expensive"
 CLOSE_TO_ONE = 0.999  # from here on, a contraction factor is shown by its distance from 1, as four digits would hide it
@@ -42,7 +39,7 @@ BINARY = ((2**30, "GiB"), (2**20, "MiB"), (2**10, "KiB"), (1, "bytes"))
 Row = tuple[str, ...]
 
 
-def report(found: Inspection | NonlinearInspection, whole: bool = True) -> Report:
+def report(found: Inspection | NonlinearInspection, whole: bool = True) -> result_formats.Report:
     """Return the report on an inspection. whole : whether to show all in tables; otherwise only what decides about the
     methods."""
     name = wording.title(found.problem) or "problem"
@@ -50,15 +47,16 @@ def report(found: Inspection | NonlinearInspection, whole: bool = True) -> Repor
 
     def document(*_: Any) -> Document:
         if isinstance(found, Inspection):
-            facts, tables, kind = [found.obvious, *found.hints], _linear_tables(found, classes, whole), ""
+            tables, heading = _linear_tables(found, classes, whole), f"{name}: {wording.size(found.problem)}"
         else:
             shown = [row for row in classes if whole or row[0] in DECISIVE]
             of_start = _table(("class of M = J at the start", "", "because"), shown)
-            facts, tables, kind = [*found.hints], [_table(("", ""), _nonlinear_facts(found)), of_start], ", nonlinear"
-        heading = f"{name}{kind}: {wording.size(found.problem)}"
-        return Document(heading, [Section(heading, facts=list(filter(None, facts)), tables=tables)])
+            tables = [_table(("", ""), _nonlinear_facts(found)), of_start]
+            heading = f"{name}, nonlinear: {wording.size(found.problem)}"
+        facts = list(filter(None, [getattr(found, "obvious", ""), *found.hints]))
+        return Document(heading, [Section(heading, facts=facts, tables=tables)])
 
-    return Report(document, lambda: [_record(found)], pipe=PIPE_WIDTH)
+    return result_formats.Report(document, lambda: [_record(found)], pipe=wording.PIPE_WIDTH)
 
 
 def _linear_tables(found: Inspection, classes: Sequence[Row], whole: bool) -> list[Table]:
@@ -76,7 +74,7 @@ def _linear_tables(found: Inspection, classes: Sequence[Row], whole: bool) -> li
     shown = [
         ("condition", _condition(found)),
         *((text, f"{word}: {reason}") for text, word, reason in classes if text in DECISIVE),
-        *([("presolve", _presolve(found.presolve))] if found.presolve is not None else []),
+        *_presolve(found.presolve),
         ("auto tries", ", ".join(dict.fromkeys(attempt.method for attempt in found.plan or ()))),
         ("the rest", f"--all shows {len(classes)} classes, sizes, rates and why auto tries what"),
     ]
@@ -86,7 +84,7 @@ def _linear_tables(found: Inspection, classes: Sequence[Row], whole: bool) -> li
 def verdict(found: Inspection | NonlinearInspection) -> str:
     """Return an inspection in a line: the obvious answer, else the classes that decide about the methods."""
     proved = [title(name) for name, own in found.classes.items() if own.word == "yes" and title(name) in DECISIVE]
-    obvious = found.obvious if isinstance(found, Inspection) else ""
+    obvious = getattr(found, "obvious", "")
     return obvious or ", ".join(proved) or "no class of M that decides about the methods is proved"
 
 
@@ -102,12 +100,10 @@ def _facts(found: Inspection) -> list[Row]:
     size = f"{cost.factor_entries:.2g} entries, {cost.factor_operations:.2g} operations"
     if cost.bandwidth is not None:
         size = f"at most {size} (bandwidth {cost.bandwidth} after reordering)"
-    eigenvalues, ends = UNKNOWN, found.spectrum
-    if ends is not None:
+    eigenvalues = "not computed: M is not symmetric" if found.classes["symmetric"].word == "no" else UNKNOWN
+    if (ends := found.spectrum) is not None:
         eigenvalues = f"{'about ' * ends.estimated}{ends.smallest:.4g} to {ends.largest:.4g}"
-    elif found.classes["symmetric"].word == "no":
-        eigenvalues = "not computed: M is not symmetric"
-    error = f"p = {found.smoothing.p:.2g} leaves a smoothing error of at most {found.smoothing.error:.1e} in F"
+    error = f"p = {found.p:.2g} leaves a smoothing error of at most {found.smoothing_error:.1e} in F"
     return [
         ("entries", f"{stored}, {nonzeros}, {cost.bytes / unit:.3g} {name}"),
         ("scaling", f"{_spread(before)} ({after.rows:.1f} and {after.columns:.1f} after equilibration)"),
@@ -117,7 +113,7 @@ def _facts(found: Inspection) -> list[Row]:
         ("fixed-point", _contraction(found.published, found)),
         ("  --omega auto", _contraction(found.best, found)),
         ("shi", error),
-        *([("presolve", _presolve(found.presolve))] if found.presolve is not None else []),
+        *_presolve(found.presolve),
     ]
 
 
@@ -131,13 +127,15 @@ def _removed(found: Presolved | Refuted | None) -> dict[str, object] | None:
     return None if found is None else {"contradiction": False, "unknowns": found.kept.size, "removed": found.removed}
 
 
-def _presolve(found: Presolved | Refuted) -> str:
+def _presolve(found: Presolved | Refuted | None) -> list[Row]:
+    if found is None:
+        return []
     if isinstance(found, Refuted):
-        return "finds a row that cannot have its sign for any z within the bounds"
+        return [("presolve", "finds a row that cannot have its sign for any z within the bounds")]
     n, parts = found.original.n, ", ".join(f"{number} by {rule}" for rule, number in found.removed.items())
     changed = "writes equations in another way" * found.has_new_rows
     removes = f"removes {n - found.kept.size} of {count(n, 'unknown')}: {parts}" if parts else ""
-    return "; ".join(filter(None, (removes, changed)))
+    return [("presolve", "; ".join(filter(None, (removes, changed))))]
 
 
 def _condition(found: Inspection) -> str:
@@ -173,8 +171,8 @@ def _nonlinear_facts(found: NonlinearInspection) -> Sequence[Row]:
     if found.operators is not None:
         fixed = f"{found.fixed_variables}{', which are constants' * bool(found.fixed_variables)}"
         operators = ", ".join(f"{name} {number}" for name, number in found.operators.items()) or "none"
-        facts += [("operators", operators), ("common expressions", str(found.common_expressions))]
-        facts.append(("fixed variables", fixed))
+        common = str(found.common_expressions)
+        facts += [("operators", operators), ("common expressions", common), ("fixed variables", fixed)]
     density = f" ({100 * found.nonzeros / n**2:.3g} %)" if n else ""
     of_rows, of_free = found.structural_rank_of_equations, found.structural_rank_of_free
     free = f"; {of_rows} of the rows of equations, {of_free} of the columns of free unknowns" * bool(found.equations)
@@ -212,8 +210,6 @@ def _record(found: Inspection | NonlinearInspection) -> dict[str, Any]:
             **vars(found.cost),
             "fixed_point": found.published or NO_RATE,
             "fixed_point_best": found.best or NO_RATE,
-            "p": found.smoothing.p,
-            "smoothing_error": found.smoothing.error,
             "methods": {name: {"guaranteed": own.word, "reason": own.reason} for name, own in found.guarantees.items()},
             "presolve": _removed(found.presolve),
             "plan": None if found.plan is None else [attempt._asdict() for attempt in found.plan],

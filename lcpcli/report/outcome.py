@@ -1,5 +1,4 @@
-"""The outcome of runs as lines of text; results and problems as one line in the interpreter, and as parts of a page in
-notebooks. Methods of Result, Problem and Trace call these functions."""
+"""The outcome of runs as lines of text; results, traces and problems as one line in the interpreter."""
 
 from __future__ import annotations
 
@@ -7,34 +6,27 @@ import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from functools import partial
-from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lcpcli.errors import ParameterError, count, visible
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING
-from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.box import WORDS
 from lcpcli.model.problem import Problem
 from lcpcli.model.words import in_own_sense
 from lcpcli.rational.numbers import approximate, brief
 from lcpcli.report import wording
-from lcpcli.report.document import Section, Table
 from lcpcli.report.wording import ELLIPSIS, LEVELS, PIPE_WIDTH, duration, error, name, residual, short
 from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Trace
 from lcpcli.verify.digits import fewest
 
-if TYPE_CHECKING:
-    pass
-
 
 def proofs(result: Result) -> list[str]:
-    """Return a line with the certificate, and with the numbers that make it a proof; or lines with the exact vectors,
-    and with the proof or its absence if no message states it: vectors as far as they fit."""
+    """Return a line with the certificate and the numbers that make it a proof; or lines with the exact vectors, as far
+    as they fit, and with the proof or its absence if no message states it."""
     exact, problem, certificate = result.exact, result.problem, result.certificate
     if exact is not None:
         vectors = ((name, values) for name in "zw" if (values := getattr(exact, name)) is not None)
@@ -45,9 +37,7 @@ def proofs(result: Result) -> list[str]:
                 used = wording.vector([f"y{i} = {brief(value)}" for i, value in enumerate(y, 1) if value], str)
                 shown = f"{used[:-1]}; 0 elsewhere)"
             lines.append(f"exact y = {shown}{_as_proof(problem, y)}")
-        if not result.solved:
-            return lines
-        return [*lines, f"proof: {exact.proof}"] if exact.z is not None else [exact.proof]
+        return [*lines, "proof: " * (exact.z is not None) + exact.proof] if result.solved else lines
     if certificate is None or certificate.vector is None:
         return [f"certificate: {certificate.kind}"] if certificate else []
     cell: Callable[[Any], str] = wording.multiplier if certificate.exact is None else brief
@@ -83,19 +73,20 @@ WIDE_SPREAD = 2.0  # the ratio of median to least time from which a line warns o
 
 def verdict(result: Result) -> str:
     """Return a line on how the run ended, and by which methods, unless it is on the problem alone."""
-    by = f"by {', '.join(result.route)}"
     if result.solved:
         objective = "".join(f"; {words}" for words in wording.objective(result))
         others = UNSOLVABLE if result.exactly_solvable is False else OTHERS_CLAUSES[result.others]
-        return f"{result.status.word} {by}: {_work(result)}{objective}{others}"
+        return f"{result.status.word} {_work(result)}{objective}{others}"
     if result.status.word in PROBLEM_STATUSES:
         return result.message
-    return f"{name(result)}{f' ({by})' * (result.route != (result.method,))} {result.message}"
+    by = f" (by {', '.join(result.route)})" * (result.route != (result.method,))
+    return f"{name(result)}{by} {result.message}"
 
 
-def _work(result: Result) -> str:
+def _work(result: Result, with_route: bool = True) -> str:
     counts = count(result.iterations, "iteration"), count(result.evaluations, "evaluation")
-    return ", ".join([*counts, duration(result.seconds)])
+    by = f"by {', '.join(result.route)}: " * with_route
+    return by + ", ".join([*counts, duration(result.seconds)])
 
 
 def facts(result: Result, width: int | None, whole: bool, names: Sequence[str] = ()) -> list[str]:
@@ -105,8 +96,7 @@ def facts(result: Result, width: int | None, whole: bool, names: Sequence[str] =
     if hasattr(result.answer, "seconds"):
         parts["conclusions"] = result.answer.seconds
     times = ", ".join(f"{part} {duration(seconds)}" for part, seconds in parts.items())
-    work = f"by {', '.join(result.route)}: " * (result.status.word in PROBLEM_STATUSES) + _work(result)
-    lines = [times] if result.solved else [work, times]
+    lines = [times] if result.solved else [_work(result, result.status.word in PROBLEM_STATUSES), times]
     if result.status.word in SETTLED:
         return lines
     measures = f"residual {residual(result)}, relative {short(result.relative_residual, ROW_ROUNDING)}"
@@ -161,23 +151,21 @@ def _vector(result: Result, width: int, whole: bool, names: Sequence[str]) -> li
 
 
 def _cells(result: Result, part: slice, by_name: bool = False) -> list[str]:
-    """Return a part of z to the known digits, at most 7, with names for an LCP. by_name : whether signs are those of
-    names."""
+    """Return a part of z to the known digits, at most 7, with names for an LCP. by_name : whether with their signs."""
     known = result.bound.value if result.bound and result.bound.proved else result.error
     place = -math.inf
     if result.solved and known is not None and 0 < known < math.inf:
         place = math.floor(math.log10(known))
-    cells, problem = list[str](), result.problem
-    z = result.z.tolist()
+    cells, problem, z = list[str](), result.problem, result.z.tolist()
     for v in (in_own_sense(problem, z) if by_name else z)[part]:
         digits = 1 if v == 0 or not math.isfinite(v) else min(math.floor(math.log10(abs(v))) - place + 1, DIGITS)
         cells.append(f"{v + 0.0:.{digits}g}" if digits > 0 else "0")
-    if problem.origin is not None:
-        from lcpcli.model.origins import OwnNames
+    if problem.origin is None:
+        return cells
+    from lcpcli.model.origins import OwnNames
 
-        if isinstance(problem.origin, OwnNames):
-            return [f"{visible(own)} {cell}".strip() for own, cell in zip(problem.names[part], cells, strict=True)]
-    return cells
+    names = problem.names[part] if isinstance(problem.origin, OwnNames) else [""] * len(cells)
+    return [f"{visible(own)} {cell}".strip() for own, cell in zip(names, cells, strict=True)]
 
 
 def doubt(result: Result) -> str:
@@ -185,11 +173,9 @@ def doubt(result: Result) -> str:
     near = result.error is None or result.error <= LEVELS[0] * result.problem.size_of_solutions
     if near or not result.solved or result.tol > COARSE:
         return ""
-    return (
-        f"the residual is small but z is far from the {result.problem.reference} solution: "
-        "either it is another solution, which lcp solve --all would list, or M is so ill-conditioned that the residual "
-        "says little"
-    )
+    far = f"the residual is small but z is far from the {result.problem.reference} solution"
+    other = "it is another solution, which lcp solve --all would list"
+    return f"{far}: either {other}, or M is so ill-conditioned that the residual says little"
 
 
 def spread(results: Sequence[Result]) -> str:
@@ -209,55 +195,20 @@ def bound(result: Result) -> str:
 
 
 def result_text(result: Result) -> str:
-    return f"<Result: {', '.join(f'{name} {value}'.strip() for name, value in _facts(result))}>"
-
-
-def result_html(result: Result) -> str:
-    """Return a result in HTML: the facts of `result_text`, the iterations, the message, the advice and the meaning, and
-    the iterates that were requested as a figure if matplotlib is installed."""
-    from lcpcli.report import html_page, programs_and_games
-
-    (_, status), size, *facts = _facts(result)
-    texts = ["" if result.solved else result.message, result.advice, *programs_and_games.lines(result, compared=False)]
-    texts = list(filter(None, [*texts, *wording.objective(result)]))
-    rows = [size, ("iterations", str(result.iterations)), *facts, *(("", text) for text in texts)]
-    is_drawn = result.trace is not None and find_spec("matplotlib") is not None
-    drawn = partial(figure, [result]) if is_drawn else None
-    return html_page.part(Section(status, tables=[Table(("", ""), [rows], words=(0, 1))], figure=drawn))
-
-
-def _facts(result: Result) -> list[tuple[str, str]]:
-    exact = ((f"exact {key} =", getattr(result.exact, key, None)) for key in "zy")
-    proved = [(key, wording.vector(values, brief)) for key, values in exact if values is not None]
-    return [
-        ("", f"{result.status.word.replace('_', ' ')} by {', '.join(result.route)}"),
-        ("n =", wording.size(result.problem).removeprefix("n = ")),
-        ("residual", residual(result)),
-        *([] if result.error is None else [("error", error(result.error, result.problem))]),
-        ("in", duration(result.seconds)),
-        *(proved or [("z =", short_vector(result, 60))]),  # with room for its heading in a notebook
-    ]
+    exact = ((key, getattr(result.exact, key, None)) for key in "zy")
+    proved = [f"exact {key} = {wording.vector(values, brief)}" for key, values in exact if values is not None]
+    by = f"{result.status.word.replace('_', ' ')} by {', '.join(result.route)}"
+    parts = [by, wording.size(result.problem), f"residual {residual(result)}"]
+    parts += [] if result.error is None else [f"error {error(result.error, result.problem)}"]
+    parts += [f"in {duration(result.seconds)}", *(proved or [f"z = {short_vector(result, 60)}"])]
+    return f"<Result: {', '.join(parts)}>"
 
 
 def problem_text(problem: Problem) -> str:
-    return f"<{f'Problem {wording.title(problem)}'.rstrip()}: {', '.join(_properties(problem))}>"
-
-
-def problem_html(problem: Problem) -> str:
-    from lcpcli.report import html_page
-
-    tables = []
-    if problem.n <= 6 and not is_sparse(problem.M):
-        vectors = {"q": problem.q} | {name[0]: bound for name, bound in problem.bounds.items()}
-        cells = [[f"{v:.7g}" for v in row] for row in zip(*problem.M.T, *vectors.values(), strict=True)]
-        tables = [Table([*(f"M{j + 1}" for j in range(problem.n)), *vectors], [cells], words=())]
-    return html_page.part(Section(wording.title(problem) or "Problem", facts=_properties(problem), tables=tables))
-
-
-def _properties(problem: Problem) -> list[str]:
-    stored = f"sparse, {count(problem.M.nnz, 'stored entry')}" if is_sparse(problem.M) else "dense"
+    stored = f"sparse, {count(problem.M.nnz, 'stored entry')}" if matrices.is_sparse(problem.M) else "dense"
     known = [count(len(problem.solutions), f"{problem.reference} solution")] if problem.solutions else []
-    return [wording.size(problem), stored, *known, *([f"known verdict: {problem.verdict}"] if problem.verdict else [])]
+    known += [f"known verdict: {problem.verdict}"] if problem.verdict else []
+    return f"<{f'Problem {wording.title(problem)}'.rstrip()}: {', '.join([wording.size(problem), stored, *known])}>"
 
 
 def frame(result: Result) -> Any:

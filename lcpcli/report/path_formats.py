@@ -6,9 +6,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property, partial
-from itertools import chain, islice, pairwise, zip_longest
+from itertools import chain, islice, zip_longest
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -24,8 +25,6 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import shortest_decimal
 from lcpcli.report import plotting, programs_and_games, result_formats, tables, wording
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.result_formats import Report, plain
-from lcpcli.report.wording import ELLIPSIS
 from lcpcli.typing import Vector
 
 
@@ -34,7 +33,7 @@ def verified(path: Path) -> str:
 
 
 def title(path: Path) -> str:
-    ends = [wording.title(problem) or "problem" for problem in (path.problem, path.to)]
+    ends = (wording.title(problem) or "problem" for problem in (path.problem, path.to))
     return f"{' to '.join(dict.fromkeys(ends))}: {wording.size(path.problem)}"
 
 
@@ -97,9 +96,9 @@ RELATIONS = {  # for a number that moves: an entry of a vector of this name, or 
 class Points(NamedTuple):
     """Points of a path: m values of t, and z and w of each, in doubles or in fractions."""
 
-    t: Sequence[Any]
-    z: Sequence[Any]
-    w: Sequence[Any]
+    t: list[Any]
+    z: list[Any]
+    w: list[Any]
 
 
 class Moving(NamedTuple):
@@ -128,8 +127,7 @@ class Ends:
     one."""
 
     def __init__(self, *ends: Problem) -> None:
-        self._ends = ends
-        self._programs = [each.origin for each in self._ends if isinstance(each.origin, Program)]
+        self._ends, self._programs = ends, [each.origin for each in ends if isinstance(each.origin, Program)]
         kinds = {(each.sense, each.variables, each.ranges) for each in self._programs}
         self.program = self._programs[0] if len(self._programs) == 2 and len(kinds) == 1 else None
 
@@ -161,27 +159,19 @@ class Terms(Ends):
     @property
     def points(self) -> Points:
         """Return the breakpoints, in fractions if the path has them."""
-        exact, path = self.path.exact, self.path
-        return Points(*exact) if exact else Points(path.t.tolist(), list(path.z), list(path.w))
+        path = self.path
+        return Points(*map(list, path.exact or (path.t.tolist(), path.z, path.w)))
 
-    def at_all(self, values: Sequence[float | Fraction]) -> Points:
+    def at_all(self, values: Sequence[Any]) -> Points:
         """Return the points of the path at several values of t; there are none where it does not come."""
-        (ts, z, w), found, n = self.points, list[tuple[Any, Any, Any]](), self.path.problem.n
-        for t in values:
-            own = list[list[Any]]()
-            for pair in pairwise([*range(len(ts)), len(ts) - 1]):  # the last one is the end of the path
-                a, b = (ts[k] for k in pair)
-                if not min(a, b) <= t <= max(a, b):
-                    continue
-                first, last = ([*z[k], *w[k]] for k in pair)
-                points = [row for end, row in ((a, first), (b, last)) if end == t]
-                if not points:
-                    share = (t - a) / (b - a)
-                    points = [[(1 - share) * one + share * other for one, other in zip(first, last, strict=True)]]
-                for row in points:  # of a path of one point twice the same
-                    own += [row] * (row not in own)
-            found += [(t, row[:n], row[n:]) for row in own]
-        return Points(*map(list, zip(*found, strict=True))) if found else Points([], [], [])
+        (ts, *vectors), n = self.points, self.path.problem.n
+        rows = np.array([[*z, *w] for z, w in zip(*vectors, strict=True)], dtype=object)
+        whole, found = replace(self.path, t=np.array(ts, dtype=object), z=rows), Points([], [], [])
+        for t in (t for t in values if ts and min(ts) <= t <= max(ts)):
+            for row in np.atleast_2d(whole(t)).tolist():
+                for part, value in zip(found, (t, row[:n], row[n:]), strict=True):
+                    part.append(value)
+        return found
 
     def values(self, z: Sequence[Any]) -> Sequence[Any]:
         """Return z, of a program x, y and s, with the multipliers y in its own sense."""
@@ -191,15 +181,15 @@ class Terms(Ends):
     def objective(self, t: Any, z: Sequence[Any]) -> Any:
         """Return the objective of the program at t, in its own sense and with its constant."""
         assert self.program is not None
-        share, ends = self._share(t), list[Any]()
+        share = self._share(t)
         if isinstance(t, Fraction) and self._exact:
             from lcpcli.enumeration.search import objective
 
-            ends = [objective(data, program, z) for data, program in zip(self._exact, self._programs, strict=True)]
+            ends: list[Any] = [objective(*end, z) for end in zip(self._exact, self._programs, strict=True)]
         else:
-            share, x = float(share), np.array(self.program.parts(z)[0], dtype=float)
-            for data, program in zip(self._data, self._programs, strict=True):
-                ends.append(SENSES[program.sense] * data.objective(x) + program.constant)
+            share, x, sign = float(share), np.array(self.program.parts(z)[0], dtype=float), SENSES[self.program.sense]
+            both = zip(self._data, self._programs, strict=True)
+            ends = [sign * data.objective(x) + program.constant for data, program in both]
         return (1 - share) * ends[0] + share * ends[1]
 
     @cached_property
@@ -237,12 +227,11 @@ class Terms(Ends):
 
     def _differences(self) -> Iterator[Moving]:
         """Yield the numbers that differ; both sides of an equation are one."""
+        ends: Sequence[Any] = self._data if self.program else [conditions_of(each) for each in self._ends]
         if self.program is None:
-            ends: list[Any] = [conditions_of(each) for each in self._ends]
             names = [f"q {name}" if name else "" for name in self.path.problem.names]
             yield from _moving(wording.short_names(names, math.inf, "q"), "q", *(each.q for each in ends))
         else:
-            ends = list(self._data)
             yield from _moving(self.names(), "c", *(SENSES[self.program.sense] * each.c for each in ends))
         for key in ("lower", "upper"):
             yield from _moving(self.names(), key, *(getattr(each, key) for each in ends))
@@ -265,7 +254,6 @@ KEYS = (
     "version file to_file problem to n names end message reached verified t z w basis changes jumps moving answer "
     "direction certificate exact at seconds"
 )
-NO_POINTS = Points([], [], [])
 MOST_ROWS = 500  # of a table; typesetting takes a millisecond a row, and nobody reads on
 MOST_CHANGES = 3  # named at a breakpoint; more, where pieces of no length have been left out, would make a wide column
 NOISE = 1e-12  # relative to the largest entry: what is shown as 0
@@ -273,9 +261,10 @@ NOISE = 1e-12  # relative to the largest entry: what is shown as 0
 At: TypeAlias = Sequence["float | Fraction"]  # further values of t, for whose points a text has room too
 
 
-def data(path: Path, points: Points = NO_POINTS, files: Sequence[str] = ()) -> dict[str, Any]:
-    """Return a path as the object of its line in JSON, with further points. files : of the problems that were read."""
+def data(path: Path, at: At = (), files: Sequence[str] = ()) -> dict[str, Any]:
+    """Return a path as the object of its line in JSON, with the points at further t. files : that were read."""
     terms, doubles = Terms(path), Points(path.t.tolist(), list(path.z), list(path.w))
+    points = terms.at_all(at)
     moving = terms.moving and {**terms.moving._asdict(), "values": [terms.moved(t) for t in doubles.t]}
     own = {
         **result_formats.place(NO_SOURCE, path.problem),
@@ -311,8 +300,8 @@ def rows(path: Path, at: At, names: Sequence[str]) -> tuple[Iterable[Sequence[An
     def row(number: Any, note: str, t: Any, z: Any, w: Any) -> list[Any]:
         moved = [terms.moved(t)] if terms.moving else []
         value = [terms.objective(t, z)] if terms.program else []
-        vectors = (plain(chosen(vector)) for vector in (terms.values(z), w))
-        return [*plain([number, t, *moved, note]), *chain(*vectors), *plain(value)]
+        vectors = (result_formats.plain(chosen(vector)) for vector in (terms.values(z), w))
+        return [*result_formats.plain([number, t, *moved, note]), *chain(*vectors), *result_formats.plain(value)]
 
     moving = [terms.moving.label] if terms.moving else []
     w_names = [f"w {name}" if name else f"w{i}" for i, name in enumerate(path.problem.names, 1)]
@@ -320,16 +309,16 @@ def rows(path: Path, at: At, names: Sequence[str]) -> tuple[Iterable[Sequence[An
     notes = notes_on(path, terms.names(), math.inf)
     breakpoints = (row(k, *each) for k, each in enumerate(zip(notes, *terms.points, strict=True), 1))
     others = (row("", "", *point) for point in zip(*terms.at_all(at), strict=True))
-    comments = [title(path), verdict(path, path.t.size)]
-    return chain([[*header, *["objective"] * bool(terms.program)]], in_time(breakpoints), others), comments
+    header += ["objective"] * bool(terms.program)
+    return chain([header], in_time(breakpoints), others), [title(path), verdict(path, path.t.size)]
 
 
-def report(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] = ()) -> Report:
+def report(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] = ()) -> result_formats.Report:
     """Return the report on a path, with the points at further t. files : of the problems that were read. names : as for
     `build`; JSON has all."""
-    return Report(
+    return result_formats.Report(
         lambda form, width: build(path, form, at, width, names),
-        lambda: [data(path, Terms(path).at_all(at), files)],
+        lambda: [data(path, at, files)],
         lambda: rows(path, at, names),
     )
 
@@ -351,10 +340,7 @@ def build(path: Path, form: str, at: At, width: int | None, names: Sequence[str]
         path.verified and path.end == REACHED,
         [str(terms.moving)] if terms.moving else [],
         [Table(header, groups, words=[header.index("change")], name="Breakpoints")],
-        [
-            *_remarks(terms, form, elided),
-            *[f"the path does not come to t = {', '.join(missed)}"] * bool(missed),
-        ],
+        [*_remarks(terms, form, elided), *[f"the path does not come to t = {', '.join(missed)}"] * bool(missed)],
         f"{wording.PROGRAM}{wording.took(path.seconds, form)}",
         (lambda: plotting.plot_path(path, show=names).content("svg")) if path.t.size else None,
     )
@@ -376,7 +362,7 @@ def _columns(
         return [name, *(_cell(value, largest) for value in values)]
 
     def of_places(kept: Iterable[int | None]) -> list[list[str]]:
-        gap = [ELLIPSIS] * (len(vectors) + 1)
+        gap = [wording.ELLIPSIS] * (len(vectors) + 1)
         return [gap if i is None else column(names[i], (z[i] for z in vectors), of_z) for i in kept]
 
     before, after = [["change", *notes]], list[list[str]]()
@@ -389,24 +375,15 @@ def _columns(
         after.append(column("objective", map(terms.objective, points.t, points.z)))
     if chosen:
         return [*before, *of_places(wording.places(terms.names(), chosen)), *after], False
-    left = width if form == "table" else None
-    if left is not None:
-        left -= tables.CELL * (len(before) - 1 + len(after)) + max(map(len, notes), default=0)
-
-    def fits(columns: Sequence[Sequence[str]]) -> bool:
-        wide = sum(max(map(len, cells)) + 1 for cells in columns)
-        return len(columns) <= tables.PIPE_COMPONENTS if left is None else wide <= left
-
+    room = None
+    if form == "table" and width is not None:
+        others = tables.CELL * (len(before) - 1 + len(after)) + max(map(len, notes), default=0)
+        room = width - others + tables.OTHER_COLUMNS
     counts = [n] if program is None else [n - program.ranges, program.variables]
-    shown: list[list[str]] | None = None
-    if n <= (tables.PIPE_COMPONENTS if left is None else left):
-        shown = next(filter(fits, map(of_places, map(range, counts))), None)
-    if shown is None:
-        usual = None if left is None else left + tables.OTHER_COLUMNS
-        shown = of_places(tables.with_gap(counts[-1], tables.shown_components(counts[-1], usual)))
-    elif program is None:
-        w = [column(f"w{i + 1}", (own[i] for own in points.w), max(of_w)) for i in range(n)]  # rounded as its terms are
-        shown += w if fits([*shown, *w]) else []
+    own = next((k for k in counts if tables.shown_components(k, room) is None), counts[-1])
+    shown = of_places(tables.with_gap(own, tables.shown_components(own, room)))
+    if program is None and tables.shown_components(2 * n, room) is None:  # w is rounded as its terms are
+        shown += [column(f"w{i + 1}", (w[i] for w in points.w), max(of_w)) for i in range(n)]
     return [*before, *shown, *after], len(shown) < counts[0]
 
 
@@ -430,8 +407,7 @@ def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:
         remarks.append("at a jump all points between the two rows solve the problem")
     if path.t.size > MOST_ROWS:
         remarks.append(f"the first {MOST_ROWS} of {path.t.size} rows; --format json and csv have all of them")
-    if path.end == TURN and form not in tables.PRINTED:
-        remarks.append("with --turns the path goes on, with t decreasing")
-    if elided and form not in tables.PRINTED:
-        remarks.append(f"see all {path.problem.n} components with --format csv")
+    if form not in tables.PRINTED:
+        remarks += ["with --turns the path goes on, with t decreasing"] * (path.end == TURN)
+        remarks += [f"see all {path.problem.n} components with --format csv"] * elided
     return remarks

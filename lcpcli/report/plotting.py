@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli.errors import ParameterError, count
 from lcpcli.files.atomic_write import write_whole
@@ -39,8 +39,7 @@ KINDS = {  # the functions that draw the figures, and the titles of the files
 }
 
 
-@dataclass(frozen=True)
-class Curve:
+class Curve(NamedTuple):
     """One run on one problem.
 
     name : the method or peer, which decides colour, marker and line style. label : the name of the run in the legend.
@@ -63,8 +62,7 @@ class Curve:
         return [k for k, error in zip(self.k, self.errors, strict=True) if k is not None and error is not None]
 
 
-@dataclass(frozen=True)
-class Panel:
+class Panel(NamedTuple):
     """The runs on one problem. measure : "error" or "residual", whichever the curves have. provenance : a line on the
     program and its options, for the file's metadata. problem, solutions : of runs whose x were kept, the LCP and the
     x = (z - w) / 2 of its known solutions."""
@@ -77,8 +75,7 @@ class Panel:
     solutions: Sequence[Sequence[float]] = ()
 
 
-@dataclass(frozen=True)
-class Power:
+class Power(NamedTuple):
     """The fit seconds = coefficient n^exponent, by least squares on the logarithms, for whose independent normal errors
     the exponent has a confidence interval of half-width `margin`. r_squared : the fraction of the variance
     explained."""
@@ -89,8 +86,7 @@ class Power:
     r_squared: float
 
 
-@dataclass(frozen=True)
-class Growth:
+class Growth(NamedTuple):
     """One solver's median run times in seconds on problems of n unknowns, with their quartiles, and the fitted power of
     n; None for too few sizes."""
 
@@ -103,8 +99,7 @@ class Growth:
     fit: Power | None
 
 
-@dataclass(frozen=True)
-class Profile:
+class Profile(NamedTuple):
     """One solver's times, one per problem, as multiples of the fastest solver's or in seconds; inf where it failed."""
 
     name: str
@@ -151,8 +146,7 @@ class Picture:
 def convergence(panels: Sequence[Panel]) -> Picture:
     """Return a picture with one row per panel: the error against the run time and against the iteration."""
     require_room(len(panels))
-    runs = sum(len(panel.curves) for panel in panels)
-    text = f"{count(runs, 'run')} on {count(len(panels), 'problem')}"
+    text = f"{count(sum(len(panel.curves) for panel in panels), 'run')} on {count(len(panels), 'problem')}"
     return Picture("convergence", [panels], [panel.provenance for panel in panels], text)
 
 

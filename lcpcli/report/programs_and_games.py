@@ -13,6 +13,7 @@ from lcpcli.errors import count
 from lcpcli.games.behavior import Behavior, InformationSetStrategy, Strategies
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
+from lcpcli.rational.numbers import brief
 from lcpcli.report import wording
 from lcpcli.report.document import Table
 from lcpcli.solving.minimum import BehaviorEquilibrium, Minimum
@@ -45,8 +46,6 @@ def lines(result: Result, compared: bool) -> list[str]:
         parts = [point, *multipliers, *[f"objective {wording.plain_number(answer.objective)}"] * (not shown)]
     texts = [", ".join(parts), answer.statement, *no_optimum(answer, origin)]
     if answer.exact and not isinstance(answer, BehaviorEquilibrium):
-        from lcpcli.rational.numbers import brief
-
         texts += [f"exact {key} = {wording.vector(part, brief)}" for key, part in answer.exact.items() if part]
     return [f"{wording.name(result)}: " * compared + text for text in texts if text]
 

@@ -24,15 +24,17 @@ Cells: TypeAlias = Sequence[Any]
 Rows: TypeAlias = tuple[list[Cells], list[str]]  # and lines of comments above them
 Part: TypeAlias = tuple[Sequence[str], Callable[[Result], Sequence[Cells]]]  # names of columns, and cells of each row
 
+STATES: Part = ("state",), lambda result: [[state] for state in result.basis]
+
 
 def answers(results: Sequence[Result], compared: bool, shown: Sequence[str] = ()) -> Rows:
     """Return the answers: component, z, w (fractions if proved), the state if a problem has bounds, and the names of
     components and their meaning for programs and games; compared results have problem and method first. shown : the
-    names of the unknowns that have a row, as for `wording.places`; empty for all."""
+    names of the unknowns that have a row, as for `wording.places`."""
     origins = [result.problem.origin for result in results]
     programs, games = (any(isinstance(own, kinds) for own in origins) for kinds in (Program, (Game, ExtensiveGame)))
     parts = [
-        *[(("state",), _states)] * any(result.problem.bounds for result in results),
+        *[STATES] * any(result.problem.bounds for result in results),
         *[(("name",), _names)] * (games or any(any(result.problem.names) for result in results)),
         *[(PROGRAM_COLUMNS, _of_program)] * programs,
         *[(("player", "probability", "payoff"), _of_game)] * games,
@@ -49,7 +51,7 @@ def part(result: Result, source: str) -> Rows:
     """Return the rows of one of many problems, with state and name, and comments on the result."""
     names = [[name] for name in result.problem.names]
     comments = [*wording.provenance([result])[1:], *wording.objective(result)]
-    return _rows(result, [source], [(("state",), _states), (("name",), lambda _: names)]), comments
+    return _rows(result, [source], [STATES, (("name",), lambda _: names)]), comments
 
 
 def iterates(results: Sequence[Result], chosen: Sequence[str] = (), names: Sequence[str] = ()) -> Rows:
@@ -71,13 +73,11 @@ def iterates(results: Sequence[Result], chosen: Sequence[str] = (), names: Seque
         start, blanks = [result.problem.name, wording.name(result)], [""] * (n - result.problem.n)
         rows = result.trace.rows if result.trace else []
         for row in rows:
-            is_game = of_games and isinstance(game, Game)
-            values = programs_and_games.iterate_of_game(game, row.z) if is_game else row.z.tolist()
-            status = result.status.word if row is rows[-1] else ""
-            whole = [*values, *blanks]
-            own = {"k": [row.k], "z": [whole[i] for i in kept]}
-            own |= {{"seconds": "time"}.get(name, name): [value] for name, value in wording.values_of(row).items()}
-            lines.append([*start, *(cell for name in shown for cell in own[name]), status])
+            values = programs_and_games.iterate_of_game(game, row.z) if of_games else row.z.tolist()
+            whole, own = [*values, *blanks], {name: [value] for name, value in wording.values_of(row).items()}
+            own |= {"k": [row.k], "z": [whole[i] for i in kept], "time": own["seconds"]}
+            cells = (cell for name in shown for cell in own[name])
+            lines.append([*start, *cells, result.status.word if row is rows[-1] else ""])
     return lines, [ITERATES + line if k == 0 else line for k, line in enumerate(wording.provenance(results))]
 
 
@@ -91,9 +91,8 @@ def runs(results: Sequence[Result]) -> Rows:
     rows: list[Cells] = [["problem", "method", *options, "status", *measures, *levels]]
     for result, given in zip(results, own, strict=True):
         costs = chain(*(reached(result).get(level, (None, None)) for level in wording.LEVELS))
-        values = (getattr(result, name) for name in measures)
         start = [result.problem.name, wording.name(result), *map(given.get, options), result.status.word]
-        rows.append([*start, *values, *costs])
+        rows.append([*start, *(getattr(result, name) for name in measures), *costs])
     return rows, wording.provenance(results)
 
 
@@ -115,10 +114,6 @@ def _fractions(values: Cells) -> Cells:
     from lcpcli.rational.numbers import text
 
     return [value if value is None or isinstance(value, float) else text(value) for value in values]
-
-
-def _states(result: Result) -> list[Cells]:
-    return [[state] for state in result.basis]
 
 
 def _names(result: Result) -> list[Cells]:

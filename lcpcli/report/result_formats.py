@@ -19,7 +19,6 @@ from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS
 from lcpcli.report import wording
 from lcpcli.report.document import Document, typeset
-from lcpcli.report.wording import ELLIPSIS
 from lcpcli.version import VERSION
 
 if TYPE_CHECKING:
@@ -56,7 +55,7 @@ class Layout(NamedTuple):
         """Return the row of a problem. by : the methods and the objective; the last ones that fit are shown."""
         name = visible(name)
         if self.room is not None:
-            name = name if len(name) <= self.name else ELLIPSIS + name[len(ELLIPSIS) - self.name :]
+            name = name if len(name) <= self.name else wording.ELLIPSIS + name[len(wording.ELLIPSIS) - self.name :]
             while by and len(", ".join(by)) > self.room:
                 by = by[1:]
         cells = [f"{name:{self.name}}", f"{n:>6}", f"{status:15}", f"{k:>5}", f"{residual:>8}", f"{time:>7}"]
@@ -105,18 +104,16 @@ def report(
     """Return the report on results.
 
     runs, sources : the results, grouped by problem, and the place of each problem. faults : the places of problems that
-    could not be read, with their errors, which JSON has too. compared : whether the iterates come first and then one
-    line per result; else the result comes first. swept : whether the runs differ by values of options, so that CSV has
-    a row for each. whole : whether a result that comes first shows all components of z. iterates : whether CSV is made
-    of the iterates. columns : of the iterates in a table, as for `tables.build`. names : of the unknowns that are
-    shown, as for `wording.places`.
+    could not be read, with their errors, for JSON. compared : whether the iterates come first and then one line per
+    result; else the result comes first. swept : whether CSV has a row for each run. whole : whether a result that comes
+    first shows all components of z. iterates : whether CSV is made of the iterates. columns : of the iterates in a
+    table, as for `tables.build`. names : of the unknowns that are shown, as for `wording.places`.
     """
 
     def document(form: str, width: int | None) -> Document:
         from lcpcli.report import tables
 
-        sections = [tables.build(run, width, compared, whole, form, columns, names) for run in runs]
-        return tables.document(runs, sections)
+        return tables.document(runs, [tables.build(run, width, compared, whole, form, columns, names) for run in runs])
 
     def records() -> Iterable[Mapping[str, Any]]:
         yield from (data(each, place) for own, place in zip(runs, sources, strict=True) for each in own)
@@ -239,11 +236,10 @@ def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
     return record(KEYS, result, own) | dict(source.mark or {})
 
 
-def record(keys: str, thing: object, own: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of the keys, in their order: those in `own`, and the attributes of the object for other
-    keys."""
-    values = {key: own[key] if key in own else getattr(thing, key) for key in keys.split()}
-    return {key: plain(value) for key, value in values.items()}
+def record(keys: str, thing: object, own: Mapping[str, Any], exact: bool = True) -> dict[str, Any]:
+    """Return the values of the keys, in their order, by `plain`: those in `own`, and the attributes of the object for
+    other keys."""
+    return {key: plain(own[key] if key in own else getattr(thing, key), exact) for key in keys.split()}
 
 
 def place(source: Source, problem: Problem | NonlinearProblem | None = None) -> dict[str, Any]:
@@ -255,13 +251,18 @@ def place(source: Source, problem: Problem | NonlinearProblem | None = None) -> 
 
 def plain(value: Any, exact: bool = True) -> Any:
     """Return a value for JSON: an object for a dataclass, None for a number that is not finite, and for a fraction a
-    text, or unless `exact` a double."""
+    text, or unless `exact` a double, None if it is beyond double precision."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if value is None or isinstance(value, (str, int)):
         return value
     if isinstance(value, (list, tuple)):
-        return list(value) if {*map(type, value)} <= {str, int} else [plain(entry, exact) for entry in value]
+        kinds = {*map(type, value)}
+        if not exact and kinds and all(hasattr(kind, "limit_denominator") for kind in kinds):  # fractions, at once
+            from lcpcli.rational.numbers import rounded
+
+            return plain(rounded(value))
+        return list(value) if kinds <= {str, int} else [plain(entry, exact) for entry in value]
     if isinstance(value, dict):
         return {key: plain(entry, exact) for key, entry in value.items()}
     if hasattr(value, "tolist"):
@@ -269,16 +270,9 @@ def plain(value: Any, exact: bool = True) -> Any:
         return value.tolist() if is_finite or value.dtype.kind in "bi" else plain(value.tolist(), exact)
     if is_dataclass(value):
         return {field.name: plain(getattr(value, field.name), exact) for field in fields(value)}
-    from lcpcli.rational.numbers import rounded, text
+    from lcpcli.rational.numbers import text
 
-    return text(value) if exact else plain(rounded([value]).tolist()[0])
-
-
-def numbers(values: Any, exact: bool) -> Any:
-    """Return fractions for JSON and CSV, as texts or as doubles, None for a number beyond double precision."""
-    from lcpcli.rational.numbers import rounded
-
-    return None if values is None else plain(values if exact else rounded(values))
+    return text(value) if exact else plain([value], exact)[0]
 
 
 def _answer(result: Result) -> dict[str, Any] | None:

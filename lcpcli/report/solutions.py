@@ -9,10 +9,9 @@ from functools import partial
 from itertools import chain, cycle, islice
 from typing import Any, TypeAlias
 
-from lcpcli.enumeration.equilibria import ExactEquilibrium
 from lcpcli.enumeration.optimum import OPTIMAL, Optimum
 from lcpcli.enumeration.pieces import Piece
-from lcpcli.enumeration.search import SolutionSet, objective
+from lcpcli.enumeration.search import ExactEquilibrium, SolutionSet, objective
 from lcpcli.errors import count
 from lcpcli.files.contents import Source
 from lcpcli.linalg.doubles import LARGEST_DOUBLE
@@ -21,13 +20,15 @@ from lcpcli.model.program import Program
 from lcpcli.model.words import in_own_sense
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, rounded
-from lcpcli.report import plotting, programs_and_games, result_formats, wording
+from lcpcli.report import plotting, programs_and_games, wording
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.result_formats import Report, numbers
+from lcpcli.report.result_formats import Report, place, plain, record
 from lcpcli.report.tables import longest
 
 HEADER: tuple[str, ...] = ("piece", "kind", "number", "component", "z", "w")
-BEST_KEYS = "status message sense value bound gap z w x y equilibrium nodes seconds"
+START = "version file item problem n names status message"
+KEYS = f"{START} complete others solutions pieces components degenerate seconds"
+BEST_KEYS = f"{START} sense value bound gap z w x y equilibrium nodes seconds"
 PROGRAM_COLUMNS = ("part", "value")
 MOST_LINES = 1000  # rows; typesetting more takes longer than the search for the solutions
 FEWEST_LINES = 20  # however wide a table is
@@ -41,10 +42,10 @@ Listing: TypeAlias = tuple[Table, list[str]]  # and remarks
 
 
 def report(found: SolutionSet | Optimum, source: Source, exact: bool, names: Sequence[str] = ()) -> Report:
-    record: Callable[..., dict[str, Any]] = _best_record if isinstance(found, Optimum) else _record
+    made: Callable[..., dict[str, Any]] = _best_record if isinstance(found, Optimum) else _record
     return Report(
         lambda form, _: build(found, exact, form, names),
-        lambda: [record(found, source, exact)],
+        lambda: [made(found, source, exact)],
         lambda: _rows(found, exact, names),
     )
 
@@ -183,42 +184,28 @@ def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float
 
 def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
     data, points, equilibria = found.data, found.points, found.equilibria
-    place, origin = {point: k for k, point in enumerate(points)}, data.problem.origin
+    number, origin = {point: k for k, point in enumerate(points)}, data.problem.origin
 
     def solution(k: int, z: Values) -> dict[str, Any]:
+        value = objective(data, origin, z) if isinstance(origin, Program) else None
         each = None if equilibria is None else equilibria.extreme[k]
-        value = numbers([objective(data, origin, z)], exact)[0] if isinstance(origin, Program) else None
-        vectors = {"z": numbers(z, exact), "w": numbers(data.w(z), exact)}
-        return {**vectors, "objective": value, **_meaning(origin, z, each, exact)}
+        return {"z": z, "w": data.w(z), "objective": value, **_meaning(origin, z, each)}
 
-    return {
-        **result_formats.place(source, data.problem),
-        "status": found.status,
-        "message": found.message,
-        "complete": found.complete,
-        "others": found.others,
+    own = {
+        **place(source, data.problem),
         "solutions": [solution(*each) for each in enumerate(points)],
-        "pieces": [
-            {
-                "vertices": [place[vertex] for vertex in piece.vertices],
-                "rays": [numbers(ray, exact) for ray in piece.rays],
-                "lines": [numbers(line, exact) for line in piece.lines],
-                "states": piece.states,
-            }
-            for piece in found.pieces
-        ],
+        "pieces": [vars(piece) | {"vertices": list(map(number.get, piece.vertices))} for piece in found.pieces],
         "components": equilibria and equilibria.components,
         "degenerate": equilibria and equilibria.is_degenerate,
-        "seconds": found.seconds,
     }
+    return record(KEYS, found, own, exact)
 
 
-def _meaning(origin: Any, z: Values, each: ExactEquilibrium | None, exact: bool) -> dict[str, Any]:
+def _meaning(origin: Any, z: Values, each: ExactEquilibrium | None) -> dict[str, Any]:
     parts = zip("xy", origin.own_parts(z), strict=False) if isinstance(origin, Program) else ()
-    own = {key: numbers(getattr(each, key), exact) for key in ("row", "column", "payoffs") if each}
+    own = {key: getattr(each, key) for key in ("row", "column", "payoffs") if each}
     own |= {"pure": each.is_pure, "index": each.index} if each else {}
-    tree = result_formats.plain(programs_and_games.behavior_of(origin, z), exact)
-    return {**{key: numbers(part, exact) for key, part in parts}, "equilibrium": own or tree}
+    return {**dict(parts), "equilibrium": own or programs_and_games.behavior_of(origin, z)}
 
 
 def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tuple[Iterable[Cells], list[str]]:
@@ -243,10 +230,8 @@ def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tu
             rows = (
                 (number, player, i, probability, payoff)
                 for number, each in enumerate(found.equilibria.extreme, 1)
-                for player, strategy, payoff in zip(
-                    ("row", "column"), (each.row, each.column), numbers(each.payoffs, exact), strict=True
-                )
-                for i, probability in enumerate(numbers(strategy, exact), 1)
+                for player, payoff in zip(("row", "column"), plain(each.payoffs, exact), strict=True)
+                for i, probability in enumerate(plain(getattr(each, player), exact), 1)
             )
     header = (*header, *PROGRAM_COLUMNS * isinstance(problem.origin, Program), *["name"] * has_names)
     kept = set(wording.places(wording.labels_of(problem)[:n], shown))
@@ -259,21 +244,20 @@ def _components(origin: Any, z: Values, w: Values, exact: bool) -> Iterator[Cell
     """Yield for each component its number, z and w and, of a program, whether it is x, y or s, and its value in the
     program's own sense."""
     parts = zip("xys", origin.own_parts(z), strict=True) if isinstance(origin, Program) else ()
-    own: list[Cells] = [(letter, value) for letter, part in parts for value in numbers(part, exact)] or [()] * len(z)
-    for i, (a, b, cells) in enumerate(zip(numbers(z, exact), numbers(w, exact), own, strict=True), 1):
+    own: list[Cells] = [(letter, value) for letter, part in parts for value in plain(part, exact)] or [()] * len(z)
+    for i, (a, b, cells) in enumerate(zip(plain(z, exact), plain(w, exact), own, strict=True), 1):
         yield i, a, b, *cells
 
 
 def _best_record(found: Optimum, source: Source, exact: bool) -> dict[str, Any]:
     problem = found.data.problem
-    values = {name: numbers(getattr(found, name), exact) for name in ("z", "w")}
+    own = dict.fromkeys(("x", "y", "equilibrium")) | place(source, problem)
+    own |= {"message": found.message(brief if exact else approximate)}
     for name, toward in found.outward.items():
         number = getattr(found, name)
-        values[name] = result_formats.plain(number if number is None or exact else _outward(number, toward))
-    own = {**values, "message": found.message(brief if exact else approximate), "equilibrium": None}
-    own |= _meaning(problem.origin, found.z, found.equilibrium, exact) if found.z else {}
-    record = {name: own[name] if name in own else getattr(found, name, None) for name in BEST_KEYS.split()}
-    return {**result_formats.place(source, problem), **record}
+        own[name] = number if number is None or exact else _outward(number, toward)
+    own |= _meaning(problem.origin, found.z, found.equilibrium) if found.z else {}
+    return record(BEST_KEYS, found, own, exact)
 
 
 def _outward(value: Fraction, toward: int) -> float:

@@ -13,9 +13,8 @@ import numpy as np
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.model.words import in_own_sense
 from lcpcli.options import AUTO
-from lcpcli.report import outcome, wording
+from lcpcli.report import html_page, outcome, wording
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.wording import ELLIPSIS, LEVELS
 from lcpcli.solving.result import Result
 from lcpcli.typing import Indices
 
@@ -31,7 +30,6 @@ TITLE_COMPONENTS = 6  # of a known solution in a title, about a line of text
 MOST_EXPLAINED = 5  # runs whose failures are explained, a line or two each; more, as in a sweep, would be too many
 PRINTED = ("latex", "html")  # the formats for readers who do not run the program
 NONE = "-"  # in place of the strategies of an iterate that has none, or of the costs to a level that is not reached
-
 
 CellsOfZ: TypeAlias = "Callable[[TraceRow, float], list[str]]"  # of a row, beside the largest component of z
 
@@ -87,19 +85,19 @@ def build(
     shown = [rows[1:] if len(rows) > 1 else rows for rows in traces]  # the start only if there is nothing else
     rows = [row for own in shown for row in own]
     others = wording.columns_of(problem, rows)
-    header = ["method", "k", *(ELLIPSIS if i is None else names[i] for i in kept), *others]
+    header = ["method", "k", *(wording.ELLIPSIS if i is None else names[i] for i in kept), *others]
     places = _places(chosen, len(kept), [name.partition("/")[0] for name in others])
 
     def cells_of_z(row: TraceRow, largest: float) -> list[str]:
         if game is not None:
             cells = _of_game(row, game)
-            return [ELLIPSIS if i is None else cells[i] for i in kept]
+            return [wording.ELLIPSIS if i is None else cells[i] for i in kept]
         held_ones = iter(wording.components((signs * row.z + 0.0).tolist(), largest))
-        return [ELLIPSIS if i is None else next(held_ones) for i in kept]
+        return [wording.ELLIPSIS if i is None else next(held_ones) for i in kept]
 
     groups = [_group(result, own, cells_of_z, others, places) for result, own in zip(results, shown, strict=True)]
     facts = [] if compared else outcome.facts(first, width, whole, shown_names)
-    elided = False if shown_names else components is not None if compared else ELLIPSIS in "".join(facts)
+    elided = False if shown_names else components is not None if compared else wording.ELLIPSIS in "".join(facts)
     disproof, solved = list[str](), [result for result in results if result.solved]
     if solved and problem.verdict in WITHOUT_SOLUTION:
         wrong = f"the verdict of the problem, {problem.verdict}, is wrong"
@@ -117,27 +115,36 @@ def build(
         verdict="" if compared else outcome.verdict(first),
         settled=not compared and first.solved,
         facts=facts,
-        tables=[*_strategies([first][compared:], whole or form != "table"), iterates, *filter(None, [summary])],
+        tables=[*_strategies(first, whole or form != "table", compared), iterates, *filter(None, [summary])],
         remarks=[*disproof, *_remarks(results, compared, elided, form, shows_times)],
         provenance=wording.made_by(results),
         figure=partial(outcome.figure, results) if any(result.trace or result.curve for result in results) else None,
     )
 
 
-def _strategies(results: Sequence[Result], whole: bool) -> list[Table]:
-    """Return tables of the rows and variables of programs, or of the strategies of game trees; a screen of them or the
-    whole."""
-    if all(result.answer is None for result in results):
+def result_html(result: Result) -> str:
+    """Return a result as its page has it, for a notebook: with the advice to who calls a function, without iterates."""
+    section = build([result], None, compared=False, whole=False, form="html")
+    shown = [table for table in section.tables if not table.name]
+    advised = [*filter(None, [result.advice]), *section.remarks]
+    title = section.title.removeprefix(": ")  # of a problem without a name
+    return html_page.part(section._replace(title=title, tables=shown, remarks=advised))
+
+
+def _strategies(result: Result, whole: bool, compared: bool) -> list[Table]:
+    """Return tables of the rows and variables of a program, or of the strategies of a game tree; a screen of them or
+    the whole; none if results are compared."""
+    if compared or result.answer is None:
         return []
     from lcpcli.report import programs_and_games
 
-    return [table for own in results for table in programs_and_games.tables(own.answer, own.problem.origin, whole)]
+    return programs_and_games.tables(result.answer, result.problem.origin, whole)
 
 
 def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> Document:
-    names = dict.fromkeys(section.title.split(":")[0] for section in sections)
-    methods = dict.fromkeys(result.method for own in runs for result in own)
-    return Document(": ".join(filter(None, (", ".join(names), " and ".join(methods)))), sections)
+    names = ", ".join(dict.fromkeys(section.title.split(":")[0] for section in sections))
+    methods = " and ".join(dict.fromkeys(result.method for own in runs for result in own))
+    return Document(": ".join(filter(None, (names, methods))), sections)
 
 
 def _digits(row: TraceRow, components: Indices | None) -> str:
@@ -192,8 +199,8 @@ def _of_game(row: TraceRow, game: Game) -> list[str]:
 
 
 def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str, shows_times: bool) -> list[str]:
-    """Return lines below the verdict, or below the summary; formats for print get no advice to the user, and many runs
-    of one method no reasons why some failed."""
+    """Return lines below the verdict, or below the summary, without advice in formats for print, and without reasons
+    why some of many runs failed."""
     failed, hints = [result for result in results if compared and not result.solved], form not in PRINTED
     are_many = len(results) > MOST_EXPLAINED
     hints_at_auto = not (compared and any(result.label == AUTO for result in results))  # it stands there
@@ -224,7 +231,7 @@ def _title(problem: Problem, verdict: str) -> str:
     if len(problem.solutions) == 1:
         z, computed = problem.solutions[0], "" if problem.reference == "known" else f"{problem.reference} "
         shown = [f"{v:.7g}" for v in (z if problem.n <= TITLE_COMPONENTS else z[[0, 1, 2, -1]])]
-        shown[3:3] = [ELLIPSIS] * (problem.n > TITLE_COMPONENTS)
+        shown[3:3] = [wording.ELLIPSIS] * (problem.n > TITLE_COMPONENTS)
         parts.append(f"{computed}solution ({', '.join(shown)})")
     elif problem.solutions:
         parts.append(f"{len(problem.solutions)} {problem.reference} solutions")
@@ -239,11 +246,11 @@ FALSE = "FALSE"  # in place of the status of a run whose claim does not hold
 
 def summary_of_costs(results: Sequence[Result], width: int | None) -> Table:
     """Return a row for each run: the iterations and the time to each level of error, if these are recorded, and to the
-    verified end, in one unit. Options by which runs differ have columns of their own. A summary wider than the
-    terminal, if there is one, leaves out levels, the coarsest first."""
+    verified end, in one unit, and a column for each option by which runs differ. A summary wider than the terminal, if
+    there is one, leaves out levels, the coarsest first."""
     are_noted = any(result.curve is not None and result.curve.levels for result in results)
-    for i in range(len(LEVELS) + 1):
-        made = _summary(results, LEVELS[i:] if are_noted else (), are_noted)
+    for i in range(len(wording.LEVELS) + 1):
+        made = _summary(results, wording.LEVELS[i:] if are_noted else (), are_noted)
         if width is None or sum(made.widths()) + len(made.header) + len(made.best) <= width:  # a mark beside each best
             break
     return made
@@ -274,7 +281,7 @@ def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool
     times = [[at[level][1] if level in at else None for at in attained] for level in levels]
     times.append([result.seconds if result.solved else None for result in results])
     best = {(row, first + 2 * j + 1) for j, column in enumerate(times) for row in _shortest(column)}
-    notes = ["to: errors relative to the solution's largest component"] * any(name.startswith("to ") for name in header)
+    notes = ["to: errors relative to the solution's largest component"] * bool(levels)
     return Table(header, [rows], words=(0, len(header) - 1), best=best, why="the shortest time", notes=notes)
 
 

@@ -1,13 +1,13 @@
-"""Verifications in each of the formats; help imports this module, so it loads nothing heavy."""
+"""Verifications in each of the formats."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
-from lcpcli.report import result_formats
+from lcpcli.report import programs_and_games
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.result_formats import Report
+from lcpcli.report.result_formats import Report, record
 from lcpcli.report.wording import above, number, short, size, title
 from lcpcli.verify.verification import Verification
 
@@ -24,8 +24,6 @@ def report(verifications: Sequence[Verification]) -> Report:
 
 
 def _section(verification: Verification) -> Section:
-    from lcpcli.report import programs_and_games
-
     problem, sets = verification.problem, getattr(verification.strategies, "information_sets", None)
     measures = {
         "residual": verification.residual,
@@ -59,10 +57,6 @@ def _of_origin(verification: Verification) -> list[str]:
     that there is no optimum."""
     own, multipliers, origin = verification.strategies, verification.multipliers, verification.problem.origin
     lines = [verification.statement] * bool(verification.statement)
-    if own is None and multipliers is None and verification.answer is None:
-        return lines
-    from lcpcli.report import programs_and_games
-
     if hasattr(own, "information_sets"):
         return [programs_and_games.payoffs_of(own), *lines]
     if own is not None:
@@ -80,4 +74,4 @@ def _record(verification: Verification) -> dict[str, Any]:
         "error_bound_source": verification.bound.source if verification.bound else None,
         "statement": verification.statement or getattr(verification.answer, "statement", None),
     }
-    return result_formats.record(KEYS, verification, own)
+    return record(KEYS, verification, own)

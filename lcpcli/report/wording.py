@@ -201,8 +201,8 @@ def advice(result: Result) -> str:
 
 
 def made_by(results: Sequence[Result]) -> str:
-    """Return, in one line, the version, the limits, and the options of each method, but for those by which the names of
-    runs of one method differ, for results with the same limits."""
+    """Return, in one line, the version, the limits, which are the same, and the options of each method, but for those
+    that the names of its runs have."""
     parts = [f"{PROGRAM}, {_limits(results[0])}"]
     for method in dict.fromkeys(result.method for result in results):
         runs = [(own.label, options_of(own, whole=False)) for own in results if own.method == method]
@@ -238,9 +238,8 @@ def _limits(result: Result) -> str:
 def options_of(result: Result, whole: bool) -> dict[str, str]:
     """Return the options in force as texts, by their names on the command line, without those that are off, or for
     switches on, as they are by default. whole : whether long numbers, as a computed p, have more than three digits."""
-    options = {name: value for name, value in result.options.items() if name not in VECTORS}
-    changed = {name: value for name, value in options.items() if value is not (name in SWITCHES)}
-    return {name.replace("_", "-"): _text(value, whole) for name, value in changed.items()}
+    shown = ((name, value) for name, value in result.options.items() if name not in VECTORS)
+    return {name.replace("_", "-"): _text(value, whole) for name, value in shown if value is not (name in SWITCHES)}
 
 
 def _text(value: Any, whole: bool) -> str:
@@ -302,15 +301,15 @@ def labels_of(problem: Problem | NonlinearProblem) -> Sequence[str]:
 def strategy_names(game: Game, most: float) -> tuple[list[str], list[str]]:
     """Return the names of the rows and of the columns, by `short_names` with the letters x and y; a name that both
     players have says whose it is."""
-    m, k = game.A.shape
     both = set(game.rows) & set(game.columns)
-    first, second = game.players or ("row", "column" if most == math.inf else "col")
-    rows, columns = (
-        [f"{player} {name}" if name in both else name for name in own]
-        for player, own in ((first, game.rows or [""] * m), (second, game.columns or [""] * k))
-    )
-    most += (len(first) + 1) * bool(both)
-    return short_names(rows, most, "x"), short_names(columns, most, "y")
+    players = game.players or ("row", "column" if most == math.inf else "col")
+    most += (len(players[0]) + 1) * bool(both)
+
+    def named(i: int, own: Sequence[str]) -> list[str]:
+        names = [f"{players[i]} {name}" if name in both else name for name in own or [""] * game.A.shape[i]]
+        return short_names(names, most, "xy"[i])
+
+    return named(0, game.rows), named(1, game.columns)
 
 
 def payoff_headings(game: Game) -> list[str]:
@@ -364,10 +363,11 @@ CHOICES = ("k", "z", *("time" if name == "seconds" else name for name in COLUMNS
 
 
 def columns_of(problem: Problem, rows: Sequence[TraceRow]) -> Shown:
-    names = sorted(COLUMNS, key=lambda name: name != "step")  # which is the first of a table
-    z0: Shown = {"z0": lambda row: "" if row.z0 is None else plain_number(row.z0)}
-    found = z0 if any(row.z0 is not None for row in rows) else {}
-    return found | {key: cell for name in names for key, cell in COLUMNS[name].shown(problem, rows).items()}
+    columns: Shown = {"z0": lambda row: "" if row.z0 is None else plain_number(row.z0)}
+    columns = columns if any(row.z0 is not None for row in rows) else {}
+    for name in sorted(COLUMNS, key=lambda name: name != "step"):  # which is the first of a table
+        columns |= COLUMNS[name].shown(problem, rows)
+    return columns
 
 
 def values_of(row: TraceRow) -> dict[str, Any]:

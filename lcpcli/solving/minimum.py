@@ -21,7 +21,7 @@ import numpy as np
 
 from lcpcli.clock import imports, seconds
 from lcpcli.games.behavior import Behavior, InformationSetStrategy
-from lcpcli.inspection.definite import semidefinite_rank
+from lcpcli.inspection.classes import semidefinite_rank
 from lcpcli.inspection.verdict import NO, YES, classify
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.doubles import generator

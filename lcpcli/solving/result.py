@@ -162,7 +162,7 @@ class Result:
         return str(views.outcome.result_text(self))
 
     def _repr_html_(self) -> str:
-        return str(views.outcome.result_html(self))
+        return str(views.tables.result_html(self))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the object that `lcp solve --format json` writes; `advice` names options as in Python."""

@@ -83,8 +83,9 @@ def lasso(n: int, samples: int) -> tuple[Ours, Theirs]:
     X, y = programs.regression(n // 2, 0, samples)
 
     def ours() -> Path:
-        M, c = programs.gram(X, y)
-        problem = Problem(M, c + abs(c).max())
+        G, b = X.T @ X, X.T @ y
+        c = np.concatenate((-b, b))
+        problem = Problem(np.block([[G, -G], [-G, G]]), c + abs(c).max())
         return lcpcli.path(problem, Problem(problem.M, c))
 
     def theirs() -> Vector:

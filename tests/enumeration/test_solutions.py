@@ -20,8 +20,7 @@ import pytest
 import lcpcli
 from lcpcli import Problem
 from lcpcli.enumeration import pieces
-from lcpcli.enumeration.equilibria import Equilibria
-from lcpcli.enumeration.search import ENOUGH, TIME_LIMIT, Solutions, SolutionSet
+from lcpcli.enumeration.search import ENOUGH, TIME_LIMIT, Equilibria, Solutions, SolutionSet
 from lcpcli.files import contents
 from lcpcli.files.contents import Source
 from lcpcli.rational.exact_problem import ExactProblem, decimal_parts_of

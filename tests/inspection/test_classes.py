@@ -18,7 +18,7 @@ from numpy.random import Generator
 from scipy import sparse
 
 from lcpcli.gallery import families
-from lcpcli.inspection.definite import semidefinite_rank
+from lcpcli.inspection.classes import semidefinite_rank
 from lcpcli.inspection.verdict import CLASSES, NO, UNDECIDED, YES, Verdict, called, classify
 from lcpcli.interrupts import within
 

@@ -64,7 +64,7 @@ def test_facts_of_the_first_example_are_those_of_its_matrix() -> None:
     assert found.nonzeros == 10
     assert found.published.factor == pytest.approx((found.spectrum.largest - 1) / (found.spectrum.largest + 1))
     assert {name for name, guarantee in found.guarantees.items() if guarantee.word == "yes"} >= {*OWN}
-    assert found.smoothing.error == pytest.approx(math.log(3) / found.smoothing.p * 5)
+    assert found.smoothing_error == pytest.approx(math.log(3) / found.p * 5)
 
 
 def test_estimates_for_large_and_sparse_matrices_agree_with_the_exact_figures() -> None:
@@ -298,7 +298,7 @@ def test_json_counts_the_kinds_of_variables() -> None:
 
 def test_smoothing_parameter_is_the_one_that_shi_uses() -> None:
     problem = Problem([[2, 1], [1, 2]], [1e-3, 2e-3], lower=1e6)
-    assert smoothing(problem).p == lcpcli.run(problem, "shi", max_iterations=1).options["p"]
+    assert smoothing(problem)[0] == lcpcli.run(problem, "shi", max_iterations=1).options["p"]
 
 
 def test_a_contradiction_that_is_rounding_is_not_stated() -> None:

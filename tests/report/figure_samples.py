@@ -103,7 +103,7 @@ def grid_panel(ps: Sequence[str] = ("1", "100", "1e4"), ks: Sequence[str] = ("1"
         for i, p in enumerate(ps)
         for j, k in enumerate(ks)
     ]
-    runs[-1] = replace(runs[-1], solved=False)
+    runs[-1] = runs[-1]._replace(solved=False)
     return Panel("grid, n = 2", "error", [decaying("fixed-point", 0.4, 20), *runs])
 
 

@@ -24,9 +24,7 @@ from lcpcli.parametric.path import Path
 from lcpcli.report import path_formats, wording
 from lcpcli.report.figures import style
 from lcpcli.report.figures.style import FONT, GREY, ROW, WIDTH, Entry, Look, Looks, add_legend, fitted, looks
-from lcpcli.report.path_formats import Terms
 from lcpcli.report.plotting import Curve, Growth, Panel, Profile
-from lcpcli.report.wording import title_and_size
 
 MEASURES = {"error": r"error $\|z - z^*\|_\infty$", "residual": r"residual $\|\min(z, Mz + q)\|_\infty$"}
 MOST_MARKERS = 12  # on a curve: enough to follow it where curves cross, few enough to see the line
@@ -248,7 +246,7 @@ TURN: dict[str, Any] = {"marker": "o", "markersize": 7, "markerfacecolor": "none
 def draw(path: Path, chosen: Sequence[str] = ()) -> Figure:
     """Draw the components of z along a path that are not always 0, or of a program those of x, or the chosen unknowns
     and multipliers instead, as for `wording.places`; and the objective of a program."""
-    terms = Terms(path)
+    terms = path_formats.Terms(path)
     moving, program = terms.moving, terms.program
     across = _across(terms, path.t)
     figure = Figure(figsize=(WIDTH, ROW + 0.15))
@@ -256,7 +254,7 @@ def draw(path: Path, chosen: Sequence[str] = ()) -> Figure:
     word = f" ({moving.word})" if moving and moving.word else ""
     label = fitted(moving.name + word, FONT, WIDTH / 3) if moving else "$t$"
     entries = _solutions(panels[0], terms, across, chosen)
-    panels[0].set_title(fitted(title_and_size(path.problem), FONT, WIDTH - 1.0))
+    panels[0].set_title(fitted(wording.title_and_size(path.problem), FONT, WIDTH - 1.0))
     panels[0].set_xlabel(label)
     if program is not None:
         is_frontier = terms.is_quadratic and moving is not None and moving.what.startswith("row")
@@ -266,11 +264,11 @@ def draw(path: Path, chosen: Sequence[str] = ()) -> Figure:
     return add_legend(figure, {}, entries)
 
 
-def _across(terms: Terms, t: Any) -> Any:
+def _across(terms: path_formats.Terms, t: Any) -> Any:
     return np.array(list(map(terms.moved, t.tolist())), dtype=float) if terms.moving else t
 
 
-def _solutions(axes: Axes, terms: Terms, across: Any, chosen: Sequence[str]) -> list[Entry]:
+def _solutions(axes: Axes, terms: path_formats.Terms, across: Any, chosen: Sequence[str]) -> list[Entry]:
     path, program, names, z = terms.path, terms.program, terms.names(), terms.path.z
     if chosen:
         shown, z = wording.places(names, chosen), np.array(list(map(terms.values, z)))
@@ -303,7 +301,7 @@ def _solutions(axes: Axes, terms: Terms, across: Any, chosen: Sequence[str]) -> 
     return entries + [(sign, text) for sign, text, places in signs if len(places)]
 
 
-def _objective(axes: Axes, terms: Terms, across: Any, label: str, is_frontier: bool) -> None:
+def _objective(axes: Axes, terms: path_formats.Terms, across: Any, label: str, is_frontier: bool) -> None:
     """Draw the objective of a program, a parabola on each piece, against what moves, or the frontier in its place."""
     path, parts = terms.path, max(min(SAMPLES, MOST_SAMPLES // max(len(across) - 1, 1)) - 1, 1)
     steps = np.arange(parts * (len(across) - 1) + 1) / parts
