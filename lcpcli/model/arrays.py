@@ -225,7 +225,7 @@ def as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
         with np.errstate(over="ignore"):
             return np.asarray(values, dtype=np.float64)
     except OverflowError:
-        place = next(i for i, value in enumerate(values) if abs(value) > LARGEST_DOUBLE)
+        place = next(i for i, value in enumerate(values) if LARGEST_DOUBLE < abs(value) < math.inf)
         raise ProblemError(f"{field}[{place}]", *NOT_FINITE) from None
 
 
