@@ -22,7 +22,7 @@ from lcpcli.clock import imports
 from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_sparse, width
 from lcpcli.methods import stages
-from lcpcli.methods.direct import FEW_INDEX_STEPS, MOST_AS_DENSE, MOST_PIVOTED, may_be_program
+from lcpcli.methods.direct import FEW_INDEX_STEPS, MOST_AS_DENSE, MOST_PIVOTED, basic_zeros, may_be_program
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, SLOW, dense_route, newton
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Iterate, Stage, Stalled, advance
@@ -115,7 +115,7 @@ def usual_newton(structure: Structure) -> Stage:
     """Run newton; on dense M its exchanges of single indices, which advance only for P-matrices, are few or none."""
     problem = structure.problem
     if is_sparse(problem.M):
-        return newton(problem, structure.x0, problem.n)
+        return newton(problem, structure.x0, problem.n, growing=structure.is_z_matrix)
     patience = _single_exchanges(structure) if problem.M.diagonal().min() > 0 else 0
     return dense_route(problem, structure.x0, patience, _is_hasty(problem))
 
@@ -129,6 +129,13 @@ def _single_exchanges(structure: Structure) -> int:
     """Return how many exchanges of single indices on dense M are made before other methods have their turn: few where
     Lemke's path follows, which advances by one index at a time too, for a fraction of the cost, or interior."""
     return FEW_INDEX_STEPS if _is_hasty(structure.problem) else LEAST_INDEX_STEPS
+
+
+def _from_basic_zeros(structure: Structure) -> Stage:
+    """Run newton from w = 0 where q <= 0."""
+    problem = structure.thin
+    x0 = np.where(problem.q <= 0, 0.5, -0.5)
+    return newton(problem, x0, _single_exchanges(structure), _is_hasty(problem), growing=True)
 
 
 def all_basic(structure: Structure) -> Stage:
@@ -182,7 +189,7 @@ FIRST = (
     Row(
         *("newton", "from w = 0 where q <= 0", "no entry off the diagonal is positive, and some of q are 0"),
         lambda s: s.basic_zeros is not None,
-        lambda s: newton(s.thin, np.where(s.thin.q <= 0, 0.5, -0.5), _single_exchanges(s), _is_hasty(s.thin)),
+        _from_basic_zeros,
     ),
     Row(
         *("sparse", "products with M, coarse versions of M, factors", "M is large and sparse, of no convex program"),
@@ -244,9 +251,15 @@ BRIEF = (
 )
 LATER = (
     Row(
+        *("newton", "from w = 0 where q <= 0", "M is large and sparse, and some of q are 0"),
+        lambda s: s.is_large_and_sparse and s.basic_zeros is None and basic_zeros(s.problem) is not None,
+        lambda s: stages.limited(_from_basic_zeros(s), MOST_SMALL_BAND_STEPS),
+    ),
+    Row(
         *("newton", "from w = 0", "no known property of M excludes it"),
         lambda s: not (s.program or s.game or _is_first_basic(s) or (s.is_no_p_matrix and s.is_semidefinite)),
         all_basic,
+        lambda s: MOST_SMALL_BAND_STEPS if s.is_z_matrix else math.inf,  # from w >= 0 exchanges advance surely
     ),
     Row(
         *("newton", "", "M is large and sparse; it takes a few steps where M is a P-matrix"),

@@ -11,6 +11,7 @@ from lcpcli.basis.free_variables import Reduction
 from lcpcli.clock import imports
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.matrices import has_no_positive_links, is_sparse, thinned
+from lcpcli.linalg.patterns import is_forest
 from lcpcli.methods import direct
 from lcpcli.methods.direct import MOST_PIVOTED, as_dense
 from lcpcli.methods.stages import Tried
@@ -91,10 +92,10 @@ class Structure:
 
     @cached_property
     def basic_zeros(self) -> Mask | None:
-        """Return `direct.basic_zeros` if M is small, or has no more entries than a tree, so that its factors cost
+        """Return `direct.basic_zeros` if M is small, or the graph of its entries is a forest, so that its factors cost
         little; else None."""
-        problem = self.problem
-        return direct.basic_zeros(problem) if not self.is_large_and_sparse or problem.M.nnz <= 2 * problem.n else None
+        zeros = direct.basic_zeros(self.problem)
+        return zeros if zeros is not None and (not self.is_large_and_sparse or is_forest(self.problem.M)) else None
 
     @cached_property
     def is_semidefinite(self) -> bool:

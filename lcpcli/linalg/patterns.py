@@ -43,6 +43,18 @@ def _symmetric(M: Matrix) -> Matrix:
     return (abs(M) + abs(M.T)).tocsr()
 
 
+def is_forest(M: Matrix) -> bool:
+    """Return whether the graph of the entries of a sparse M is a forest: factors of M then have no more of them."""
+    n = M.shape[0]
+    if M.nnz > 3 * n:
+        return False
+    with imports:
+        from scipy.sparse.csgraph import connected_components
+    graph = _symmetric(M)
+    edges = (graph.nnz - np.count_nonzero(graph.diagonal())) // 2
+    return bool(edges == n - connected_components(graph, directed=False)[0])
+
+
 class Band:
     """The band of a sparse matrix of shape (n, n) and of its transpose together, in the reverse Cuthill-McKee order.
 

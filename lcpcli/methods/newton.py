@@ -47,7 +47,9 @@ DENSE_PRODUCTS = 0.03  # the same for a dense one, by its order: n / 3, of which
 MAX_CHANGE = 0.004  # of n: the change of P per iterate up to which it counts as nearly unchanged
 
 
-def newton(problem: Problem | System, x0: Vector, patience: float = math.inf, hasty: bool = False) -> Stage:
+def newton(
+    problem: Problem | System, x0: Vector, patience: float = math.inf, hasty: bool = False, growing: bool = False
+) -> Stage:
     """Exchange all indices whose z_i or w_i is negative; after BLOCK_PATIENCE steps without a new minimum of their
     number, exchange only the least index.
 
@@ -57,6 +59,8 @@ def newton(problem: Problem | System, x0: Vector, patience: float = math.inf, ha
 
     Of x0 only the signs matter. patience : the largest number of exchanges of the least index: unlike block steps, they
     may take 2^n. hasty : whether it is given up where it is `Safeguard.is_hopeless`, as another method follows.
+    growing : whether blocks are exchanged without the safeguard while no basic variable is wrong, as M is a Z-matrix:
+    from w >= 0 the set of basic variables then only grows, as in `z_matrix`.
     """
     system = problem if isinstance(problem, System) else BasicSolutions(problem)
     guard, step = Safeguard(x0.size, patience), "block"
@@ -66,6 +70,8 @@ def newton(problem: Problem | System, x0: Vector, patience: float = math.inf, ha
             infeasible = int(np.count_nonzero(found.wrong))
             if not infeasible:
                 break
+            if growing and not found.wrong[found.basis == BASIC].any():
+                continue
             guard.choose(found.wrong, infeasible)
             if guard.left < 0:
                 return Stalled("the least-index steps were not enough")
