@@ -279,3 +279,26 @@ def test_a_proof_in_fractions_is_one_for_rows_of_different_denominators() -> Non
     z, y = z_matrix.decided(data, Effort())
     assert (z, y is not None) == (None, True)
     assert data.refuted_by(y)
+
+
+def tree(n: int) -> Matrix:
+    """The Laplacian of a tree in which each node has one of the fifty before it above it."""
+    random, i = np.random.default_rng(1), np.arange(1, n)
+    above = np.maximum(i - 1 - random.integers(0, 50, n - 1), 0)
+    links = coo_array((np.ones(n - 1), (i, above)), shape=(n, n)).tocsr()
+    links = links + links.T
+    return csr_array(diags_array(links.sum(axis=1)) - links)
+
+
+@pytest.mark.parametrize("upper", [np.inf, 0.1])
+@pytest.mark.parametrize("shift", [0.5, 10.0, 1000.0])
+@pytest.mark.parametrize("make", [lambda: plane(60), lambda: tree(4000)], ids=["plane", "tree"])
+def test_a_solution_that_decays_along_zeros_of_q_is_found(
+    make: Callable[[], Matrix], shift: float, upper: float
+) -> None:
+    M = make()
+    M = csr_array(M / M.diagonal().max() + shift * eye_array(M.shape[0]))
+    i, n = np.arange(M.shape[0]), M.shape[0]
+    result = lcpcli.solve(M, np.where(i < 5, -1.0, np.where(i > 0.95 * n, 0.01, 0.0)), upper=upper)
+    assert result.solved
+    assert result.iterations < 1000
