@@ -135,7 +135,7 @@ def _from_basic_zeros(structure: Structure) -> Stage:
     """Run newton from w = 0 where q <= 0."""
     problem = structure.thin
     x0 = np.where(problem.q <= 0, 0.5, -0.5)
-    return newton(problem, x0, _single_exchanges(structure), _is_hasty(problem), growing=True)
+    return newton(problem, x0, _single_exchanges(structure), _is_hasty(problem), structure.is_large_and_sparse)
 
 
 def all_basic(structure: Structure) -> Stage:

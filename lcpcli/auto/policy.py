@@ -46,8 +46,8 @@ from lcpcli.verify.point import Criterion, Point
 REFINED = "refined"
 MOST_REFINEMENTS = 3  # of one point: each may change states that those before it have left wrong
 # How long a solution is sought after a proof up to rounding, or after a point that violates rows only by what may be
-# rounding: a part of the evaluations so far, and at least so many.
-PATIENCE, LEAST_PATIENCE = 2, 200
+# rounding: a part of the evaluations so far, and at least so many; for a sparse M four for each unknown, up to so many.
+PATIENCE, LEAST_PATIENCE, MOST_SPARSE_PATIENCE = 2, 200, 2000
 EXCLUDED = "each complementary set is excluded in exact arithmetic"
 OUT_OF_RANGE = "there is a solution, but doubles cannot represent it: its numbers are too large or too small"
 LOST_BY_ROUNDING = "there is a solution, but its nearest doubles do not solve the problem"
@@ -153,13 +153,14 @@ def _search(
         first = [("interior", at_point(problem, x0, tried))]
     last: NoSolution | Stalled | None = None
     left = math.inf  # evaluations, once it is known with what the search is to end
+    least_patience = max(LEAST_PATIENCE, min(4 * problem.n, MOST_SPARSE_PATIENCE) if is_sparse(problem.M) else 0)
     for name, stage in chain(first, all_stages(problem, x0, presolve, tried, begun)):
         if (name == "milp" and not milp) or (left <= 0 and name != "linear"):  # which may have a proof
             continue
         before = turns.last
         ending = yield from turns.take(name, stage if last is None else stages.limited(stage, max(left, 1)))
         left -= turns.last.evaluations - before.evaluations
-        patience = max(LEAST_PATIENCE, PATIENCE * turns.last.evaluations)
+        patience = max(least_patience, PATIENCE * turns.last.evaluations)
         if not isinstance(ending, Finished) and is_decided():
             return Stalled("exact arithmetic has decided the problem")
         if isinstance(ending, NoSolution) and _is_proof(ending):

@@ -4,7 +4,10 @@ numpy may load further modules for."""
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections import abc
+from collections.abc import Callable
+from functools import wraps
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
 import numpy as np
 
@@ -13,6 +16,10 @@ from lcpcli.typing import Indices, Vector
 
 if TYPE_CHECKING:
     from numpy.random import Generator
+
+Item = TypeVar("Item")
+End = TypeVar("End")
+Steps: TypeAlias = Callable[..., abc.Generator[Item, None, End]]
 
 EPS = float(np.finfo(np.float64).eps)  # from 1 to the next number
 SMALLEST_NORMAL = float(np.finfo(np.float64).smallest_normal)  # bounds the error of an underflow
@@ -80,6 +87,27 @@ def row_sizes(values: Vector) -> tuple[Vector, Vector]:
     """Return `sizes` of each row of an array of shape (m, n)."""
     positive = np.abs(values)
     return positive.min(axis=1, where=positive > 0, initial=math.inf), positive.max(axis=1, initial=0.0)
+
+
+def each_step(**faults: Any) -> Callable[[Steps[Item, End]], Steps[Item, End]]:
+    """Return a decorator of generator functions under which each step has numpy's `errstate(**faults)`, whatever the
+    caller's is; as a decorator of these, `errstate` itself ends before the first step."""
+
+    def decorated(function: Steps[Item, End]) -> Steps[Item, End]:
+        @wraps(function)
+        def stepping(*given: Any, **named: Any) -> abc.Generator[Item, None, End]:
+            steps = function(*given, **named)
+            while True:
+                with np.errstate(**faults):
+                    try:
+                        item = next(steps)
+                    except StopIteration as end:
+                        return cast(End, end.value)
+                yield item
+
+        return stepping
+
+    return decorated
 
 
 def generator(seed: int) -> Generator:

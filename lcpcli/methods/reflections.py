@@ -23,7 +23,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from lcpcli.linalg.doubles import generator, is_finite
+from lcpcli.linalg.doubles import each_step, generator, is_finite
 from lcpcli.linalg.matrices import dense
 from lcpcli.methods import stages
 from lcpcli.methods.newton import FINISH, from_states
@@ -80,7 +80,7 @@ def _balance(M: Matrix) -> tuple[Vector, Vector]:
     return R, C
 
 
-@np.errstate(over="ignore")
+@each_step(over="ignore")
 def _walk(problem: Problem, x0: Vector, beta: float, walkers: int, seed: int) -> Stage:  # noqa: ARG001 (it uses none)
     n, steps, random = problem.n, 0, generator(seed)
     M, criterion, tried = dense(problem.M), Criterion(problem), set[bytes]()

@@ -29,6 +29,7 @@ import numpy as np
 from lcpcli.basis.exchanges import BasicSolution, BasicSolutions
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, check
+from lcpcli.linalg.doubles import each_step
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.matrices import dense, is_sparse, width
 from lcpcli.methods.newton import from_states
@@ -155,7 +156,7 @@ def decided(
     return None, None
 
 
-@np.errstate(all="ignore")
+@each_step(all="ignore")
 def z_matrix(problem: Problem) -> Stage:
     """Solve an LCP with a Z-matrix, or prove that it is infeasible: in doubles and, if what they find does not hold, in
     exact arithmetic.

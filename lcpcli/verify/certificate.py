@@ -10,7 +10,7 @@ out points that tend to infinity; or, where exact arithmetic takes too long, it 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -24,7 +24,7 @@ from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import EPS, in_range
+from lcpcli.linalg.doubles import EPS, each_step, in_range
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.matrices import absolute_product, product
 from lcpcli.model.box import BASIC
@@ -318,8 +318,8 @@ def _has_dictionary(problem: Problem) -> bool:
     return not matrices.is_sparse(problem.M) and problem.box.is_orthant and problem.n <= MOST_DENSE
 
 
-@np.errstate(all="ignore")
-def _candidates(problem: Problem, z: Vector) -> Iterator[Vector]:
+@each_step(all="ignore")
+def _candidates(problem: Problem, z: Vector) -> Generator[Vector, None, None]:
     with imports:
         from lcpcli.verify.alternative import dictionaries, simplest
     units = scale(problem)

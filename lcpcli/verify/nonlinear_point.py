@@ -23,14 +23,14 @@ F, as far as this is that of rounding (see `differences.noise`).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from functools import cached_property
 from itertools import chain
 from typing import Any
 
 import numpy as np
 
-from lcpcli.linalg.doubles import EPS, ROUNDING, SMALLEST_NORMAL, is_finite, size
+from lcpcli.linalg.doubles import EPS, ROUNDING, SMALLEST_NORMAL, each_step, is_finite, size
 from lcpcli.linalg.matrices import dense, is_sparse
 from lcpcli.model.evaluations import Evaluations, Slopes, rounding
 from lcpcli.model.nonlinear import NonlinearProblem
@@ -266,8 +266,8 @@ class NonlinearPoint(Point):
         other = NonlinearPoint(self.given, z, rounding(problem.values, problem.box, z, MOST_NOISE))
         return other if other.solves() else None
 
-    @np.errstate(all="ignore")
-    def cleaned(self) -> Iterator[NonlinearPoint]:
+    @each_step(all="ignore")
+    def cleaned(self) -> Generator[NonlinearPoint, None, None]:
         """Yield points without what rounding and the steps of a method leave of zeros, as in `point`; then those
         without components that are rounding beside the largest one, or no more than the natural residual."""
         measure, problem, seen = self.criterion.measure, self.given.evaluations.problem, [self.z]

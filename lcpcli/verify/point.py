@@ -21,7 +21,7 @@ For up to FEW_UNKNOWNS exact arithmetic decides what matters. Entries of M and b
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
@@ -32,7 +32,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import listed
-from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING, SMALL_DISTANCE, distinct, is_finite, size
+from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING, SMALL_DISTANCE, distinct, each_step, is_finite, size
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import absolute_product, is_sparse, row_parts
 from lcpcli.linalg.units import LARGEST_POWER
@@ -277,8 +277,8 @@ class Point:
         moved = self.criterion.problem.from_reference(self.z).any()
         return bool(moved and self.criterion.measure.is_near(self._inside, self._plain))
 
-    @np.errstate(all="ignore")
-    def alternatives(self) -> Iterator[Point]:
+    @each_step(all="ignore")
+    def alternatives(self) -> Generator[Point, None, None]:
         """Yield points that differ from this one by what rounding and a method's tolerance leave of zeros (see
         above): first points with other components, and then those for which entries of q count as 0."""
         criterion, measure, z = self.criterion, self.criterion.measure, self._inside

@@ -302,3 +302,12 @@ def test_a_solution_that_decays_along_zeros_of_q_is_found(
     result = lcpcli.solve(M, np.where(i < 5, -1.0, np.where(i > 0.95 * n, 0.01, 0.0)), upper=upper)
     assert result.solved
     assert result.iterations < 1000
+
+
+@pytest.mark.parametrize("upper", [np.inf, 0.5])
+def test_a_solution_that_decays_to_the_smallest_doubles_is_found(upper: float) -> None:
+    """Products with bounds on its rows may overflow where it is judged."""
+    M = csr_array(eye_array(450) - 0.00958 * eye_array(450, k=-1))
+    q = np.zeros(450)
+    q[[10, 200]] = -1.0
+    assert lcpcli.solve(M, q, upper=upper).solved
