@@ -44,7 +44,7 @@ NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relat
 SETTLED_CHANGES = 3  # of state in a step of newton: so few do not end it
 MOST_BAND_STEPS = 5  # of newton with factors of a band: it settles in these, or takes as many as there are unknowns
 CHANDRASEKARAN = "Chandrasekaran's method"
-MOST_SMALL_BAND_STEPS = 25  # the same for a small M, where other attempts take longer
+MOST_SMALL_BAND_STEPS = 25  # the same for a small M, or from zeros of q, where other attempts take longer
 
 Begin: TypeAlias = Callable[[Structure], Stage]
 
@@ -132,10 +132,12 @@ def _single_exchanges(structure: Structure) -> int:
 
 
 def _from_basic_zeros(structure: Structure) -> Stage:
-    """Run newton from w = 0 where q <= 0."""
-    problem = structure.thin
+    """Run newton from w = 0 where q <= 0; for large sparse M a few steps: where q > 0, each finds only the neighbours
+    of the last variables."""
+    problem, is_large = structure.thin, structure.is_large_and_sparse
     x0 = np.where(problem.q <= 0, 0.5, -0.5)
-    return newton(problem, x0, _single_exchanges(structure), _is_hasty(problem), structure.is_large_and_sparse)
+    stage = newton(problem, x0, _single_exchanges(structure), _is_hasty(problem), growing=is_large)
+    return stages.limited(stage, MOST_SMALL_BAND_STEPS) if is_large else stage
 
 
 def all_basic(structure: Structure) -> Stage:
@@ -253,7 +255,7 @@ LATER = (
     Row(
         *("newton", "from w = 0 where q <= 0", "M is large and sparse, and some of q are 0"),
         lambda s: s.is_large_and_sparse and s.basic_zeros is None and basic_zeros(s.problem) is not None,
-        lambda s: stages.limited(_from_basic_zeros(s), MOST_SMALL_BAND_STEPS),
+        _from_basic_zeros,
     ),
     Row(
         *("newton", "from w = 0", "no known property of M excludes it"),

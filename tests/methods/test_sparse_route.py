@@ -311,3 +311,16 @@ def test_a_solution_that_decays_to_the_smallest_doubles_is_found(upper: float) -
     q = np.zeros(450)
     q[[10, 200]] = -1.0
     assert lcpcli.solve(M, q, upper=upper).solved
+
+
+@pytest.mark.parametrize("diagonal", [2.001, 2.0 + 1e-7])
+def test_a_solution_that_reaches_far_along_a_shuffled_chain_takes_few_steps(diagonal: float) -> None:
+    n = 2500
+    order = np.random.default_rng(3).permutation(n)
+    chain = csr_array(diags_array([-1.0, diagonal, -1.0], offsets=(-1, 0, 1), shape=(n, n)))
+    q = np.full(n, 1e-6)
+    q[[0, 1, n // 2]] = -30.0, 0.0, -30.0
+    result = lcpcli.solve(chain[order][:, order], q)
+    assert result.solved
+    assert np.count_nonzero(result.z) > 500  # each step of newton finds the neighbours of the last ones
+    assert result.iterations < 100
