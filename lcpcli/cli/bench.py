@@ -143,6 +143,7 @@ def _run(request: Request, destination: output.Destination) -> int:
                 save()
         except KeyboardInterrupt:
             is_interrupted = True
+            save()  # if it was that which Ctrl-C has ended
     if request.plot is not None and rows:
         from lcpcli.report import plotting
 

@@ -385,13 +385,14 @@ def all_records(task: Task, works: Iterable[Work], pool: Pool | None, in_order: 
             if any(isinstance(piece.future.exception(), pool.kill_error) for piece in done):
                 _await([piece.future for piece in running], pool)  # the others may have been killed with it
                 done = running
-            suspects = pool.size  # of the pieces that were killed, the first ones may have killed the processes
+            outcomes, suspects = list[Records](), pool.size  # the first pieces of those that were killed
             for piece in done:
                 try:
-                    records, seconds = piece.future.result()
+                    outcomes.append(piece.future.result())
                 except pool.kill_error:  # the problems of a suspect get a second attempt, each alone
-                    records = [_alone(task, work, pool) for work in piece.works] if suspects > 0 else []
-                    suspects, seconds = suspects - 1, 0.0
+                    outcomes.append(([_alone(task, work, pool) for work in piece.works] if suspects > 0 else [], 0.0))
+                    suspects -= 1
+            for piece, (records, seconds) in zip(done, outcomes, strict=True):
                 left = piece.works[len(records) :]
                 piece.take(records)
                 size = max(1, min(MOST_IN_A_PIECE, 2 * size, int(PIECE_SECONDS * len(records) / max(seconds, 1e-6))))

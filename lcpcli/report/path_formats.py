@@ -164,6 +164,8 @@ class Terms(Ends):
 
     def at_all(self, values: Sequence[Any]) -> Points:
         """Return the points of the path at several values of t; there are none where it does not come."""
+        if not values:
+            return Points([], [], [])
         (ts, *vectors), n = self.points, self.path.problem.n
         rows = np.array([[*z, *w] for z, w in zip(*vectors, strict=True)], dtype=object)
         whole, found = replace(self.path, t=np.array(ts, dtype=object), z=rows), Points([], [], [])

@@ -14,6 +14,7 @@ import time
 from collections.abc import Collection, Iterator
 from concurrent.futures import BrokenExecutor, Future
 from contextlib import contextmanager
+from itertools import product
 from pathlib import Path
 from typing import IO, Any
 
@@ -298,6 +299,29 @@ def test_problem_that_kills_its_process_again_is_the_only_one_without_a_result(
     texts = told(pool, 100, pool, in_order)
     expected = [f"{k}: {tasks.KILLED}" if k in always else str(k) for k in range(1, 101)]
     assert texts == expected if in_order else sorted(texts) == sorted(expected)
+
+
+def test_second_attempt_is_alone_though_another_piece_has_a_rest_that_kills() -> None:
+    class Together(Deadly):
+        """It hands back all but the first of many inputs; what kills a process takes along what is handed over next."""
+
+        is_dying = False
+
+        def look(self) -> None:
+            self.is_dying = False
+
+        def submit(self, _: Any, works: list[Input]) -> Future[Any]:
+            future = super().submit(_, works[:1] if len(works) > 4 else works)
+            if self.is_dying:
+                future = Future()
+                future.set_exception(BrokenExecutor())
+            self.is_dying |= future.exception() is not None and len(works) > 1
+            return future
+
+    for kills, killed_once in product(range(4, 12), range(12, 24)):
+        pool = Together((kills,), (killed_once,))
+        expected = [f"{k}: {tasks.KILLED}" if k == kills else str(k) for k in range(1, 101)]
+        assert told(pool, 100, pool, True) == expected
 
 
 def test_only_so_much_is_read_ahead_as_keeps_the_processes_busy() -> None:
