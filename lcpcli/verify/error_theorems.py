@@ -322,10 +322,12 @@ def _scaling(M: Matrix) -> tuple[Vector, Solve | None] | None:
 
     with suppress(SingularMatrix):
         C = matrices.comparison(M)
-        direct = affordable(C)
-        solve = PrincipalSolver(C).at(np.arange(e.size)) if direct else solver(C)
+        if not affordable(C):  # factors take long, so that a proof comes first
+            u = scaling(M, holds)
+            return None if u is None else (u, solver(C))
+        solve = PrincipalSolver(C).at(np.arange(e.size))
         proposed = np.abs(solve(diagonal))
-        u = proposed if np.isfinite(proposed).all() and holds(proposed) else scaling(M, holds, slacks=SLACKS[direct:])
+        u = proposed if np.isfinite(proposed).all() and holds(proposed) else scaling(M, holds, slacks=SLACKS[1:])
         return None if u is None else (u, solve)
     return None
 
