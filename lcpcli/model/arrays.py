@@ -16,7 +16,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import REAL, ProblemError, count, kind
-from lcpcli.linalg.doubles import FAR_FROM_ONE, LARGEST_DOUBLE, MOST_LOOPED_ENTRIES, is_finite, largest, sizes
+from lcpcli.linalg.doubles import FAR_FROM_ONE, MOST_LOOPED_ENTRIES, is_finite, largest, sizes
 from lcpcli.linalg.matrices import is_sparse, row_maxima
 from lcpcli.typing import Matrix, Vector
 
@@ -27,6 +27,7 @@ NOT_FINITE = ("is not a finite number in double precision", f"give a finite numb
 DENSE_HINT = "give a dense array, as by toarray()"
 UNLABELLED = "give them the same labels, or arrays, as by to_numpy()"
 TEXTS = (str, bytes, bytearray)
+BEYOND_DOUBLES = 2**1024 - 2**970  # from here on a number is nearer to the next power of two than to a double
 
 
 def plain(field: str, values: Any, expected: str) -> Any:
@@ -225,7 +226,7 @@ def as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
         with np.errstate(over="ignore"):
             return np.asarray(values, dtype=np.float64)
     except OverflowError:
-        place = next(i for i, value in enumerate(values) if LARGEST_DOUBLE < abs(value) < math.inf)
+        place = next(i for i, value in enumerate(values) if BEYOND_DOUBLES <= abs(value) < math.inf)
         raise ProblemError(f"{field}[{place}]", *NOT_FINITE) from None
 
 

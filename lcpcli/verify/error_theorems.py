@@ -70,7 +70,8 @@ from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector, VectorLike
 
-SLACK = 2.0**-30  # of the diagonal: far above rounding, so that d passes the exact check, and small beside most margins
+# Of the diagonal: none, or one far above rounding, so that d passes the exact check, and small beside most margins.
+SLACKS = 0.0, 2.0**-30
 SCALING_RIDGE = 1e-9  # added to the Laplacian of the least-squares problem, which is singular
 BALANCING_STEPS = 50  # far more than are needed where rows have been multiplied by numbers
 LARGEST_EXPONENT = 400  # binary; matrices with entries further from 1 are left undecided, as products might overflow
@@ -80,11 +81,16 @@ Proof: TypeAlias = "tuple[bool, Vector | None]"
 """Whether S is proved to be positive definite; if not, a v, shape (n,), that may have v'Sv <= 0, or None."""
 
 
-def scaling(M: Matrix, holds: Callable[[Vector], bool], check: Callable[[], None] = interrupts.check) -> Vector | None:
+def scaling(
+    M: Matrix,
+    holds: Callable[[Vector], bool],
+    check: Callable[[], None] = interrupts.check,
+    slacks: tuple[float, ...] = SLACKS,
+) -> Vector | None:
     """Return a d > 0 with <M> d > 0, for M of shape (n, n) with positive diagonal; None if none was found. holds :
     whether <M> d > 0 is proved for a finite d > 0, as by `lower_image`, or in exact arithmetic. check : called between
-    steps; it may raise TimeIsUp."""
-    candidates = _candidates(matrices.comparison(M), check)
+    steps; it may raise TimeIsUp. slacks : those with which a d is sought."""
+    candidates = _candidates(matrices.comparison(M), check, slacks)
     return next((d for d in candidates if np.isfinite(d).all() and (d > 0).all() and holds(d)), None)
 
 
@@ -100,10 +106,10 @@ def factor(terms: int) -> float:
     return (terms + 16) * EPS
 
 
-def _candidates(C: Matrix, check: Callable[[], None]) -> Iterator[Vector]:
-    """Yield candidates for d: C d = L 1 or, where d varies widely, (C - SLACK L) d = L 1."""
+def _candidates(C: Matrix, check: Callable[[], None], slacks: tuple[float, ...]) -> Iterator[Vector]:
+    """Yield candidates for d: C d = L 1 or, where d varies widely, (C - slack L) d = L 1."""
     diagonal, direct = C.diagonal(), affordable(C)
-    for slack in (0.0, SLACK):
+    for slack in slacks:
         check()
         A, all_of_it = matrices.plus_diagonal(C, -slack * diagonal) if slack else C, np.arange(diagonal.size)
         d = np.full(diagonal.size, np.nan)
@@ -316,9 +322,12 @@ def _scaling(M: Matrix) -> tuple[Vector, Solve | None] | None:
 
     with suppress(SingularMatrix):
         C = matrices.comparison(M)
-        solve = PrincipalSolver(C).at(np.arange(e.size)) if affordable(C) else solver(C)
+        if not affordable(C):  # factors take long, so that a proof comes first
+            u = scaling(M, holds)
+            return None if u is None else (u, solver(C))
+        solve = PrincipalSolver(C).at(np.arange(e.size))
         proposed = np.abs(solve(diagonal))
-        u = proposed if np.isfinite(proposed).all() and holds(proposed) else scaling(M, holds)
+        u = proposed if np.isfinite(proposed).all() and holds(proposed) else scaling(M, holds, slacks=SLACKS[1:])
         return None if u is None else (u, solve)
     return None
 

@@ -316,7 +316,8 @@ def of_game(
     if isinstance(game, ExtensiveGame) and array.size != problem.n:
         behavior = _behavior(game, values)
         own, are_equilibrium = Found(behavior, behavior.are_best(game, allowance(problem.n, tol)))
-        z = point_of(game, *behavior.plans)
+        number = float if data is None else Fraction  # a player without moves has a plan of integers
+        z = point_of(game, *(list(map(number, plan)) for plan in behavior.plans))
     else:
         if (found := of_solution(problem, array, tol)) is None:
             return verify_z(values)

@@ -259,6 +259,14 @@ def test_a_method_by_name_is_stalled_there_and_check_refuses_its_z() -> None:
     assert "but as strategies, not an equilibrium" in checked.message
 
 
+@pytest.mark.parametrize("payoffs", ["1, 2", "-3, 1/3"])
+def test_strategies_are_checked_in_a_game_without_moves(payoffs: str) -> None:
+    game = ['EFG 2 R "chance" { "A" "B" }', 'c "" 1 "" { "x" 1/3 "y" 2/3 } 0', 't "" 1 "" { 1, 2 }']
+    checked = lcpcli.check(lcpcli.from_efg("\n".join([*game, f't "" 2 "" {{ {payoffs} }}'])), [])
+    assert checked.accepted
+    assert checked.message.startswith("the strategies are an equilibrium")
+
+
 DRAW = """EFG 2 R "draw" { "A" "B" }
 c "" 1 "" { "low" 1/3 "high" 2/3 } 0
 p "" 1 1 "low" { "fold" "bet" } 0

@@ -197,6 +197,14 @@ def test_a_bound_takes_no_factors_of_a_matrix_with_much_fill(monkeypatch: pytest
     assert bound.value <= 1e-10
 
 
+def test_no_factors_with_much_fill_are_taken_where_there_is_no_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scipy.sparse.linalg.splu", None)
+    k = 64
+    line, one = diags_array([np.full(k - 1, -1.0)] * 2, offsets=[-1, 1]), eye_array(k)
+    grid = kron(kron(line, one), one) + kron(kron(one, line), one) + kron(kron(one, one), line)
+    assert error_bound(Problem(csr_array(grid + 5.5 * eye_array(k**3)), -np.ones(k**3)), np.ones(k**3)) is None
+
+
 def test_numbers_beyond_range_have_no_bound_and_no_traceback() -> None:
     problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
     for z in ([math.nan, 1.0], [math.inf, 1.0], [1e300, 1.0]):
