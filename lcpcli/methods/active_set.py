@@ -288,9 +288,10 @@ def sparse_route(problem: Problem, x0: Vector) -> Stage:
 
     It is meant for sparse positive definite and H-matrices; it may fail for other M, and ends as its last part does.
     """
-    diagonal, symmetric = problem.M.diagonal(), is_symmetric(problem.M)
+    diagonal = problem.M.diagonal()
     if not diagonal.min() > 0:
         return Breakdown("a diagonal entry of M is not positive")
+    symmetric = is_symmetric(problem.M)
     C = 1 / np.sqrt(diagonal) if symmetric else equilibrate(problem.M, problem.q)[1]
     units = in_units(problem, C if symmetric else 1 / (diagonal * C), C)
     return (yield from stages.changed(units, x0, partial(_parts, symmetric=symmetric)))
@@ -298,8 +299,8 @@ def sparse_route(problem: Problem, x0: Vector) -> Stage:
 
 def _parts(problem: Problem, x: Vector, symmetric: bool) -> Stage:
     turns, M = Turns(x), problem.M
-    has_links = np.count_nonzero(M.data > 0) == M.shape[0]  # no positive entry off the diagonal, which is 1
-    if not (has_links and np.median(M @ np.ones(M.shape[0])) < WEAK_DOMINANCE):
+    is_z_matrix = np.count_nonzero(M.data > 0) == M.shape[0]  # no positive entry off the diagonal, which is 1
+    if not (is_z_matrix and np.median(M @ np.ones(M.shape[0])) < WEAK_DOMINANCE):
         ending = yield from turns.take("krylov", krylov(problem, x, symmetric))
         if isinstance(ending, Stalled | Finished):
             return ending
