@@ -239,8 +239,7 @@ def _costs(problem: Problem, objective: Any) -> list[Fraction]:
 
 def _fractions(given: Any, n: int) -> list[Fraction]:
     values = as_vector("objective", given, n)
-    own = given.tolist() if hasattr(given, "tolist") else given
-    pairs = zip(own, values.tolist(), strict=True)
+    pairs = zip(np.asarray(given, dtype=object).ravel().tolist(), values.tolist(), strict=True)
     return [each if isinstance(each, Fraction) else Fraction(value) for each, value in pairs]
 
 

@@ -108,8 +108,9 @@ class Problem:
         infinity: float = math.inf,
         names: Sequence[str] = (),
     ) -> None:
+        has_names = bool(names) if isinstance(names, (tuple, list)) else np.size(names) > 0
         if type(M) is not np.ndarray and hasattr(M, "columns"):
-            names = names if len(names) or origin is not None else arrays.texts(M.columns)
+            names = names if has_names or origin is not None else arrays.texts(M.columns)
             solutions = arrays.plain("solutions", solutions, arrays.SOLUTIONS)
             solutions = [arrays.by_label(M, solution=solution)[0] for solution in solutions]
             M, q, lower, upper, x0, x1 = arrays.by_label(M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1)
@@ -134,7 +135,7 @@ class Problem:
             fields.update(lower=0.0, upper=math.inf, box=ORTHANT, reference_z=None, q_ref=vector_q, q_error=0.0)
         else:
             fields.update(lower=bounds[0], upper=bounds[1], box=Box(*bounds))
-        if origin is not None or len(names):
+        if origin is not None or has_names:
             with imports:
                 from lcpcli.model.origins import origin_of
             self.knowing(origin=origin_of(origin, names, conditions_of(self)))
