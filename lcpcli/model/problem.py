@@ -110,7 +110,9 @@ class Problem:
     ) -> None:
         has_names = bool(names) if isinstance(names, (tuple, list)) else np.size(names) > 0
         if type(M) is not np.ndarray and hasattr(M, "columns"):
-            names = names if has_names or origin is not None else arrays.texts(M.columns)
+            if not (has_names or origin is not None):
+                names = arrays.texts(M.columns)
+                has_names = bool(names)
             solutions = arrays.plain("solutions", solutions, arrays.SOLUTIONS)
             solutions = [arrays.by_label(M, solution=solution)[0] for solution in solutions]
             M, q, lower, upper, x0, x1 = arrays.by_label(M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1)
