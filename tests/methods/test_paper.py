@@ -319,7 +319,7 @@ def test_small_p_ends_at_the_smoothing_error_and_says_so() -> None:
     assert f"what is left is the {told}" in result.message
 
 
-@pytest.mark.parametrize(("family", "n", "p"), [("hilbert", 6, None), ("gaussian", 3, 50.0)])
+@pytest.mark.parametrize(("family", "n", "p"), [("hilbert", 8, None), ("gaussian", 3, 50.0)])
 def test_an_end_far_from_a_zero_or_by_rounding_is_no_smoothing_error(family: str, n: int, p: float | None) -> None:
     result = run(families.make(family, n), "shi", p=p, max_iterations=3000)
     assert result.status is Status.STALLED
