@@ -209,6 +209,15 @@ OF_THE_PROCESS = {"os.dup2", "os._exit", "sys.meta_path", "gc.set_threshold"}
 NAMES = {name.split(".")[1] for name in OF_THE_PROCESS}
 
 
+def test_no_generator_is_decorated_by_errstate_which_ends_before_its_first_step() -> None:
+    """`doubles.each_step` stands for it."""
+    functions = [node for node in of_modules() if isinstance(node, ast.FunctionDef)]
+    quiet = [each for each in functions if any("errstate" in ast.unparse(own) for own in each.decorator_list)]
+    assert len(quiet) > 10
+    steps = [each.name for each in quiet if any(isinstance(node, ast.Yield | ast.YieldFrom) for node in ast.walk(each))]
+    assert not steps
+
+
 def test_only_the_command_changes_its_process_and_has_exit_codes() -> None:
     """What a result means to a shell is decided in one place; to other rooms it says in words how it has ended.
 
