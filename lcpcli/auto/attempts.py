@@ -261,7 +261,7 @@ LATER = (
         *("newton", "from w = 0", "no known property of M excludes it"),
         lambda s: not (s.program or s.game or _is_first_basic(s) or (s.is_no_p_matrix and s.is_semidefinite)),
         all_basic,
-        lambda s: MOST_SMALL_BAND_STEPS if s.is_z_matrix else math.inf,  # from w >= 0 exchanges advance surely
+        lambda s: MOST_SMALL_BAND_STEPS if s.is_z_matrix else math.inf,  # newton, whose basis then only grows, follows
     ),
     Row(
         *("newton", "", "M is large and sparse; it takes a few steps where M is a P-matrix"),

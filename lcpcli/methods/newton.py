@@ -59,8 +59,8 @@ def newton(
 
     Of x0 only the signs matter. patience : the largest number of exchanges of the least index: unlike block steps, they
     may take 2^n. hasty : whether it is given up where it is `Safeguard.is_hopeless`, as another method follows.
-    growing : whether blocks are exchanged without the safeguard while no basic variable is wrong, as M is a Z-matrix:
-    from w >= 0 the set of basic variables then only grows, as in `z_matrix`.
+    growing : whether blocks are exchanged without the safeguard while no basic variable is wrong: the basic variables
+    of a Z-matrix then stay basic, as in `z_matrix`.
     """
     system = problem if isinstance(problem, System) else BasicSolutions(problem)
     guard, step = Safeguard(x0.size, patience), "block"
@@ -71,6 +71,7 @@ def newton(
             if not infeasible:
                 break
             if growing and not found.wrong[found.basis == BASIC].any():
+                step = "block"
                 continue
             guard.choose(found.wrong, infeasible)
             if guard.left < 0:
