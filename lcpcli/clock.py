@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Sequence
-from typing import TypeVar
+from collections.abc import Callable
 
 PARTS = ("setup", "solve", "verify")
-MOST_LAPS = 100_000  # of a run, a few MB: more than any run has that is short enough to be repeated
-Lap = tuple[str, float]  # a turn of a part, and its seconds
-Key = TypeVar("Key")
 
 
 class _Imports(threading.local):
@@ -43,21 +39,17 @@ def seconds() -> float:
 class Stopwatch:
     """The seconds of one run, divided among its PARTS, which take turns.
 
-    clock : the clock. began : the start of the run, by that clock. most_laps : the largest number of turns kept.
-    parts : the seconds of each part. laps : the first turns.
+    clock : the clock. began : the start of the run, by that clock. parts : the seconds of each part.
     """
 
-    def __init__(self, clock: Callable[[], float], began: float, most_laps: int = 0) -> None:
-        self._clock, self._began, self._last, self._most_laps = clock, began, began, most_laps
+    def __init__(self, clock: Callable[[], float], began: float) -> None:
+        self._clock, self._began, self._last = clock, began, began
         self.parts = dict.fromkeys(PARTS, 0.0)
-        self.laps: list[Lap] = []
 
     def count(self, part: str) -> None:
         """Count the time since the last call as part of the run."""
         now = self._clock()
         self.parts[part] += now - self._last
-        if self._most_laps and len(self.laps) < self._most_laps:
-            self.laps.append((part, now - self._last))
         self._last = now
 
     def skip(self) -> None:
@@ -75,14 +67,3 @@ class Stopwatch:
     @property
     def total(self) -> float:
         return sum(self.parts.values())
-
-
-def least_laps(runs: Sequence[Sequence[tuple[Key, float]]]) -> list[tuple[Key, float]]:
-    """Return the laps of a run, each with its least time in several repetitions of the run.
-
-    Other programs cause pauses: few long runs are free of them, but most short laps are. Repetitions whose laps differ
-    from the first one's, because a time limit has cut them short, do not count.
-    """
-    keys = [key for key, _ in runs[0]]
-    alike = [run for run in runs if [key for key, _ in run] == keys]
-    return [(key, min(run[i][1] for run in alike)) for i, key in enumerate(keys)]

@@ -351,8 +351,8 @@ class Request(SimpleNamespace):
 
         limits, watched = self.limits, shows_progress(self.quiet) and not of_many
 
-        def once(method: str, values: Values, again: bool, keeps: bool) -> Result:
-            trace, curve = traces(problem) if keeps else (None, None)
+        def once(method: str, values: Values, again: bool) -> Result:
+            trace, curve = traces(problem)
             own: dict[str, Any] = {"limits": limits, "trace": trace, "curve": curve, "compiled": compiled, **values}
             if not isinstance(problem, Problem):
                 from lcpcli.solving.solve_mcp import run_nonlinear

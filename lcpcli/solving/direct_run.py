@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli.clock import Stopwatch, imports, seconds
+from lcpcli.clock import Stopwatch, imports
 from lcpcli.errors import ParameterError
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.matrices import is_sparse
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from lcpcli.basis.free_variables import Reduction
     from lcpcli.methods.stages import Iterate, Stage, Tried
     from lcpcli.model.words import Start
-    from lcpcli.solving.trace import Callback, Trace, TraceRow
+    from lcpcli.solving.trace import Callback, TraceRow
 
 MANY = 1000  # problems from which on loading it is worthwhile
 ELIMINATED_ZERO = 2.0**-53  # of the largest component in the units of M: what elimination leaves of zeros is smaller
@@ -323,57 +323,49 @@ def _from(start: Start, problem: Problem, structure: Structure) -> Stage:
     return at_point(structure.thin, start.x)
 
 
-def with_traces(result: Result, start: Start | None, trace: Trace | None, curve: Trace | None) -> Result:
-    """Return the result of a direct run with its traces filled, as interrupted if Ctrl-C comes first.
+def iterates_off_the_clock(session: Session, start: Start | None) -> list[Iterate]:
+    """Return the iterates of a direct run that has kept none, by another one, in numpy and without a time limit."""
+    kept: list[Iterate] = []
+    limits = replace(session.limits, time_limit=math.inf)
+    solved_directly(Session(session.problem, limits, {}, Stopwatch(float, 0.0), start=start, keep=kept.append))
+    return kept
 
-    An iterate has the share of the run's `seconds` that it has in the second run. The last one is that of the result.
-    """
-    problem, box, interrupted = result.problem, result.problem.box, False
-    traces, criterion = [own for own in (trace, curve) if own is not None], Criterion(problem, result.tol)
+
+def reported(
+    session: Session, result: Result, x0: Vector | None, kept: Sequence[Iterate], callback: Callback | None
+) -> bool:
+    """Pass the iterates of a direct run to the callback and, with the start, to the traces of the result: each with an
+    equal share of the time, the last with the z of the result. Return False if the callback ends the run before its
+    end: the session then has what the loop is to repeat up to there.
+
+    x0 : the start, if there are traces."""
     with imports:
-        from lcpcli.methods.stages import Iterate
-    began, kept = seconds(), [(Iterate(problem.start if start is None else start.x, None, "", 0), 0.0)]
-    again = Session(problem, replace(result.limits, time_limit=math.inf), {}, Stopwatch(float, 0.0), start=start)
-    again.keep = lambda iterate: kept.append((iterate, seconds() - began))
-    try:
-        solved_directly(again)
-        factor = result.seconds / (seconds() - began)
-        kept[1:] = kept[max(1, len(kept) - result.iterations) :]  # without those of an attempt that was given up
-        for row in _rows(result, kept):
-            x = box.x_of(result.z, result.w) if row.k == result.iterations else row.x
-            for own in traces:
-                own.add(replace(row, seconds=factor * row.seconds, x=x), criterion)
-        for own in traces:
-            own.close(criterion)
-    except KeyboardInterrupt:
-        interrupted = True
-    return replace(result, trace=trace, curve=curve, interrupted=interrupted)
-
-
-def called(session: Session, result: Result, kept: Sequence[tuple[Iterate, float]], callback: Callback) -> bool:
-    """Call the callback with the iterates of a direct run, each with its seconds; return False if it ends the run
-    before its end: the session then has what the loop is to repeat up to there."""
-    with imports:
-        from lcpcli.methods.stages import Finished, ended
-        from lcpcli.solving.trace import LateRow
-    criterion, ctrl_c = Criterion(result.problem, result.tol), None
-    iterates = kept[max(0, len(kept) - result.iterations) :]
-    for row in _rows(result, iterates):
-        ends = row.k < result.iterations
+        from lcpcli.methods.stages import Finished, Iterate, ended
+        from lcpcli.solving.trace import LateRow, TraceRow
+    criterion, box, last, rows = Criterion(result.problem, result.tol), result.problem.box, result.iterations, []
+    steps = kept[max(0, len(kept) - last) :]  # without those of an attempt that was given up
+    steps = steps if x0 is None else [Iterate(x0, None, "", 0), *steps]
+    for k, step in enumerate(steps, last + 1 - len(steps)):
+        z, at = result.z if k == last else box.z_of(step.x), result.seconds * k / max(1, last)
+        rows.append(TraceRow(k, z, None, None, at, step.step, step.method or result.method, x=step.x))
+        ends, ctrl_c = k < last, None
         try:
-            ends &= bool(callback(LateRow.of(row, criterion)))
+            ends &= k > 0 and callback is not None and bool(callback(LateRow.of(rows[-1], criterion)))
         except StopIteration:
             pass
         except KeyboardInterrupt as interrupt:
-            ctrl_c, ends = interrupt, True
+            if not ends:
+                raise
+            ctrl_c = interrupt
         if ends:
-            steps = [each for each, _ in iterates[: row.k]]
-            if row.k == result.iterations:  # whose x is that of the result
-                steps[-1] = steps[-1]._replace(x=result.problem.box.x_of(result.z, result.w))
             session.stopwatch.pause()
-            session.replay = partial(ended, Finished(), *steps)
-            session.callback = partial(_repeated, row.k, ctrl_c)
+            session.replay = partial(ended, Finished(), *kept[-last:][:k])
+            session.callback = partial(_repeated, k, ctrl_c)
             return False
+    for trace in filter(None, (result.trace, result.curve)):
+        for row in rows:
+            trace.add(row if row.k < last else replace(row, x=box.x_of(result.z, result.w)), criterion)
+        trace.close(criterion)
     return True
 
 
@@ -381,12 +373,3 @@ def _repeated(k: int, ctrl_c: KeyboardInterrupt | None, row: TraceRow) -> bool:
     if row.k == k and ctrl_c is not None:
         raise ctrl_c
     return row.k == k
-
-
-def _rows(result: Result, kept: Sequence[tuple[Iterate, float]]) -> Iterator[TraceRow]:
-    """Yield the rows of the last iterates of a run, with their seconds; the very last one has the z of the result."""
-    with imports:
-        from lcpcli.solving.trace import TraceRow
-    for k, (step, at) in enumerate(kept, result.iterations + 1 - len(kept)):
-        z = result.problem.box.z_of(step.x) if k < result.iterations else result.z
-        yield TraceRow(k, z, None, None, at, step.step, step.method or result.method, x=step.x)

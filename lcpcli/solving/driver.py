@@ -1,5 +1,5 @@
 """A run of a method on a problem: its options are checked, and it is set up and run by the loop. Of repeated runs the
-least times count, so that other work on the machine has little effect."""
+fastest counts, so that other work on the machine has little effect."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli.clock import MOST_LAPS, PARTS, Stopwatch, imports, least_laps, seconds
+from lcpcli.clock import Stopwatch, imports, seconds
 from lcpcli.errors import OptionError, ParameterError, kind
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.threads import with_limited_threads
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 BRIEF = 0.02  # seconds of a first run up to which it is repeated, for as long: the wait goes unnoticed
 LONGEST_REPEATED = 1.0  # seconds of a compared run; in a longer run, pauses of the machine hardly count
 MOST_BY_KERNELS = 100  # unknowns of a program up to which kernels for mixed problems take less time than PIQP
-MOST_REPETITIONS = 20  # after which the least time of a step hardly decreases
+MOST_REPETITIONS = 20  # after which the least time hardly decreases
 REPETITION_SECONDS = 0.3  # after which no repetition is begun, so that a comparison of many runs stays short
 
 
@@ -71,8 +71,7 @@ def run(
     intervals with the progress. `began` is the beginning of the run by the `clock`, by default now; the time limit
     covers everything from then on except imports.
     """
-    keeps = trace is not None or curve is not None
-    stopwatch = Stopwatch(clock, clock() if began is None else began, MOST_LAPS if keeps else 0)
+    stopwatch = Stopwatch(clock, clock() if began is None else began)
     limits = limits or DEFAULTS
     has_start = not (x0 is z0 is basis is None)
     additions: dict[str, Any] = {}
@@ -125,10 +124,10 @@ def _without_loop(
         if not (start or keeps or observe):
             last = session.is_compiled and problem.n <= MOST_BY_KERNELS
             attempts.insert(len(attempts) * last, direct_run.solved_as_program)
-    kept: list[tuple[Iterate, float]] = []
+    result: Result | None = None
+    kept: list[Iterate] = []
     if callback is not None:
-        session.keep = lambda iterate: kept.append((iterate, session.stopwatch.elapsed()))
-    result = None
+        session.keep = kept.append
     try:
         for attempt in attempts:
             if (result := attempt(session)) is not None:
@@ -138,10 +137,11 @@ def _without_loop(
         return None
     if result is None or not (keeps or callback):
         return result
+    result = replace(result, trace=traces[0], curve=traces[1]) if keeps else result
     try:
-        if callback is not None and not direct_run.called(session, result, kept, callback):
-            return None
-        return direct_run.with_traces(result, start, *traces) if keeps else result
+        kept = kept if callback is not None else direct_run.iterates_off_the_clock(session, start)
+        x0 = None if not keeps else problem.start if start is None else start.x
+        return result if direct_run.reported(session, result, x0, kept, callback) else None
     except KeyboardInterrupt:
         return replace(result, interrupted=True)
 
@@ -245,44 +245,26 @@ def with_bound(result: Result) -> Result:
     return replace(result, bound=bound)
 
 
-def repeated(once: Callable[[bool, bool], Result], compared: bool, is_first: bool) -> Iterator[Result]:
-    """Repeat a run as often as its times require to be shown or compared; yield its result.
+def repeated(once: Callable[[bool], Result], compared: bool, is_first: bool) -> Iterator[Result]:
+    """Repeat a run as often as its times require to be shown or compared; yield the fastest repetition, with the spread
+    of their times, or the first run if it is not repeated.
 
-    once : runs it, for the first time or again, with traces or, where those of the first run have no part in its
-    time, without. is_first : whether the method has not run before in this process. Raises KeyboardInterrupt after the
-    result if a repetition was interrupted.
+    once : runs it, for the first time or again. is_first : whether the method has not run before in this process.
+    Raises KeyboardInterrupt after the result if a repetition was interrupted.
     """
-    runs, interrupted = [once(False, True)], False
+    runs, interrupted = [once(False)], False
     longest, most = (LONGEST_REPEATED, REPETITION_SECONDS) if compared else (BRIEF, BRIEF if is_first else 0.0)
     try:
         while not runs[-1].interrupted and runs[0].seconds <= longest and len(runs) <= MOST_REPETITIONS:
             undisturbed = (len(runs) - 1) * min(run.seconds for run in runs)  # the more pauses, the more repetitions
             if undisturbed >= most:
                 break
-            runs.append(once(True, bool(runs[0].laps)))
+            runs.append(once(True))
     except KeyboardInterrupt:
         interrupted = True
     whole = [run for run in runs if not run.interrupted]
-    yield _least(whole[1:], runs[0]) if whole[1:] else runs[0]
+    best = min(whole[1:], key=lambda run: run.seconds, default=runs[0])
+    median = float(np.median([run.seconds for run in whole[1:] or runs]))
+    yield replace(best, spread=median / best.seconds) if whole[1:] else best
     if interrupted or (whole and len(whole) < len(runs)):
         raise KeyboardInterrupt
-
-
-def _least(runs: Sequence[Result], kept: Result) -> Result:
-    """Return the result of repeated runs, with the least time of each lap, and the spread of the times. kept : a run
-    before them, with its traces."""
-    first = runs[0] if kept.laps else kept
-    laps = least_laps([run.laps or tuple(run.parts.items()) for run in runs])
-    parts = {part: sum(seconds for own, seconds in laps if own == part) for part in PARTS}
-    total = sum(parts.values())
-    ends, least = (np.cumsum([0.0, *(seconds for _, seconds in each)]) for each in (first.laps, laps))
-    if not first.laps:  # each iterate has the same share of the time as before
-        ends, least = np.array([0.0, first.seconds]), np.array([0.0, total])
-
-    def retime(at: float) -> float:
-        return float(np.interp(at, ends, least))
-
-    trace, curve = (each and each.retimed(retime) for each in (first.trace, first.curve))
-    ordered = sorted(run.seconds for run in runs)
-    spread = (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / (2 * total)
-    return replace(first, parts=parts, laps=laps, spread=spread, trace=trace, curve=curve)

@@ -270,7 +270,6 @@ class Loop:
             route=tuple(self.route) or (self.method,),
             certificate=self.certificate if status is not Status.SOLVED else None,
             interrupted=self.interrupted,
-            laps=self.stopwatch.laps,
             nearest=self.last_by,
             end=self.end if status is Status.SOLVED else None,
         )

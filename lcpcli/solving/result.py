@@ -5,7 +5,7 @@ How a solve ended, and what exact arithmetic proves about a problem.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar, cast
 
 import numpy as np
 
-from lcpcli.clock import Lap, imports
+from lcpcli.clock import imports
 from lcpcli.interrupts import within
 from lcpcli.model import views
 from lcpcli.model.box import in_words
@@ -64,7 +64,6 @@ class Result:
     interrupted : whether Ctrl-C ended the run, even if z turns out to be a solution; False if a callback ended it.
     label : the name of the run among several of the same method, as in shi:p=10; "" for the method's name.
     trace, curve : the recorded rows, and a second trace for figures and milestones; each None if not requested.
-    laps : the successive turns of set-up, iteration and verification, with their seconds, if there is a trace or curve.
     spread : the median time of the repetitions relative to `seconds`; None if there were none.
     route : the methods that took part, in order.
     end : the basis at which Lemke's path found the solution, in which basic variables may be at bounds; or None.
@@ -104,7 +103,6 @@ class Result:
     certificate: Certificate | None = None
     interrupted: bool = False
     label: str = ""
-    laps: Sequence[Lap] = ()
     spread: float | None = None
     bound: Bound | None = None
     exact: Exact | None = None

@@ -18,7 +18,7 @@ from lcpcli.basis import tableau
 from lcpcli.basis.exchanges import CorrectedSolutions
 from lcpcli.basis.free_variables import WithoutFree
 from lcpcli.basis.tableau import SOLVED
-from lcpcli.clock import MOST_LAPS, Stopwatch, imports, seconds
+from lcpcli.clock import Stopwatch, imports, seconds
 from lcpcli.errors import LCPError, ParameterError, ProblemError, kind
 from lcpcli.linalg.doubles import EPS, is_finite, size
 from lcpcli.linalg.factors import SingularMatrix
@@ -172,7 +172,7 @@ def run_nonlinear(
     fast = kernels() if uses_kernels(compiled, 1) else None
     in_force = {option.name: chosen.get(option.name, option.default) for option in methods.declared(METHOD).options}
     kept = trace_of(trace)
-    stopwatch = Stopwatch(seconds, seconds() if began is None else began, 0 if kept is curve is None else MOST_LAPS)
+    stopwatch = Stopwatch(seconds, seconds() if began is None else began)
     evaluations = Evaluations(problem, pattern, difference_step)
     start = _start(evaluations)
     with np.errstate(all="ignore"):

@@ -164,11 +164,6 @@ class Trace:
         chosen.rows = [row if components is None else replace(row, z=row.z[components]) for row in kept]
         return chosen
 
-    def retimed(self, retime: Callable[[float], float]) -> Trace:
-        """Return the same trace with other seconds."""
-        rows = [replace(row, seconds=retime(row.seconds)) for row in self.rows]
-        return replace(self, rows=rows, milestones=[replace(m, seconds=retime(m.seconds)) for m in self.milestones])
-
     def _is_kept(self, k: int) -> bool:
         return k <= 1 or k % self.every == 0
 
