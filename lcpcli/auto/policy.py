@@ -20,8 +20,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli import clock
-from lcpcli.auto.attempts import BRIEF, FIRST, LATER, TABLE, Row, in_rounds
-from lcpcli.auto.structure import Structure
+from lcpcli.auto.attempts import BRIEF, FIRST, LATER, TABLE, Row, Structure, in_rounds
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, check, remaining, within
 from lcpcli.linalg import factors

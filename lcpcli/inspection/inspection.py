@@ -17,9 +17,8 @@ from typing import NamedTuple, overload
 import numpy as np
 
 from lcpcli import clock
-from lcpcli.auto.attempts import BRIEF, FIRST, LATER, Row
+from lcpcli.auto.attempts import BRIEF, FIRST, LATER, Row, Structure
 from lcpcli.auto.policy import clearly_refutes, may_gain_by_presolve
-from lcpcli.auto.structure import Structure
 from lcpcli.clock import imports
 from lcpcli.inspection import theory
 from lcpcli.inspection.verdict import NO, YES, Verdict, classify, weak_row

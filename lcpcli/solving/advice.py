@@ -7,9 +7,7 @@ import math
 from typing import Any
 
 from lcpcli.clock import imports
-from lcpcli.linalg.krylov import is_semidefinite
-from lcpcli.linalg.matrices import is_symmetric, plus_diagonal
-from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OMEGA, RESTARTS, declared
+from lcpcli.methods.registry import METHODS, NONLINEAR, RESTARTS
 from lcpcli.model.evaluations import BY_DIFFERENCES
 from lcpcli.options import AUTO, MAX_ITERATIONS
 from lcpcli.solving.result import Options, Result, Status, Suggestions
@@ -21,7 +19,6 @@ SMALLEST_TOL = 1e-14  # a smaller tolerance is out of reach in double precision
 NEAR = 1e-2  # a relative residual below which the method that reached it may reach a solution too
 LEAST_TIME_LIMIT = 60  # seconds: the shortest longer time limit that is suggested
 MOST_PROVED_UNKNOWNS = 200  # up to which rational arithmetic takes seconds
-DEFINITE_MARGIN = 1e-10  # relative to the diagonal, by which M must be definite: far above rounding
 FEW_ITERATIONS = 1000  # a limit below this may be too small for any method
 MORE_RESTARTS = 20  # the least number of further starts that is suggested
 MORE_ITERATIONS = 4  # times the iterations that gave half of the digits: linear convergence needs twice as many
@@ -49,7 +46,7 @@ def suggestions(result: Result) -> Suggestions:
     if status not in (Status.STALLED, Status.DIVERGED, Status.BREAKDOWN, Status.RAY):
         return Suggestions()
     too_small = result.tol < SMALLEST_TOL
-    ways = [] if automatic or too_small else [*_with_less_smoothing(result), AUTOMATIC, *_with_additions(result)]
+    ways = [] if automatic or too_small else [*_with_less_smoothing(result), AUTOMATIC]
     if status is Status.STALLED and result.relative_residual <= ROUNDING_LEVEL:
         ways.append({"tol": _round(2 * result.relative_residual)})
     if (automatic or too_small) and result.exact is None and result.problem.n <= MOST_PROVED_UNKNOWNS:
@@ -82,7 +79,7 @@ def _after_the_limit(result: Result) -> Suggestions:
         return Suggestions((usual if k < default else {"max_iterations": 10 * k},))
     if result.relative_residual <= math.sqrt(result.tol):
         return Suggestions(({"max_iterations": int(_round(MORE_ITERATIONS * k))}, AUTOMATIC) if k else (usual,))
-    return Suggestions((AUTOMATIC, *_with_additions(result)), usual if k < FEW_ITERATIONS else {})
+    return Suggestions((AUTOMATIC,), usual if k < FEW_ITERATIONS else {})
 
 
 def _with_less_smoothing(result: Result) -> list[Options]:
@@ -95,20 +92,6 @@ def _with_less_smoothing(result: Result) -> list[Options]:
         return []
     ran_on = variables_of(result.method, result.problem, bool(result.options.get("scale"))).problem
     return [{"p": _round(default_p(ran_on))}]
-
-
-def _with_additions(result: Result) -> list[Options]:
-    """Return options with which an iteration may converge after all, if M is definite: one suggestion or none."""
-    M = result.problem.M
-    if not declared(result.method).iterates or result.status is Status.BREAKDOWN:
-        return []
-    if not is_semidefinite(plus_diagonal(M, -DEFINITE_MARGIN * M.diagonal())):
-        return []
-    own = result.options
-    missing = {name: True for name in ADDITIONS if not own.get(name)}
-    if "anderson" in own and own.get("omega") == OMEGA.default and is_symmetric(M):
-        return [{**dict(list(missing.items())[:1]), "omega": AUTO, "anderson": 5}]
-    return [missing] if missing else []
 
 
 def _round(value: float) -> float:

@@ -31,7 +31,7 @@ from lcpcli.verify.point import Criterion, Point
 if TYPE_CHECKING:
     from types import ModuleType
 
-    from lcpcli.auto.structure import Structure
+    from lcpcli.auto.attempts import Structure
     from lcpcli.basis.free_variables import Reduction
     from lcpcli.methods.stages import Iterate, Stage, Tried
     from lcpcli.model.words import Start
@@ -281,8 +281,7 @@ def _by_first_stages(session: Session, dense: Problem, fast: ModuleType | None, 
     `auto` returns it; None if they do not end at a solution that is beyond doubt. lost : the basic solutions of newton,
     if they lead to none."""
     with imports:
-        from lcpcli.auto.attempts import FIRST, in_rounds
-        from lcpcli.auto.structure import Structure
+        from lcpcli.auto.attempts import FIRST, Structure, in_rounds
         from lcpcli.methods.newton import SLOW, iterates_of
         from lcpcli.methods.stages import Finished, Iterate, Stalled, Turns, advance, ended, recorded
     made_before = {"newton": [ended(Stalled(SLOW), *iterates_of(lost))]} if lost else None

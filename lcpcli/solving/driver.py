@@ -263,8 +263,9 @@ def repeated(once: Callable[[bool], Result], compared: bool, is_first: bool) -> 
     except KeyboardInterrupt:
         interrupted = True
     whole = [run for run in runs if not run.interrupted]
-    best = min(whole[1:], key=lambda run: run.seconds, default=runs[0])
-    median = float(np.median([run.seconds for run in whole[1:] or runs]))
-    yield replace(best, spread=median / best.seconds) if whole[1:] else best
+    again = sorted(whole[1:], key=lambda run: run.seconds)
+    middle = again[(len(again) - 1) // 2 : len(again) // 2 + 1]
+    spread = sum(run.seconds for run in middle) / (len(middle) * again[0].seconds) if again else None
+    yield replace(again[0], spread=spread) if again else runs[0]
     if interrupted or (whole and len(whole) < len(runs)):
         raise KeyboardInterrupt

@@ -53,31 +53,23 @@ BLOCK_NUMBERS = 1 << 16  # in each array of a block, so that a few arrays stay i
 Unsolved: TypeAlias = Literal["raise", "nan"]
 
 
+class ManyOptions(RunOptions, total=False):
+    """The options of `solve_many`."""
+
+    lower: BoundLike
+    upper: BoundLike
+    infinity: float
+    sequence: bool
+
+
 @overload
 def solve_many(
-    M: np.ndarray[tuple[int, int, int], Any],
-    Q: Any,
-    method: str = "auto",
-    *,
-    lower: BoundLike = 0.0,
-    upper: BoundLike = math.inf,
-    infinity: float = math.inf,
-    **options: Unpack[RunOptions],
+    M: np.ndarray[tuple[int, int, int], Any], Q: Any, method: str = "auto", **options: Unpack[ManyOptions]
 ) -> Batch: ...
 
 
 @overload
-def solve_many(
-    M: Any,
-    Q: Any = None,
-    method: str = "auto",
-    *,
-    lower: BoundLike = 0.0,
-    upper: BoundLike = math.inf,
-    infinity: float = math.inf,
-    sequence: bool = False,
-    **options: Unpack[RunOptions],
-) -> Iterator[Result]: ...
+def solve_many(M: Any, Q: Any = None, method: str = "auto", **options: Unpack[ManyOptions]) -> Iterator[Result]: ...
 
 
 def solve_many(

@@ -22,7 +22,7 @@ from functools import partial
 
 import numpy as np
 
-from lcpcli.auto.structure import Structure
+from lcpcli.auto.attempts import Structure
 from lcpcli.interrupts import TimeIsUp, check, remaining, within
 from lcpcli.methods.z_matrix import EXACT_EFFORT, decided
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem, as_problem

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 WITHOUT_OPTIMUM = INFEASIBLE, UNBOUNDED, NONE = "infeasible", "unbounded", "no_optimum"  # what is proved of a program
 T = TypeVar("T")
-GONE = {"exit_code": "ask result.solved (0) and result.status.has_no_solution (3)"}  # since 0.1.0
 
 
 def _derived(read: Callable[[Result], T]) -> T:
@@ -156,12 +155,6 @@ class Result:
             end=end,
         )
         return result
-
-    if not TYPE_CHECKING:  # otherwise type checkers would not find misspelt names
-
-        def __getattr__(self, name: str) -> Any:
-            hint = f"; {GONE[name]}" if name in GONE else ""
-            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}{hint}")
 
     def __repr__(self) -> str:
         return str(views.outcome.result_text(self))

@@ -7,7 +7,6 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable
-from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -41,9 +40,8 @@ def folder(in_folder: Path) -> Path:
 
 @pytest.fixture
 def still(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A clock that stands still, but for what iterates are timed by."""
+    """A clock that stands still."""
     monkeypatch.setattr("time.perf_counter", lambda: 0.0)
-    monkeypatch.setattr("lcpcli.solving.direct_run.seconds", count(1.0).__next__)
     monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 0)
 
 

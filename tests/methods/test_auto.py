@@ -21,9 +21,8 @@ from scipy.sparse import block_array, block_diag, csr_array, diags_array, identi
 
 from lcpcli import Problem, Status, Trace, clock, plan, run, solve, write
 from lcpcli.auto import attempts as auto_table
-from lcpcli.auto.attempts import ROUNDS, Row, in_rounds
+from lcpcli.auto.attempts import MOST_PIVOTED_BY_NUMPY, ROUNDS, Row, Structure, in_rounds
 from lcpcli.auto.policy import _for_half_of_the_time
-from lcpcli.auto.structure import MOST_PIVOTED_BY_NUMPY, Structure
 from lcpcli.gallery import families
 from lcpcli.interrupts import check, remaining, within
 from lcpcli.methods import lemke

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli import Problem, Status, Trace, read, run, solve_mcp
+from lcpcli import Status, Trace, read, run, solve_mcp
 from lcpcli.files import contents, writing
 from lcpcli.gallery import families as gallery
 from lcpcli.solving.advice import suggestions
@@ -92,19 +92,10 @@ def test_advice_is_in_the_words_of_its_reader_and_can_be_followed(lcp: Lcp) -> N
     assert '"advice": null' in lcp("solve", file, "--format", "json").out
 
 
-def test_what_is_advised_for_omega_is_for_methods_with_acceleration_and_nothing_after_an_interrupt() -> None:
-    failed = run(gallery.make("tridiagonal", 100), "fixed-point", max_iterations=2)
-    assert suggestions(failed).ways[1]["anderson"] == 5
-    assert suggestions(replace(failed, options={"omega": 1.0})).ways[1] == {"scale": True, "finish": True}
+def test_nothing_is_advised_after_an_interrupt_and_another_method_where_few_iterations_may_be_too_few() -> None:
+    failed = run(gallery.make("harker-pang", 10), "shi", tol=1e-16, max_iterations=3)
+    assert failed.advice == 'try method="auto", with max_iterations=10000'
     assert not suggestions(replace(failed, status=Status.INTERRUPTED)).ways
-
-
-def test_additions_in_force_are_not_advised_again() -> None:
-    plain = run(gallery.make("harker-pang", 10), "shi", tol=1e-16, max_iterations=3)
-    assert plain.advice == 'try method="auto", or scale=True, finish=True, with max_iterations=10000'
-    result = run(gallery.make("hilbert", 10), "shi", tol=1e-16, max_iterations=3, scale=True, finish=True)
-    assert not result.solved
-    assert ("scale" in result.advice, "finish" in result.advice) == (False, False)
 
 
 def test_at_the_time_limit_of_auto_the_method_that_came_near_is_named() -> None:
@@ -140,11 +131,3 @@ def test_other_starts_are_advised_where_a_nonlinear_problem_is_stuck_and_what_ma
     assert solve_mcp(lambda z: z - 1, x0=[0.0]).advice == ""
     assert solve_mcp(lambda z: z**3 - 1, x0=[9.0], max_iterations=2).advice == "try max_iterations=10000"
     assert solve_mcp(lambda z: z - 1, x0=[0.0], time_limit=1e-9).advice == "try time_limit=60"
-
-
-@pytest.mark.parametrize("above", [0.0, 0.5])
-def test_accelerations_are_advised_where_M_is_symmetric_and_definite(above: float) -> None:
-    M = np.diag(np.linspace(1, 1e4, 12)) + above * np.triu(np.ones((12, 12)), 1)
-    ways = run(Problem(M, -np.ones(12)), "fixed-point", max_iterations=3).suggestions.ways
-    others = {"finish": True} if above else {"omega": "auto", "anderson": 5}
-    assert ways == ({"method": "auto"}, {"scale": True, **others})
