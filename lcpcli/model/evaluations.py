@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import replace
+from copy import copy
 from functools import cached_property
 from math import comb
 from typing import NamedTuple
@@ -183,7 +183,8 @@ class Evaluations:
         J = self.jacobian(z)
         if self.problem.J is None or (self.problem.n > MOST_DENSE and not is_sparse(J)):
             return ""
-        other = Evaluations(replace(self.problem, J=None), J if self.problem.n > MOST_DENSE else None)
+        other = Evaluations(copy(self.problem), J if self.problem.n > MOST_DENSE else None)
+        other.problem.J = None
         other.adapt(z)
         steps, F = other._steps(z), self.known_values(z)
         ways = [dense(other._differences(z, way)) for way in (steps, self.problem.box.project(z - steps) - z)]
