@@ -101,8 +101,7 @@ class Player:
 
 @dataclass(frozen=True, eq=False)
 class GameTree:
-    """A game of two players with perfect recall. text, title : as in the file. events : the chance events. nodes : in
-    the order of the file."""
+    """A game of two players with perfect recall, as in a file. events : the chance events. text : that of the file."""
 
     text: str
     title: str
@@ -216,8 +215,7 @@ class _Reading:
             self.place += 1
 
     def nodes(self, players: tuple[Player, Player]) -> list[Node]:
-        """Return the nodes, and add the sequences that lead to the information sets, which are in the order of their
-        first nodes, to the players."""
+        """Return the nodes, and add what leads to the information sets, in the order of first nodes, to the players."""
         found, pending = list[Node](), [(-1, 0)]
         letters = ", ".join(f"{letter} for {what}" for letter, what in NODES.items())
         while pending:
@@ -399,8 +397,7 @@ class ExtensiveGame:
         return Conditions(M, np.array(q, dtype=float), low, np.full(len(q), np.inf))
 
     def _names(self) -> list[tuple[str, str, str]]:
-        """Return three names of each component of z, from the shortest one on: of a sequence by its last move, of a
-        cost by its information set."""
+        """Return three ever longer names of each component: of a sequence by its last move, of a cost by its set."""
         plans, values = list[tuple[str, str, str]](), list[str]()
         for who, player in zip(self.tree.names(), self.tree.players, strict=True):
             plans.append((who, who, who))

@@ -79,7 +79,11 @@ class NonlinearProblem:
         for field, given in (("F", F), ("J", J)):
             if not (callable(given) or (given is None and field == "J")):
                 raise ProblemError(field, f"is {kind(given)}", f"give a function of z that returns {field}(z)")
-        self.n = n = _order(x0, lower, upper, names)
+        vectors: tuple[Any, ...] = x0, lower, upper, names if len(names) else None
+        if (vector := next(filter(np.ndim, vectors), None)) is None:
+            fault = f"{'is missing' if x0 is None else f'is {kind(x0)}'}, so that the number of unknowns is unknown"
+            raise ProblemError("x0", fault, "give x0, a list of numbers")
+        self.n = n = int(np.size(vector))
         self.F, self.J, self.name, self.note, self.interval = F, J, name, note, interval
         self.box = Box(*map(own, as_intervals(("lower", "upper"), lower, upper, n, infinity=infinity)))
         self.lower, self.upper = self.box.lower, self.box.upper
@@ -164,14 +168,3 @@ def _reals(field: str, given: Any) -> Vector:
         return np.array(numbers, dtype=float)
     except (TypeError, ValueError):
         raise ProblemError(field, f"returns {kind(given)}", "return an array of real numbers") from None
-
-
-def _order(x0: Any, lower: Any, upper: Any, names: Sequence[str]) -> int:
-    """Return the number of unknowns, from the first of these that tells it."""
-    for given in (x0, lower, upper):
-        if np.ndim(given):
-            return int(np.size(given))
-    if len(names):
-        return len(names)
-    fault = "is missing" if x0 is None else f"is {kind(x0)}"
-    raise ProblemError("x0", f"{fault}, so that the number of unknowns is unknown", "give x0, a list of numbers")
