@@ -29,6 +29,8 @@ EPS = float(np.finfo(float).eps)
 ERROR = 8 * EPS  # relative, of functions that are not rounded correctly
 LARGEST_ANGLE = 1e8  # whose place between extrema of the sine is known to six digits
 MARGIN = 1e-6  # of places between extrema
+Ends: TypeAlias = tuple[float, float]
+LINE, POSITIVE, UNIT = (-np.inf, np.inf), (0.0, np.inf), (-1.0, 1.0)
 
 
 def _outward(lower: Vector, upper: Vector) -> Vector:
@@ -80,29 +82,23 @@ def power(a: Vector, exponent: int) -> Vector:
     return np.stack([np.maximum(lower, 0.0), upper])
 
 
-def _passes(turns: Vector) -> Mask:
-    """Return whether there may be an integer in an interval."""
-    found: Mask = np.floor(turns[1] + MARGIN) > np.floor(turns[0] - MARGIN)
-    return found
+def _reaches(a: Vector, angle: float, period: float) -> Mask:
+    """Return where an interval may contain an angle, or one that differs from it by periods."""
+    turns, near = (a - angle) / period, np.abs(a).max(axis=0) < LARGEST_ANGLE
+    return np.asarray(~near | (np.floor(turns[1] + MARGIN) > np.floor(turns[0] - MARGIN)))
 
 
 def _wave(a: Vector, greatest: float, function: Callable[..., Any]) -> Vector:
     """Return sine or cosine. greatest : an angle at which it is 1."""
-
-    def reaches(angle: float) -> Mask:  # an interval that contains the angle, or one that differs by full turns
-        return _passes((a - angle) / (2 * np.pi))
-
     lower, upper = np.clip(_around(np.sort(function(a), axis=0)), -1.0, 1.0)
-    far = ~(np.abs(a).max(axis=0) < LARGEST_ANGLE)
-    lower = np.where(far | reaches(greatest + np.pi), -1.0, lower)
-    upper = np.where(far | reaches(greatest), 1.0, upper)
+    lower = np.where(_reaches(a, greatest + np.pi, 2 * np.pi), -1.0, lower)
+    upper = np.where(_reaches(a, greatest, 2 * np.pi), 1.0, upper)
     return _defined(np.stack([lower, upper]), a)
 
 
 def tangent(a: Vector) -> Vector:
     """Return the tangent; the whole line where there may be a pole."""
-    pole = ~(np.abs(a).max(axis=0) < LARGEST_ANGLE) | _passes((a + np.pi / 2) / np.pi)
-    return _line_where(pole, _around(np.tan(a)))
+    return _line_where(_reaches(a, -np.pi / 2, np.pi), _around(np.tan(a)))
 
 
 def angle(y: Vector, x: Vector) -> Vector:
@@ -150,18 +146,15 @@ class Operator(NamedTuple):
 def _monotone(
     function: Callable[..., Any],
     partials: Callable[..., list[Any]],
-    low: float = -np.inf,
-    high: float = np.inf,
-    least: float = -np.inf,
-    greatest: float = np.inf,
+    domain: Ends = LINE,
+    image: Ends = LINE,
     sign: int = 1,
 ) -> Operator:
-    """Return a monotone function, with the sign of its derivative, that is defined from low to high and has values from
-    least to greatest."""
+    """Return a monotone function between the ends of its domain and of its image, with the sign of its derivative."""
 
     def enclosed(a: Vector) -> Vector:
-        found = _around(function(np.clip(a, low, high))[::sign])
-        return np.where((a[0] < low) | (a[1] > high), np.nan, np.clip(found, least, greatest))
+        found = _around(function(np.clip(a, *domain))[::sign])
+        return np.where((a[0] < domain[0]) | (a[1] > domain[1]), np.nan, np.clip(found, *image))
 
     return Operator(function, enclosed, partials)
 
@@ -211,10 +204,12 @@ OPERATORS = {
     "quotient": Operator(np.divide, quotient, lambda g, _, b, v: [*_over(g, b), _minus(g, g.apply("quotient", v, b))]),
     "power": Operator(np.power, power),  # with an integer as exponent
     "^": Operator(np.power, lambda a, b: INTERVALS["exp"](product(b, INTERVALS["log"](a))), _of_power),  # for a >= 0
-    "exp": _monotone(np.exp, lambda _, __, v: [v], least=0.0),
-    "log": _monotone(np.log, lambda g, a, _: _over(g, a), 0.0),
-    "log10": _monotone(np.log10, lambda g, a, _: _over(g, g.apply("product", a, g.apply("log", g.number(10.0)))), 0.0),
-    "sqrt": _monotone(np.sqrt, lambda g, _, v: _over(g, v, 0.5), 0.0),
+    "exp": _monotone(np.exp, lambda _, __, v: [v], image=POSITIVE),
+    "log": _monotone(np.log, lambda g, a, _: _over(g, a), POSITIVE),
+    "log10": _monotone(
+        np.log10, lambda g, a, _: _over(g, g.apply("product", a, g.apply("log", g.number(10.0)))), POSITIVE
+    ),
+    "sqrt": _monotone(np.sqrt, lambda g, _, v: _over(g, v, 0.5), POSITIVE),
     "sin": Operator(np.sin, lambda a: _wave(a, np.pi / 2, np.sin), lambda g, a, _: [g.apply("cos", a)]),
     "cos": Operator(np.cos, lambda a: _wave(a, 0.0, np.cos), lambda g, a, _: [_minus(g, g.apply("sin", a))]),
     "tan": Operator(np.tan, tangent, lambda g, _, v: [_quadratic(g, 1, 1, v)]),
@@ -222,13 +217,13 @@ OPERATORS = {
     "cosh": Operator(
         np.cosh, lambda a: np.maximum(_around(np.cosh(absolute(a))), 1.0), lambda g, a, _: [g.apply("sinh", a)]
     ),
-    "tanh": _monotone(np.tanh, lambda g, _, v: [_quadratic(g, 1, -1, v)], least=-1.0, greatest=1.0),
-    "asin": _monotone(np.arcsin, _over_root(1, -1), -1.0, 1.0),
-    "acos": _monotone(np.arccos, _over_root(1, -1, -1.0), -1.0, 1.0, sign=-1),
+    "tanh": _monotone(np.tanh, lambda g, _, v: [_quadratic(g, 1, -1, v)], image=UNIT),
+    "asin": _monotone(np.arcsin, _over_root(1, -1), UNIT),
+    "acos": _monotone(np.arccos, _over_root(1, -1, -1.0), UNIT, sign=-1),
     "atan": _monotone(np.arctan, lambda g, a, _: _over(g, _quadratic(g, 1, 1, a))),
     "asinh": _monotone(np.arcsinh, _over_root(1, 1)),
-    "acosh": _monotone(np.arccosh, _over_root(-1, 1), 1.0),
-    "atanh": _monotone(np.arctanh, lambda g, a, _: _over(g, _quadratic(g, 1, -1, a)), -1.0, 1.0),
+    "acosh": _monotone(np.arccosh, _over_root(-1, 1), (1.0, np.inf)),
+    "atanh": _monotone(np.arctanh, lambda g, a, _: _over(g, _quadratic(g, 1, -1, a)), UNIT),
     "atan2": Operator(np.arctan2, angle, _of_angle),
     "abs": Operator(np.abs, absolute, lambda g, a, _: [g.apply("sign", a)]),
     "min": Operator(np.minimum, np.minimum, lambda g, a, b, _: [g.apply("<=", a, b), g.apply(">", a, b)]),
@@ -397,9 +392,16 @@ class Graph:
         """Return the value of an operator for these arguments."""
         values = [self.value(argument) for argument in arguments]
         if operator in ("product", "times"):
-            return self._product(operator, arguments, values)
+            for argument, factor in zip(arguments, reversed(values), strict=True):
+                if factor is not None:
+                    return self.sum([(argument, factor)])
+            if arguments[0] == arguments[1]:
+                return self._power(arguments[0], 2)
         if operator == "quotient" and values[1] is not None:
-            return self._over(arguments[0], values[1])
+            if not values[1]:
+                raise ProblemError("", "divides by the constant 0", "correct the model")
+            parts = self.parts(arguments[0])
+            return self.sum([(part, own / values[1]) for part, own in parts.terms], parts.constant / values[1])
         if operator == "^" and values[1] is not None and abs(values[1]) < LARGEST_POWER and int(values[1]) == values[1]:
             return self._power(arguments[0], int(values[1]))
         if None in values or self.is_exact:
@@ -409,19 +411,6 @@ class Graph:
 
     def number(self, value: float) -> int:
         return self.constant(Fraction(value) if self.is_exact else value)
-
-    def _product(self, operator: str, arguments: tuple[int, ...], values: list[Constant | None]) -> int:
-        for argument, factor in zip(arguments, reversed(values), strict=True):
-            if factor is not None:
-                return self.sum([(argument, factor)])
-        is_square = arguments[0] == arguments[1]
-        return self._power(arguments[0], 2) if is_square else self._add(Operation(operator, arguments))
-
-    def _over(self, argument: int, divisor: Constant) -> int:
-        if not divisor:
-            raise ProblemError("", "divides by the constant 0", "correct the model")
-        parts = self.parts(argument)
-        return self.sum([(part, own / divisor) for part, own in parts.terms], parts.constant / divisor)
 
     def _power(self, base: int, exponent: int) -> int:
         value = self.value(base)

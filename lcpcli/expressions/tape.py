@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from itertools import chain, groupby
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,98 +19,74 @@ SUM = "sum"  # in place of an operator
 
 
 class Group(NamedTuple):
-    """The nodes of one operator, at the places from begin to end, with the same exponent if they are powers.
+    """The nodes of one operator, at the places from begin on, with the same exponent if they are powers.
 
-    nodes : their numbers in the graph. arguments : the places of the first arguments, of the second ones and so on. Of
-    sums there are the places and the coefficients of all terms, and where each sum starts.
+    nodes : their numbers in the graph. arguments : the places of the first arguments, of the second ones and so on; of
+    sums, those of all terms. more : the exponent of powers, or the factors of terms. starts : where each sum starts.
     """
 
     operator: str
-    exponent: int
     begin: int
     nodes: Sequence[int]
-    arguments: Sequence[Indices] = ()
-    factors: Vector | None = None
+    arguments: Sequence[Indices]
+    more: tuple[Any, ...] = ()
     starts: Indices | None = None
 
 
 class Tape:
     """The functions of the rows in an arithmetic.
 
-    graph, rows : the expressions, m nodes of a graph with n unknowns. groups : the nodes in the order of evaluation.
-    places : the place of each node among the values. total : the sums of the rows, as a group.
+    graph, rows : the expressions, m nodes of a graph with n unknowns. groups : the nodes in the order of evaluation,
+    and last the sums of the rows. places : the place of each node among the values.
     """
 
     def __init__(self, graph: Graph, rows: Sequence[int], arithmetic: Arithmetic) -> None:
-        self.graph, self.arithmetic = graph, arithmetic
-        self.parts = [graph.parts(row) for row in rows]
-        below = graph.below(part for own in self.parts for part, _ in own.terms)
+        self.n, self.arithmetic, parts = graph.n, arithmetic, [graph.parts(row) for row in rows]
+        below = graph.below(part for own in parts for part, _ in own.terms)
         needed = sorted(number for number in below if number >= graph.n)
         fixed = [number for number in needed if graph.value(number) is not None]
         self._constants = arithmetic.constants([1, *map(graph.value, fixed)])  # the first one is for sums
         self.places = {number: place for place, number in enumerate(chain(range(graph.n), [-1], fixed))}
         self._values_known = len(self.places)
-        self.groups: list[Group] = []
-        for (_, operator, exponent), nodes in groupby(self._in_levels(needed), self._levels.__getitem__):
-            self._append(operator, exponent, list(nodes))
-        self.total = self._sums(self.parts, Group(SUM, 0, len(self.places), ()))
-
-    def _in_levels(self, needed: Iterable[int]) -> list[int]:
-        """Return the nodes that are no constants in the order of evaluation."""
-        self._levels: dict[int, tuple[int, str, int]] = {}
+        levels: dict[int, tuple[int, str, int]] = {}  # of the others, with what those of a group have in common
         for number in needed:
-            node = self.graph.node(number)
-            if self.graph.value(number) is None:
-                below = (self._levels[part][0] for part in self.graph.arguments(number) if part in self._levels)
-                own = (SUM, 0) if isinstance(node, Sum) else (node.operator, node.exponent)
-                self._levels[number] = 1 + max(below, default=0), *own
-        return sorted(self._levels, key=self._levels.__getitem__)
+            if graph.value(number) is None:
+                level = 1 + max((levels[part][0] for part in graph.arguments(number) if part in levels), default=0)
+                node = graph.node(number)
+                levels[number] = (level, SUM, 0) if isinstance(node, Sum) else (level, node.operator, node.exponent)
+        self.groups: list[Group] = []
+        for (_, operator, exponent), group in groupby(sorted(levels, key=levels.__getitem__), levels.__getitem__):
+            nodes, begin = list(group), len(self.places)
+            if operator == SUM:
+                self._add_sums(nodes, [graph.parts(number) for number in nodes])
+            else:
+                arguments = [self._indices(each) for each in zip(*map(graph.arguments, nodes), strict=True)]
+                self.groups.append(Group(operator, begin, nodes, arguments, (exponent,) * (operator == "power")))
+            self.places |= {number: begin + i for i, number in enumerate(nodes)}
+        self._add_sums(rows, parts)
 
-    def _append(self, operator: str, exponent: int, numbers: list[int]) -> None:
-        begin = len(self.places)
-        group = Group(operator, exponent, begin, numbers)
-        if operator == SUM:
-            group = self._sums([self.graph.parts(number) for number in numbers], group)
-        else:
-            arguments = zip(*map(self.graph.arguments, numbers), strict=True)
-            group = group._replace(arguments=[self.indices(each) for each in arguments])
-        self.places |= {number: begin + i for i, number in enumerate(numbers)}
-        self.groups.append(group)
-
-    def indices(self, numbers: Iterable[int]) -> Indices:
+    def _indices(self, numbers: Iterable[int]) -> Indices:
         return np.array([self.places[number] for number in numbers], np.intp)
 
-    def _sums(self, parts: Sequence[Sum], group: Group) -> Group:
-        """Return the group with several sums; a constant is a multiple of one, also where there are no terms."""
+    def _add_sums(self, nodes: Sequence[int], parts: Sequence[Sum]) -> None:
+        """Add several sums; a constant is a multiple of one, also where there are no terms."""
         terms = [[*own.terms, *[(-1, own.constant)] * bool(own.constant or not own.terms)] for own in parts]
         numbers, factors = zip(*chain(*terms), strict=True) if terms else ((), ())
-        starts = np.cumsum([0, *map(len, terms)])[:-1]
-        found = self.arithmetic.constants(factors)
-        return group._replace(arguments=[self.indices(numbers)], factors=found, starts=starts)
-
-    def nodes(self, x: Vector) -> Vector:
-        """Return the values of all nodes. x : the unknowns, numbers of the arithmetic."""
-        values = np.empty((*x.shape[:-1], self.total.begin))
-        values[..., : self.graph.n] = x
-        values[..., self.graph.n : self._values_known] = self._constants
-        for group in self.groups:
-            values[..., group.begin : group.begin + len(group.nodes)] = self.of(group, values)
-        return values
+        starts, more = np.cumsum([0, *map(len, terms)])[:-1], (self.arithmetic.constants(factors),)
+        self.groups.append(Group(SUM, len(self.places), nodes, [self._indices(numbers)], more, starts))
 
     def values(self, x: Vector) -> Vector:
-        return self.of(self.total, self.nodes(x))
-
-    def of(self, group: Group, values: Vector) -> Vector:
-        """Return the values of a group from those of its arguments."""
-        f, arguments = self.arithmetic.functions, [values[..., each] for each in group.arguments]
-        found: Vector
-        if group.starts is not None:
-            found = self.arithmetic.sums(f["product"](*arguments, group.factors), group.starts)
-        elif group.operator == "power":
-            found = f["power"](*arguments, group.exponent)
-        else:
-            found = f[group.operator](*arguments)
-        return found
+        """Return the values of the rows. x : the unknowns, numbers of the arithmetic."""
+        last, functions = self.groups[-1], self.arithmetic.functions
+        values = np.empty((*x.shape[:-1], last.begin + len(last.nodes)))
+        values[..., : self.n] = x
+        values[..., self.n : self._values_known] = self._constants
+        for group in self.groups:
+            function = functions["product" if group.operator == SUM else group.operator]
+            found = function(*(values[..., each] for each in group.arguments), *group.more)
+            found = found if group.starts is None else self.arithmetic.sums(found, group.starts)
+            values[..., group.begin : group.begin + len(group.nodes)] = found
+        return values[..., last.begin :]
 
 
 class Jacobian:

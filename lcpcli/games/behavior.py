@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
-from lcpcli.model.extensive import ExtensiveGame, GameTree, Player, moves_of
+from lcpcli.model.extensive import ExtensiveGame, GameTree, Player, distinct_labels
 from lcpcli.model.origins import Game
 from lcpcli.typing import Vector
 
@@ -74,7 +74,7 @@ class Behavior(_Statement):
             gains.append(gain if gain > rounding else 0 * abs(gain))
         names = tree.names()
         sets = [
-            InformationSetStrategy(name, label, moves_of(own.actions), *values)
+            InformationSetStrategy(name, label, distinct_labels(own.actions), *values)
             for name, player, *both in zip(names, players, strategies, _reached(tree, (one, two), number), strict=True)
             for label, own, *values in zip(player.labels(), player.sets, *both, strict=True)
         ]
@@ -164,9 +164,10 @@ def _best_response(own: Player, behind: Plan) -> tuple[Strategy, list[Any]]:
 def _reached(tree: GameTree, plans: tuple[Plan, Plan], number: Any) -> list[list[Any]]:
     """Return for each information set of both players the probability that it is reached."""
     found = [[number(0)] * len(player.sets) for player in tree.players]
-    for node, (one, two), chance in zip(tree.nodes, tree.sequences, tree.chances(), strict=True):
+    for node in tree.nodes:
         if node.owner >= 0:
-            found[node.owner][node.where] += number(chance) * plans[0][one] * plans[1][two]
+            one, two = node.sequences
+            found[node.owner][node.where] += number(node.chance) * plans[0][one] * plans[1][two]
     return found
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from lcpcli.errors import ProblemError, quoted
-from lcpcli.model.arrays import payoffs_by_label, texts
+from lcpcli.model.arrays import by_label, texts
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
@@ -44,7 +44,8 @@ def from_game(
     if B is None:
         raise ProblemError("B", "is missing", "give the payoffs of the column player; in a zero-sum game B = -A")
     if hasattr(A, "columns"):
-        B = payoffs_by_label(A, B)
+        (B,) = by_label(A, "the columns of A", "columns", B=B)
+        (B,) = by_label(A, "the rows of A", B=B)
         rows, columns = rows or texts(A.index), columns or texts(A.columns)
     game = Game.of(A, B, rows, columns, players)
     if sense == "min":

@@ -74,9 +74,7 @@ def as_sized_vector(
 
 def as_flat(field: str, values: Any, n: int | None, of: str, expected: str = NUMBERS, either: str = "") -> Vector:
     """Return `plain` values as a vector as `as_vector` does, though not in memory of its own, and of any numbers."""
-    if isinstance(values, (list, tuple)):
-        refuse_other_than_numbers(field, values)
-    v = as_floats(field, values, expected)
+    v = as_nested(field, values, 1, expected)
     v = v.reshape(-1) if v.ndim == 2 and 1 in v.shape else v
     if v.ndim != 1:
         raise ProblemError(field, f"has {count(v.ndim, 'dimension')}", f"give {either}a flat list of numbers")
@@ -157,8 +155,7 @@ def _as_finite(field: str, M: Matrix) -> tuple[Matrix, tuple[float, float]]:
     """Return M, in compressed sparse rows if it is sparse, and bounds on the largest |entry| of its rows: one that is
     at most the least nonzero row maximum, infinite if there is none, and exactly the largest entry.
 
-    They are the `sizes` of the row maxima or, where that is faster, of the diagonal and the largest entry, or of all
-    entries.
+    They are the `sizes` of the row maxima or, where that is faster, of all entries, or of the diagonal and the largest.
     """
     if is_sparse(M):
         M = _as_sparse(field, M)
@@ -311,15 +308,6 @@ def by_names(names: Callable[[], Sequence[str]], **fields: Any) -> list[Any]:
     return [_in_order(field, values, labels, "the names of the unknowns") for field, values in fields.items()]
 
 
-def payoffs_by_label(A: Any, B: Any) -> Any:
-    """Return B with its strategies in the order of those of A, where both have labels."""
-    if not (_is_table(A) and _is_table(B)):
-        return B
-    columns = _places("B", list(B.columns), list(A.columns), "the columns of A")
-    rows = _in_order("B", B, list(A.index), "the rows of A")
-    return rows if columns is None else (rows.to_numpy() if rows is B else rows)[:, columns]
-
-
 def texts(labels: Any) -> tuple[str, ...]:
     """Return the labels if all of them are texts and all are different; else an empty tuple."""
     own = list(labels)
@@ -327,23 +315,16 @@ def texts(labels: Any) -> tuple[str, ...]:
 
 
 def _in_order(field: str, values: Any, labels: list[Any], of: str, axis: str = "index") -> Any:
-    """Return values with rows, or columns, in the order of these labels, if there are any, as `_places` finds it."""
-    has_axis = bool(labels) and _has_index(values) and hasattr(values, axis)
-    places = _places(field, list(getattr(values, axis)), labels, of) if has_axis else None
-    return values if places is None else np.take(values.to_numpy(), places, axis=("index", "columns").index(axis))
-
-
-def _places(field: str, own: list[Any], labels: list[Any], of: str) -> list[int] | None:
-    """Return the places of labels among a field's own labels if these are the same in another order; None, so that
-    positions count, if the order is the same or one of the two only counts from 0; else raise ProblemError."""
+    """Return values with rows, or columns, in the order of these labels, if they have the same in another order; the
+    values, so that positions count, if one of the two has no labels, or only counts from 0; or raise ProblemError."""
+    own = list(getattr(values, axis)) if labels and _has_index(values) and hasattr(values, axis) else labels
     if own == labels:
-        return None
+        return values
     if len(own) == len(labels) == len(set(own)) and set(own) == set(labels):
         places = {label: i for i, label in enumerate(own)}
-        return [places[label] for label in labels]
-    counted = list(range(len(own)))
-    if len(own) != len(labels) or counted in (own, labels):
-        return None
+        return values.take([places[label] for label in labels], axis=axis)
+    if len(own) != len(labels) or list(range(len(own))) in (own, labels):
+        return values
     raise ProblemError(field, f"has an index with labels other than {of}", UNLABELLED)
 
 

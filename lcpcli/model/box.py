@@ -372,20 +372,15 @@ def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
 
 
 def bounds_of_each(
-    rows_of: Callable[[str, Any], Vector | None],
-    lower: Any,
-    upper: Any,
-    shape: tuple[int, int],
-    infinity: float,
-    of: str,
+    rows_of: Callable[[str, Any], Vector | None], lower: Any, upper: Any, m: int, n: int, infinity: float, of: str
 ) -> tuple[Vector, Vector] | None:
-    """Return both bounds of m problems, of this shape; None if they are 0 and infinity, the bounds of an LCP. rows_of :
+    """Return both bounds of m problems, of shape (m, n); None if they are 0 and infinity, as of an LCP. rows_of :
     returns those of each problem, or None for a bound that is the same for all. of : what a problem is in messages."""
     ends = []
     for field, bound, absent in (("lower", lower, -math.inf), ("upper", upper, math.inf)):
         rows = rows_of(field, bound)
-        rows = as_bound(field, bound, shape[1], "unknown", absent) if rows is None else rows
-        ends.append(np.broadcast_to(with_infinity(rows, infinity), shape))
+        rows = as_bound(field, bound, n, "unknown", absent) if rows is None else rows
+        ends.append(np.broadcast_to(with_infinity(rows, infinity), (m, n)))
     low, high = ends
     refuse_crossed(low, high, of)
     return (low, high) if low.any() or (high < math.inf).any() else None

@@ -209,8 +209,7 @@ class StandardForm(Change):
 
     original : the mixed problem, n unknowns z.
     problem : the LCP, with unknowns p >= 0 for the variables `kept`, then t if some are free, then v for those `boxed`,
-        which are kept too: z = corner + sign p - t on the free ones; w' = sign w + v, -sum of the free w, and upper -
-        lower - p.
+        which are kept too: z = corner + sign p - t on free ones; w' = sign w + v, - sum of free w, upper - lower - p.
     """
 
     kept: Indices
@@ -219,10 +218,6 @@ class StandardForm(Change):
 
     def start(self, x: Vector) -> Vector:  # noqa: ARG002 (methods that need this form use none)
         return np.zeros(self.problem.n)
-
-    @property
-    def is_exact(self) -> bool:
-        return self.original.has_small_integers
 
     def back(self, x: Vector) -> Vector:
         unknowns, own = self.problem.box.z_of(x), self.problem.box.reflected(x) - x

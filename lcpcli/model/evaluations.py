@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import replace
+from copy import copy
 from functools import cached_property
 from math import comb
 from typing import NamedTuple
@@ -183,7 +183,8 @@ class Evaluations:
         J = self.jacobian(z)
         if self.problem.J is None or (self.problem.n > MOST_DENSE and not is_sparse(J)):
             return ""
-        other = Evaluations(replace(self.problem, J=None), J if self.problem.n > MOST_DENSE else None)
+        other = Evaluations(copy(self.problem), J if self.problem.n > MOST_DENSE else None)
+        other.problem.J = None
         other.adapt(z)
         steps, F = other._steps(z), self.known_values(z)
         ways = [dense(other._differences(z, way)) for way in (steps, self.problem.box.project(z - steps) - z)]
@@ -202,8 +203,8 @@ class Evaluations:
 
     @cached_property
     def _rows(self) -> list[Indices] | None:
-        """Return the rows of each column of J that may differ from 0, where F_i changes with z_j at x0, or is nan where
-        z_j is; None if it is to be dense."""
+        """Return where each column of J may differ from 0, as F changes with z_j at x0, or is nan where z_j is; None if
+        J is to be dense."""
         n, rows = self.problem.n, list[Indices]()
         if self._given is not None:
             with imports:
@@ -290,11 +291,9 @@ class Slopes:
     A quotient is right where a shorter step changes it little: for longer ones the curvature of F counts, for shorter
     ones its noise. The derivative of a row along d is at most its terms |J| |z|, whatever J is given. Two steps suffice
     for a smooth F in moderate units. Where their quotients disagree, shorter steps follow, then longer ones, as a noisy
-    F needs; what these tell counts up to the quotients by shorter ones, unless these are 0, as those of a rounded F
-    are.
+    F needs; what these tell counts up to the quotients by shorter ones, unless these are 0, as of a rounded F.
 
-    least : lower bounds on these terms. refuting : how many pairs of successive quotients of each row agree with each
-    other but not with J.
+    least : lower bounds on these terms. refuting : how many pairs of quotients of each row agree, but not with J.
     """
 
     def __init__(self, problem: NonlinearProblem, z: Vector, F: Vector, J: Matrix) -> None:
@@ -358,17 +357,16 @@ class Slopes:
     def unsmooth(self, noise: Vector) -> tuple[Mask, Mask]:
         """Return the rows with a kink at z, by the slopes on both sides, and those with a jump, far above the noise."""
         d, room = self._direction(), np.minimum(self._problem.upper - self._z, self._z - self._problem.lower)
-        sides, inner = self._sides(d), self._sides(np.where(room < STEPS[0] * np.abs(d), 0.0, d))
+        ways = d, np.where(room < STEPS[0] * np.abs(d), 0.0, d)  # with the changes by a long and a short step each
+        sides, inner = [
+            [[self._quotient(sign * step * way).change for step in STEPS[:2]] for sign in (1.0, -1.0)] for way in ways
+        ]
         steady = [np.abs(long - short) <= KINKED / 4 * np.abs(short) for long, short in inner]
         short = [side[1] for side in inner]
         kink = steady[0] & steady[1] & (np.abs(short[0] + short[1]) > KINKED * np.fmax(*np.abs(short)))
         grows = [np.abs(short) > RATIO / 2 * np.abs(long) for long, short in sides]
         large = [STEPS[1] * np.abs(short) > 16 * noise for _, short in sides]
         return kink, (grows[0] & large[0]) | (grows[1] & large[1])
-
-    def _sides(self, d: Vector) -> list[list[Vector]]:
-        """Return the changes by a long and a short step along d, and those by steps to the other side."""
-        return [[self._quotient(sign * step * d).change for step in STEPS[:2]] for sign in (1.0, -1.0)]
 
     def _quotient(self, step: Vector) -> _Quotient:
         move = (moved := self._problem.box.project(self._z + step)) - self._z
@@ -382,8 +380,7 @@ class Slopes:
 def noise(values: Values, box: Box, z: Vector, is_noisy: Mask) -> tuple[Vector, Vector]:
     """Return the noise of each row of F at z, be it of rounding or of inner iterations: the first level on which points
     of two spacings agree, from the coarsest one on; 0 where there is none above rounding, and where finer spacings
-    resolve what looks like noise as oscillations of F, unless the row is known to be noisy. Also return the largest
-    |F_i| at these points."""
+    resolve what looks like noise as oscillations of F, unless the row is known to be noisy. And the largest |F_i|."""
     (found, last), is_known = np.zeros((2, z.size)), np.zeros(z.size, dtype=bool)
     sizes, thirds = np.abs(values(z)), list[Vector]()
     for spacing in SPACINGS:

@@ -60,14 +60,21 @@ class Node(NamedTuple):
 
     parent, move : the index of the parent among the nodes, -1 for the root, and that of the action that leads here.
     owner, where : the player, 0 or 1, with the index of the information set; CHANCE, with the index of the event; or
-        TERMINAL, with -1. payoffs : what the outcome at the node adds.
+        TERMINAL, with -1.
+    sequences, chance, payoffs : of the way from the root to the node the sequences of both players' moves, the product
+        of the probabilities of the chance moves, and the sums of the payoffs.
     """
 
     parent: int
     move: int
     owner: int
     where: int
+    sequences: tuple[int, int]
+    chance: Fraction
     payoffs: Payoffs
+
+
+ROOT = Node(-1, 0, TERMINAL, -1, (0, 0), Fraction(1), NOTHING)  # in place of the parent that the root does not have
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,44 +101,21 @@ class Player:
 
 @dataclass(frozen=True, eq=False)
 class GameTree:
-    """A game of two players with perfect recall. text, title : as in the file. events : the chance events. nodes : in
-    the order of the file. sequences : for each node, the sequences of both players' moves that lead there."""
+    """A game of two players with perfect recall, as in a file. events : the chance events. text : that of the file."""
 
     text: str
     title: str
     players: tuple[Player, Player]
     events: list[InformationSet]
     nodes: list[Node]
-    sequences: list[tuple[int, int]]
 
     def names(self) -> list[str]:
-        return distinct_labels([player.name for player in self.players], (1, 2))
-
-    def chances(self) -> list[Fraction]:
-        """Return for each node the product of the probabilities of the chance moves that lead there."""
-        found = [Fraction(1)]
-        for node in self.nodes[1:]:
-            above, parent = found[node.parent], self.nodes[node.parent]
-            own = self.events[parent.where].probabilities[node.move] if parent.owner == CHANCE else 1
-            found.append(above if own == 1 else _brief(above * own, "chances"))
-        return found
-
-    def totals(self) -> list[Payoffs]:
-        """Return for each node the sums of the payoffs from the root to it."""
-        found: list[Payoffs] = []
-        for node in self.nodes:
-            above, own = found[node.parent] if found else NOTHING, node.payoffs
-            if above is not NOTHING and own is not NOTHING:  # as few are, and fractions take long to add
-                own = _brief(above[0] + own[0], "payoffs"), _brief(above[1] + own[1], "payoffs")
-            found.append(above if own is NOTHING else own)
-        return found
+        return distinct_labels([player.name for player in self.players])
 
     @cached_property
     def ends(self) -> list[tuple[tuple[int, int], Fraction, Payoffs]]:
-        """Return for each end of the game that chance does not exclude the sequences that lead there, its chance, and
-        the sums of the payoffs."""
-        each = zip(self.nodes, self.sequences, self.chances(), self.totals(), strict=True)
-        return [(at, chance, total) for node, at, chance, total in each if node.owner == TERMINAL and chance]
+        """Return the sequences, the chance and the payoffs of each end of the game that chance does not exclude."""
+        return [node[-3:] for node in self.nodes if node.owner == TERMINAL and node.chance]
 
 
 def _brief(value: Fraction, of: str) -> Fraction:
@@ -141,9 +125,9 @@ def _brief(value: Fraction, of: str) -> Fraction:
     return value
 
 
-def distinct_labels(labels: Sequence[str], numbers: Sequence[int]) -> list[str]:
-    """Return labels, with the number of each behind it where the label is empty or repeated."""
-    times, pairs = Counter(labels), zip(labels, numbers, strict=True)
+def distinct_labels(labels: Sequence[str], numbers: Sequence[int] = ()) -> list[str]:
+    """Return labels, with the number of each, by default its place, behind it where the label is empty or repeated."""
+    times, pairs = Counter(labels), zip(labels, numbers or range(1, len(labels) + 1), strict=True)
     return [own if own and times[own] == 1 else f"{own} {number}".strip() for own, number in pairs]
 
 
@@ -220,20 +204,19 @@ class _Reading:
             raise ProblemError("", f"is a game of {count(len(players), 'player')}", f"give one of two: {only}")
         self.comments()
         both = Player(players[0], self.sets[0], [], []), Player(players[1], self.sets[1], [], [])
-        nodes, at = self.nodes(both)
+        nodes = self.nodes(both)
         self.comments()
         if word := self.word():
             raise self.fault(f"has {quoted(word)} after the last node of the tree", "remove it, or correct the nodes")
-        return GameTree(self.text, title, both, self.sets[CHANCE], nodes, at)
+        return GameTree(self.text, title, both, self.sets[CHANCE], nodes)
 
     def comments(self) -> None:
         while self.next_is_text:
             self.place += 1
 
-    def nodes(self, players: tuple[Player, Player]) -> tuple[list[Node], list[tuple[int, int]]]:
-        """Return the nodes and the sequences that lead to each, as `GameTree` has them, and add those that lead to the
-        information sets, which are in the order of their first nodes, to the players."""
-        found, at, pending = list[Node](), list[tuple[int, int]](), [(-1, 0)]
+    def nodes(self, players: tuple[Player, Player]) -> list[Node]:
+        """Return the nodes, and add what leads to the information sets, in the order of first nodes, to the players."""
+        found, pending = list[Node](), [(-1, 0)]
         letters = ", ".join(f"{letter} for {what}" for letter, what in NODES.items())
         while pending:
             place, (parent, move) = self.place, pending.pop()
@@ -243,14 +226,20 @@ class _Reading:
             index = self.information_set(owner) if owner != TERMINAL else -1
             moves = len(self.sets[owner][index].actions) if owner != TERMINAL else 0
             pending += [(len(found), k) for k in range(moves - 1, -1, -1)]
-            own = list(at[parent]) if found else [0, 0]
-            if found and (above := found[parent]).owner >= 0:
-                own[above.owner] = players[above.owner].first[above.where] + move
-            found.append(Node(parent, move, owner, index, self.outcome()))
-            at.append((own[0], own[1]))
+            above, own = found[parent] if found else ROOT, self.outcome()
+            sequences, chance, payoffs = list(above.sequences), above.chance, above.payoffs
+            if above.owner >= 0:
+                sequences[above.owner] = players[above.owner].first[above.where] + move
+            elif above.owner == CHANCE and (odds := self.sets[CHANCE][above.where].probabilities[move]) != 1:
+                chance = _brief(chance * odds, "chances")
+            if payoffs is NOTHING:
+                payoffs = own
+            elif own is not NOTHING:  # as few are, and fractions take long to add
+                payoffs = _brief(payoffs[0] + own[0], "payoffs"), _brief(payoffs[1] + own[1], "payoffs")
+            found.append(Node(parent, move, owner, index, (sequences[0], sequences[1]), chance, payoffs))
             if owner >= 0:
-                self.recall(owner, players[owner], index, own[owner], place)
-        return found, at
+                self.recall(owner, players[owner], index, sequences[owner], place)
+        return found
 
     def recall(self, owner: int, player: Player, index: int, before: int, place: int) -> None:
         """Take note of the sequence before an information set, which has to be the same at all of its nodes."""
@@ -408,14 +397,13 @@ class ExtensiveGame:
         return Conditions(M, np.array(q, dtype=float), low, np.full(len(q), np.inf))
 
     def _names(self) -> list[tuple[str, str, str]]:
-        """Return three names of each component of z, from the shortest one on: of a sequence by its last move, of a
-        cost by its information set."""
+        """Return three ever longer names of each component: of a sequence by its last move, of a cost by its set."""
         plans, values = list[tuple[str, str, str]](), list[str]()
         for who, player in zip(self.tree.names(), self.tree.players, strict=True):
             plans.append((who, who, who))
             values.append(f"cost of {who}")
             for label, own in zip(player.labels(), player.sets, strict=True):
-                moves = ((move, f"{label}: {move}") for move in moves_of(own.actions))
+                moves = ((move, f"{label}: {move}") for move in distinct_labels(own.actions))
                 plans += [(move, longer, f"{who}: {longer}") for move, longer in moves]
                 values.append(f"cost of {who}: {label}")
         return [*plans, *((name, name, name) for name in values)]
@@ -432,11 +420,6 @@ class ExtensiveGame:
             one if times[one] == 1 or one == name else two if times_longer[two] == 1 else name
             for one, two, name in zip(short, longer, full, strict=True)
         ]
-
-
-def moves_of(actions: Sequence[str]) -> list[str]:
-    """Return the labels of the actions of an information set, which differ."""
-    return distinct_labels(actions, range(1, len(actions) + 1))
 
 
 def _costs(tree: GameTree, player: int) -> Costs:

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from dataclasses import field as declared
+from copy import copy
 from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
@@ -38,7 +37,6 @@ Interval: TypeAlias = Callable[[Vector, Vector], Enclosure]
 """What is called with the ends of a box, each of shape (n,), and returns an Enclosure of F and J over the box."""
 
 
-@dataclass(frozen=True, eq=False, init=False, repr=False)
 class NonlinearProblem:
     """A nonlinear complementarity problem with n unknowns; row i is an equation if z_i has neither bound.
 
@@ -63,19 +61,6 @@ class NonlinearProblem:
 
     origin: ClassVar[None] = None  # as of a Problem that is given by its numbers
 
-    n: int = declared(init=False)
-    F: Callable[[Vector], Any]
-    J: Callable[[Vector], Any] | None
-    lower: Vector
-    upper: Vector
-    x0: Vector
-    name: str
-    note: str
-    names: Sequence[str]
-    interval: Interval | None
-    solutions: tuple[Vector, ...]
-    box: Box = declared(init=False)
-
     def __init__(
         self,
         F: Callable[[Vector], Any],
@@ -94,15 +79,20 @@ class NonlinearProblem:
         for field, given in (("F", F), ("J", J)):
             if not (callable(given) or (given is None and field == "J")):
                 raise ProblemError(field, f"is {kind(given)}", f"give a function of z that returns {field}(z)")
-        n = _order(x0, lower, upper, names)
-        box = Box(*map(own, as_intervals(("lower", "upper"), lower, upper, n, infinity=infinity)))
+        vectors: tuple[Any, ...] = x0, lower, upper, names if len(names) else None
+        if (vector := next(filter(np.ndim, vectors), None)) is None:
+            fault = f"{'is missing' if x0 is None else f'is {kind(x0)}'}, so that the number of unknowns is unknown"
+            raise ProblemError("x0", fault, "give x0, a list of numbers")
+        self.n = n = int(np.size(vector))
+        self.F, self.J, self.name, self.note, self.interval = F, J, name, note, interval
+        self.box = Box(*map(own, as_intervals(("lower", "upper"), lower, upper, n, infinity=infinity)))
+        self.lower, self.upper = self.box.lower, self.box.upper
         if len(names) not in (0, n):
             fault = f"has {count(len(names), 'entry')} for {count(n, 'unknown')}"
             raise ProblemError("names", fault, "make them agree")
-        start = box.project(np.zeros(n) if x0 is None else as_vector("x0", x0, n))
-        fields = {"n": n, "F": F, "J": J, "lower": box.lower, "upper": box.upper, "box": box, "x0": own(start)}
-        fields |= {"name": name, "note": note, "names": tuple(map(str, names)) or ("",) * n, "interval": interval}
-        vars(self).update(fields, solutions=as_solutions(solutions, n) if len(solutions) else ())
+        self.names = tuple(map(str, names)) or ("",) * n
+        self.x0 = own(self.box.project(np.zeros(n) if x0 is None else as_vector("x0", x0, n)))
+        self.solutions = as_solutions(solutions, n) if len(solutions) else ()
 
     def __repr__(self) -> str:
         name = f" {self.name}" if self.name else ""
@@ -110,7 +100,9 @@ class NonlinearProblem:
 
     def starting_at(self, z: VectorLike) -> NonlinearProblem:
         """Return the problem with another start, moved within the bounds."""
-        return replace(self, x0=as_vector("z0", z, self.n))
+        other = copy(self)
+        other.x0 = own(self.box.project(as_vector("z0", z, self.n)))
+        return other
 
     def values(self, z: Vector) -> Vector:
         """Return F(z), shape (n,), with nan where F is undefined; raise ProblemError if F returns anything else."""
@@ -176,14 +168,3 @@ def _reals(field: str, given: Any) -> Vector:
         return np.array(numbers, dtype=float)
     except (TypeError, ValueError):
         raise ProblemError(field, f"returns {kind(given)}", "return an array of real numbers") from None
-
-
-def _order(x0: Any, lower: Any, upper: Any, names: Sequence[str]) -> int:
-    """Return the number of unknowns, from the first of these that tells it."""
-    for given in (x0, lower, upper):
-        if np.ndim(given):
-            return int(np.size(given))
-    if len(names):
-        return len(names)
-    fault = "is missing" if x0 is None else f"is {kind(x0)}"
-    raise ProblemError("x0", f"{fault}, so that the number of unknowns is unknown", "give x0, a list of numbers")

@@ -41,8 +41,7 @@ class Game:
     A, B : the payoffs of the row and the column player, both of shape (m, k).
     rows, columns : the names of the strategies; empty if they have none.
     players : the names of the players; empty if they have none.
-    written : A and B before rounding, if some payoffs are fractions or have more digits than doubles; else the shortest
-        decimals count.
+    written : A and B before rounding, if some payoffs are fractions, or longer than doubles; else shortest decimals.
     """
 
     A: Vector

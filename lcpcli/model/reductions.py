@@ -72,7 +72,19 @@ def from_qp(
     Q, c, lower, upper = by_label(table, of, Q=Q, c=c, lower=lower, upper=upper)
     quadratic, linear = _objective("Q", Q, "c", c)
     k, sense = linear.size, sense_of(sense)
-    bounds = _bounds(lower, upper, free, k, infinity)
+    low, high = as_intervals(("lower", "upper"), lower, upper, k, "variable", infinity)
+    if not isinstance(free, (list, tuple, range, np.ndarray)):
+        raise ProblemError("free", f"is {kind(free)}", "give a list of indices")
+    indices = as_vector("free", list(free))
+    if indices.size and (upper is not None or not (isinstance(lower, (int, float)) and lower == 0)):
+        other = "lower" if upper is None else "upper"
+        raise ProblemError("free", f"is given beside {other}", f"leave it out, and give null for no bound in {other}")
+    for i in np.flatnonzero((indices < 0) | (indices >= k) | (indices != np.floor(indices)))[:1].tolist():
+        raise ProblemError(f"free[{i}]", f"is {indices[i]:g}", f"indices are whole numbers from 0 to {k - 1}")
+    if distinct(indices.astype(np.intp)).size < indices.size:
+        raise ProblemError("free", "names an index twice", "keep one")
+    if indices.size:
+        low[indices.astype(np.intp)] = -np.inf
     if b is not None and row_lower is not None:
         raise ProblemError("b", "is short for row_lower, which is given too", "leave one out")
     field, row_low = ("row_lower", row_lower) if b is None else ("b", b)
@@ -80,7 +92,7 @@ def from_qp(
     m = matrix.shape[0]
     ends = as_intervals((field, "row_upper"), row_low, row_upper, m, "row", infinity)
     names = names_of("rows", rows, m, "row"), names_of("columns", columns, k, "variable")
-    return _problem(quadratic, linear, matrix, ends, bounds, texts, sense, constant_of(constant), *names)
+    return _problem(quadratic, linear, matrix, ends, (low, high), texts, sense, constant_of(constant), *names)
 
 
 def from_qpsolvers(
@@ -159,24 +171,6 @@ def from_osqp(
     matrix = _rows("A", A, k, {"l": l, "u": u})
     ends = as_intervals(("l", "u"), l, u, matrix.shape[0], "row", NO_BOUND)
     return _problem(quadratic, linear, matrix, ends, (np.full(k, -np.inf), np.full(k, np.inf)), texts)
-
-
-def _bounds(lower: Any, upper: Any, free: Any, k: int, infinity: float) -> Interval:
-    low, high = as_intervals(("lower", "upper"), lower, upper, k, "variable", infinity)
-    if not isinstance(free, (list, tuple, range, np.ndarray)):
-        raise ProblemError("free", f"is {kind(free)}", "give a list of indices")
-    indices = as_vector("free", list(free))
-    if not indices.size:
-        return low, high
-    if upper is not None or not (isinstance(lower, (int, float)) and lower == 0):
-        other = "lower" if upper is None else "upper"
-        raise ProblemError("free", f"is given beside {other}", f"leave it out, and give null for no bound in {other}")
-    for i in np.flatnonzero((indices < 0) | (indices >= k) | (indices != np.floor(indices)))[:1].tolist():
-        raise ProblemError(f"free[{i}]", f"is {indices[i]:g}", f"indices are whole numbers from 0 to {k - 1}")
-    if distinct(indices.astype(np.intp)).size < indices.size:
-        raise ProblemError("free", "names an index twice", "keep one")
-    low[indices.astype(np.intp)] = -np.inf
-    return low, high
 
 
 def _objective(

@@ -33,7 +33,7 @@ class Columns:
         self.n, self.k = self.Q.shape
         self._bounds = None
         if has_columns("lower", lower) or has_columns("upper", upper):
-            self._bounds = bounds_of_each(self._rows_of, lower, upper, (self.k, self.n), infinity, "column")
+            self._bounds = bounds_of_each(self._rows_of, lower, upper, self.k, self.n, infinity, "column")
             lower, upper = 0.0, math.inf
         shape = tuple[int, ...](getattr(M, "shape", ()))
         if isinstance(M, (list, tuple)):
@@ -167,7 +167,7 @@ class Stack:
         self.like = Problem(self.M[0] if m else np.eye(n), self.q[0] if m else np.zeros(n), **bounds)
         self.box = self.like.box.mapped(lambda bound: np.broadcast_to(bound, (m, n)))
         if of_each:
-            ends = bounds_of_each(self._rows_of, lower, upper, (m, n), infinity, "problem")
+            ends = bounds_of_each(self._rows_of, lower, upper, m, n, infinity, "problem")
             self.box = ORTHANT if ends is None else Box(*map(_copy, ends))
 
     def _rows_of(self, field: str, bound: Any) -> Vector | None:

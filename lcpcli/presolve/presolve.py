@@ -52,7 +52,7 @@ class Presolved(Change):
     """The problem of the columns that are `kept`; if none is, a problem of one unknown whose solution is 0.
 
     rows, factors : their rows, and by what each was multiplied. steps : how the others were removed.
-    removed : the number of unknowns that each rule has removed. keeps_all : whether surely nothing was rounded or lost:
+    removed : the number of unknowns that each rule has removed. is_exact : whether surely nothing was rounded or lost:
     no rule does that, or small integers have remained integers.
     """
 
@@ -61,7 +61,7 @@ class Presolved(Change):
     factors: Vector
     steps: tuple[Step, ...]
     removed: dict[str, int]
-    keeps_all: bool
+    is_exact: bool = False
 
     @property
     def is_worthwhile(self) -> bool:
@@ -72,10 +72,6 @@ class Presolved(Change):
     def has_new_rows(self) -> bool:
         """Return whether rows are multiplied by factors, or equations assigned to other variables."""
         return bool((self.factors != 1).any() or (self.rows != self.kept).any())
-
-    @property
-    def is_exact(self) -> bool:
-        return self.keeps_all
 
     def start(self, x: Vector) -> Vector:
         return x[self.kept] if self.kept.size else np.zeros(1)

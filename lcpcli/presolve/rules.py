@@ -39,8 +39,13 @@ def fixed_variables(system: System) -> Iterator[Step]:
 
 def rows_of_one_sign(system: System) -> Iterator[Step]:
     """A row that is positive, or negative, for all z within the bounds says at which bound its variable is."""
-    least, most = _ranges(system)
-    sign, columns = np.where(least > 0, 1.0, np.where(most < 0, -1.0, 0.0)), system.columns
+    places, of_entries, values = system.entries
+    low, high, ranges = system.lower[of_entries], system.upper[of_entries], list[Vector]()
+    for first, last in ((low, high), (high, low)):  # the least and the largest w, 0 where that may be rounding
+        end = np.where(values > 0, first, last) * values
+        w, size = system.q + summed(places, end, system.n), system.terms + summed(places, np.abs(end), system.n)
+        ranges.append(np.where(np.isinf(size) | (np.abs(w) > CLEAR * size), w, 0.0))
+    sign, columns = np.where(ranges[0] > 0, 1.0, np.where(ranges[1] < 0, -1.0, 0.0)), system.columns
     columns = columns[sign[system.row_of[columns]] != 0]
     signs = sign[system.row_of[columns]]
     values = np.where(signs > 0, system.lower[columns], system.upper[columns])
@@ -67,12 +72,27 @@ def rows_that_are_bounds(system: System) -> Iterator[Step]:
     change of its sign: rows i with entries a z_j + q_i that are at least 0 where z_k is at its only bound (sign 1; or
     at most 0, sign -1), while z_k appears nowhere but as b z_k in the row r of z_j.
     """
-    i, k, j, r, a, b = _bound_rows(system)
-    if not i.size:
+    entries, (in_row, in_column) = system.entries, system.counts()
+    column_of, free = system.column_of, system.free
+    one_sided = np.isfinite(system.lower) != np.isfinite(system.upper)
+    of_row, of_column = np.zeros((2, system.n), dtype=np.intp)
+    of_row[entries.rows] = of_column[entries.columns] = np.arange(entries.rows.size)
+    i = np.flatnonzero((in_row == 1) & (column_of >= 0))
+    i = i[one_sided[column_of[i]] & (in_column[column_of[i]] == 1)]
+    k = column_of[i]
+    j, r = entries.columns[of_row[i]], entries.rows[of_column[k]]
+    a, b = entries.values[of_row[i]], entries.values[of_column[k]]
+    usable = (((system.row_of[j] == r) & (a * b < 0) & ~free[j]) | (free[j] & system.equations[r])) & (j != k)
+    usable &= ~(mask_of(system.n, i[usable])[r] & (r < i))  # where each of two rows is a bound of the other's variable
+    kept = np.flatnonzero(usable)
+    for each in (j, r):
+        kept = kept[np.unique(each[kept], return_index=True)[1]]
+    if not kept.size:
         return
+    i, k, j, r, a, b = (each[kept] for each in (i, k, j, r, a, b))
     lower_side = np.isfinite(system.lower[k])
     sign = np.where(lower_side, 1.0, -1.0)
-    turned = r[system.free[j] & (a * b > 0)]
+    turned = r[free[j] & (a * b > 0)]
     if turned.size:
         factors = np.ones(system.n)
         factors[turned] = -1.0
@@ -115,27 +135,6 @@ def _carry_bounds(places: tuple[Any, ...], of_row: tuple[Any, ...], in_columns: 
     (i, j), (a, sign, active) = places, of_row
     share = -in_columns.transposed_times(y)[j] / a
     y[i] = np.where(active & (sign * share > 0), share, 0.0)
-
-
-def _bound_rows(system: System) -> tuple[Indices, Indices, Indices, Indices, Vector, Vector]:
-    """Return rows i and their columns k, the columns j and rows r of their single entries, and these entries."""
-    entries, (in_row, in_column) = system.entries, system.counts()
-    column_of, free = system.column_of, system.free
-    one_sided = np.isfinite(system.lower) != np.isfinite(system.upper)
-    of_row, of_column = np.zeros((2, system.n), dtype=np.intp)
-    of_row[entries.rows] = of_column[entries.columns] = np.arange(entries.rows.size)
-    i = np.flatnonzero((in_row == 1) & (column_of >= 0))
-    i = i[one_sided[column_of[i]] & (in_column[column_of[i]] == 1)]
-    k = column_of[i]
-    j, r = entries.columns[of_row[i]], entries.rows[of_column[k]]
-    a, b = entries.values[of_row[i]], entries.values[of_column[k]]
-    opposite = (system.row_of[j] == r) & (a * b < 0) & ~free[j]
-    usable = (opposite | (free[j] & system.equations[r])) & (j != k)
-    usable &= ~(mask_of(system.n, i[usable])[r] & (r < i))  # where each of two rows is a bound of the other's variable
-    kept = np.flatnonzero(usable)
-    for each in (j, r):
-        kept = kept[np.unique(each[kept], return_index=True)[1]]
-    return i[kept], k[kept], j[kept], r[kept], a[kept], b[kept]
 
 
 def definitions_of_free_variables(system: System) -> Iterator[Step]:
@@ -216,8 +215,7 @@ def repeated_equations(system: System) -> Iterator[Step]:
 
 
 def _multiples(lines: Indices, at: Indices, values: Vector, among: Indices, n: int) -> tuple[Indices, Indices, Vector]:
-    """Return the lines among some that are multiples of earlier ones, the earlier ones, and the factors; lines without
-    entries are 0 times themselves."""
+    """Return lines that are multiples of earlier ones, these, and the factors; empty lines are 0 times themselves."""
     used = mask_of(n, among)[lines]
     order = np.lexsort((at[used], lines[used]))
     lines, at, values = lines[used][order], at[used][order], values[used][order]
@@ -245,17 +243,6 @@ def _pivots(system: System, found: Entries) -> Iterator[Step]:
         yield system.pivot(found.rows[kept], found.columns[kept], found.values[kept])
 
 
-def _ranges(system: System) -> tuple[Vector, Vector]:
-    """Return the least and the largest w of each row for z within the bounds, 0 where that may be rounding."""
-    rows, columns, values = system.entries
-    low, high, found = system.lower[columns], system.upper[columns], []
-    for first, last in ((low, high), (high, low)):
-        end = np.where(values > 0, first, last) * values
-        w, size = system.q + summed(rows, end, system.n), system.terms + summed(rows, np.abs(end), system.n)
-        found.append(np.where(np.isinf(size) | (np.abs(w) > CLEAR * size), w, 0.0))
-    return found[0], found[1]
-
-
 Pairs = tuple[Indices, Indices, Vector, Vector]
 FARTHEST_FACTOR = 1e8  # between two factors of rows: more would cost the digits that it is to save
 EQUAL = 1e-12  # relative: how far rounding may have moved apart what is meant to be equal
@@ -264,7 +251,8 @@ ASSIGNMENT_ROUNDS = 3  # each assigns equations by those that are assigned alrea
 
 
 def signs_of_equations(system: System) -> Iterator[Step]:
-    """Factors of rows make the matrix skew-symmetric where its diagonal is 0, as a monotone one is."""
+    """Factors of rows make the matrix skew-symmetric where its diagonal is 0, as a monotone one is; entries that are
+    equal to their mirror images, or opposite, but for rounding, become so exactly."""
     if not system.columns.size:
         return
     pairs = _pairs(system)
@@ -280,7 +268,13 @@ def signs_of_equations(system: System) -> Iterator[Step]:
         yield system.multiply(factors)
         pairs = _pairs(system)
     check()
-    _mirror(system, pairs)
+    i, j, forth, back = pairs
+    sign = np.where(forth * back > 0, 1.0, -1.0)
+    nearly = (i < j) & (forth != sign * back) & (np.abs(forth - sign * back) <= EQUAL * np.abs(forth))
+    if nearly.any():  # entries of the later row stay, as constraints often come later, and proofs consist of these
+        values = system.entries.values.copy()
+        values[system.places(system.row_of[i[nearly]], j[nearly])] = (sign * back)[nearly]
+        system.entries, system.keeps_all = system.entries._replace(values=values), False
 
 
 def _pairs(system: System) -> Pairs:
@@ -352,18 +346,6 @@ def _votes(ratios: Entries, needed: Vector) -> Vector:
             break
         d = np.where(needed == 0, np.where(d == 0, votes, d), d)
     return np.where(d == 0, 1.0, d)
-
-
-def _mirror(system: System, pairs: Pairs) -> None:
-    """Let entries that are equal to their mirror images, or opposite, but for rounding, be so exactly; those of the
-    later row stay, as constraints often come later, and proofs consist of their multipliers."""
-    i, j, forth, back = pairs
-    sign = np.where(forth * back > 0, 1.0, -1.0)
-    nearly = (i < j) & (forth != sign * back) & (np.abs(forth - sign * back) <= EQUAL * np.abs(forth))
-    if nearly.any():
-        values = system.entries.values.copy()
-        values[system.places(system.row_of[i[nearly]], j[nearly])] = (sign * back)[nearly]
-        system.entries, system.keeps_all = system.entries._replace(values=values), False
 
 
 def _assign(system: System) -> None:

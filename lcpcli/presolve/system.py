@@ -149,8 +149,7 @@ class System:
         return np.bincount(self.entries.rows, minlength=self.n), np.bincount(self.entries.columns, minlength=self.n)
 
     def know(self, columns: Indices, values: Vector, rows: Indices | None = None) -> Step:
-        """Remove variables of known values and, by default, their rows; else these rows, as many. They serve no
-        proof."""
+        """Remove variables of known values, and their rows, which serve no proof, or else these rows, as many."""
         if rows is not None:
             self.pair(rows, columns)
         z = np.zeros(self.n)

@@ -82,13 +82,13 @@ def test_what_is_wrong_is_said_in_one_line_with_its_place(session: Callable[[str
 
 
 def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(lcp: Lcp) -> None:
-    winkels, kept = contents.shipped_path("games/winkels.nfg"), game_of(GAME, "g.efg").tree.totals()
+    winkels, kept = contents.shipped_path("games/winkels.nfg"), game_of(GAME, "g.efg").tree.ends
     assert lcp("convert", winkels, "-o", "w.json").code == 0
     assert read("w.json").origin.payoffs()[0][4][0] == Fraction(5, 2)
     for suffix in ("json", "npz", "mat"):
         assert lcp("convert", "g.efg", "-o", f"g.{suffix}").err == f"lcp: wrote g.{suffix}\n"
         again = read(f"g.{suffix}")
-        assert again.origin.tree.totals() == kept
+        assert again.origin.tree.ends == kept
         assert (again.M == read("g.efg").M).all()
     for output in ("w.nfg", "w.efg"):
         done = lcp("convert", winkels, "-o", output)
@@ -189,8 +189,8 @@ def test_events_sets_and_outcomes_are_said_once_and_their_payoffs_add_up() -> No
     assert tree.events[0].probabilities == (Fraction(1, 4), Fraction(3, 4))
     ends = [i for i, node in enumerate(tree.nodes) if node.owner == -2]
     first = (Fraction(1, 3) - 1, Fraction(1, 2))
-    assert [tree.totals()[i] for i in ends] == [first, (1, 4), (-1, 1), first, (1, 4), (3, 5)]
-    assert [tree.sequences[i] for i in ends] == [(1, 1), (1, 2), (2, 0), (1, 1), (1, 2), (2, 0)]
+    assert [tree.nodes[i].payoffs for i in ends] == [first, (1, 4), (-1, 1), first, (1, 4), (3, 5)]
+    assert [tree.nodes[i].sequences for i in ends] == [(1, 1), (1, 2), (2, 0), (1, 1), (1, 2), (2, 0)]
 
 
 def test_repeated_and_empty_labels_get_numbers_in_names() -> None:

@@ -23,12 +23,21 @@ class Series:
     def to_numpy(self) -> Any:
         return self.values
 
+    def take(self, places: Any, axis: str) -> Any:
+        assert axis == "index"
+        return Series(self.values[places], [self.index[i] for i in places])
+
 
 class Frame(Series):
     def __init__(self, values: Any, index: Any = None, columns: Any = None) -> None:
         super().__init__(values, index)
         self.columns = range(self.values.shape[1]) if columns is None else columns
         self.shape = self.values.shape
+
+    def take(self, places: Any, axis: str) -> Any:
+        if axis == "columns":
+            return Frame(self.values[:, places], self.index, [self.columns[i] for i in places])
+        return Frame(self.values[places], [self.index[i] for i in places], self.columns)
 
 
 M, Q = [[4.0, 1.0], [0.0, 2.0]], [-9.0, -4.0]

@@ -86,8 +86,10 @@ def chances(tree: GameTree, strategies: Sequence[Strategy]) -> list[Fraction]:
 
 
 def payoffs(tree: GameTree, strategies: Sequence[Strategy]) -> list[Fraction]:
-    each = list(zip(chances(tree, strategies), tree.nodes, strict=True))
-    return [sum((chance * node.payoffs[i] for chance, node in each), Fraction(0)) for i in (0, 1)]
+    ends = [
+        (chance, node) for chance, node in zip(chances(tree, strategies), tree.nodes, strict=True) if node.owner < -1
+    ]
+    return [sum((chance * node.payoffs[i] for chance, node in ends), Fraction(0)) for i in (0, 1)]
 
 
 def pure_strategies(tree: GameTree, player: int) -> Iterator[Strategy]:
