@@ -41,8 +41,6 @@ MAX_STAGNANT_STEPS = 6  # pivoting steps without a new minimum residual that cou
 STAGNATION = 100 * EPS  # relative to the terms: a residual that stagnates below this is at rounding level
 ROUGH_STEPS, FINAL_STEPS = 3, 100  # of a preconditioned method: of a rough solve, and at most of the last one
 ACCURACY = 1e-12  # relative to the terms of a row: what the last solve leaves
-
-
 ROUNDING_REACHED = "the residual has stopped falling at rounding level"
 NO_PROGRESS = "block principal pivoting makes no further progress"
 
@@ -60,22 +58,23 @@ def krylov(problem: Problem, x0: Vector, symmetric: bool | None = None) -> Stage
 
     symmetric : whether M is, up to rounding, if that is known.
 
-    Yields x = (z - w) / 2 for each pivoting step; evaluations are products with M. Finished : the residual is zero.
-    Stalled : it stagnates at rounding level. Breakdown : M is too ill-conditioned for this method, or no P-matrix.
+    Yields x = (z - w) / 2 for each pivoting step, with F where z is admissible; evaluations are products with M.
+    Finished : the residual is zero. Stalled : it stagnates at rounding level. Breakdown : the steps do not advance.
+    Raises SingularMatrix if M is too ill-conditioned for this method, or no P-matrix.
     """
-    own = Inexact(problem.M, problem.q, problem.box, problem.box.z_of(x0), symmetric=symmetric)
+    box = problem.box
+    own = Inexact(problem.M, problem.q, box, box.z_of(x0), symmetric=symmetric)
     least, stagnant, pivoting = own.size, 0, exchanging(own, own.basis)
-    try:
-        while stagnant < MAX_STAGNANT_STEPS:
-            if own.size:
-                next(pivoting)
-            yield own.iterate()
-            if not own.size:
-                return Finished()
-            stagnant = 0 if own.size < least else stagnant + 1
-            least = min(own.size, least)
-    except SingularMatrix as error:
-        return Breakdown(str(error))
+    while stagnant < MAX_STAGNANT_STEPS:
+        if own.size:
+            next(pivoting)
+        x = box.x_within(own.z, own.w, own.basis)
+        F = own.w - (box.reflected(x) - x) if (own.z == box.project(own.z)).all() else None
+        yield Iterate(x, F, "", own.products, signs_final=F is not None)
+        if not own.size:
+            return Finished()
+        stagnant = 0 if own.size < least else stagnant + 1
+        least = min(own.size, least)
     return Stalled(ROUNDING_REACHED) if least <= STAGNATION * norm(own.terms()) else Breakdown(NO_PROGRESS)
 
 
@@ -111,13 +110,6 @@ class Inexact:
         self.w += self.q
         self.size = norm(self.box.gaps(self.z, self.w, self.diagonal))
         self.products += 1
-
-    def iterate(self) -> Iterate:
-        """Return the x of the last basic solution, with F where z is admissible."""
-        x = self.box.x_within(self.z, self.w, self.basis)
-        w = self.box.reflected(x) - x
-        admissible = bool((self.z == self.box.project(self.z)).all())
-        return Iterate(x, self.w - w if admissible else None, "", self.products, signs_final=admissible)
 
     def terms(self) -> Vector:
         """Return the terms |M| |z| + |q| of each row."""
@@ -176,15 +168,12 @@ def multilevel(problem: Problem, symmetric: bool | None = None) -> Stage:
 
     M must be sparse with a positive diagonal, and smooth vectors those that it makes small, as for differential
     equations and graphs. V-cycles of the same coarse versions are the preconditioners, so that nothing is factorized,
-    and time and memory are proportional to n. Takes `symmetric`, yields and returns as `active_set`.
+    and time and memory are proportional to n. Takes `symmetric`, yields, returns and raises as `active_set`.
     """
     hierarchy = Hierarchy(problem.M)
     if hierarchy.is_stuck:
         return Breakdown("coarsening M does not make it much smaller")
-    try:
-        z = FullApproximation(hierarchy, problem.q, problem.box).solution()
-    except SingularMatrix:
-        return Breakdown("a coarse version of M is singular")
+    z = FullApproximation(hierarchy, problem.q, problem.box).solution()
     cycles, operator = VCycles(hierarchy), hierarchy.levels[0].operator if hierarchy.levels else None
     del hierarchy  # in double precision
     return (yield from active_set(problem, z, cycles, symmetric, operator))
@@ -199,30 +188,27 @@ def active_set(
     symmetric, operator : whether M is, up to rounding, and products with it, if they are known.
 
     Yields x = (z - w) / 2 for each step; evaluations are products with M. Stalled : after the last one, whose residual
-    is at rounding level.
+    is at rounding level. Raises SingularMatrix where a system is.
     """
     own = Inexact(problem.M, problem.q, problem.box, z, precondition, symmetric, operator)
     basis, fewest, waiting = own.basis, problem.n + 1, ROUNDS_PATIENCE
-    try:
-        while waiting:
-            own.approach(basis, 0.0, ROUGH_STEPS)
+    while waiting:
+        own.approach(basis, 0.0, ROUGH_STEPS)
+        found = own.found(basis)
+        if not np.count_nonzero(found.wrong):
+            terms = own.terms()
+            most = np.maximum(ROUNDING * terms, ACCURACY * np.minimum(terms, np.abs(own.q).max())) + SMALLEST_NORMAL
+            if not own.approach(basis, 1.0, FINAL_STEPS, relative_to(most)) <= 1:
+                return Breakdown(f"{FINAL_STEPS} steps with a preconditioner did not solve a system")
             found = own.found(basis)
-            if not np.count_nonzero(found.wrong):
-                terms = own.terms()
-                most = np.maximum(ROUNDING * terms, ACCURACY * np.minimum(terms, np.abs(own.q).max())) + SMALLEST_NORMAL
-                if not own.approach(basis, 1.0, FINAL_STEPS, relative_to(most)) <= 1:
-                    return Breakdown(f"{FINAL_STEPS} steps with a preconditioner did not solve a system")
-                found = own.found(basis)
-            count = int(np.count_nonzero(found.wrong))
-            x = problem.box.x_within(own.z, own.w, own.basis)
-            yield Iterate(x, None, "", own.products, signs_final=not count)
-            if not count:
-                return Stalled(ROUNDING_REACHED)
-            waiting = ROUNDS_PATIENCE if count < fewest else waiting - 1
-            fewest = min(count, fewest)
-            basis = _pivoted_near(own, found)
-    except SingularMatrix as error:
-        return Breakdown(str(error))
+        count = int(np.count_nonzero(found.wrong))
+        x = problem.box.x_within(own.z, own.w, own.basis)
+        yield Iterate(x, None, "", own.products, signs_final=not count)
+        if not count:
+            return Stalled(ROUNDING_REACHED)
+        waiting = ROUNDS_PATIENCE if count < fewest else waiting - 1
+        fewest = min(count, fewest)
+        basis = _pivoted_near(own, found)
     return Breakdown(NO_PROGRESS)
 
 
@@ -265,11 +251,9 @@ class Factors:
         own, factors, both = self._basic.nonzero()[0], self._factors, basic & self._basic
 
         def solve(b: Vector) -> Vector:
-            x: Vector = b.copy()
             inner = np.zeros(b.size)
             inner[own] = factors((b * both)[own])
-            x[both] = inner[both]
-            return x
+            return np.where(both, inner, b)
 
         return solve
 
