@@ -49,21 +49,19 @@ Preconditioners = Callable[[Mask], Solve]
 are 0 elsewhere."""
 
 
-def krylov(problem: Problem, x0: Vector, symmetric: bool | None = None) -> Stage:
+def krylov(problem: Problem, x0: Vector, symmetric: bool) -> Stage:
     """Pivot on all violated signs, solving M_PP z_P = -q_P by conjugate gradients or, if nonsymmetric, BiCGSTAB.
 
     M must be sparse with positive diagonal, ideally all ones. A solve starts from the last z and ends when its residual
     is a tenth of min(z, Mz + q), so that P is found before the last digits are. It needs only some ten vectors of
-    memory.
-
-    symmetric : whether M is, up to rounding, if that is known.
+    memory. symmetric : whether M is, up to rounding.
 
     Yields x = (z - w) / 2 for each pivoting step, with F where z is admissible; evaluations are products with M.
     Finished : the residual is zero. Stalled : it stagnates at rounding level. Breakdown : the steps do not advance.
     Raises SingularMatrix if M is too ill-conditioned for this method, or no P-matrix.
     """
     box = problem.box
-    own = Inexact(problem.M, problem.q, box, box.z_of(x0), symmetric=symmetric)
+    own = Inexact(problem.M, problem.q, box, box.z_of(x0), symmetric)
     least, stagnant, pivoting = own.size, 0, exchanging(own, own.basis)
     while stagnant < MAX_STAGNANT_STEPS:
         if own.size:
@@ -90,15 +88,15 @@ class Inexact:
         q: Vector,
         box: Box,
         z: Vector,
+        symmetric: bool,
         precondition: Preconditioners | None = None,
-        symmetric: bool | None = None,
         operator: Operator | None = None,
     ) -> None:
         self.M, self.q, self.box, self.z, self.diagonal = M, q, box, z, M.diagonal()
         self._operator = operator or Operator(M)
-        self.is_symmetric = is_symmetric(M) if symmetric is None else symmetric
-        self._method, self._cost = (conjugate_gradients, 1) if self.is_symmetric else (bicgstab, 2)
-        self._image = np.empty(q.size) if self.is_symmetric else None  # of the last product, if one at a time is needed
+        self.is_symmetric = symmetric
+        self._method, self._cost = (conjugate_gradients, 1) if symmetric else (bicgstab, 2)
+        self._image = np.empty(q.size) if symmetric else None  # of the last product, if one at a time is needed
         self._precondition, self.products = precondition, 0
         self._solve: Solve = identity
         self._measure()
@@ -163,7 +161,7 @@ SETTLED_CHANGES, SETTLED_SIZE = 0.002, 0.03  # of their number, and of the resid
 REUSE_CHANGE = 0.03  # of a set of basic variables: how far it may differ from that whose factors precondition it
 
 
-def multilevel(problem: Problem, symmetric: bool | None = None) -> Stage:
+def multilevel(problem: Problem, symmetric: bool) -> Stage:
     """Pivot by `active_set` from the states that coarse versions of the problem suggest.
 
     M must be sparse with a positive diagonal, and smooth vectors those that it makes small, as for differential
@@ -180,17 +178,17 @@ def multilevel(problem: Problem, symmetric: bool | None = None) -> Stage:
 
 
 def active_set(
-    problem: Problem, z: Vector, precondition: Preconditioners, symmetric: bool | None, operator: Operator | None = None
+    problem: Problem, z: Vector, precondition: Preconditioners, symmetric: bool, operator: Operator | None = None
 ) -> Stage:
     """Pivot on all violated signs, with a few preconditioned products a step; in between, pivot near these signs only,
     which moves the edge of the active set by several rings at a small cost.
 
-    symmetric, operator : whether M is, up to rounding, and products with it, if they are known.
+    symmetric, operator : whether M is, up to rounding, and products with it, if there are any.
 
     Yields x = (z - w) / 2 for each step; evaluations are products with M. Stalled : after the last one, whose residual
     is at rounding level. Raises SingularMatrix where a system is.
     """
-    own = Inexact(problem.M, problem.q, problem.box, z, precondition, symmetric, operator)
+    own = Inexact(problem.M, problem.q, problem.box, z, symmetric, precondition, operator)
     basis, fewest, waiting = own.basis, problem.n + 1, ROUNDS_PATIENCE
     while waiting:
         own.approach(basis, 0.0, ROUGH_STEPS)
@@ -223,7 +221,7 @@ def _pivoted_near(own: Inexact, found: BasicSolution) -> States:
     rows, z = own.M[places], own.z[places]
     own.z[places] = 0.0
     q = own.q[places] + rows @ own.z
-    part = Inexact(rows[:, places], q, box.part(places), z, symmetric=own.is_symmetric)
+    part = Inexact(rows[:, places], q, box.part(places), z, own.is_symmetric)
     start = part.size
     try:
         for now in islice(exchanging(part, part.basis), MOST_LOCAL_STEPS):
