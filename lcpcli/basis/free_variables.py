@@ -36,17 +36,6 @@ CANCELLED = 1e-13  # relative to the largest entry: what elimination leaves of z
 DEPENDENT = 1e-12  # relative: singular values of rows of G that count as 0
 
 
-class Solved(NamedTuple):
-    """The solutions x = E r + V u of A x = r, for all u, if U' r = 0: A E A = A, U' A = 0, A V = 0.
-
-    E : shape (f, f). U, V : shape (f, f - rank).
-    """
-
-    E: Vector
-    U: Vector
-    V: Vector
-
-
 class Kept(NamedTuple):
     """The variables that are not fixed, as `kept` has their numbers; `bounded` and `free` have their places in it.
 
@@ -79,20 +68,21 @@ class Eliminated(NamedTuple):
     Y: Vector
 
 
-def solved(A: Vector) -> Solved:
-    """Return the solutions of all systems with the square matrix A, in equilibrated units."""
+def solved(A: Vector) -> tuple[Vector, Vector, Vector]:
+    """Return E, shape (f, f), U and V, shape (f, f - rank), with A E A = A, U' A = 0 and A V = 0 for a square A in
+    equilibrated units: A x = r has the solutions x = E r + V u, for all u, if U' r = 0."""
     f = A.shape[0]
     try:
         E = np.ascontiguousarray(np.linalg.inv(A))
         if largest(E) * largest(A) < 1 / SMALLEST:
-            return Solved(E, np.empty((f, 0)), np.empty((f, 0)))
+            return E, np.empty((f, 0)), np.empty((f, 0))
     except Exception:  # numba catches no other: A is singular
         pass
     left, values, right = np.linalg.svd(finite(A))
     rank = np.count_nonzero(values > SMALLEST * values[0])
     U, V = np.ascontiguousarray(left.T), np.ascontiguousarray(right)
     E = (V[:rank].T / values[:rank]) @ U[:rank]
-    return Solved(E, np.ascontiguousarray(U[rank:].T), np.ascontiguousarray(V[rank:].T))
+    return E, np.ascontiguousarray(U[rank:].T), np.ascontiguousarray(V[rank:].T)
 
 
 def largest(A: Vector) -> float:

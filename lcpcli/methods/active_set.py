@@ -41,8 +41,6 @@ MAX_STAGNANT_STEPS = 6  # pivoting steps without a new minimum residual that cou
 STAGNATION = 100 * EPS  # relative to the terms: a residual that stagnates below this is at rounding level
 ROUGH_STEPS, FINAL_STEPS = 3, 100  # of a preconditioned method: of a rough solve, and at most of the last one
 ACCURACY = 1e-12  # relative to the terms of a row: what the last solve leaves
-
-
 ROUNDING_REACHED = "the residual has stopped falling at rounding level"
 NO_PROGRESS = "block principal pivoting makes no further progress"
 
@@ -51,31 +49,30 @@ Preconditioners = Callable[[Mask], Solve]
 are 0 elsewhere."""
 
 
-def krylov(problem: Problem, x0: Vector, symmetric: bool | None = None) -> Stage:
+def krylov(problem: Problem, x0: Vector, symmetric: bool) -> Stage:
     """Pivot on all violated signs, solving M_PP z_P = -q_P by conjugate gradients or, if nonsymmetric, BiCGSTAB.
 
     M must be sparse with positive diagonal, ideally all ones. A solve starts from the last z and ends when its residual
     is a tenth of min(z, Mz + q), so that P is found before the last digits are. It needs only some ten vectors of
-    memory.
+    memory. symmetric : whether M is, up to rounding.
 
-    symmetric : whether M is, up to rounding, if that is known.
-
-    Yields x = (z - w) / 2 for each pivoting step; evaluations are products with M. Finished : the residual is zero.
-    Stalled : it stagnates at rounding level. Breakdown : M is too ill-conditioned for this method, or no P-matrix.
+    Yields x = (z - w) / 2 for each pivoting step, with F where z is admissible; evaluations are products with M.
+    Finished : the residual is zero. Stalled : it stagnates at rounding level. Breakdown : the steps do not advance.
+    Raises SingularMatrix if M is too ill-conditioned for this method, or no P-matrix.
     """
-    own = Inexact(problem.M, problem.q, problem.box, problem.box.z_of(x0), symmetric=symmetric)
+    box = problem.box
+    own = Inexact(problem.M, problem.q, box, box.z_of(x0), symmetric)
     least, stagnant, pivoting = own.size, 0, exchanging(own, own.basis)
-    try:
-        while stagnant < MAX_STAGNANT_STEPS:
-            if own.size:
-                next(pivoting)
-            yield own.iterate()
-            if not own.size:
-                return Finished()
-            stagnant = 0 if own.size < least else stagnant + 1
-            least = min(own.size, least)
-    except SingularMatrix as error:
-        return Breakdown(str(error))
+    while stagnant < MAX_STAGNANT_STEPS:
+        if own.size:
+            next(pivoting)
+        x = box.x_within(own.z, own.w, own.basis)
+        F = own.w - (box.reflected(x) - x) if (own.z == box.project(own.z)).all() else None
+        yield Iterate(x, F, "", own.products, signs_final=F is not None)
+        if not own.size:
+            return Finished()
+        stagnant = 0 if own.size < least else stagnant + 1
+        least = min(own.size, least)
     return Stalled(ROUNDING_REACHED) if least <= STAGNATION * norm(own.terms()) else Breakdown(NO_PROGRESS)
 
 
@@ -91,15 +88,15 @@ class Inexact:
         q: Vector,
         box: Box,
         z: Vector,
+        symmetric: bool,
         precondition: Preconditioners | None = None,
-        symmetric: bool | None = None,
         operator: Operator | None = None,
     ) -> None:
         self.M, self.q, self.box, self.z, self.diagonal = M, q, box, z, M.diagonal()
         self._operator = operator or Operator(M)
-        self.is_symmetric = is_symmetric(M) if symmetric is None else symmetric
-        self._method, self._cost = (conjugate_gradients, 1) if self.is_symmetric else (bicgstab, 2)
-        self._image = np.empty(q.size) if self.is_symmetric else None  # of the last product, if one at a time is needed
+        self.is_symmetric = symmetric
+        self._method, self._cost = (conjugate_gradients, 1) if symmetric else (bicgstab, 2)
+        self._image = np.empty(q.size) if symmetric else None  # of the last product, if one at a time is needed
         self._precondition, self.products = precondition, 0
         self._solve: Solve = identity
         self._measure()
@@ -111,13 +108,6 @@ class Inexact:
         self.w += self.q
         self.size = norm(self.box.gaps(self.z, self.w, self.diagonal))
         self.products += 1
-
-    def iterate(self) -> Iterate:
-        """Return the x of the last basic solution, with F where z is admissible."""
-        x = self.box.x_within(self.z, self.w, self.basis)
-        w = self.box.reflected(x) - x
-        admissible = bool((self.z == self.box.project(self.z)).all())
-        return Iterate(x, self.w - w if admissible else None, "", self.products, signs_final=admissible)
 
     def terms(self) -> Vector:
         """Return the terms |M| |z| + |q| of each row."""
@@ -171,58 +161,52 @@ SETTLED_CHANGES, SETTLED_SIZE = 0.002, 0.03  # of their number, and of the resid
 REUSE_CHANGE = 0.03  # of a set of basic variables: how far it may differ from that whose factors precondition it
 
 
-def multilevel(problem: Problem, symmetric: bool | None = None) -> Stage:
+def multilevel(problem: Problem, symmetric: bool) -> Stage:
     """Pivot by `active_set` from the states that coarse versions of the problem suggest.
 
     M must be sparse with a positive diagonal, and smooth vectors those that it makes small, as for differential
     equations and graphs. V-cycles of the same coarse versions are the preconditioners, so that nothing is factorized,
-    and time and memory are proportional to n. Takes `symmetric`, yields and returns as `active_set`.
+    and time and memory are proportional to n. Takes `symmetric`, yields, returns and raises as `active_set`.
     """
     hierarchy = Hierarchy(problem.M)
     if hierarchy.is_stuck:
         return Breakdown("coarsening M does not make it much smaller")
-    try:
-        z = FullApproximation(hierarchy, problem.q, problem.box).solution()
-    except SingularMatrix:
-        return Breakdown("a coarse version of M is singular")
+    z = FullApproximation(hierarchy, problem.q, problem.box).solution()
     cycles, operator = VCycles(hierarchy), hierarchy.levels[0].operator if hierarchy.levels else None
     del hierarchy  # in double precision
     return (yield from active_set(problem, z, cycles, symmetric, operator))
 
 
 def active_set(
-    problem: Problem, z: Vector, precondition: Preconditioners, symmetric: bool | None, operator: Operator | None = None
+    problem: Problem, z: Vector, precondition: Preconditioners, symmetric: bool, operator: Operator | None = None
 ) -> Stage:
     """Pivot on all violated signs, with a few preconditioned products a step; in between, pivot near these signs only,
     which moves the edge of the active set by several rings at a small cost.
 
-    symmetric, operator : whether M is, up to rounding, and products with it, if they are known.
+    symmetric, operator : whether M is, up to rounding, and products with it, if there are any.
 
     Yields x = (z - w) / 2 for each step; evaluations are products with M. Stalled : after the last one, whose residual
-    is at rounding level.
+    is at rounding level. Raises SingularMatrix where a system is.
     """
-    own = Inexact(problem.M, problem.q, problem.box, z, precondition, symmetric, operator)
+    own = Inexact(problem.M, problem.q, problem.box, z, symmetric, precondition, operator)
     basis, fewest, waiting = own.basis, problem.n + 1, ROUNDS_PATIENCE
-    try:
-        while waiting:
-            own.approach(basis, 0.0, ROUGH_STEPS)
+    while waiting:
+        own.approach(basis, 0.0, ROUGH_STEPS)
+        found = own.found(basis)
+        if not np.count_nonzero(found.wrong):
+            terms = own.terms()
+            most = np.maximum(ROUNDING * terms, ACCURACY * np.minimum(terms, np.abs(own.q).max())) + SMALLEST_NORMAL
+            if not own.approach(basis, 1.0, FINAL_STEPS, relative_to(most)) <= 1:
+                return Breakdown(f"{FINAL_STEPS} steps with a preconditioner did not solve a system")
             found = own.found(basis)
-            if not np.count_nonzero(found.wrong):
-                terms = own.terms()
-                most = np.maximum(ROUNDING * terms, ACCURACY * np.minimum(terms, np.abs(own.q).max())) + SMALLEST_NORMAL
-                if not own.approach(basis, 1.0, FINAL_STEPS, relative_to(most)) <= 1:
-                    return Breakdown(f"{FINAL_STEPS} steps with a preconditioner did not solve a system")
-                found = own.found(basis)
-            count = int(np.count_nonzero(found.wrong))
-            x = problem.box.x_within(own.z, own.w, own.basis)
-            yield Iterate(x, None, "", own.products, signs_final=not count)
-            if not count:
-                return Stalled(ROUNDING_REACHED)
-            waiting = ROUNDS_PATIENCE if count < fewest else waiting - 1
-            fewest = min(count, fewest)
-            basis = _pivoted_near(own, found)
-    except SingularMatrix as error:
-        return Breakdown(str(error))
+        count = int(np.count_nonzero(found.wrong))
+        x = problem.box.x_within(own.z, own.w, own.basis)
+        yield Iterate(x, None, "", own.products, signs_final=not count)
+        if not count:
+            return Stalled(ROUNDING_REACHED)
+        waiting = ROUNDS_PATIENCE if count < fewest else waiting - 1
+        fewest = min(count, fewest)
+        basis = _pivoted_near(own, found)
     return Breakdown(NO_PROGRESS)
 
 
@@ -237,7 +221,7 @@ def _pivoted_near(own: Inexact, found: BasicSolution) -> States:
     rows, z = own.M[places], own.z[places]
     own.z[places] = 0.0
     q = own.q[places] + rows @ own.z
-    part = Inexact(rows[:, places], q, box.part(places), z, symmetric=own.is_symmetric)
+    part = Inexact(rows[:, places], q, box.part(places), z, own.is_symmetric)
     start = part.size
     try:
         for now in islice(exchanging(part, part.basis), MOST_LOCAL_STEPS):
@@ -265,11 +249,9 @@ class Factors:
         own, factors, both = self._basic.nonzero()[0], self._factors, basic & self._basic
 
         def solve(b: Vector) -> Vector:
-            x: Vector = b.copy()
             inner = np.zeros(b.size)
             inner[own] = factors((b * both)[own])
-            x[both] = inner[both]
-            return x
+            return np.where(both, inner, b)
 
         return solve
 

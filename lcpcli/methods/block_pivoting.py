@@ -21,8 +21,7 @@ from lcpcli.basis.exchanges import BasicSolution, exchanging, in_units_of_state
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.factors import solve_principal
 from lcpcli.methods.direct import Safeguard
-from lcpcli.methods.newton import LEAST_INDEX_STEPS
-from lcpcli.methods.projected_gradient import gradient_steps
+from lcpcli.methods.newton import LEAST_INDEX_STEPS, gradient_steps
 from lcpcli.model.box import BASIC, LOWER, Box
 from lcpcli.model.right_hand_sides import Block
 from lcpcli.typing import Indices, Mask, States, Vector

@@ -4,21 +4,33 @@ N. H. Josephy, Newton's method for generalized equations, MRC Technical Report 1
 globally by S. P. Dirkse and M. C. Ferris, The PATH solver, Optimization Methods and Software 5 (1995) 123-156, and by
 T. S. Munson, F. Facchinei, M. C. Ferris, A. Fischer and C. Kanzow, The semismooth algorithm for large scale
 complementarity problems, INFORMS Journal on Computing 13 (2001) 294-311.
+
+The merit function is that of Fischer and Burmeister, half the square of Phi, whose zeros are the solutions.
+
+With phi(a, b) = a + b - (a^2 + b^2 + 2 mu)^(1/2) and mu = 0, Phi_i is phi(z_i - l_i, F_i) where z_i has a lower bound
+only, -phi(u_i - z_i, -F_i) with an upper bound only, phi(z_i - l_i, -phi(u_i - z_i, -F_i)) with both, F_i with neither,
+and z_i - l_i where these are equal. A. Fischer, A special Newton-type optimization method, Optimization 24 (1992)
+269-284; S. C. Billups, Algorithms for complementarity problems and generalized equations, thesis (1995). A zero of its
+gradient may be no solution. With mu > 0, Phi is smooth, and its zeros tend to a solution as mu tends to 0: C. Kanzow,
+Some noninterior continuation methods for linear complementarity problems, SIAM J. Matrix Anal. Appl. 17 (1996) 851-868.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg.doubles import EPS, generator, is_finite, size
-from lcpcli.linalg.matrices import product
-from lcpcli.methods.newton_steps import PERTURBATIONS, Linear, Place, Steps, is_slow
+from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
+from lcpcli.linalg.matrices import dense, is_sparse, plus_diagonal, product, row_maxima
 from lcpcli.methods.stages import Ending, Finished, Iterate, Stage, Stalled
+from lcpcli.model.box import Box
 from lcpcli.model.evaluations import Evaluations
-from lcpcli.typing import Vector
+from lcpcli.typing import Matrix, States, Vector
 
 MEMORY = 10  # merits of which the largest is what a step must get below, unless an attempt is monotone
 SLACK = 100.0  # times the merit at the start: what the first MEMORY steps must get below, if they are not perturbed
@@ -40,9 +52,13 @@ SLOW = "the merit function decreases too slowly"
 NO_FURTHER = "no step decreases the residual further"
 LONG = "it is given up after the work of about a second; with restarts it goes on"
 
+Linear = Callable[[Matrix, Vector, Box, "States | None", bool], "tuple[Vector, States] | None"]
+"""What solves a linearization: called with M, q, the bounds, the states to try first, and whether to try longer than
+before, it returns the solution and its states, or None."""
+
 
 class _Attempt(NamedTuple):
-    """How an attempt begins: with the `Steps` of this name, if any; with the largest perturbation, and steps that all
+    """How an attempt begins: with the `_Steps` of this name, if any; with the largest perturbation, and steps that all
     decrease the merit; and at another start at random, of the given seed."""
 
     first: str = ""
@@ -63,16 +79,16 @@ def josephy_newton(
     evaluations of F.
 
     The steps, as the trace names them: "crash" solves the linearization for the variables that are not held at their
-    bounds, from the start and for as long as the merit function (`newton_steps`) falls fast; "full" leads to the
-    solution of the linearization, "damped" a part of the way there, to where the merit function is below the largest of
-    the last MEMORY merits, at first below SLACK times that of the start. Where there is none, or it leads nowhere,
-    "proximal" is such a step by J + mu I, in the units of its rows, with mu that falls from step to step. Where this
-    fails, "semismooth" is a step of Newton's method for the merit function, and "gradient" one down its gradient; near
-    a solution "active" is the shortest step that solves the equations of its active set, as a singular J asks for. All
-    steps are cut back to where F and J are finite. Where they lead no further, "watchdog" goes back to where the merit
-    was least, from where all steps must decrease it. "restart" begins another attempt: the first one with "smoothed"
-    steps, of Newton's method for smoothed merit functions, the next ones without crash and with perturbed
-    linearizations, and then from other starts.
+    bounds, from the start and for as long as the merit function falls fast; "full" leads to the solution of the
+    linearization, "damped" a part of the way there, to where the merit function is below the largest of the last MEMORY
+    merits, at first below SLACK times that of the start. Where there is none, or it leads nowhere, "proximal" is such a
+    step by J + mu I, in the units of its rows, with mu that falls from step to step. Where this fails, "semismooth" is
+    a step of Newton's method for the merit function, and "gradient" one down its gradient; near a solution "active" is
+    the shortest step that solves the equations of its active set, as a singular J asks for. All steps are cut back to
+    where F and J are finite. Where they lead no further, "watchdog" goes back to where the merit was least, from where
+    all steps must decrease it. "restart" begins another attempt: the first one with "smoothed" steps, of Newton's
+    method for smoothed merit functions, the next ones without crash and with perturbed linearizations, and then from
+    other starts.
 
     Finished : the natural residual is 0, or all but that and no step decreases it. Stalled : all starts are stuck,
     which proves nothing.
@@ -82,14 +98,13 @@ def josephy_newton(
     for number in range(restarts + 1):
         if search.is_long:
             break
-        is_listed = number < len(ATTEMPTS)
-        attempt = ATTEMPTS[number] if is_listed else _Attempt(ATTEMPTS[number % 2].first, seed=number)
+        attempt = ATTEMPTS[number] if number < len(ATTEMPTS) else _Attempt(ATTEMPTS[number % 2].first, seed=number)
         place = search.start(attempt, start)
         if place is None:
             continue
         if number:
             yield search.iterate(place, "restart")
-        for reached in getattr(search.steps, attempt.first)(place) if attempt.first else ():
+        for reached in getattr(search, attempt.first)(place) if attempt.first else ():
             place = reached
             yield search.iterate(place, attempt.first)
         last = yield from search.descent(place, 1 if attempt.is_perturbed else MEMORY)
@@ -101,18 +116,235 @@ def josephy_newton(
     return ending
 
 
-class _Search:
+DECREASE = 1e-4  # of the merit, relative to the length of a step
+SHORTEST = 2.0**-12  # of a step to the solution of a linearization; of other steps its square
+PERTURBATIONS = 1e-4, 1e-2, 1.0  # of the diagonal of J, relative to its rows, where its linearization has no solution
+LEAST_PERTURBATION = 1e-12
+FALL, RISE = 10.0, 100.0  # by which a perturbation is divided after a step, and multiplied where there is none
+LONG_PART = 1 / 4  # a part of a perturbed step from which on no other perturbation is tried
+MOST_FRUITLESS = 4  # linearizations that are tried longer and lead nowhere, after which none is tried longer
+NEAR = 1e-4  # of the natural residual at the start, from which on the active set may be that of a solution
+MOST_ACTIVE, DEPENDENT = 1000, 1e-9  # unknowns for which its equations are solved, up to relative singular values
+MOST_CRASHED, CRASH_DECREASE = 20, 0.5  # steps before the first linearization, and how fast the merit falls
+SHORTEST_CRASH, MOST_DAMPED = 2.0**-4, 4  # of these steps: the shortest, and how many are cut back, but the last
+HALF_WAY = 1 / 64  # of the merit: a full step that leaves more of it may be half of the way to a singular solution
+FASTER = 1 / 64  # of what a full step leaves of the merit: what twice the step must leave
+PATIENCE, PROGRESS = 24, 0.5  # so many steps must leave at most this of the residual, the square root of the merit
+SMOOTHER = 0.2  # how fast mu falls in steps for smoothed merit functions
+LEAST_MU, ALMOST = 1e-22, 1e-6  # the least mu, and the natural residual, relative to the first one, that ends this
+
+
+class Place(NamedTuple):
+    """An admissible z with F, Phi, half the square of Phi, and the natural residual, signed for each row."""
+
+    z: Vector
+    F: Vector
+    phi: Vector
+    merit: float
+    gaps: Vector
+
+
+_Solved = tuple[float, float, Place, States]
+"""A share of the perturbation, a part t of the step to the solution of a linearization, where it leads, and states."""
+
+
+def is_slow(merits: Sequence[float]) -> bool:
+    """Return whether the last PATIENCE merits have left more than PROGRESS of the least residual before."""
+    first = len(merits) - PATIENCE
+    return first > 0 and min(merits[first:]) > PROGRESS**2 * min(merits[:first])
+
+
+class _Steps:
+    """The steps of a run.
+
+    reference : the natural residual at its start. basis : the states of the last linearization. undefined : a row in
+    which steps have left the domain of F. linearizations : how many have been solved, or tried.
+    """
+
+    def __init__(self, evaluations: Evaluations, linear: Linear) -> None:
+        self.evaluations, self._linear, self.box = evaluations, linear, evaluations.problem.box
+        self.reference = self._share = 0.0
+        self.basis: States | None = None
+        self.undefined: int | None = None
+        self.linearizations = self._fruitless = 0
+
+    @np.errstate(all="ignore")
+    def at(self, z: Vector) -> Place | None:
+        """Return the place of z; None if F, or the merit function, is not finite there."""
+        F = self.evaluations.values(z)
+        if not is_finite(F):
+            self.undefined = int(np.argmax(~np.isfinite(F)))
+            return None
+        values = phi(self.box, z, F)
+        merit = 0.5 * float(values @ values)
+        return Place(z, F, values, merit, self.box.gaps(z, F)) if np.isfinite(merit) else None
+
+    def along(
+        self, z: Vector, d: Vector, shortest: float, most: float, decrease: float
+    ) -> Iterator[tuple[float, Place]]:
+        """Yield the places z + t d, within the bounds, for t = 1, 1/2, 1/4, ..., where F is finite and the merit at
+        most (1 - decrease t) times `most`."""
+        t, end = 1.0, self.box.moved_back(d, self.box.moved_by(z), z)
+        while t >= shortest:
+            place = self.at(self.box.project(z + t * d if t < 1.0 else end))
+            if place is not None and place.merit <= most * (1 - decrease * t):
+                yield t, place
+            t /= 2
+
+    def crash(self, place: Place) -> Iterator[Place]:
+        """Yield where projected Newton steps lead, in the variables that are not held at a bound by the sign of F."""
+        left = MOST_DAMPED
+        for _ in range(MOST_CRASHED):
+            t, place = self._crashed(place)
+            left -= t < 1.0
+            if not t or not left:
+                return
+            yield place
+
+    @np.errstate(all="ignore")
+    def _crashed(self, place: Place) -> tuple[float, Place]:
+        """Return the length of such a step, 0 if there is none, and where it leads."""
+        J, box = self.evaluations.finite_jacobian(place.z), self.box
+        held = ((place.z <= box.lower) & (place.F >= 0)) | ((place.z >= box.upper) & (place.F <= 0))
+        moving, d = (~(held | box.fixed)).nonzero()[0], np.zeros(place.z.size)
+        if J is None or not moving.size or not place.merit:
+            return 0.0, place
+        try:
+            d[moving] = PrincipalSolver(J).solve(moving, -place.F[moving])
+        except SingularMatrix:
+            return 0.0, place
+        t, reached = next(self.along(place.z, d, SHORTEST_CRASH, place.merit, CRASH_DECREASE), (0.0, place))
+        return t, self._farther(place, d, reached) if t == 1 else reached
+
+    def smoothed(self, place: Place) -> Iterator[Place]:
+        """Yield where steps for the smoothed merit function lead, with mu that falls whenever Phi is small beside it,
+        to the neighborhood of a solution, or to where no step decreases it."""
+        mu, merits = 0.5 * min(size(place.gaps), 1.0) ** 2, [place.merit]
+        while not is_slow(merits) and size(place.gaps) > ALMOST * self.reference:
+            J = self.evaluations.finite_jacobian(place.z)
+            found = None if J is None else self.downhill(place, J, mu)
+            if found is None:
+                return
+            place = found[1]
+            merits.append(place.merit)
+            yield place
+            if size(phi(self.box, place.z, place.F, mu)) <= mu**0.5:
+                mu = max(min(SMOOTHER * mu, size(place.gaps) ** 2), LEAST_MU)
+
+    @np.errstate(all="ignore")
+    def step(self, place: Place, J: Matrix, most: float, loosely: float) -> tuple[str, Place] | None:
+        """Return the step from a place and where it leads; None if there is none. most, loosely : what the merit must
+        get below by a step of a linearization, and by one that is not perturbed."""
+        left = size(place.gaps) / self.reference if self.reference else 0.0
+        near, short = left <= NEAR, list[_Solved]()
+        for share, is_longer in self._kinds(left):
+            if is_longer and short:
+                break
+            found = self._solved(place, J, most if share else loosely, share, is_longer)
+            if found is not None and (found[1] >= LONG_PART or not share):
+                short = [found]
+                break
+            short += [] if found is None else [found]
+            if near and (reached := self._active_step(place, J)):
+                return "active", reached
+            near = False
+        if not short:
+            self.basis = None
+            return self.downhill(place, J)
+        share, t, reached, self.basis = min(short, key=lambda own: own[2].merit)
+        fallen = share / (FALL if t < 1 else FALL**2)
+        self._share = fallen if fallen >= PERTURBATIONS[0] / RISE**2 else 0.0
+        return "proximal" if share else "damped" if t < 1 else "full", reached
+
+    def _kinds(self, left: float) -> Iterator[tuple[float, bool]]:
+        """Yield the linearizations to try in turn, each by its share of the perturbation and whether it is tried
+        longer. left : of the natural residual: perturbations of this size do not keep the steps from being fast."""
+        own, rising = self._share, tuple[float, ...](PERTURBATIONS)
+        if own:
+            rising = RISE * own, RISE**2 * own
+        elif left < PERTURBATIONS[0]:
+            rising = max(left, LEAST_PERTURBATION), *PERTURBATIONS
+        for share in (own, *rising):
+            if share <= PERTURBATIONS[-1]:
+                yield share, False
+        if self._fruitless < MOST_FRUITLESS:
+            yield own, True
+
+    def _solved(self, place: Place, J: Matrix, most: float, share: float, is_longer: bool) -> _Solved | None:
+        """Return the step to the solution of the linearization with a share of the perturbation, or a part of it."""
+        sizes = row_maxima(J)
+        M = plus_diagonal(J, share * np.where(sizes > 0, sizes, 1.0)) if share else J
+        self.linearizations += 1
+        answer = self._linear(M, place.F, self.box.moved_by(place.z), self.basis, is_longer)
+        if answer is not None:
+            d, self.basis = answer
+            for t, reached in self.along(place.z, d, SHORTEST, most, DECREASE):
+                if self._is_differentiable(reached):
+                    return share, t, self._farther(place, d, reached) if t == 1 else reached, self.basis
+        self._fruitless += is_longer
+        return None
+
+    def _farther(self, place: Place, d: Vector, reached: Place) -> Place:
+        """Return where twice the step leads if that is much better than where the step leads: near a solution with a
+        singular J, Newton's method goes half of the way (D. W. Decker, H. B. Keller and C. T. Kelley 1983)."""
+        if HALF_WAY * place.merit <= reached.merit < place.merit:
+            twice = self.at(self.box.project(place.z + 2 * d))
+            if twice is not None and twice.merit <= FASTER * reached.merit and self._is_differentiable(twice):
+                return twice
+        return reached
+
+    def _active_step(self, place: Place, J: Matrix) -> Place | None:
+        """Return where the shortest step leads that solves the equations of the active set at a place near a solution,
+        as well as they can be solved: J may be singular there, if multipliers are not unique."""
+        if place.z.size > MOST_ACTIVE:
+            return None
+        lower, upper = self.box.moved_by(place.z).vectors(place.z.size)
+        low, high = lower >= -place.F, upper <= -place.F
+        d, moving = np.where(low, lower, np.where(high, upper, 0.0)), (~(low | high)).nonzero()[0]
+        with suppress(SingularMatrix):
+            rows = dense(J[moving])
+            d[moving] = np.linalg.lstsq(rows[:, moving], -(place.F[moving] + rows @ d), rcond=DEPENDENT)[0]
+            return next(self.along(place.z, d, SHORTEST_CRASH, place.merit, CRASH_DECREASE), (0.0, None))[1]
+        return None
+
+    def _is_differentiable(self, place: Place) -> bool:
+        return not place.merit or self.evaluations.finite_jacobian(place.z) is not None
+
+    @np.errstate(all="ignore")
+    def downhill(self, place: Place, J: Matrix, mu: float = 0.0) -> tuple[str, Place] | None:
+        """Return a semismooth step, or one down the gradient of the merit function, projected on the bounds."""
+        values = phi(self.box, place.z, place.F, mu) if mu else place.phi
+        G, merit = slopes(self.box, place.z, place.F, J, mu), 0.5 * float(values @ values)
+        gradient = product(G.T, values)
+        square = float(gradient @ gradient)
+        if not 0 < square < np.inf:
+            return None
+        downhill = -2 * merit / square * gradient
+        for step, d in (("semismooth", newton_direction(G, values, gradient)), ("gradient", downhill)):
+            t = 1.0
+            while d is not None and t >= SHORTEST**2:
+                y = self.box.project(place.z + t * d)
+                if (reached := self.at(y)) is not None:
+                    values = phi(self.box, y, reached.F, mu) if mu else reached.phi
+                    now, below = 0.5 * float(values @ values), DECREASE * min(float(gradient @ (y - place.z)), 0.0)
+                    if now <= merit + below and now < merit and self._is_differentiable(reached):
+                        return step, reached
+                t /= 2
+        return None
+
+
+class _Search(_Steps):
     """The attempts of a run. is_rounding : whether the last one has ended where the residual is rounding, or noise."""
 
     def __init__(self, evaluations: Evaluations, linear: Linear, is_brief: bool) -> None:
-        self.evaluations, self.steps, self._is_brief = evaluations, Steps(evaluations, linear), is_brief
-        self._last_size, self.is_rounding, self._left = np.inf, False, MOST_TRIED
+        super().__init__(evaluations, linear)
+        self._is_brief, self._last_size, self.is_rounding, self._left = is_brief, np.inf, False, MOST_TRIED
         self._tried: Place | None = None
 
     @property
     def is_long(self) -> bool:
         n, own = self.evaluations.problem.n, self.evaluations
-        work = self.steps.linearizations * (1 + (n / CUBIC) ** 3) + own.pivots / PIVOTS * (1 + (n / QUADRATIC) ** 2)
+        work = self.linearizations * (1 + (n / CUBIC) ** 3) + own.pivots / PIVOTS * (1 + (n / QUADRATIC) ** 2)
         return self._is_brief and work + own.functions / FUNCTIONS > MOST_LINEARIZATIONS
 
     def iterate(self, place: Place, step: str) -> Iterate:
@@ -129,11 +361,12 @@ class _Search:
         if seed:
             moves = 2.0 ** (seed - len(ATTEMPTS)) * generator(seed).uniform(-1.0, 1.0, first.size)
             moves *= np.maximum(1.0, np.abs(first))
-            starts = (self.steps.box.project(first + 0.5**halvings * moves) for halvings in range(MOST_HALVINGS))
+            starts = (self.box.project(first + 0.5**halvings * moves) for halvings in range(MOST_HALVINGS))
             start = next((start for start in starts if is_finite(self.evaluations.values(start))), first)
-        place = self.steps.at(start)
+        place = self.at(start)
         if place is not None:
-            self.steps.begin(PERTURBATIONS[-1] if attempt.is_perturbed else 0.0, place)
+            self.basis, self._share = None, PERTURBATIONS[-1] if attempt.is_perturbed else 0.0
+            self.reference = self.reference or size(place.gaps)
         return place
 
     def descent(self, place: Place, memory: int) -> Stage:
@@ -144,7 +377,7 @@ class _Search:
             while place.merit and not (is_slow(merits) or self.is_long):
                 most, J = max(merits[-memory:]), self.evaluations.finite_jacobian(place.z)
                 loosely = max(most, first) if len(merits) <= memory else most
-                found = None if J is None else self.steps.step(place, J, most, loosely)
+                found = None if J is None else self.step(place, J, most, loosely)
                 if found is None:
                     break
                 step, place = found
@@ -168,15 +401,15 @@ class _Search:
             if place is best or memory == 1:
                 return self._ending(best, merits)
             place, memory = best, 1
-            self.steps.basis = None
+            self.basis = None
             yield self.iterate(place, "watchdog")
 
     def _ending(self, best: Place, merits: Sequence[float]) -> Ending:
         """Return how a descent ends, at the place where the merit was least; if it is stalled, with the row in which
         steps have left the domain of F."""
-        if size(best.gaps) > NEARLY_SOLVED * self.steps.reference:
+        if size(best.gaps) > NEARLY_SOLVED * self.reference:
             reason = LONG if self.is_long else SLOW if is_slow(merits) else STATIONARY
-            if (i := self.steps.undefined) is not None:
+            if (i := self.undefined) is not None:
                 name = self.evaluations.problem.names[i] or str(i + 1)
                 reason += f"; steps to where F is undefined, in row {name}, were cut back"
             return Stalled(reason)
@@ -186,7 +419,7 @@ class _Search:
 
     def _is_noise(self, best: Place) -> bool:
         """Return whether the noise of F may be all that the residual is."""
-        is_small = size(best.gaps) <= MOST_NOISY * self.steps.reference or self._is_within_noise(best)
+        is_small = size(best.gaps) <= MOST_NOISY * self.reference or self._is_within_noise(best)
         if self._tried is not best and self._left and is_small:
             self._tried, self._left = best, self._left - 1
             self.evaluations.noise_at(best.z)
@@ -196,3 +429,71 @@ class _Search:
     def _is_within_noise(self, place: Place) -> bool:
         """Return whether the residual is no more than a few times the noise of F, as far as this is known."""
         return bool((np.abs(place.gaps) <= FEW_NOISES * self.evaluations.noise).all())
+
+
+DAMPING = 1e-6  # of Newton steps where their matrix is singular, relative to it
+
+
+def phi(box: Box, z: Vector, F: Vector, mu: float = 0.0) -> Vector:
+    """Return Phi at an admissible z, shape (n,)."""
+    below, above = np.isfinite(box.lower), np.isfinite(box.upper)
+    upper = np.where(above, -_phi(np.where(above, box.upper - z, 0.0), -F, mu), F)
+    both = np.where(below, _phi(np.where(below, z - box.lower, 0.0), upper, mu), upper)
+    return np.where(box.fixed, z - box.lower, both)
+
+
+def slopes(box: Box, z: Vector, F: Vector, J: Matrix, mu: float = 0.0) -> Matrix:
+    """Return the Jacobian of Phi, where mu = 0 an element of the generalized one, dense or a csr array."""
+    below, above = np.isfinite(box.lower), np.isfinite(box.upper)
+    gap = np.where(above, box.upper - z, 0.0)
+    upper = np.where(above, -_phi(gap, -F, mu), F)
+    by_gap, by_F = (
+        np.where(above, slope, other) for slope, other in zip(_slopes(gap, -F, mu), (0.0, 1.0), strict=True)
+    )
+    by_z, by_upper = _slopes(np.where(below, z - box.lower, 0.0), upper, mu)
+    by_z, by_upper = np.where(below, by_z, 0.0), np.where(below, by_upper, 1.0)
+    a = np.where(box.fixed, 1.0, by_z + by_upper * by_gap)
+    b = np.where(box.fixed, 0.0, by_upper * by_F)
+    if is_sparse(J):
+        with imports:
+            from scipy.sparse import diags_array
+        return (diags_array(b) @ J + diags_array(a)).tocsr()
+    return b[:, np.newaxis] * J + np.diag(a)
+
+
+def _root(a: Vector, b: Vector, mu: float) -> Vector:
+    root: Vector = np.hypot(a, b)
+    return np.hypot(root, (2 * mu) ** 0.5) if mu else root
+
+
+def _phi(a: Vector, b: Vector, mu: float) -> Vector:
+    """Return phi(a, b), for a, b > 0 without cancellation."""
+    root = _root(a, b, mu)
+    both = (a > 0) & (b > 0)
+    sums = np.where(both, a + b + root, 1.0)
+    return np.where(both, 2 * a * (b / sums) - 2 * mu / sums, a + b - root)
+
+
+def _slopes(a: Vector, b: Vector, mu: float) -> tuple[Vector, Vector]:
+    """Return the derivatives of phi by a and b; where both are 0, those in the direction (1, 1)."""
+    root = _root(a, b, mu)
+    zero = root == 0
+    root = np.where(zero, 1.0, root)
+    kink = 1.0 - 0.5**0.5
+    return np.where(zero, kink, 1.0 - a / root), np.where(zero, kink, 1.0 - b / root)
+
+
+@np.errstate(all="ignore")
+def newton_direction(G: Matrix, values: Vector, gradient: Vector) -> Vector | None:
+    """Return the Newton step of Phi or, where it is not one of descent, that of Levenberg and Marquardt; or None."""
+    everything = np.arange(values.size)
+    with suppress(SingularMatrix):
+        d = PrincipalSolver(G).solve(everything, -values)
+        if float(gradient @ d) < 0:
+            return d
+    H = G.T @ G
+    shift = DAMPING * float(row_maxima(H).max(initial=0.0))
+    with suppress(SingularMatrix):
+        d = PrincipalSolver(plus_diagonal(H.tocsr() if is_sparse(H) else H, shift)).solve(everything, -gradient)
+        return d if is_finite(d) and float(gradient @ d) < 0 else None
+    return None

@@ -14,7 +14,7 @@ from lcpcli import Problem, Status, Trace, read
 from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.linalg import factors, matrices
-from lcpcli.methods import projected_gradient
+from lcpcli.methods import newton
 from lcpcli.methods.newton import FINISH, finish
 from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import ORTHANT
@@ -89,7 +89,7 @@ def test_auto_factorizes_once_from_an_active_set_that_is_nearly_right(symmetric:
 def precisions(monkeypatch: pytest.MonkeyPatch) -> set[np.dtype[np.floating]]:
     """The types of the matrices of which products are taken."""
     seen: set[np.dtype[np.floating]] = set()
-    monkeypatch.setattr(projected_gradient, "product", lambda M, v: seen.add(M.dtype) or matrices.product(M, v))
+    monkeypatch.setattr(newton, "product", lambda M, v: seen.add(M.dtype) or matrices.product(M, v))
     return seen
 
 
@@ -121,10 +121,10 @@ def test_steps_end_where_states_do_not_settle() -> None:
     """M = 0.1 I + A'A + B - B' with B as large as A: the iteration has no reason to converge."""
     A, B = np.random.default_rng(0).standard_normal((2, 300, 300)) / np.sqrt(300)
     M, q = 0.1 * np.eye(300) + A.T @ A + (B - B.T), np.random.default_rng(1).standard_normal(300)
-    stage = projected_gradient.projected_gradient(Problem(M, q), np.zeros(300))
+    stage = newton.projected_gradient(Problem(M, q), np.zeros(300))
     evaluations = [iterate.evaluations for iterate in stage]
     assert len(evaluations) == 1
-    assert evaluations[0] < projected_gradient.MOST_GRADIENT_STEPS
+    assert evaluations[0] < newton.MOST_GRADIENT_STEPS
     assert run(Problem(M, q), "auto").solved
 
 

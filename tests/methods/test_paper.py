@@ -26,7 +26,7 @@ from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.linalg import factors
 from lcpcli.methods.fixed_point import best_omega, fixed_point
-from lcpcli.methods.newton_steps import phi, slopes
+from lcpcli.methods.josephy_newton import phi, slopes
 from lcpcli.methods.shi import (
     AVERAGE,
     PLANE,
