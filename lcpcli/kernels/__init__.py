@@ -1,1 +1,1 @@
-"""The kernels of the extra `fast`, compiled by numba. The ways in are `compiled` and `compiled_mixed`."""
+"""The kernels of the extra `fast`, compiled by numba. The way in is `compiled`."""

@@ -15,7 +15,7 @@ from numba.core.dispatcher import Dispatcher
 
 ANNOUNCEMENT = "lcpcli: compiling the kernels of the extra fast, once on a machine, which takes about a minute"
 PACKAGE = Path(__file__).parents[1]
-KERNELS = 15  # that the modules `compiled` and `compiled_mixed` use
+KERNELS = 15  # that `compiled` uses
 ROOMS = ("kernels", "basis", "verify")  # with files of functions that are compiled
 # Files with functions that kernels of other files use, and with what counts as rounding, which compiled kernels keep:
 # numba's cache knows of changes in the file of a kernel alone.
@@ -63,7 +63,7 @@ def compile_all(tell: Callable[[str], None]) -> tuple[int, int, str]:
     """Load all kernels, which compiles those that the cache lacks; `tell` is called with the name of each as that
     begins. Return how many were compiled, how many were there, and the folder with the cache, "" without any."""
     ONCE.tell = tell
-    ways = map(import_module, ("lcpcli.kernels.compiled", "lcpcli.kernels.compiled_mixed"))
+    ways = map(import_module, ("lcpcli.kernels.compiled", "lcpcli.kernels.mixed_kernels"))
     made = {id(each): each for way in ways for each in vars(way).values() if isinstance(each, Dispatcher)}.values()
     now = sum(bool(kernel.stats.cache_misses) for kernel in made)
     folder = os.path.commonpath([str(kernel.stats.cache_path) for kernel in made]) if made else ""

@@ -3,11 +3,15 @@ to compile its kernels, once on a machine."""
 
 from __future__ import annotations
 
+from functools import cache
+from types import ModuleType
+
 import numpy as np
 
-from lcpcli.basis import tableau
+from lcpcli.basis import free_variables, tableau
+from lcpcli.clock import imports
 from lcpcli.kernels.announcement import announced
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import dense, is_sparse
 from lcpcli.linalg.units import Units
 from lcpcli.methods.direct import CERTAIN, MOST_COMPILED, DirectAnswer
 from lcpcli.methods.final_states import Confirmed, confirmed
@@ -24,8 +28,8 @@ LOWEST, HIGHEST = np.zeros(MOST_COMPILED), np.full(MOST_COMPILED, np.inf)  # bou
 MOST_JUDGED_ENTRIES = 1_000_000  # of a sparse M: for more, Ctrl-C would have to wait for the end of the judgement
 
 with announced():
-    from lcpcli.kernels.kernels import solve_one, solve_rows
-    from lcpcli.kernels.measure_kernels import FAILS, SOLVES, compressed, judgement, on_bounds
+    from lcpcli.kernels.kernels import pivot_blocks, solve_one, solve_rows
+    from lcpcli.kernels.measure_kernels import FAILS, SOLVES, compressed, judgement, on_bounds, reference_of
     from lcpcli.kernels.measure_kernels import surely_solves as surely_solves
     from lcpcli.kernels.pivoting_kernels import basic_solution, exponents, path
     from lcpcli.kernels.pivoting_kernels import follow as follow
@@ -47,17 +51,57 @@ def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnsw
         return None
     box = LOWEST[: q.size], HIGHEST[: q.size]
     if basic is not None:
-        states = of_masks(basic)
-        found = judged(problem, rows_of(problem), box, basic_solution(M, q, *box, states), tol, states)
+        found = _at(problem, M, box, tol, of_masks(basic), "newton", 1)
         if found is not None:
-            return DirectAnswer(found.z, True, 1, "newton", 1, found.basis)
+            return found
     if not (q < 0).any():
         return None
     end, pivots, states = path(M, q, HIGHEST[: q.size], COVER[: q.size], max(LEAST_REFRESHED, q.size))
+    return _at(problem, M, box, tol, states, "lemke", pivots) if end == tableau.SOLVED else None
+
+
+@cache
+def _of_mixed() -> ModuleType:
+    """Return the module of the kernels that LCPs do not need."""
+    with imports, announced():
+        from lcpcli.kernels import mixed_kernels
+    return mixed_kernels
+
+
+def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
+    """Return the solution of a mixed problem of few unknowns at which newton or Lemke's path ends; None where neither
+    is one beyond doubt, or a bound is far from 0."""
+    rows, q, kernels = rows_of(problem), problem.q, _of_mixed()
+    box = lower, upper = np.ascontiguousarray(problem.lower), np.ascontiguousarray(problem.upper)
+    is_solution, reference, t = reference_of(*rows, q, lower, upper)
+    if not t.size:
+        return None
+    if is_solution and surely_solves(*rows, q, lower, upper, tol, reference):
+        return DirectAnswer(reference, True, 0)
+    steps, z = pivot_blocks(*rows, q, lower, upper, t)
+    found = judged(problem, rows, box, z, tol) if z.size else None
+    if found is not None:
+        return DirectAnswer(found.z, True, steps)
+    M = np.ascontiguousarray(dense(problem.M))
+    own = kernels.kept(M, lower, upper)
+    try:
+        K, k, d = kernels.reduced(M, q, lower, upper, own, *free_variables.scaled(own.A, exponents(own.A)))
+    except np.linalg.LinAlgError:
+        return None
+    made = max(-steps, 0)
+    end, pivots, states = path(K, k, d, COVER[: k.size], max(LEAST_REFRESHED, k.size))
     if end != tableau.SOLVED:
         return None
-    found = judged(problem, rows_of(problem), box, basic_solution(M, q, *box, states), tol, states)
-    return None if found is None else DirectAnswer(found.z, True, 1, "lemke", pivots, found.basis)
+    return _at(problem, M, box, tol, kernels.given_states(own, q.size, states), "lemke", pivots + made, made)
+
+
+def _at(
+    problem: Problem, M: Vector, box: Vectors, tol: float, states: States, method: str, evaluations: int, made: int = 0
+) -> DirectAnswer | None:
+    """Return the basic solution of these states, after `made` others, if it is a solution beyond doubt."""
+    z = basic_solution(M, problem.q, *box, states)
+    found = judged(problem, rows_of(problem), box, z, tol, states)
+    return None if found is None else DirectAnswer(found.z, True, 1 + made, method, evaluations, found.basis)
 
 
 def rows_of(problem: Problem) -> Vectors:

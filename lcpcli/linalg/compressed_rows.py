@@ -52,13 +52,9 @@ def of_columns(M: Matrix) -> Matrix:
     return of_arrays(M.shape, *arrays)
 
 
-def principal(M: Matrix, indices: Indices) -> Matrix:
-    """Return M_PP for the indices of P, ascending, far faster than scipy where M is small or P has most indices."""
-    return of_arrays((indices.size, indices.size), *block(M, indices, indices))
-
-
 def block(M: Matrix, rows: Indices, columns: Indices) -> Arrays:
-    """Return the arrays of the block of M with these rows and columns, both ascending."""
+    """Return the arrays of the block of M with these rows and columns, both ascending, far faster than scipy does where
+    M is small or the block has most of it."""
     places, indptr, indices, data = np.full(M.shape[1], -1, dtype=M.indices.dtype), M.indptr, M.indices, M.data
     places[columns] = np.arange(columns.size, dtype=indices.dtype)
     if are_consecutive := rows.size > 0 and rows[-1] - rows[0] == rows.size - 1:

@@ -99,14 +99,17 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
         # a symmetric csr_array is a csc_array with the same three arrays
         columns = A.T if symmetric else A.tocsc()
         factors = partial(splu, columns, permc_spec=order_of(A) if symmetric else "COLAMD", **chosen)
-        try:
-            return interruptibly(factors) if A.nnz > MOST_QUICK_ENTRIES else factors()
-        except RuntimeError as error:
-            if "singular" not in str(error) and "failed to factorize" not in str(error):
-                raise
-            raise SingularMatrix from None
+        return factorized(factors, A.nnz)
 
     return lu
+
+
+def factorized(factorize: Callable[[], Any], entries: int) -> Any:
+    """Return the factors of a sparse matrix with so many entries; raise SingularMatrix for any error of a library."""
+    try:
+        return interruptibly(factorize) if entries > MOST_QUICK_ENTRIES else factorize()
+    except RuntimeError as error:
+        raise SingularMatrix from error
 
 
 def positive_pivots(lu: Any) -> bool:

@@ -125,16 +125,7 @@ def compressed(A: Matrix | tuple[int, int]) -> Matrix:
 def comparison(M: Matrix) -> Matrix:
     """Return the comparison matrix: |M_ii| on the diagonal, -|M_ij| off it."""
     diagonal = np.abs(M.diagonal())
-    if is_sparse(M):
-        with imports:
-            from scipy.sparse import diags_array
-        absolute = abs(M)
-        off = absolute - diags_array(diagonal)
-        off.eliminate_zeros()
-        return (diags_array(diagonal) - off).tocsr()
-    C = -np.abs(M)
-    np.fill_diagonal(C, diagonal)
-    return C
+    return plus_diagonal(plus_diagonal(-abs(M), diagonal), diagonal)
 
 
 def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
@@ -157,8 +148,8 @@ def principal(M: Matrix, indices: Indices) -> Matrix:
     if not is_sparse(M) or M.shape[0] > MOST_SELECTED * indices.size:
         return M[indices][:, indices]
     with imports:
-        from lcpcli.linalg import compressed_rows
-    return compressed_rows.principal(M, indices)
+        from lcpcli.linalg.compressed_rows import block, of_arrays
+    return of_arrays((indices.size, indices.size), *block(M, indices, indices))
 
 
 def plus_diagonal(M: Matrix, d: Vector | float, order: Literal["C", "F"] = "C") -> Matrix:

@@ -8,7 +8,6 @@ and columns. Dense M has LU factors with partial pivoting.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import partial
 from importlib.util import find_spec
 from typing import Any, TypeAlias
@@ -16,9 +15,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.interrupts import interruptibly
 from lcpcli.linalg import factors, matrices
-from lcpcli.linalg.factors import SingularMatrix, Solve
+from lcpcli.linalg.factors import Solve
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import order_of
 from lcpcli.typing import Indices, Matrix, Vector
@@ -77,7 +75,7 @@ class SuperLU:
         self._columns.data[self._places] = (self._diagonal + d)[self._inverse]
         how: dict[str, Any] = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True, "Equil": False}}
         factorize = partial(splu, self._columns, permc_spec=self._search, **how)
-        self._lu, self._solving = _factorized(factorize, self._columns.nnz), self._order
+        self._lu, self._solving = factors.factorized(factorize, self._columns.nnz), self._order
         if self._search != "NATURAL":
             self._keep(self._lu.perm_c, "NATURAL")
 
@@ -134,7 +132,7 @@ class LDL:
             return
         self._upper.data[self._places] = self.S * (self._diagonal + d)
         again = qdldl.Solver if self._solver is None else self._solver.update
-        made = _factorized(partial(again, self._upper, upper=True), self._upper.nnz)
+        made = factors.factorized(partial(again, self._upper, upper=True), self._upper.nnz)
         self._solver = self._solver or made
 
     def solve(self, b: Vector) -> Vector:
@@ -145,14 +143,6 @@ class LDL:
         lengths = np.diff(self._solver.factors()[0].indptr).astype(np.float64)
         total = float((lengths * (lengths + 3)).sum())
         return total, total / max(float(lengths.sum()), 1.0)
-
-
-def _factorized(factorize: Callable[[], Any], entries: int) -> Any:
-    """Return the factors of a matrix with this number of entries; raise SingularMatrix for any error of a library."""
-    try:
-        return interruptibly(factorize) if entries > factors.MOST_QUICK_ENTRIES else factorize()
-    except RuntimeError as error:
-        raise SingularMatrix from error
 
 
 def dense_places(M: Matrix) -> Indices:

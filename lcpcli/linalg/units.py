@@ -100,11 +100,6 @@ def units(M: Matrix, S: Vector | None = None) -> Units:
     return _sparse(csr_array(M))
 
 
-def mean_logarithms(rows: Vector) -> Vector:
-    """Return the means of log2 |M_ij| in rows of a matrix without entries 0: up to a constant, minus `Units.rows`."""
-    return np.asarray(np.log2(np.abs(rows)).mean(axis=1))
-
-
 def _sums(M: Vector) -> Vector:
     """Return the sums of log2 |M_ij| in rows and in columns of a matrix without zeros, shape (2, n)."""
     sums = np.zeros((2, M.shape[0]))

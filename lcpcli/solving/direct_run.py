@@ -195,7 +195,7 @@ def solved_directly(session: Session) -> Result | None:
         session.options["compiled"] = True
     session.stopwatch.count("setup")
     if fast is not None and start is None and problem.is_mixed:
-        answer = mixed_answer(problem, session.limits.tol)
+        answer = fast.mixed(problem, session.limits.tol)
         if answer is not None:
             return session.of_answer(answer)
     if problem.n > MOST_PIVOTED or problem.may_have_far_bounds:
@@ -266,13 +266,6 @@ def _answers(
             return
     if not has_diagonal and fast is not None and problem.box.is_orthant:  # newton rarely settles
         yield fast.lemke(problem, tol, basic)
-
-
-def mixed_answer(problem: Problem, tol: float) -> DirectAnswer | None:
-    """Return the answer of the kernels to a mixed problem with few unknowns; None where they find none."""
-    with imports:
-        from lcpcli.kernels.compiled_mixed import mixed
-    return mixed(problem, tol)
 
 
 @np.errstate(over="raise", invalid="raise", divide="raise")

@@ -39,7 +39,7 @@ from lcpcli.options import DEFAULTS, Limits
 from lcpcli.solving import driver
 from lcpcli.solving.call import RAISE, NonlinearOptions, chosen, trace_of, unless_interrupted
 from lcpcli.solving.direct_run import compiled as kernels
-from lcpcli.solving.direct_run import mixed_answer, uses_kernels
+from lcpcli.solving.direct_run import uses_kernels
 from lcpcli.solving.loop import Loop
 from lcpcli.solving.result import Result, Status
 from lcpcli.solving.trace import Callback, Trace
@@ -304,7 +304,7 @@ def _pivoted(
             z = problem.box.z_of(last.x)
             if _is_close(problem, z, CLOSE):
                 return z, problem.box.basis_at(z)
-    if fast is not None and problem.is_mixed and (answer := mixed_answer(problem, DEFAULTS.tol)) is not None:
+    if fast is not None and problem.is_mixed and (answer := fast.mixed(problem, DEFAULTS.tol)) is not None:
         return answer.z, problem.box.basis_at(answer.z) if answer.end is None else answer.end
     if basis is not None and isinstance(step, Breakdown) and problem.n > SHORT_PATH:
         with suppress(SingularMatrix):

@@ -45,7 +45,6 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.linalg.doubles import LARGEST_DOUBLE, ROUNDING, ROW_ROUNDING, SMALLEST_NORMAL, are_moderate
 from lcpcli.linalg.matrices import absolute_product, accurate_residual, is_sparse, product, row_errors
-from lcpcli.linalg.units import mean_logarithms
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 
@@ -316,5 +315,5 @@ def _least_caps(problem: Problem, rows: Indices) -> Vector:
     """Return lower bounds on the caps of these rows, for M without zeros."""
     violations = np.maximum(problem.box.excess(problem.reference_point, problem.q), 0.0)
     worst = int(violations.argmax())
-    logarithms = mean_logarithms(problem.M[[worst, *rows]])
+    logarithms = np.log2(np.abs(problem.M[[worst, *rows]])).mean(axis=1)  # minus units of the rows, up to a constant
     return np.asarray(CERTAIN * violations[worst] * np.exp2(logarithms[1:] - logarithms[0]))

@@ -17,7 +17,7 @@ from lcpcli.linalg import compressed_rows
 from lcpcli.linalg.compressed_rows import of_columns
 from lcpcli.linalg.matrices import column_maxima, multiplier, norm_inf, row_and_column_maxima, row_maxima
 from lcpcli.linalg.stencils import Operator
-from lcpcli.linalg.units import LARGEST_ELIMINATED, equilibrate, mean_logarithms, units
+from lcpcli.linalg.units import LARGEST_ELIMINATED, equilibrate, units
 from lcpcli.typing import Matrix
 
 from ..methods.grids import plane, space, stream
@@ -140,7 +140,8 @@ def test_units_of_a_large_matrix_are_found_by_blocks_of_rows() -> None:
     assert found.parts == whole.parts == 1
     for own, other in ((found.rows, whole.rows), (found.columns, whole.columns)):
         assert np.ptp(own - other) <= 1e-9
-    assert np.allclose(mean_logarithms(M[:3]) + found.rows[:3], mean_logarithms(M[:1]) + found.rows[0], atol=1e-9)
+    means = np.log2(np.abs(M[:3])).mean(axis=1)  # by which the measure bounds the units of few rows
+    assert np.allclose(means + found.rows[:3], means[0] + found.rows[0], atol=1e-9)
 
 
 @pytest.mark.parametrize("hidden", [False, True], ids=["routine", "operator"])

@@ -20,8 +20,7 @@ from lcpcli import Problem, run
 from lcpcli.basis import tableau
 from lcpcli.gallery import families
 from lcpcli.kernels import announcement, compiled
-from lcpcli.kernels.compiled import NUMBERS_AT_ONCE, direct_many, lemke, rows_of, solves, surely_solves
-from lcpcli.kernels.compiled_mixed import mixed
+from lcpcli.kernels.compiled import NUMBERS_AT_ONCE, direct_many, lemke, mixed, rows_of, solves, surely_solves
 from lcpcli.kernels.kernels import solve_one
 from lcpcli.methods.direct import CERTAIN, NOTHING
 from lcpcli.methods.lemke import LemkePath, reduced
