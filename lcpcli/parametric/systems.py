@@ -54,7 +54,7 @@ class DenseSystem(ChangingSystem):
         super().__init__(M, moved)
         n, self.k = self.n, 0
         self._rows, self._cols = np.zeros((2, n + 1), dtype=np.intp)
-        self._row_of, self._col_of = np.full((2, n + 1), -1)
+        self._at, self._nothing = np.full(2 * n + 1, -1), np.zeros(n)  # of a column in C, or of a row n + 1 less in R
         self._columns, self._inverse = np.zeros((n + 1, n)), np.zeros((n + 1, n + 1))  # takes memory as it is used
 
     @property
@@ -69,7 +69,7 @@ class DenseSystem(ChangingSystem):
 
     def has(self, col: int) -> bool:
         """Return whether a column is in C."""
-        return bool(self._col_of[col] >= 0)
+        return bool(self._at[col] >= 0)
 
     @property
     def inverse(self) -> Vector:
@@ -91,12 +91,12 @@ class DenseSystem(ChangingSystem):
 
     def solve_unit(self, row: int) -> Vector:
         """Return the x with A_RC x = e_row."""
-        return np.array(self._inverse[: self.k, self._row_of[row]])
+        return np.array(self._inverse[: self.k, self._at[self.n + 1 + row]])
 
     def multipliers(self, col: int) -> Vector:
         """Return the y of shape (n,), zero outside R, with y'A_C = e_col."""
         y = np.zeros(self._columns.shape[1])
-        y[self.rows] = self._inverse[self._col_of[col], : self.k]
+        y[self.rows] = self._inverse[self._at[col], : self.k]
         return y
 
     def times(self, x: Vector) -> Vector:
@@ -104,64 +104,39 @@ class DenseSystem(ChangingSystem):
         return np.asarray(x @ self.columns)
 
     def exchange(self, old: int, new: int) -> None:
-        """Put a column of J in the place of another one, or the new values of column n in its place."""
-        row, other = old - self.n - 1, new - self.n - 1
-        if row < 0:
-            self._replace_column(old, new) if other < 0 else self._drop(other, old)
-        elif other < 0:
-            self._add(row, new)
+        """Put a column of J in the place of another one, or the new values of column n in its place: one step of the
+        product form for the inverse of [A_C, E], of which the rows in the places of unit columns are not stored."""
+        k, X, coming, leaving = self.k, self.inverse, old - self.n - 1, new - self.n - 1  # rows of M, or negative
+        if leaving < 0:
+            column, change = self.column(new), self._coming(new)
         else:
-            self._replace_row(other, row)
-
-    def _add(self, row: int, col: int) -> None:
-        """Add a row to R and a column to C."""
-        k, X, column = self.k, self.inverse, self.column(col)
-        r = self._columns[:k, row]
-        y, v = self._coming(col), r @ X
-        pivot = self._pivot(column[row] - r @ y, abs(column[row]) + np.abs(r) @ np.abs(y))
-        X += np.outer(y, v / pivot)
-        self._inverse[:k, k], self._inverse[k, :k], self._inverse[k, k] = y / -pivot, v / -pivot, 1 / pivot
-        self._put(k, row, col, column)
-        self.k, self.age = k + 1, self.age + 1
-
-    def _drop(self, row: int, col: int) -> None:
-        """Take a row from R and a column from C."""
-        p, q, X = self._row_of[row], self._col_of[col], self.inverse
-        pivot = self._pivot(X[q, p], max(np.abs(X[q]).max(), np.abs(X[:, p]).max()))
-        X -= np.outer(X[:, p], X[q] / pivot)
-        last = self.k - 1
-        X[:, p], X[q] = X[:, last], X[last]
-        self._row_of[row] = self._col_of[col] = -1
-        self.k, self.age = last, self.age + 1
+            column, change = self._nothing, X[:, self._at[new]].copy()
+        if coming >= 0:
+            row, value, place = self._columns[:k, coming], column[coming], k
+            terms = abs(value) + np.abs(row) @ np.abs(change)
+            self._inverse[k, :k], self._inverse[:k, k], self._inverse[k, k] = -(row @ X), 0.0, 1.0
+            change = np.append(change, value - row @ change)
+            self._rows[k], self._at[old], self.k = coming, k, k + 1
+        else:
+            place, self._at[old] = self._at[old], -1
+            others = np.abs(X[place])
+            terms = others @ np.abs(column[self.rows]) if leaving < 0 else max(others.max(), np.abs(change).max())
+        X = self.inverse
+        X[place] /= self._pivot(change[place], terms)
+        change[place] = 0.0
+        X -= np.outer(change, X[place])
+        self.age += 1
+        if leaving < 0:
+            self._cols[place], self._columns[place], self._at[new] = new, column, place
+            return
+        self.k, p, self._at[new] = (last := self.k - 1), self._at[new], -1
+        X[:, p], X[place] = X[:, last], X[last]
         if p != last:
             self._rows[p] = self._rows[last]
-            self._row_of[self._rows[p]] = p
-        if q != last:
-            self._cols[q], self._columns[q] = self._cols[last], self._columns[last]
-            self._col_of[self._cols[q]] = q
-
-    def _replace_column(self, old: int, new: int) -> None:
-        """Put another column in the place of one in C, or its new values in the place of column n."""
-        q, X, column = self._col_of[old], self.inverse, self.column(new)
-        b = column[self.rows]
-        y = self._coming(new)
-        X[q] /= self._pivot(y[q], float(np.abs(X[q]) @ np.abs(b)))
-        y[q] = 0.0
-        X -= np.outer(y, X[q])
-        self._col_of[old] = -1
-        self._cols[q], self._columns[q], self._col_of[new] = new, column, q
-        self.age += 1
-
-    def _replace_row(self, old: int, new: int) -> None:
-        """Put another row in the place of one in R."""
-        p, X, r = self._row_of[old], self.inverse, self._columns[: self.k, new]
-        v = r @ X
-        X[:, p] /= self._pivot(v[p], float(np.abs(r) @ np.abs(X[:, p])))
-        v[p] = 0.0
-        X -= np.outer(X[:, p], v)
-        self._row_of[old] = -1
-        self._rows[p], self._row_of[new] = new, p
-        self.age += 1
+            self._at[self.n + 1 + self._rows[p]] = p
+        if place != last:
+            self._cols[place], self._columns[place] = self._cols[last], self._columns[last]
+            self._at[self._cols[place]] = place
 
     def refresh(self) -> None:
         block = self.columns[:, self.rows].T
@@ -171,7 +146,8 @@ class DenseSystem(ChangingSystem):
     def begin(self, basic: Indices) -> None:
         """Set R and C to some indices; raise SingularMatrix if A_RC is singular."""
         for k, at in enumerate(basic.tolist()):
-            self._put(k, at, at, self.column(at))
+            self._rows[k], self._cols[k], self._columns[k] = at, at, self.column(at)
+            self._at[[at, self.n + 1 + at]] = k
         self.k = basic.size
         self.refresh()
 
@@ -180,10 +156,6 @@ class DenseSystem(ChangingSystem):
         last, x = self._solved
         self._solved = NOTHING
         return x.copy() if last == col else self.solve(self.column(col))
-
-    def _put(self, k: int, row: int, col: int, column: Vector) -> None:
-        self._rows[k], self._cols[k], self._columns[k] = row, col, column
-        self._row_of[row] = self._col_of[col] = k
 
     def _pivot(self, value: float, terms: float) -> float:
         """Return a pivot, or 1 and have the inverse computed from scratch if it is too small."""
