@@ -103,19 +103,14 @@ def build(
         wrong = f"the verdict of the problem, {problem.verdict}, is wrong"
         disproof = [f"{wrong}: z is a solution to the tolerance {solved[0].tol:g}"]
     shows_times = form != "latex" and (not chosen or "time" in chosen)
-    iterates = Table(
-        [header[j] for j in places],
-        list(filter(None, groups)),
-        name="Iterates",
-        digits=[[_digits(row, held) for row in own] for own in shown] if form == "html" else (),
-    )
-    summary = summary_of_costs(results, screen) if compared and not chosen else None
+    iterates = Table([header[j] for j in places], list(filter(None, groups)), name="Iterates")
+    summary = [summary_of_costs(results)] * (compared and not chosen)
     return Section(
         title=_title(problem, "" if disproof else problem.verdict),
         verdict="" if compared else outcome.verdict(first),
         settled=not compared and first.solved,
         facts=facts,
-        tables=[*_strategies(first, whole or form != "table", compared), iterates, *filter(None, [summary])],
+        tables=[*_strategies(first, whole or form != "table", compared), iterates, *summary],
         remarks=[*disproof, *_remarks(results, compared, elided, form, shows_times)],
         provenance=wording.made_by(results),
         figure=partial(outcome.figure, results) if any(result.trace or result.curve for result in results) else None,
@@ -145,13 +140,6 @@ def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> D
     names = ", ".join(dict.fromkeys(section.title.split(":")[0] for section in sections))
     methods = " and ".join(dict.fromkeys(result.method for own in runs for result in own))
     return Document(": ".join(filter(None, (names, methods))), sections)
-
-
-def _digits(row: TraceRow, components: Indices | None) -> str:
-    """Return an iterate with all of its digits. components : of z that it has; None for all."""
-    names = [f"z{i + 1}" for i in (range(row.z.size) if components is None else components)]
-    values = {"k": row.k, **dict(zip(names, row.z.tolist(), strict=True)), **wording.values_of(row)}
-    return ", ".join(f"{name} = {value!r}" for name, value in values.items() if value is not None)
 
 
 def _names(problem: Problem, most: float) -> list[str]:
@@ -241,23 +229,16 @@ def _title(problem: Problem, verdict: str) -> str:
 
 
 SHORT = {"iteration_limit": "k limit", "time_limit": "t limit"}  # for crowded rows
+STAR = "*"  # before the shortest of several times
 FALSE = "FALSE"  # in place of the status of a run whose claim does not hold
 
 
-def summary_of_costs(results: Sequence[Result], width: int | None) -> Table:
-    """Return a row for each run: the iterations and the time to each level of error, if these are recorded, and to the
-    verified end, in one unit, and a column for each option by which runs differ. A summary wider than the terminal, if
-    there is one, leaves out levels, the coarsest first."""
+def summary_of_costs(results: Sequence[Result]) -> Table:
+    """Return a row for each run: the iterations and the time to each level of error, if these are recorded, else the
+    evaluations and the residual; those to the verified end, all times in one unit; and a column for each option by
+    which runs differ."""
     are_noted = any(result.curve is not None and result.curve.levels for result in results)
-    for i in range(len(wording.LEVELS) + 1):
-        made = _summary(results, wording.LEVELS[i:] if are_noted else (), are_noted)
-        if width is None or sum(made.widths()) + len(made.header) + len(made.best) <= width:  # a mark beside each best
-            break
-    return made
-
-
-def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool) -> Table:
-    """Return the summary with the costs of these levels; if no costs `are_noted`, it has evaluations and residuals."""
+    levels = wording.LEVELS if are_noted else ()
     pairs = ((each.partition("=") for each in own.label.partition(":")[2].split(",") if each) for own in results)
     settings = [{name: value or "yes" for name, _, value in own} for own in pairs]
     options = list(dict.fromkeys(name for own in settings for name in own))
@@ -273,23 +254,21 @@ def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool
     for result, own, at in zip(results, settings, attained, strict=True):
         row = [result.method, *(own.get(option, "") for option in options)]
         for cost in (*map(at.get, levels), (result.iterations, result.seconds)):
-            row += (str(cost[0]), wording.digits(cost[1] / length)) if cost else (NONE, NONE)
+            row += (str(cost[0]), wording.digits(cost[1] / length, 2)) if cost else (NONE, NONE)
         row += [str(result.evaluations), wording.residual(result)] * (not are_noted)
         status = FALSE if result.verified is False else SHORT.get(result.word, result.word.replace("_", " "))
         rows.append(row + [wording.error(result.error, result.problem)] * has_error + [status])
-    first = 1 + len(options)
     times = [[at[level][1] if level in at else None for at in attained] for level in levels]
     times.append([result.seconds if result.solved else None for result in results])
-    best = {(row, first + 2 * j + 1) for j, column in enumerate(times) for row in _shortest(column)}
+    for j, column in enumerate(times):
+        known = [(seconds, i) for i, seconds in enumerate(column) if seconds is not None]
+        if known and len(rows) > 1:
+            row, place = rows[min(known)[1]], len(options) + 2 * j + 2
+            row[place] = STAR + row[place]
     notes = ["to: errors relative to the solution's largest component"] * bool(levels)
-    return Table(header, [rows], words=(0, len(header) - 1), best=best, why="the shortest time", notes=notes)
+    notes += [f"{STAR} the shortest time"] * (len(rows) > 1)
+    return Table(header, [rows], words=(0, len(header) - 1), notes=["; ".join(notes)])
 
 
 def reached(result: Result) -> dict[float, tuple[int, float]]:
     return {each.level: (each.k, each.seconds) for each in (result.curve.milestones if result.curve else ())}
-
-
-def _shortest(times: Sequence[float | None]) -> list[int]:
-    """Return the index of the shortest time of several runs, or no index if there is nothing to compare."""
-    known = [(seconds, i) for i, seconds in enumerate(times) if seconds is not None]
-    return [min(known)[1]] if len(times) > 1 and known else []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from io import StringIO
 from typing import Literal
 
@@ -51,10 +51,8 @@ def render(document: Document, width: int | None, color: bool) -> str:
         for j, table in enumerate(section.tables):
             if section.verdict or (table.texts and (j or section.facts)):
                 console.print()
-            _print(console, table if color else _starred(table), width)
-            star = [f"* {table.why}"] * bool(table.best and not color)  # where there is no bold type
-            last = ["; ".join([*table.notes[-1:], *star])] * bool(table.notes or star)
-            show([*table.notes[:-1], *last], "", width or PIPE_WIDTH)
+            _print(console, table, width)
+            show(table.notes, "", width or PIPE_WIDTH)
         if not section.verdict:
             show(section.remarks, REMARK)
         show([section.provenance] * bool(section.provenance), "", width or PIPE_WIDTH)
@@ -94,19 +92,6 @@ def trim(out: StringIO) -> str:
     return "".join(line.rstrip() + "\n" for line in out.getvalue().replace(NO_BREAK, " ").splitlines())
 
 
-def _starred(table: Table) -> Table:
-    """Return the table with a star after its best cells, where there is no bold type, and a blank after the others of
-    their columns."""
-    marked = {j for _, j in table.best}
-
-    def row(cells: Sequence[str], best: Collection[int] = ()) -> list[str]:
-        return [cell + ("*" if j in best else NO_BREAK * (j in marked)) for j, cell in enumerate(cells)]
-
-    *others, last = table.groups
-    starred = [row(cells, {j for k, j in table.best if k == i}) for i, cells in enumerate(last)]
-    return table._replace(header=row(table.header), groups=[*(list(map(row, group)) for group in others), starred])
-
-
 def _label_down(group: Sequence[Sequence[str]]) -> Sequence[Sequence[str]]:
     """Return the group with its label down the first column, one word per row as in the paper, if it fits."""
     name, _, options = group[0][0].partition(":")
@@ -143,10 +128,8 @@ def _grid(table: Table, columns: Sequence[int], gap: int) -> Grid:
         justify: Literal["left", "right"] = "left" if j in table.words else "right"
         grid.add_column(table.header[j], justify=justify, no_wrap=is_whole, overflow="fold")
     for group in table.groups:
-        marked = table.best if group is table.groups[-1] else ()
-        for i, row in enumerate(group):
-            cells = (Text(row[j], STYLES.get(row[j], "bold" if (i, j) in marked else "")) for j in columns)
-            grid.add_row(*cells, end_section=row is group[-1])
+        for row in group:
+            grid.add_row(*(Text(row[j], STYLES.get(row[j], "")) for j in columns), end_section=row is group[-1])
     return grid
 
 

@@ -161,9 +161,9 @@ def level(value: float) -> str:
     return f"{value:.0e}".replace("e-0", "e-")
 
 
-def digits(value: float) -> str:
-    """Return three significant digits, without an exponent in large numbers."""
-    return f"{value:.3g}" if value < 999.5 else f"{value:.0f}"
+def digits(value: float, number: int = 3) -> str:
+    """Return some significant digits, without an exponent in large numbers."""
+    return f"{value:.{number}g}" if value < 10**number - 0.5 else f"{value:.0f}"
 
 
 def duration(seconds: float) -> str:

@@ -79,16 +79,6 @@ def test_show_is_refused_at_first(session: Callable[[str], None], monkeypatch: p
     session("refused-show")
 
 
-def test_digits_under_the_pointer_are_those_that_a_page_shows(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)  # without a figure
-    page = lcp("solve", contents.shipped_path("tridiagonal-100.json"), "--method", "newton", "--format", "html").out
-    assert "z100 = 0.0" in page
-    assert "z12 = " not in page
-    chosen = lcp("solve", "market.json", "--method", "newton", "--format", "html", "--show", "flow").out
-    assert "z2 = " in chosen
-    assert "z1 = " not in chosen
-
-
 MIXED = {
     "M": [[2, 1, 0], [1, 2, 1], [0, 1, 3]],
     "q": [-5, -6, 4],
