@@ -235,13 +235,12 @@ FALSE = "FALSE"  # in place of the status of a run whose claim does not hold
 
 def summary_of_costs(results: Sequence[Result]) -> Table:
     """Return a row for each run: the iterations and the time to each level of error, if these are recorded, else the
-    evaluations and the residual; those to the verified end, all times in one unit; and a column for each option by
-    which runs differ."""
+    evaluations and the residual; those to the verified end, all times in one unit; and a column for each option that
+    a run has by itself."""
     are_noted = any(result.curve is not None and result.curve.levels for result in results)
     levels = wording.LEVELS if are_noted else ()
-    pairs = ((each.partition("=") for each in own.label.partition(":")[2].split(",") if each) for own in results)
-    settings = [{name: value or "yes" for name, _, value in own} for own in pairs]
-    options = list(dict.fromkeys(name for own in settings for name in own))
+    texts = [text for result in results for text in result.label.partition(":")[2].split(",")]
+    options = list(filter(None, dict.fromkeys(text.partition("=")[0] for text in texts)))
     attained = [reached(result) for result in results]
     length, unit = wording.common_unit(
         [r.seconds for r in results] + [own[level][1] for own in attained for level in levels if level in own]
@@ -251,7 +250,8 @@ def summary_of_costs(results: Sequence[Result]) -> Table:
     header = ["method", *options, *(name for level in levels for name in (f"to {wording.level(level)}", unit))]
     header += ["end" if are_noted else "iterations", unit, *counts, *["error"] * has_error, "status"]
     rows = []
-    for result, own, at in zip(results, settings, attained, strict=True):
+    for result, at in zip(results, attained, strict=True):
+        own = wording.options_of(result, whole=False)
         row = [result.method, *(own.get(option, "") for option in options)]
         for cost in (*map(at.get, levels), (result.iterations, result.seconds)):
             row += (str(cost[0]), wording.digits(cost[1] / length, 2)) if cost else (NONE, NONE)

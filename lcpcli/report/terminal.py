@@ -18,13 +18,10 @@ from lcpcli.report.wording import PIPE_WIDTH, folded
 
 RULES = Box("    \n    \n -- \n    \n -- \n -- \n    \n    \n", ascii=True)  # rules of dashes between groups, no frame
 UNLIMITED = 10_000  # columns where there is no limit, as rich needs a number: more than any table has
-PAGE_WIDTH = 120  # columns of a pipe within which no name of a method is written down
 FEWEST_OF_TEXT = 8  # characters of a column of sentences, however wide the others are
 REPEATED = 0.7  # of the width, for the columns that each part of a folded table repeats: others need room too
 STYLES = {"solved": "green", "FALSE": "bold red"}  # legible on light and dark backgrounds
 REMARK = "magenta"
-NO_BREAK = "\ufdd0"  # in place of a blank that breaks no line and is not stripped; no visible name has it
-REFERENCE = re.compile(r"^(?!\|).*`lcp help\s\w+`", re.MULTILINE)  # to a page, in a sentence, not in a table
 # The styles of a page, in place of colours that need a dark background.
 PAGE = {"markdown.code": "bold", "markdown.code_block": "none", "markdown.h1": "bold", "markdown.h2": "bold"}
 
@@ -66,8 +63,7 @@ def page(text: str, width: int, color: bool) -> str:
     out = StringIO()
     console = console_on(out, width, color)
     console.push_theme(Theme(PAGE))
-    whole = re.sub(REFERENCE, lambda line: re.sub(r"`lcp help\s", f"`lcp{NO_BREAK}help{NO_BREAK}", line[0]), text)
-    console.print(Markdown(whole, code_theme="ansi_light", hyperlinks=False))
+    console.print(Markdown(text, code_theme="ansi_light", hyperlinks=False))
     return re.sub(r"\n{3,}", "\n\n", trim(out))
 
 
@@ -88,17 +84,8 @@ def console_on(out: StringIO, width: int, color: bool) -> Console:
 
 
 def trim(out: StringIO) -> str:
-    """Return the text in `out`, without trailing blanks, and with blanks where no line was to be broken or cut."""
-    return "".join(line.rstrip() + "\n" for line in out.getvalue().replace(NO_BREAK, " ").splitlines())
-
-
-def _label_down(group: Sequence[Sequence[str]]) -> Sequence[Sequence[str]]:
-    """Return the group with its label down the first column, one word per row as in the paper, if it fits."""
-    name, _, options = group[0][0].partition(":")
-    words = [*name.replace("-", "- ").split(), *options.replace(",", " ").split()]
-    if len(words) > len(group) or any(row[0] for row in group[1:]):
-        return group
-    return [[word, *row[1:]] for word, row in zip(words + [""] * (len(group) - len(words)), group, strict=True)]
+    """Return the text in `out` without trailing blanks."""
+    return "".join(line.rstrip() + "\n" for line in out.getvalue().splitlines())
 
 
 def _print(console: Console, table: Table, width: int | None) -> None:
@@ -109,9 +96,6 @@ def _print(console: Console, table: Table, width: int | None) -> None:
         least = sum(FEWEST_OF_TEXT if j in table.texts else widest + 1 for j, widest in enumerate(widths))
         console.print(_grid(table, range(len(widths)), 1), width=max(width or PIPE_WIDTH, least))
         return
-    if table.name and sum(widths) + len(widths) > (width or PAGE_WIDTH):
-        table = table._replace(groups=list(map(_label_down, table.groups)))
-        widths = table.widths()
     gap = 2 if sum(widths) + 2 * len(widths) <= (width or PIPE_WIDTH) else 1
     keys = 0
     while keys in table.words and sum(widths[: keys + 1]) <= REPEATED * room:

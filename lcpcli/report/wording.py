@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fnmatch import fnmatchcase
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -201,21 +201,14 @@ def advice(result: Result) -> str:
 
 
 def made_by(results: Sequence[Result]) -> str:
-    """Return, in one line, the version, the limits, which are the same, and the options of each method, but for those
-    that the names of its runs have."""
+    """Return, in one line, the version, the limits, which are the same, and the options that all runs of a method
+    share; the names of runs have the others."""
     parts = [f"{PROGRAM}, {_limits(results[0])}"]
     for method in dict.fromkeys(result.method for result in results):
-        runs = [(own.label, options_of(own, whole=False)) for own in results if own.method == method]
-        shared = {key: value for key, value in runs[0][1].items() if all(run.get(key) == value for _, run in runs)}
-        parts += _written(method, shared)
-        for label, run in runs:
-            if ":" not in label:
-                parts += _written(f"default {method}", {key: run[key] for key in run if key not in shared})
-    return "; ".join(dict.fromkeys(parts))
-
-
-def _written(name: str, options: Mapping[str, str]) -> list[str]:
-    return [f"{name}: {', '.join(f'{option}={value}' for option, value in options.items())}"] if options else []
+        runs = [options_of(own, whole=False).items() for own in results if own.method == method]
+        shared = [f"{name}={value}" for name, value in runs[0] if all((name, value) in run for run in runs)]
+        parts += [f"{method}: {', '.join(shared)}"] * bool(shared)
+    return "; ".join(parts)
 
 
 def provenance(results: Sequence[Result]) -> list[str]:

@@ -12,7 +12,6 @@ import pytest
 import lcpcli
 from lcpcli import Problem, plot, run, solve
 from lcpcli.errors import OptionError
-from lcpcli.files import contents
 from lcpcli.report.figures import run_figures
 from lcpcli.report.wording import places
 

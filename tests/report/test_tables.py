@@ -83,9 +83,8 @@ def test_long_z_fits_the_terminal_and_is_whole_in_files(
     assert "all 5 components of z" not in lcp("solve", contents.shipped_path("bimatrix.json")).out
     file = tmp_path / "result.txt"
     lcp("solve", TRIDIAGONAL, "-o", str(file))
-    rows = re.findall(r"^z(\d+) +(.*)$", file.read_text(), flags=re.MULTILINE)
-    assert [float(cell) for _, row in rows for cell in row.split()] == [1.0, 0.0] * 50
-    assert rows[1][0] == str(1 + len(rows[0][1].split()))
+    (whole,) = re.findall(r"^z = \((.*?)\)$", file.read_text(), flags=re.MULTILINE | re.DOTALL)
+    assert [float(cell) for cell in whole.split(",")] == [1.0, 0.0] * 50
 
 
 @pytest.mark.parametrize(
@@ -148,7 +147,7 @@ def test_default_beside_a_run_with_an_option_and_every_value_in_a_figure_are_tol
     file = tmp_path / "figure.svg"
     methods = ("--method", "shi", "--method", "shi:k-star=5", "--method", "shi:k-star=17")
     out = lcp("compare", EXAMPLE, *methods, "--plot", str(file)).out
-    assert " ".join(out[out.index("\nlcp ") :].split()).endswith("default shi: k-star=100")
+    assert [line.split()[1] for line in out.splitlines() if line.startswith("shi ")][-3:] == ["100", "5", "17"]
     assert re.search(r"k-star=5, .*k-star=17, ", file.read_text())
 
 
@@ -256,16 +255,6 @@ def heading_and_first(lcp: Lcp, file: str) -> tuple[list[str], str]:
     """The words of the heading of the iterates and the line of the first."""
     lines = lcp("solve", file, "--method", "fixed-point").out.split("\n\n", 1)[1].splitlines()
     return lines[0].split(), lines[2]
-
-
-@pytest.mark.parametrize(("width", "method"), [(120, "fixed-point "), (80, "fixed-point "), (40, "fixed- ")])
-def test_the_name_of_a_method_is_folded_where_a_table_is_wide(
-    width: int, method: str, lcp: Lcp, terminal: Terminal
-) -> None:
-    terminal(width, False)
-    heading, first = heading_and_first(lcp, EXAMPLE)
-    assert first.startswith(method)
-    assert "..." not in heading or width < 80
 
 
 @pytest.mark.parametrize(("width", "shown"), [(50, 2), (60, 3), (80, 4), (200, 15), (None, 12)])
