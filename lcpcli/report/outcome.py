@@ -133,7 +133,7 @@ def _vector(result: Result, width: int, whole: bool, names: Sequence[str]) -> li
     start = "z =" if result.solved or result.status.word in PROBLEM_STATUSES else "best z ="
     if names:
         own, cells = result.names, _cells(result, slice(None), by_name=True)
-        kept = wording.places(wording.labels_of(result.problem)[: len(cells)], names)
+        kept = wording.places(wording.labels_of(result.problem), names)
         shown = [(own[i] or f"z{i + 1}", cells[i].split()[-1]) for i in kept]
         return [f"{start} ({', '.join(f'{visible(name)} {cell}' for name, cell in shown)})"]
     if not whole:

@@ -79,7 +79,7 @@ def _best(found: Optimum, cell: Callable[..., str], most: float, names: Sequence
     tree = programs_and_games.behavior_of(problem.origin, found.z) if found.z else None
     facts += [programs_and_games.payoffs_of(tree)] if tree else []
     own = wording.headings(problem, most)
-    chosen = wording.places(wording.labels_of(problem)[: problem.n], names)
+    chosen = wording.places(wording.labels_of(problem), names)
     kept = chosen[:MOST_UNKNOWNS]
     if len(kept) < len(chosen):
         unknowns = count(len(chosen), "unknown")
@@ -158,7 +158,7 @@ def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float
     assert equilibria is not None
     extreme, subsets = equilibria.extreme, equilibria.subsets
     names = list(chain(*wording.strategy_names(game, most)))
-    kept = wording.places(wording.labels_of(found.data.problem)[: found.data.n], shown)
+    kept = wording.places(wording.labels_of(found.data.problem), shown)
     indexed = any(each.index is not None for each in extreme)
     header = ["", *(names[i] for i in kept), *wording.payoff_headings(game), *["index"] * indexed, "pure"]
 
@@ -213,7 +213,7 @@ def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tu
     each component of each vertex, ray and line: z and w, or their changes for a direction; for a program, also whether
     it is x, y or s, and its value in the program's own sense. For a game there is a line for each strategy in each
     extreme equilibrium: its probability, and the expected payoff of its player. shown : as names for `build`."""
-    problem, n, header = found.data.problem, found.data.n, HEADER[3:]
+    problem, header = found.data.problem, HEADER[3:]
     if isinstance(found, Optimum):
         message, has_names = found.message(brief), True
         rows = _components(problem.origin, found.z, found.w or [], exact) if found.z else iter(())
@@ -234,7 +234,7 @@ def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tu
                 for i, probability in enumerate(plain(getattr(each, player), exact), 1)
             )
     header = (*header, *PROGRAM_COLUMNS * isinstance(problem.origin, Program), *["name"] * has_names)
-    kept = set(wording.places(wording.labels_of(problem)[:n], shown))
+    kept = set(wording.places(wording.labels_of(problem), shown))
     lines = zip(rows, cycle(enumerate(problem.names)), strict=False)  # each solution's in the order of the unknowns
     chosen = ((*row, *[name] * has_names) for row, (i, name) in lines if i in kept)
     return [header, *chosen], [": ".join(filter(None, [problem.name, message]))]

@@ -20,7 +20,6 @@ from lcpcli.typing import Indices
 
 if TYPE_CHECKING:
     from lcpcli.model.nonlinear import NonlinearProblem
-    from lcpcli.model.origins import Game
     from lcpcli.solving.trace import TraceRow
 
 CELL = 11  # the usual width of a component with the gap after it
@@ -29,7 +28,7 @@ PIPE_COMPONENTS = 12  # of z in a pipe, where lines may be long: all components 
 TITLE_COMPONENTS = 6  # of a known solution in a title, about a line of text
 MOST_EXPLAINED = 5  # runs whose failures are explained, a line or two each; more, as in a sweep, would be too many
 PRINTED = ("latex", "html")  # the formats for readers who do not run the program
-NONE = "-"  # in place of the strategies of an iterate that has none, or of the costs to a level that is not reached
+NONE = "-"  # in place of the costs to a level that is not reached
 
 CellsOfZ: TypeAlias = "Callable[[TraceRow, float], list[str]]"  # of a row, beside the largest component of z
 
@@ -43,10 +42,7 @@ def shown_components(n: int, width: int | None) -> Indices | None:
 
 
 def kept_components(problem: Problem | NonlinearProblem, width: int | None, names: Sequence[str]) -> Indices | None:
-    """Return the components of z that a trace keeps for a table of this width, or of unknowns of these names: all for a
-    game, whose probabilities depend on all."""
-    if wording.game_of(problem) is not None:
-        return None
+    """Return the components of z that a trace keeps for a table of this width, or of unknowns of these names."""
     labels = wording.labels_of(problem) if names else ()
     return np.array(wording.places(labels, names), int) if names else shown_components(problem.n, width)
 
@@ -72,15 +68,10 @@ def build(
     shown, as for `wording.places`, and which traces have, but of a game all; empty for as many as fit.
     """
     first, problem = results[0], results[0].problem
-    components = held = first.trace.components if first.trace else None
-    game, n, screen = wording.game_of(problem), problem.n, width if form == "table" else None
-    if game is not None:
-        components = shown_components(n, None if screen is None else screen - 2 * CELL)
-    names = _names(problem, longest(form))
-    kept = [*with_gap(n, components), *range(n, len(names))]
-    if shown_names:
-        kept = [*wording.places(wording.labels_of(problem), shown_names)]
-    signs = np.array(in_own_sense(problem, [1.0] * n))[slice(None) if held is None else held]
+    components = first.trace.components if first.trace else None
+    n, names = problem.n, wording.headings(problem, longest(form))
+    kept = [*wording.places(wording.labels_of(problem), shown_names)] if shown_names else with_gap(n, components)
+    signs = np.array(in_own_sense(problem, [1.0] * n))[slice(None) if components is None else components]
     traces = [result.trace.rows if result.trace else [] for result in results]
     shown = [rows[1:] if len(rows) > 1 else rows for rows in traces]  # the start only if there is nothing else
     rows = [row for own in shown for row in own]
@@ -89,11 +80,9 @@ def build(
     places = _places(chosen, len(kept), [name.partition("/")[0] for name in others])
 
     def cells_of_z(row: TraceRow, largest: float) -> list[str]:
-        if game is not None:
-            cells = _of_game(row, game)
-            return [wording.ELLIPSIS if i is None else cells[i] for i in kept]
-        held_ones = iter(wording.components((signs * row.z + 0.0).tolist(), largest))
-        return [wording.ELLIPSIS if i is None else next(held_ones) for i in kept]
+        cells = wording.components((signs * row.z + 0.0).tolist(), largest)
+        cells[-1:-1] = [wording.ELLIPSIS] * (None in kept)
+        return cells
 
     groups = [_group(result, own, cells_of_z, others, places) for result, own in zip(results, shown, strict=True)]
     facts = [] if compared else outcome.facts(first, width, whole, shown_names)
@@ -142,14 +131,6 @@ def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> D
     return Document(": ".join(filter(None, (names, methods))), sections)
 
 
-def _names(problem: Problem, most: float) -> list[str]:
-    """Return the names of all components of z; of a game, those of the strategies and payoffs."""
-    if (game := wording.game_of(problem)) is None:
-        return wording.headings(problem, most)
-    rows, columns = wording.strategy_names(game, most)
-    return [*rows, *columns, *wording.payoff_headings(game)]
-
-
 def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[int]:
     """Return the indices of the chosen columns, in their order, after the method; all if none is chosen. names : the
     number of columns of z. others : the names of the columns after them."""
@@ -175,15 +156,6 @@ def _group(
         group.append([cells[j] for j in places])
         earlier = label
     return group
-
-
-def _of_game(row: TraceRow, game: Game) -> list[str]:
-    """Return the probabilities and payoffs in a row, dashes where there are none."""
-    from lcpcli.report import programs_and_games
-
-    *probabilities, by_row, by_column = programs_and_games.iterate_of_game(game, row.z)
-    cells = [NONE if value is None else wording.components([value], 1.0)[0] for value in probabilities]
-    return [*cells, *(NONE if value is None else f"{value:.7g}" for value in (by_row, by_column))]
 
 
 def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str, shows_times: bool) -> list[str]:

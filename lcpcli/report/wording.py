@@ -4,9 +4,9 @@ and the columns of iterates after z. Nothing heavy is imported, as help names th
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from fnmatch import fnmatchcase
+from itertools import chain
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -280,12 +280,12 @@ def game_of(problem: Problem | NonlinearProblem) -> Game | None:
 
 
 def labels_of(problem: Problem | NonlinearProblem) -> Sequence[str]:
-    """Return the names by which the unknowns of a problem are chosen: of a game, those of the strategies, which differ,
-    and the headings of the payoffs; the names of a program's multipliers begin with y."""
+    """Return the names by which the unknowns of a problem are chosen: of a game, those of the strategies; those of a
+    program's multipliers begin with y."""
     from lcpcli.model.program import Program
 
     if game := game_of(problem):
-        return strategy_headings(game)
+        return [*chain(*strategy_names(game, math.inf))]
     origin = problem.origin
     k = origin.variables if isinstance(origin, Program) else problem.n
     return [*problem.names[:k], *(f"y {name}" if name else "" for name in problem.names[k:])]
@@ -307,14 +307,6 @@ def strategy_names(game: Game, most: float) -> tuple[list[str], list[str]]:
 
 def payoff_headings(game: Game) -> list[str]:
     return [f"{player} gets" for player in game.players or ("row", "column")]
-
-
-def strategy_headings(game: Game) -> list[str]:
-    rows, columns = strategy_names(game, math.inf)
-    gets = payoff_headings(game)
-    times = Counter([*rows, *columns, *gets])
-    parts = zip(game.players or ("row", "column"), (rows, columns), strict=True)
-    return [*(name if times[name] == 1 else f"{player} {name}" for player, own in parts for name in own), *gets]
 
 
 Shown: TypeAlias = "dict[str, Callable[[TraceRow], str]]"  # a heading, with the function that makes a cell of a row
