@@ -99,15 +99,11 @@ def _cell(text: str, is_word: bool = False) -> str:
 
 def _text(text: str) -> str:
     """Return a text in LaTeX, with powers of ten for exponents, and the Greek letter of microseconds."""
-    parts = re.split(EXPONENT, text)
-    words = escape_latex(parts[0]) + "".join(
-        _power(digits, int(exponent)) + escape_latex(after)
-        for digits, exponent, after in zip(parts[1::3], parts[2::3], parts[3::3], strict=True)
-    )
-    return re.sub(r"(?<=\d )us\b|(?<=/)us\b", r"$\\mu$s", words)
+    return re.sub(r"(?<=\d )us\b|(?<=/)us\b", r"$\\mu$s", EXPONENT.sub(_power, escape_latex(text)))
 
 
-def _power(digits: str, exponent: int) -> str:
+def _power(number: re.Match[str]) -> str:
+    digits, exponent = number[1], int(number[2])
     if exponent == 0:
         return digits
     return f"$10^{{{exponent}}}$" if digits == "1" else rf"${digits} \cdot 10^{{{exponent}}}$"
