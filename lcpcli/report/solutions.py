@@ -33,8 +33,6 @@ PROGRAM_COLUMNS = ("part", "value")
 MOST_LINES = 1000  # rows; typesetting more takes longer than the search for the solutions
 FEWEST_LINES = 20  # however wide a table is
 MOST_CELLS = 6000  # of a table; a terminal's takes a tenth of a millisecond for each, and more is hardly read
-MOST_UNKNOWNS = 500  # in the table of the best solution; JSON and CSV have all
-MOST_SUBSETS = 50  # in a remark, which more would make unreadable
 
 Values: TypeAlias = Sequence[Fraction]
 Cells: TypeAlias = tuple[Any, ...]
@@ -57,7 +55,7 @@ def build(found: SolutionSet | Optimum, exact: bool, form: str, names: Sequence[
     problem, facts, remarks, figure = found.data.problem, list[str](), list[str](), None
     if isinstance(found, Optimum):
         message, settled = found.message(cell), found.status == OPTIMAL
-        facts, tables = _best(found, cell, longest(form), names)
+        facts, tables, remarks = _best(found, cell, longest(form), names)
     else:
         message, settled = found.message, found.complete
         listing, remarks = (_pieces if found.equilibria is None else _equilibria)(found, cell, longest(form), names)
@@ -68,8 +66,11 @@ def build(found: SolutionSet | Optimum, exact: bool, form: str, names: Sequence[
     return Document(title, [Section(title, message, settled, facts, tables, remarks, made_by, figure)])
 
 
-def _best(found: Optimum, cell: Callable[..., str], most: float, names: Sequence[str]) -> tuple[list[str], list[Table]]:
-    """Return lines with the objective, its bound and what the best solution means, and the tables of its numbers."""
+def _best(
+    found: Optimum, cell: Callable[..., str], most: float, names: Sequence[str]
+) -> tuple[list[str], list[Table], list[str]]:
+    """Return lines with the objective, its bound and what the best solution means, the tables of its numbers, and
+    remarks."""
     problem = found.data.problem
     shown = (("objective", "value"), ("bound", "bound"), ("gap", "gap"))
     values = ((word, getattr(found, name), found.outward[name]) for word, name in shown)
@@ -78,17 +79,12 @@ def _best(found: Optimum, cell: Callable[..., str], most: float, names: Sequence
         facts += programs_and_games.strategies(problem.origin, each, cell)
     tree = programs_and_games.behavior_of(problem.origin, found.z) if found.z else None
     facts += [programs_and_games.payoffs_of(tree)] if tree else []
-    own = wording.headings(problem, most)
-    chosen = wording.places(wording.labels_of(problem), names)
-    kept = chosen[:MOST_UNKNOWNS]
-    if len(kept) < len(chosen):
-        unknowns = count(len(chosen), "unknown")
-        facts.append(f"the first {MOST_UNKNOWNS} of {unknowns}; --format json and csv have all of them")
+    own, kept = wording.headings(problem, most), wording.places(wording.labels_of(problem), names)
     z, w = (in_own_sense(problem, values or []) for values in (found.z, found.w))
-    rows = [[own[i], cell(z[i]), cell(w[i])] for i in kept] if z else []
+    rows = ([own[i], cell(z[i]), cell(w[i])] for i in kept) if z else iter(())
     facts.append(f"{count(found.nodes, 'node')} of the tree over the states")
-    strategies = [programs_and_games.behavior(tree.information_sets)] if tree else []
-    return facts, [*strategies, Table(["", "z", "w"], [rows])]
+    table, remarks = _listing(["", "z", "w"], [rows], len(kept) if z else 0, [])
+    return facts, [*([programs_and_games.behavior(tree.information_sets)] if tree else []), table], remarks
 
 
 def _parts(data: ExactProblem, piece: Piece) -> Iterator[tuple[str, Values, Values]]:
@@ -175,11 +171,9 @@ def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float
         return _listing(header, [map(row, range(len(extreme)))], len(extreme), remarks)
     joined = [range(len(subsets))] if equilibria.components is None else equilibria.components
     groups = (map(row, sorted({k for s in part for k in subsets[s].extreme})) for part in joined)
-    named = [f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}" for subset in subsets[:MOST_SUBSETS]]
-    if len(subsets) > MOST_SUBSETS:
-        named.append(f"and {count(len(subsets) - MOST_SUBSETS, 'other')}")
+    named = wording.vector(subsets, lambda subset: f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}")[1:-1]
     means = "any average of the row strategies of one with any of its column strategies is an equilibrium"
-    return _listing(header, groups, len(extreme), [f"maximal Nash subsets {', '.join(named)}: {means}"])
+    return _listing(header, groups, len(extreme), [f"maximal Nash subsets {named}: {means}"])
 
 
 def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:

@@ -94,13 +94,23 @@ def build(
     shows_times = form != "latex" and (not chosen or "time" in chosen)
     iterates = Table([header[j] for j in places], list(filter(None, groups)), name="Iterates")
     summary = [summary_of_costs(results)] * (compared and not chosen)
+    meanings, strategies = list[str](), list[Table]()
+    if any(result.answer is not None for result in results):
+        from lcpcli.report import programs_and_games
+
+        meanings = [line for result in results for line in programs_and_games.lines(result, compared)]
+        if not compared:
+            strategies = programs_and_games.tables(first.answer, problem.origin, whole or form != "table")
+    remarks = _remarks(results, compared, form, shows_times) + meanings
+    if elided and form not in PRINTED:
+        remarks.append(f"see all {n} components of z with --format csv")
     return Section(
         title=_title(problem, "" if disproof else problem.verdict),
         verdict="" if compared else outcome.verdict(first),
         settled=not compared and first.solved,
         facts=facts,
-        tables=[*_strategies(first, whole or form != "table", compared), iterates, *summary],
-        remarks=[*disproof, *_remarks(results, compared, elided, form, shows_times)],
+        tables=[*strategies, iterates, *summary],
+        remarks=[*disproof, *remarks],
         provenance=wording.made_by(results),
         figure=partial(outcome.figure, results) if any(result.trace or result.curve for result in results) else None,
     )
@@ -113,16 +123,6 @@ def result_html(result: Result) -> str:
     advised = [*filter(None, [result.advice]), *section.remarks]
     title = section.title.removeprefix(": ")  # of a problem without a name
     return html_page.part(section._replace(title=title, tables=shown, remarks=advised))
-
-
-def _strategies(result: Result, whole: bool, compared: bool) -> list[Table]:
-    """Return tables of the rows and variables of a program, or of the strategies of a game tree; a screen of them or
-    the whole; none if results are compared."""
-    if compared or result.answer is None:
-        return []
-    from lcpcli.report import programs_and_games
-
-    return programs_and_games.tables(result.answer, result.problem.origin, whole)
 
 
 def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> Document:
@@ -158,7 +158,7 @@ def _group(
     return group
 
 
-def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str, shows_times: bool) -> list[str]:
+def _remarks(results: Sequence[Result], compared: bool, form: str, shows_times: bool) -> list[str]:
     """Return lines below the verdict, or below the summary, without advice in formats for print, and without reasons
     why some of many runs failed."""
     failed, hints = [result for result in results if compared and not result.solved], form not in PRINTED
@@ -176,14 +176,7 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
         remarks += [f"{wording.name(result)}: " * compared + text for text in texts if text]
     if shows_times:
         remarks += filter(None, [outcome.spread(results)])
-    remarks += [line for result in results for line in outcome.proofs(result)]
-    if any(result.answer is not None for result in results):
-        from lcpcli.report import programs_and_games
-
-        remarks += [line for result in results for line in programs_and_games.lines(result, compared)]
-    if elided and hints:
-        remarks.append(f"see all {results[0].problem.n} components of z with --format csv")
-    return remarks
+    return remarks + [line for result in results for line in outcome.proofs(result)]
 
 
 def _title(problem: Problem, verdict: str) -> str:

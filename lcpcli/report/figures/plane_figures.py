@@ -200,7 +200,6 @@ NUMBERS = [step * 10**decade for decade in range(7) for step in (1, 2, 5)]  # of
 TICKS = 5  # intervals between labels on an axis at most
 LABELS_APART = 0.12  # of the length of an axis, between two iterates with labels
 INSET = 4  # points: of the labels in the corners
-BESIDE = 0.035  # of the length of an axis: from an iterate to its number
 HOLLOW: dict[str, Any] = {"linestyle": "", "markerfacecolor": "white", "markeredgecolor": "black"}
 START, SOLUTION = HOLLOW | {"marker": "s", "markersize": 6.5}, HOLLOW | {"marker": "*", "markersize": 11}
 
@@ -289,17 +288,13 @@ def _merit(axes: Axes, picture: Panel) -> None:
 def _numbers(axes: Axes, picture: Panel, chosen: Looks) -> None:
     """Label a few iterates with their numbers, apart from each other and from the corners."""
     low, high = np.transpose(ranges(picture))
-    everywhere = np.array([x for path in picture.curves for x in path.x]).reshape(-1, 2)
-    everywhere = (everywhere[np.isfinite(everywhere).all(axis=1)] - low) / (high - low)
     numbered: list[Any] = []
     for path in picture.curves:
         for k, x in zip(path.k, path.x, strict=True):
             place = (np.array(x) - low) / (high - low)
-            if (k not in NUMBERS and not k == path.k[-1] != 0) or not ((place > 0) & (place < 0.95)).all():
-                continue
-            is_own = (np.abs(everywhere - place - BESIDE).max(axis=1) >= 0.75 * BESIDE).all()  # no other one is nearer
+            is_inside = bool(((place > 0) & (place < 0.95)).all() and (np.abs(place - 0.5) < (0.3, 0.35)).any())
             is_free = all(np.abs(place - other).max() >= LABELS_APART for other in numbered)
-            if is_own and is_free and (np.abs(place - 0.5) < (0.3, 0.35)).any():
+            if (k in NUMBERS or k == path.k[-1] != 0) and is_inside and is_free:
                 numbered.append(place)
                 look: dict[str, Any] = {"color": chosen[path.name, path.label].color, "fontsize": SMALL_FONT}
                 look |= {"textcoords": "offset points", "path_effects": [OUTLINE], "zorder": 9}
