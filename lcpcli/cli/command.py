@@ -42,7 +42,7 @@ EXITS = {  # of the commands that solve
     1: "not solved",
     2: "usage or input error (one-line message)",
     3: "proved to have no solution",
-    130: "interrupted; the best iterate is reported",
+    130: "interrupted; what was found is reported",
     143: "the same after SIGTERM",
 }
 

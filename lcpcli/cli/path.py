@@ -46,8 +46,6 @@ OF_POINTS = TOL._replace(meaning="A point counts as a solution if its relative r
         0: "the path is verified, and reaches its end, a ray or a turn",
         1: "it is not, or it stops at a limit",
         3: "the first problem is proved to have no solution",
-        130: "interrupted; the part that was found is reported",
-        143: "the same after SIGTERM",
     },
 )
 @argument(

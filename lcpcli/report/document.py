@@ -18,21 +18,16 @@ class Table(NamedTuple):
     groups : lists of rows, with a rule between two lists.
     words : the indices of the columns of words, which are left-aligned; the others hold numbers.
     texts : the indices of the columns of sentences, which a screen wraps.
-    best : the row and the column of each cell of the last group that stands out, and why : what these have in common.
     notes : lines below the table.
     name : the heading under which a page folds a long table; "" for a table that stays open.
-    digits : for each row of each group, the text that a page shows under the pointer; empty for none.
     """
 
     header: Sequence[str]
     groups: Sequence[Sequence[Sequence[str]]]
     words: Collection[int] = (0,)
     texts: Collection[int] = ()
-    best: Collection[tuple[int, int]] = ()
-    why: str = ""
     notes: Sequence[str] = ()
     name: str = ""
-    digits: Sequence[Sequence[str]] = ()
 
     @property
     def rows(self) -> list[Sequence[str]]:

@@ -1,22 +1,17 @@
-"""A report as one HTML page: it needs no network, can be read without JavaScript, which sorts tables, and prints.
-Figures are drawn if matplotlib is installed; else a note says how to install it."""
+"""A report as one HTML page, which needs neither network nor JavaScript, and prints. Figures are drawn if matplotlib is
+installed; else a note says how to install it."""
 
 from __future__ import annotations
 
 from base64 import b64encode
+from collections.abc import Sequence
 from html import escape
 from importlib.util import find_spec
-from itertools import zip_longest
 
 from lcpcli.report.document import Document, Section, Table
 
 STYLE = """
-:root { color-scheme: light dark; --line: #d0d7de; --soft: #f6f8fa; --good: #1a7f37; --bad: #c0272d }
-@media (prefers-color-scheme: dark) {
-  :root { --line: #3d444d; --soft: #1a2027; --good: #3fb950; --bad: #ff7b72 }
-  body { background: #0d1117; color: #e6edf3 }
-  figure img { filter: invert(0.92) hue-rotate(180deg) }
-}
+:root { color-scheme: light dark; --line: #8888; --soft: #8882; --good: #1f8f3f; --bad: #d9363e }
 body { font: 16px/1.5 system-ui, sans-serif; margin: 0 auto; max-width: 76rem; padding: 1rem 1.5rem 3rem }
 h1 { font-size: 1.5rem; margin: 0.5rem 0 }
 h2 { font-size: 1.2rem; margin: 2rem 0 0.5rem; border-bottom: 1px solid var(--line); padding-bottom: 0.25rem }
@@ -31,40 +26,11 @@ table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size
 th, td { padding: 0.2rem 0.75rem; text-align: right; vertical-align: top; white-space: nowrap }
 th.left, td.left, th.text, td.text { text-align: left }
 td.text { white-space: normal; min-width: 12rem }
-thead th { position: sticky; top: 0; background: var(--soft); border-bottom: 1px solid var(--line) }
+thead th { position: sticky; top: 0; background: Canvas; border-bottom: 1px solid var(--line) }
 tbody + tbody tr:first-child td { border-top: 1px solid var(--line) }
 tbody tr:hover { background: var(--soft) }
-td.best { font-weight: 700 }
 summary { cursor: pointer; margin-top: 0.75rem }
-.sortable { cursor: pointer; user-select: none }
-.sortable:hover { text-decoration: underline }
 @media print { details > :not(summary) { display: block } }
-"""
-
-# A click on a heading sorts all rows by that column, numbers by value; another click reverses the order.
-SCRIPT = """
-const value = cell => parseFloat(cell.textContent);
-for (const heading of document.querySelectorAll("thead th")) {
-  heading.classList.add("sortable");
-  heading.tabIndex = 0;
-  const sort = () => {
-    const table = heading.closest("table"), column = heading.cellIndex;
-    const rows = [...table.querySelectorAll("tbody tr")];
-    const turned = heading.getAttribute("aria-sort") === "ascending" ? -1 : 1;
-    for (const other of table.querySelectorAll("th")) other.removeAttribute("aria-sort");
-    heading.setAttribute("aria-sort", turned === 1 ? "ascending" : "descending");
-    rows.sort((one, two) => {
-      const [a, b] = [one.cells[column], two.cells[column]], [x, y] = [value(a), value(b)];
-      const byText = a.textContent.localeCompare(b.textContent);
-      return turned * (isNaN(x) && isNaN(y) ? byText : isNaN(x) ? 1 : isNaN(y) ? -1 : x - y);
-    });
-    const body = table.createTBody();
-    body.append(...rows);
-    for (const other of [...table.tBodies]) if (other !== body) other.remove();
-  };
-  heading.addEventListener("click", sort);
-  heading.addEventListener("keydown", event => { if (event.key === "Enter") sort() });
-}
 """
 
 MOST_OPEN = 30  # rows of a table with a name that a page shows at once, about a screen; more are folded into one line
@@ -77,7 +43,7 @@ def render(document: Document, _: int | None, __: bool) -> str:
     for section in document.sections:
         parts += [f"<h2>{escape(section.title)}</h2>"] * (section.title != document.title)
         parts += _section(section)
-    return '<!doctype html>\n<html lang="en">\n' + "\n".join([*parts, f"<script>{SCRIPT}</script>"]) + "\n</html>\n"
+    return '<!doctype html>\n<html lang="en">\n' + "\n".join(parts) + "\n</html>\n"
 
 
 def part(section: Section) -> str:
@@ -105,23 +71,18 @@ def _section(section: Section) -> list[str]:
 
 
 def _table(table: Table) -> list[str]:
-    """Return a table in HTML, with the label of each group repeated in its rows, so that sorted rows keep it."""
     kinds = {**dict.fromkeys(table.words, "left"), **dict.fromkeys(table.texts, "text")}
     looks = [f' class="{kinds[j]}"' if j in kinds else "" for j in range(len(table.header))]
-    names = "".join(f"<th{look}>{escape(name)}</th>" for name, look in zip(table.header, looks, strict=True))
-    bodies = [f"<thead><tr>{names}</tr></thead>"] * any(table.header)
-    for group, texts in zip_longest(table.groups, table.digits, fillvalue=()):
-        rows, marked, label = [], table.best if group is table.groups[-1] else (), ""
-        for i, (row, text) in enumerate(zip_longest(group, texts, fillvalue="")):
-            own = [' class="best"' if (i, j) in marked else look for j, look in enumerate(looks)]
-            label = row[0] or label
-            shown = zip([label, *row[1:]], own, strict=True)
-            cells = "".join(f"<td{look}>{escape(cell)}</td>" for cell, look in shown)
-            rows.append(f'<tr title="{escape(text)}">{cells}</tr>' if text else f"<tr>{cells}</tr>")
-        bodies.append(f"<tbody>{''.join(rows)}</tbody>")
+
+    def row(kind: str, cells: Sequence[str]) -> str:
+        shown = zip(cells, looks, strict=True)
+        return f"<tr>{''.join(f'<{kind}{look}>{escape(cell)}</{kind}>' for cell, look in shown)}</tr>"
+
+    bodies = [f"<thead>{row('th', table.header)}</thead>"] * any(table.header)
+    bodies += [f"<tbody>{''.join(row('td', cells) for cells in group)}</tbody>" for group in table.groups]
     grid = f'<div class="wide"><table>{"".join(bodies)}</table></div>'
     if table.name:
-        opened = " open" * (not table.digits or len(table.rows) <= MOST_OPEN)
+        opened = " open" * (len(table.rows) <= MOST_OPEN)
         grid = f"<details{opened}><summary>{escape(table.name)}</summary>{grid}</details>"
     return [grid, *(_line(text, "notes") for text in table.notes)]
 

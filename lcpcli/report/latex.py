@@ -74,10 +74,8 @@ def _tabular(table: Table) -> list[str]:
     lines = [rf"\begin{{tabular}}{{{kinds}}}", r"\toprule"]
     lines += [_row([_heading(name) for name in table.header])] * any(table.header)
     for group in table.groups:
-        marked = table.best if group is table.groups[-1] else ()
         lines += [r"\midrule"] * (len(lines) > 2)
-        for i, cells in enumerate(group):
-            lines.append(_row([_cell(text, (i, j) in marked, j in table.words) for j, text in enumerate(cells)]))
+        lines += [_row([_cell(text, j in table.words) for j, text in enumerate(cells)]) for cells in group]
     return [*lines, r"\bottomrule", r"\end{tabular}"]
 
 
@@ -93,24 +91,19 @@ def _heading(name: str) -> str:
     return _cell(name) if name.startswith(("time/", "to ")) or name == ELLIPSIS else escape_latex(name)
 
 
-def _cell(text: str, is_bold: bool = False, is_word: bool = False) -> str:
+def _cell(text: str, is_word: bool = False) -> str:
     """Return a cell; a number among words is a name."""
     own = escape_latex if is_word and EXPONENT.fullmatch(text) else _text
-    cell = r"\dots" if text == ELLIPSIS else own(text)
-    return rf"\textbf{{{cell}}}" if is_bold else cell
+    return r"\dots" if text == ELLIPSIS else own(text)
 
 
 def _text(text: str) -> str:
     """Return a text in LaTeX, with powers of ten for exponents, and the Greek letter of microseconds."""
-    parts = re.split(EXPONENT, text)
-    words = escape_latex(parts[0]) + "".join(
-        _power(digits, int(exponent)) + escape_latex(after)
-        for digits, exponent, after in zip(parts[1::3], parts[2::3], parts[3::3], strict=True)
-    )
-    return re.sub(r"(?<=\d )us\b|(?<=/)us\b", r"$\\mu$s", words)
+    return re.sub(r"(?<=\d )us\b|(?<=/)us\b", r"$\\mu$s", EXPONENT.sub(_power, escape_latex(text)))
 
 
-def _power(digits: str, exponent: int) -> str:
+def _power(number: re.Match[str]) -> str:
+    digits, exponent = number[1], int(number[2])
     if exponent == 0:
         return digits
     return f"$10^{{{exponent}}}$" if digits == "1" else rf"${digits} \cdot 10^{{{exponent}}}$"

@@ -25,11 +25,8 @@ def _section(section: Section, level: str) -> str:
 
 def _grid(table: Table) -> str:
     marks = [":--" if j in table.words else "--:" for j in range(len(table.header))]
-    rows = [[*map(escape_markdown, row)] for row in table.rows]
-    first = len(rows) - len(table.groups[-1])
-    for i, j in table.best:
-        rows[first + i][j] = f"**{rows[first + i][j]}**"
-    return "\n".join(f"| {' | '.join(row)} |" for row in (map(escape_markdown, table.header), marks, *rows))
+    header, *rows = (map(escape_markdown, row) for row in (table.header, *table.rows))
+    return "\n".join(f"| {' | '.join(row)} |" for row in (header, marks, *rows))
 
 
 def escape_markdown(text: str) -> str:

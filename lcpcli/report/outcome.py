@@ -129,25 +129,16 @@ def short_vector(result: Result, width: int) -> str:
 
 
 def _vector(result: Result, width: int, whole: bool, names: Sequence[str]) -> list[str]:
-    """Return z in one line, elided if necessary; or all of z in aligned lines, each labelled with its first
-    component."""
+    """Return z in one line, elided if necessary; or all of z, in as many lines as it needs."""
     start = "z =" if result.solved or result.status.word in PROBLEM_STATUSES else "best z ="
     if names:
         own, cells = result.names, _cells(result, slice(None), by_name=True)
-        kept = wording.places(wording.labels_of(result.problem)[: len(cells)], names)
+        kept = wording.places(wording.labels_of(result.problem), names)
         shown = [(own[i] or f"z{i + 1}", cells[i].split()[-1]) for i in kept]
         return [f"{start} ({', '.join(f'{visible(name)} {cell}' for name, cell in shown)})"]
     if not whole:
         return [f"{start} {short_vector(result, width - len(start) - 1)}"]
-    cells = _cells(result, slice(None))
-    line = f"{start} ({', '.join(cells)})"
-    if len(line) <= width:
-        return [line]
-    widest, label = max(map(len, cells)), len(f"z{len(cells)}")
-    in_a_row = max((width - label) // (widest + 2), 1)
-    padded = [cell.rjust(widest + 2) for cell in cells]
-    firsts = range(0, len(cells), in_a_row)
-    return [start, *(f"z{1 + i}".ljust(label) + "".join(padded[i : i + in_a_row]) for i in firsts)]
+    return wording.folded(f"{start} ({', '.join(_cells(result, slice(None)))})", width)
 
 
 def _cells(result: Result, part: slice, by_name: bool = False) -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from itertools import chain, count
 from typing import Any, TypeAlias
@@ -43,7 +42,7 @@ def answers(results: Sequence[Result], compared: bool, shown: Sequence[str] = ()
     rows: list[Cells] = [header]
     for result in results:
         own = _rows(result, [result.problem.name, wording.name(result)] * compared, parts)
-        rows += [own[i] for i in wording.places(wording.labels_of(result.problem)[: len(own)], shown)]
+        rows += [own[i] for i in wording.places(wording.labels_of(result.problem), shown)]
     return rows, wording.provenance(results)
 
 
@@ -56,25 +55,18 @@ def part(result: Result, source: str) -> Rows:
 
 def iterates(results: Sequence[Result], chosen: Sequence[str] = (), names: Sequence[str] = ()) -> Rows:
     """Return the iterates: problem, method, k, z1 ... zn, residual, error, seconds (as in the figures), step, and in
-    the last row of a run its status. For one game, or several with the same strategies, strategies and payoffs take the
-    place of z. chosen : as for `tables.build`. names : of the unknowns that have a column, by the first problem, as for
-    `wording.places`; empty for all."""
+    the last row of a run its status. chosen : as for `tables.build`. names : of the unknowns that have a column, by the
+    first problem, as for `wording.places`; empty for all."""
     n = max(result.problem.n for result in results)
-    games = [result.problem.origin for result in results]
-    headings = [wording.strategy_headings(game) if isinstance(game, Game) else [] for game in games]
-    of_games = headings[0] if all(each == headings[0] for each in headings) else []
-    shown, of_z = chosen or wording.CHOICES, of_games or [f"z{i}" for i in range(1, n + 1)]
-    kept = wording.places(wording.labels_of(results[0].problem), names) if names else range(len(of_z))
-    heads = {"k": ["k"], "z": [of_z[i] for i in kept], "time": ["seconds"]}
-    columns = chain(*(heads.get(name, [name]) for name in shown))
-    lines: list[Cells] = [["problem", "method", *columns, "status"]]
-    game: Any
-    for result, game in zip(results, games, strict=True):
+    kept = wording.places(wording.labels_of(results[0].problem), names) if names else range(n)
+    heads = {"k": ["k"], "z": [f"z{i + 1}" for i in kept], "time": ["seconds"]}
+    shown = chosen or wording.CHOICES
+    lines: list[Cells] = [["problem", "method", *chain(*(heads.get(name, [name]) for name in shown)), "status"]]
+    for result in results:
         start, blanks = [result.problem.name, wording.name(result)], [""] * (n - result.problem.n)
         rows = result.trace.rows if result.trace else []
         for row in rows:
-            values = programs_and_games.iterate_of_game(game, row.z) if of_games else row.z.tolist()
-            whole, own = [*values, *blanks], {name: [value] for name, value in wording.values_of(row).items()}
+            whole, own = [*row.z.tolist(), *blanks], {name: [value] for name, value in wording.values_of(row).items()}
             own |= {"k": [row.k], "z": [whole[i] for i in kept], "time": own["seconds"]}
             cells = (cell for name in shown for cell in own[name])
             lines.append([*start, *cells, result.status.word if row is rows[-1] else ""])
@@ -118,10 +110,7 @@ def _fractions(values: Cells) -> Cells:
 
 def _names(result: Result) -> list[Cells]:
     names, origin = result.problem.names, result.problem.origin
-    if isinstance(origin, Game):
-        rows, columns = wording.strategy_names(origin, math.inf)
-        names = [*rows, *columns]
-    return [[name] for name in names]
+    return [[name] for name in (wording.labels_of(result.problem) if isinstance(origin, Game) else names)]
 
 
 def _of_program(result: Result) -> list[Cells]:

@@ -27,41 +27,31 @@ if TYPE_CHECKING:
 
 FORMS = ("table", "json", "csv")  # the formats in which each of many problems has a part of its own
 BAD_INPUT = "bad_input"  # the status of a problem that could not be read
-# Of the row of one of many problems: the columns for its name, at most half a line, and at least where it is cut; for
-# the item in a file within it; for all but the name and what it is solved by, with n and k or without them.
-WIDEST_NAME, FEWEST_OF_NAME, ITEM, WITH_SIZES, WITHOUT_SIZES = 40, 16, len(":1000"), 51, 36
+# Of the name of one of many problems: at most half a line, and at least where it is cut; the item in a file within it;
+# and in its row, all but the name and what the problem is solved by.
+WIDEST_NAME, FEWEST_OF_NAME, ITEM, OTHERS = 40, 16, len(":1000"), 51
 
 
 class Layout(NamedTuple):
-    """The columns of a table of many problems. name : the width of the names. has_sizes : whether n and k are shown.
-    room : what is left for the methods, None for no limit; then no name is cut off."""
+    """The columns of a table of many problems. name : the width of the names. width : of the rows, None for no limit;
+    then no name is cut off."""
 
     name: int = 0
-    has_sizes: bool = True
-    room: int | None = None
+    width: int | None = None
 
     @classmethod
     def of(cls, files: Sequence[str], width: int | None) -> Layout:
         """Return the layout for problems from these files on a terminal of this width, None for no terminal."""
         longest = min(max(len(visible(file)) for file in files) + ITEM, WIDEST_NAME)
-        if width is None:
-            return cls(longest)
-        has_sizes = width - WITH_SIZES >= min(longest, FEWEST_OF_NAME)
-        left = width - (WITH_SIZES if has_sizes else WITHOUT_SIZES)
-        name = max(min(longest, left), FEWEST_OF_NAME)
-        return cls(name, has_sizes, left - name - 2)
+        return cls(longest if width is None else max(min(longest, width - OTHERS), FEWEST_OF_NAME), width)
 
-    def row(self, name: str, n: str, status: str, k: str, residual: str, time: str, by: Sequence[str]) -> str:
-        """Return the row of a problem. by : the methods and the objective; the last ones that fit are shown."""
+    def row(self, name: str, n: str, status: str, residual: str, time: str, k: str, by: Sequence[str]) -> str:
+        """Return the row of a problem. by : the methods and the objective."""
         name = visible(name)
-        if self.room is not None:
-            name = name if len(name) <= self.name else wording.ELLIPSIS + name[len(wording.ELLIPSIS) - self.name :]
-            while by and len(", ".join(by)) > self.room:
-                by = by[1:]
-        cells = [f"{name:{self.name}}", f"{n:>6}", f"{status:15}", f"{k:>5}", f"{residual:>8}", f"{time:>7}"]
-        if not self.has_sizes:
-            del cells[3], cells[1]
-        return "  ".join([*cells, visible(", ".join(by))]).rstrip() + "\n"
+        if self.width is not None and len(name) > self.name:
+            name = wording.ELLIPSIS + name[len(wording.ELLIPSIS) - self.name :]
+        cells = [f"{name:{self.name}}", f"{n:>6}", f"{status:15}", f"{residual:>8}", f"{time:>7}", f"{k:>5}"]
+        return "  ".join([*cells, visible(", ".join(by))])[: self.width].rstrip() + "\n"
 
 
 class Report(NamedTuple):
@@ -132,7 +122,7 @@ def report(
 
 def heading(form: str, layout: Layout) -> str:
     if form == "table":
-        return layout.row("problem", "n", "status", "k", "residual", "time", ["by"])
+        return layout.row("problem", "n", "status", "residual", "time", "k", ["by"])
     return "" if form == "json" else "problem,component,z,w,state,name\n"
 
 
@@ -145,7 +135,7 @@ def of_result(result: Result, source: Source, form: str, layout: Layout) -> str:
         return written(*result_csv.part(result, str(source)))
     n, k, seconds = str(result.problem.n), str(result.iterations), wording.duration(result.seconds)
     status, by = result.word.replace("_", " "), [*result.route, *wording.objective(result)]
-    return layout.row(str(source), n, status, k, wording.residual(result), seconds, by)
+    return layout.row(str(source), n, status, wording.residual(result), seconds, k, by)
 
 
 def without_result(source: Source, status: str, message: str, form: str, layout: Layout) -> str:

@@ -33,8 +33,6 @@ PROGRAM_COLUMNS = ("part", "value")
 MOST_LINES = 1000  # rows; typesetting more takes longer than the search for the solutions
 FEWEST_LINES = 20  # however wide a table is
 MOST_CELLS = 6000  # of a table; a terminal's takes a tenth of a millisecond for each, and more is hardly read
-MOST_UNKNOWNS = 500  # in the table of the best solution; JSON and CSV have all
-MOST_SUBSETS = 50  # in a remark, which more would make unreadable
 
 Values: TypeAlias = Sequence[Fraction]
 Cells: TypeAlias = tuple[Any, ...]
@@ -57,7 +55,7 @@ def build(found: SolutionSet | Optimum, exact: bool, form: str, names: Sequence[
     problem, facts, remarks, figure = found.data.problem, list[str](), list[str](), None
     if isinstance(found, Optimum):
         message, settled = found.message(cell), found.status == OPTIMAL
-        facts, tables = _best(found, cell, longest(form), names)
+        facts, tables, remarks = _best(found, cell, longest(form), names)
     else:
         message, settled = found.message, found.complete
         listing, remarks = (_pieces if found.equilibria is None else _equilibria)(found, cell, longest(form), names)
@@ -68,8 +66,11 @@ def build(found: SolutionSet | Optimum, exact: bool, form: str, names: Sequence[
     return Document(title, [Section(title, message, settled, facts, tables, remarks, made_by, figure)])
 
 
-def _best(found: Optimum, cell: Callable[..., str], most: float, names: Sequence[str]) -> tuple[list[str], list[Table]]:
-    """Return lines with the objective, its bound and what the best solution means, and the tables of its numbers."""
+def _best(
+    found: Optimum, cell: Callable[..., str], most: float, names: Sequence[str]
+) -> tuple[list[str], list[Table], list[str]]:
+    """Return lines with the objective, its bound and what the best solution means, the tables of its numbers, and
+    remarks."""
     problem = found.data.problem
     shown = (("objective", "value"), ("bound", "bound"), ("gap", "gap"))
     values = ((word, getattr(found, name), found.outward[name]) for word, name in shown)
@@ -78,17 +79,12 @@ def _best(found: Optimum, cell: Callable[..., str], most: float, names: Sequence
         facts += programs_and_games.strategies(problem.origin, each, cell)
     tree = programs_and_games.behavior_of(problem.origin, found.z) if found.z else None
     facts += [programs_and_games.payoffs_of(tree)] if tree else []
-    own = wording.headings(problem, most)
-    chosen = wording.places(wording.labels_of(problem)[: problem.n], names)
-    kept = chosen[:MOST_UNKNOWNS]
-    if len(kept) < len(chosen):
-        unknowns = count(len(chosen), "unknown")
-        facts.append(f"the first {MOST_UNKNOWNS} of {unknowns}; --format json and csv have all of them")
+    own, kept = wording.headings(problem, most), wording.places(wording.labels_of(problem), names)
     z, w = (in_own_sense(problem, values or []) for values in (found.z, found.w))
-    rows = [[own[i], cell(z[i]), cell(w[i])] for i in kept] if z else []
+    rows = ([own[i], cell(z[i]), cell(w[i])] for i in kept) if z else iter(())
     facts.append(f"{count(found.nodes, 'node')} of the tree over the states")
-    strategies = [programs_and_games.behavior(tree.information_sets)] if tree else []
-    return facts, [*strategies, Table(["", "z", "w"], [rows])]
+    table, remarks = _listing(["", "z", "w"], [rows], len(kept) if z else 0, [])
+    return facts, [*([programs_and_games.behavior(tree.information_sets)] if tree else []), table], remarks
 
 
 def _parts(data: ExactProblem, piece: Piece) -> Iterator[tuple[str, Values, Values]]:
@@ -158,7 +154,7 @@ def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float
     assert equilibria is not None
     extreme, subsets = equilibria.extreme, equilibria.subsets
     names = list(chain(*wording.strategy_names(game, most)))
-    kept = wording.places(wording.labels_of(found.data.problem)[: found.data.n], shown)
+    kept = wording.places(wording.labels_of(found.data.problem), shown)
     indexed = any(each.index is not None for each in extreme)
     header = ["", *(names[i] for i in kept), *wording.payoff_headings(game), *["index"] * indexed, "pure"]
 
@@ -175,11 +171,9 @@ def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float
         return _listing(header, [map(row, range(len(extreme)))], len(extreme), remarks)
     joined = [range(len(subsets))] if equilibria.components is None else equilibria.components
     groups = (map(row, sorted({k for s in part for k in subsets[s].extreme})) for part in joined)
-    named = [f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}" for subset in subsets[:MOST_SUBSETS]]
-    if len(subsets) > MOST_SUBSETS:
-        named.append(f"and {count(len(subsets) - MOST_SUBSETS, 'other')}")
+    named = wording.vector(subsets, lambda subset: f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}")[1:-1]
     means = "any average of the row strategies of one with any of its column strategies is an equilibrium"
-    return _listing(header, groups, len(extreme), [f"maximal Nash subsets {', '.join(named)}: {means}"])
+    return _listing(header, groups, len(extreme), [f"maximal Nash subsets {named}: {means}"])
 
 
 def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
@@ -213,7 +207,7 @@ def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tu
     each component of each vertex, ray and line: z and w, or their changes for a direction; for a program, also whether
     it is x, y or s, and its value in the program's own sense. For a game there is a line for each strategy in each
     extreme equilibrium: its probability, and the expected payoff of its player. shown : as names for `build`."""
-    problem, n, header = found.data.problem, found.data.n, HEADER[3:]
+    problem, header = found.data.problem, HEADER[3:]
     if isinstance(found, Optimum):
         message, has_names = found.message(brief), True
         rows = _components(problem.origin, found.z, found.w or [], exact) if found.z else iter(())
@@ -234,7 +228,7 @@ def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tu
                 for i, probability in enumerate(plain(getattr(each, player), exact), 1)
             )
     header = (*header, *PROGRAM_COLUMNS * isinstance(problem.origin, Program), *["name"] * has_names)
-    kept = set(wording.places(wording.labels_of(problem)[:n], shown))
+    kept = set(wording.places(wording.labels_of(problem), shown))
     lines = zip(rows, cycle(enumerate(problem.names)), strict=False)  # each solution's in the order of the unknowns
     chosen = ((*row, *[name] * has_names) for row, (i, name) in lines if i in kept)
     return [header, *chosen], [": ".join(filter(None, [problem.name, message]))]

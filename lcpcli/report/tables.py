@@ -20,7 +20,6 @@ from lcpcli.typing import Indices
 
 if TYPE_CHECKING:
     from lcpcli.model.nonlinear import NonlinearProblem
-    from lcpcli.model.origins import Game
     from lcpcli.solving.trace import TraceRow
 
 CELL = 11  # the usual width of a component with the gap after it
@@ -29,7 +28,7 @@ PIPE_COMPONENTS = 12  # of z in a pipe, where lines may be long: all components 
 TITLE_COMPONENTS = 6  # of a known solution in a title, about a line of text
 MOST_EXPLAINED = 5  # runs whose failures are explained, a line or two each; more, as in a sweep, would be too many
 PRINTED = ("latex", "html")  # the formats for readers who do not run the program
-NONE = "-"  # in place of the strategies of an iterate that has none, or of the costs to a level that is not reached
+NONE = "-"  # in place of the costs to a level that is not reached
 
 CellsOfZ: TypeAlias = "Callable[[TraceRow, float], list[str]]"  # of a row, beside the largest component of z
 
@@ -43,10 +42,7 @@ def shown_components(n: int, width: int | None) -> Indices | None:
 
 
 def kept_components(problem: Problem | NonlinearProblem, width: int | None, names: Sequence[str]) -> Indices | None:
-    """Return the components of z that a trace keeps for a table of this width, or of unknowns of these names: all for a
-    game, whose probabilities depend on all."""
-    if wording.game_of(problem) is not None:
-        return None
+    """Return the components of z that a trace keeps for a table of this width, or of unknowns of these names."""
     labels = wording.labels_of(problem) if names else ()
     return np.array(wording.places(labels, names), int) if names else shown_components(problem.n, width)
 
@@ -72,15 +68,10 @@ def build(
     shown, as for `wording.places`, and which traces have, but of a game all; empty for as many as fit.
     """
     first, problem = results[0], results[0].problem
-    components = held = first.trace.components if first.trace else None
-    game, n, screen = wording.game_of(problem), problem.n, width if form == "table" else None
-    if game is not None:
-        components = shown_components(n, None if screen is None else screen - 2 * CELL)
-    names = _names(problem, longest(form))
-    kept = [*with_gap(n, components), *range(n, len(names))]
-    if shown_names:
-        kept = [*wording.places(wording.labels_of(problem), shown_names)]
-    signs = np.array(in_own_sense(problem, [1.0] * n))[slice(None) if held is None else held]
+    components = first.trace.components if first.trace else None
+    n, names = problem.n, wording.headings(problem, longest(form))
+    kept = [*wording.places(wording.labels_of(problem), shown_names)] if shown_names else with_gap(n, components)
+    signs = np.array(in_own_sense(problem, [1.0] * n))[slice(None) if components is None else components]
     traces = [result.trace.rows if result.trace else [] for result in results]
     shown = [rows[1:] if len(rows) > 1 else rows for rows in traces]  # the start only if there is nothing else
     rows = [row for own in shown for row in own]
@@ -89,11 +80,9 @@ def build(
     places = _places(chosen, len(kept), [name.partition("/")[0] for name in others])
 
     def cells_of_z(row: TraceRow, largest: float) -> list[str]:
-        if game is not None:
-            cells = _of_game(row, game)
-            return [wording.ELLIPSIS if i is None else cells[i] for i in kept]
-        held_ones = iter(wording.components((signs * row.z + 0.0).tolist(), largest))
-        return [wording.ELLIPSIS if i is None else next(held_ones) for i in kept]
+        cells = wording.components((signs * row.z + 0.0).tolist(), largest)
+        cells[-1:-1] = [wording.ELLIPSIS] * (None in kept)
+        return cells
 
     groups = [_group(result, own, cells_of_z, others, places) for result, own in zip(results, shown, strict=True)]
     facts = [] if compared else outcome.facts(first, width, whole, shown_names)
@@ -103,20 +92,25 @@ def build(
         wrong = f"the verdict of the problem, {problem.verdict}, is wrong"
         disproof = [f"{wrong}: z is a solution to the tolerance {solved[0].tol:g}"]
     shows_times = form != "latex" and (not chosen or "time" in chosen)
-    iterates = Table(
-        [header[j] for j in places],
-        list(filter(None, groups)),
-        name="Iterates",
-        digits=[[_digits(row, held) for row in own] for own in shown] if form == "html" else (),
-    )
-    summary = summary_of_costs(results, screen) if compared and not chosen else None
+    iterates = Table([header[j] for j in places], list(filter(None, groups)), name="Iterates")
+    summary = [summary_of_costs(results)] * (compared and not chosen)
+    meanings, strategies = list[str](), list[Table]()
+    if any(result.answer is not None for result in results):
+        from lcpcli.report import programs_and_games
+
+        meanings = [line for result in results for line in programs_and_games.lines(result, compared)]
+        if not compared:
+            strategies = programs_and_games.tables(first.answer, problem.origin, whole or form != "table")
+    remarks = _remarks(results, compared, form, shows_times) + meanings
+    if elided and form not in PRINTED:
+        remarks.append(f"see all {n} components of z with --format csv")
     return Section(
         title=_title(problem, "" if disproof else problem.verdict),
         verdict="" if compared else outcome.verdict(first),
         settled=not compared and first.solved,
         facts=facts,
-        tables=[*_strategies(first, whole or form != "table", compared), iterates, *filter(None, [summary])],
-        remarks=[*disproof, *_remarks(results, compared, elided, form, shows_times)],
+        tables=[*strategies, iterates, *summary],
+        remarks=[*disproof, *remarks],
         provenance=wording.made_by(results),
         figure=partial(outcome.figure, results) if any(result.trace or result.curve for result in results) else None,
     )
@@ -131,35 +125,10 @@ def result_html(result: Result) -> str:
     return html_page.part(section._replace(title=title, tables=shown, remarks=advised))
 
 
-def _strategies(result: Result, whole: bool, compared: bool) -> list[Table]:
-    """Return tables of the rows and variables of a program, or of the strategies of a game tree; a screen of them or
-    the whole; none if results are compared."""
-    if compared or result.answer is None:
-        return []
-    from lcpcli.report import programs_and_games
-
-    return programs_and_games.tables(result.answer, result.problem.origin, whole)
-
-
 def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> Document:
     names = ", ".join(dict.fromkeys(section.title.split(":")[0] for section in sections))
     methods = " and ".join(dict.fromkeys(result.method for own in runs for result in own))
     return Document(": ".join(filter(None, (names, methods))), sections)
-
-
-def _digits(row: TraceRow, components: Indices | None) -> str:
-    """Return an iterate with all of its digits. components : of z that it has; None for all."""
-    names = [f"z{i + 1}" for i in (range(row.z.size) if components is None else components)]
-    values = {"k": row.k, **dict(zip(names, row.z.tolist(), strict=True)), **wording.values_of(row)}
-    return ", ".join(f"{name} = {value!r}" for name, value in values.items() if value is not None)
-
-
-def _names(problem: Problem, most: float) -> list[str]:
-    """Return the names of all components of z; of a game, those of the strategies and payoffs."""
-    if (game := wording.game_of(problem)) is None:
-        return wording.headings(problem, most)
-    rows, columns = wording.strategy_names(game, most)
-    return [*rows, *columns, *wording.payoff_headings(game)]
 
 
 def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[int]:
@@ -189,16 +158,7 @@ def _group(
     return group
 
 
-def _of_game(row: TraceRow, game: Game) -> list[str]:
-    """Return the probabilities and payoffs in a row, dashes where there are none."""
-    from lcpcli.report import programs_and_games
-
-    *probabilities, by_row, by_column = programs_and_games.iterate_of_game(game, row.z)
-    cells = [NONE if value is None else wording.components([value], 1.0)[0] for value in probabilities]
-    return [*cells, *(NONE if value is None else f"{value:.7g}" for value in (by_row, by_column))]
-
-
-def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str, shows_times: bool) -> list[str]:
+def _remarks(results: Sequence[Result], compared: bool, form: str, shows_times: bool) -> list[str]:
     """Return lines below the verdict, or below the summary, without advice in formats for print, and without reasons
     why some of many runs failed."""
     failed, hints = [result for result in results if compared and not result.solved], form not in PRINTED
@@ -216,14 +176,7 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
         remarks += [f"{wording.name(result)}: " * compared + text for text in texts if text]
     if shows_times:
         remarks += filter(None, [outcome.spread(results)])
-    remarks += [line for result in results for line in outcome.proofs(result)]
-    if any(result.answer is not None for result in results):
-        from lcpcli.report import programs_and_games
-
-        remarks += [line for result in results for line in programs_and_games.lines(result, compared)]
-    if elided and hints:
-        remarks.append(f"see all {results[0].problem.n} components of z with --format csv")
-    return remarks
+    return remarks + [line for result in results for line in outcome.proofs(result)]
 
 
 def _title(problem: Problem, verdict: str) -> str:
@@ -241,26 +194,18 @@ def _title(problem: Problem, verdict: str) -> str:
 
 
 SHORT = {"iteration_limit": "k limit", "time_limit": "t limit"}  # for crowded rows
+STAR = "*"  # before the shortest of several times
 FALSE = "FALSE"  # in place of the status of a run whose claim does not hold
 
 
-def summary_of_costs(results: Sequence[Result], width: int | None) -> Table:
-    """Return a row for each run: the iterations and the time to each level of error, if these are recorded, and to the
-    verified end, in one unit, and a column for each option by which runs differ. A summary wider than the terminal, if
-    there is one, leaves out levels, the coarsest first."""
+def summary_of_costs(results: Sequence[Result]) -> Table:
+    """Return a row for each run: the iterations and the time to each level of error, if these are recorded, else the
+    evaluations and the residual; those to the verified end, all times in one unit; and a column for each option that
+    a run has by itself."""
     are_noted = any(result.curve is not None and result.curve.levels for result in results)
-    for i in range(len(wording.LEVELS) + 1):
-        made = _summary(results, wording.LEVELS[i:] if are_noted else (), are_noted)
-        if width is None or sum(made.widths()) + len(made.header) + len(made.best) <= width:  # a mark beside each best
-            break
-    return made
-
-
-def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool) -> Table:
-    """Return the summary with the costs of these levels; if no costs `are_noted`, it has evaluations and residuals."""
-    pairs = ((each.partition("=") for each in own.label.partition(":")[2].split(",") if each) for own in results)
-    settings = [{name: value or "yes" for name, _, value in own} for own in pairs]
-    options = list(dict.fromkeys(name for own in settings for name in own))
+    levels = wording.LEVELS if are_noted else ()
+    texts = [text for result in results for text in result.label.partition(":")[2].split(",")]
+    options = list(filter(None, dict.fromkeys(text.partition("=")[0] for text in texts)))
     attained = [reached(result) for result in results]
     length, unit = wording.common_unit(
         [r.seconds for r in results] + [own[level][1] for own in attained for level in levels if level in own]
@@ -270,26 +215,25 @@ def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool
     header = ["method", *options, *(name for level in levels for name in (f"to {wording.level(level)}", unit))]
     header += ["end" if are_noted else "iterations", unit, *counts, *["error"] * has_error, "status"]
     rows = []
-    for result, own, at in zip(results, settings, attained, strict=True):
+    for result, at in zip(results, attained, strict=True):
+        own = wording.options_of(result, whole=False)
         row = [result.method, *(own.get(option, "") for option in options)]
         for cost in (*map(at.get, levels), (result.iterations, result.seconds)):
-            row += (str(cost[0]), wording.digits(cost[1] / length)) if cost else (NONE, NONE)
+            row += (str(cost[0]), wording.digits(cost[1] / length, 2)) if cost else (NONE, NONE)
         row += [str(result.evaluations), wording.residual(result)] * (not are_noted)
         status = FALSE if result.verified is False else SHORT.get(result.word, result.word.replace("_", " "))
         rows.append(row + [wording.error(result.error, result.problem)] * has_error + [status])
-    first = 1 + len(options)
     times = [[at[level][1] if level in at else None for at in attained] for level in levels]
     times.append([result.seconds if result.solved else None for result in results])
-    best = {(row, first + 2 * j + 1) for j, column in enumerate(times) for row in _shortest(column)}
+    for j, column in enumerate(times):
+        known = [(seconds, i) for i, seconds in enumerate(column) if seconds is not None]
+        if known and len(rows) > 1:
+            row, place = rows[min(known)[1]], len(options) + 2 * j + 2
+            row[place] = STAR + row[place]
     notes = ["to: errors relative to the solution's largest component"] * bool(levels)
-    return Table(header, [rows], words=(0, len(header) - 1), best=best, why="the shortest time", notes=notes)
+    notes += [f"{STAR} the shortest time"] * (len(rows) > 1)
+    return Table(header, [rows], words=(0, len(header) - 1), notes=["; ".join(notes)])
 
 
 def reached(result: Result) -> dict[float, tuple[int, float]]:
     return {each.level: (each.k, each.seconds) for each in (result.curve.milestones if result.curve else ())}
-
-
-def _shortest(times: Sequence[float | None]) -> list[int]:
-    """Return the index of the shortest time of several runs, or no index if there is nothing to compare."""
-    known = [(seconds, i) for i, seconds in enumerate(times) if seconds is not None]
-    return [min(known)[1]] if len(times) > 1 and known else []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from io import StringIO
 from typing import Literal
 
@@ -18,13 +18,10 @@ from lcpcli.report.wording import PIPE_WIDTH, folded
 
 RULES = Box("    \n    \n -- \n    \n -- \n -- \n    \n    \n", ascii=True)  # rules of dashes between groups, no frame
 UNLIMITED = 10_000  # columns where there is no limit, as rich needs a number: more than any table has
-PAGE_WIDTH = 120  # columns of a pipe within which no name of a method is written down
 FEWEST_OF_TEXT = 8  # characters of a column of sentences, however wide the others are
 REPEATED = 0.7  # of the width, for the columns that each part of a folded table repeats: others need room too
 STYLES = {"solved": "green", "FALSE": "bold red"}  # legible on light and dark backgrounds
 REMARK = "magenta"
-NO_BREAK = "\ufdd0"  # in place of a blank that breaks no line and is not stripped; no visible name has it
-REFERENCE = re.compile(r"^(?!\|).*`lcp help\s\w+`", re.MULTILINE)  # to a page, in a sentence, not in a table
 # The styles of a page, in place of colours that need a dark background.
 PAGE = {"markdown.code": "bold", "markdown.code_block": "none", "markdown.h1": "bold", "markdown.h2": "bold"}
 
@@ -51,10 +48,8 @@ def render(document: Document, width: int | None, color: bool) -> str:
         for j, table in enumerate(section.tables):
             if section.verdict or (table.texts and (j or section.facts)):
                 console.print()
-            _print(console, table if color else _starred(table), width)
-            star = [f"* {table.why}"] * bool(table.best and not color)  # where there is no bold type
-            last = ["; ".join([*table.notes[-1:], *star])] * bool(table.notes or star)
-            show([*table.notes[:-1], *last], "", width or PIPE_WIDTH)
+            _print(console, table, width)
+            show(table.notes, "", width or PIPE_WIDTH)
         if not section.verdict:
             show(section.remarks, REMARK)
         show([section.provenance] * bool(section.provenance), "", width or PIPE_WIDTH)
@@ -68,8 +63,7 @@ def page(text: str, width: int, color: bool) -> str:
     out = StringIO()
     console = console_on(out, width, color)
     console.push_theme(Theme(PAGE))
-    whole = re.sub(REFERENCE, lambda line: re.sub(r"`lcp help\s", f"`lcp{NO_BREAK}help{NO_BREAK}", line[0]), text)
-    console.print(Markdown(whole, code_theme="ansi_light", hyperlinks=False))
+    console.print(Markdown(text, code_theme="ansi_light", hyperlinks=False))
     return re.sub(r"\n{3,}", "\n\n", trim(out))
 
 
@@ -90,30 +84,8 @@ def console_on(out: StringIO, width: int, color: bool) -> Console:
 
 
 def trim(out: StringIO) -> str:
-    """Return the text in `out`, without trailing blanks, and with blanks where no line was to be broken or cut."""
-    return "".join(line.rstrip() + "\n" for line in out.getvalue().replace(NO_BREAK, " ").splitlines())
-
-
-def _starred(table: Table) -> Table:
-    """Return the table with a star after its best cells, where there is no bold type, and a blank after the others of
-    their columns."""
-    marked = {j for _, j in table.best}
-
-    def row(cells: Sequence[str], best: Collection[int] = ()) -> list[str]:
-        return [cell + ("*" if j in best else NO_BREAK * (j in marked)) for j, cell in enumerate(cells)]
-
-    *others, last = table.groups
-    starred = [row(cells, {j for k, j in table.best if k == i}) for i, cells in enumerate(last)]
-    return table._replace(header=row(table.header), groups=[*(list(map(row, group)) for group in others), starred])
-
-
-def _label_down(group: Sequence[Sequence[str]]) -> Sequence[Sequence[str]]:
-    """Return the group with its label down the first column, one word per row as in the paper, if it fits."""
-    name, _, options = group[0][0].partition(":")
-    words = [*name.replace("-", "- ").split(), *options.replace(",", " ").split()]
-    if len(words) > len(group) or any(row[0] for row in group[1:]):
-        return group
-    return [[word, *row[1:]] for word, row in zip(words + [""] * (len(group) - len(words)), group, strict=True)]
+    """Return the text in `out` without trailing blanks."""
+    return "".join(line.rstrip() + "\n" for line in out.getvalue().splitlines())
 
 
 def _print(console: Console, table: Table, width: int | None) -> None:
@@ -124,9 +96,6 @@ def _print(console: Console, table: Table, width: int | None) -> None:
         least = sum(FEWEST_OF_TEXT if j in table.texts else widest + 1 for j, widest in enumerate(widths))
         console.print(_grid(table, range(len(widths)), 1), width=max(width or PIPE_WIDTH, least))
         return
-    if table.name and sum(widths) + len(widths) > (width or PAGE_WIDTH):
-        table = table._replace(groups=list(map(_label_down, table.groups)))
-        widths = table.widths()
     gap = 2 if sum(widths) + 2 * len(widths) <= (width or PIPE_WIDTH) else 1
     keys = 0
     while keys in table.words and sum(widths[: keys + 1]) <= REPEATED * room:
@@ -143,10 +112,8 @@ def _grid(table: Table, columns: Sequence[int], gap: int) -> Grid:
         justify: Literal["left", "right"] = "left" if j in table.words else "right"
         grid.add_column(table.header[j], justify=justify, no_wrap=is_whole, overflow="fold")
     for group in table.groups:
-        marked = table.best if group is table.groups[-1] else ()
-        for i, row in enumerate(group):
-            cells = (Text(row[j], STYLES.get(row[j], "bold" if (i, j) in marked else "")) for j in columns)
-            grid.add_row(*cells, end_section=row is group[-1])
+        for row in group:
+            grid.add_row(*(Text(row[j], STYLES.get(row[j], "")) for j in columns), end_section=row is group[-1])
     return grid
 
 

@@ -4,9 +4,9 @@ and the columns of iterates after z. Nothing heavy is imported, as help names th
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fnmatch import fnmatchcase
+from itertools import chain
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -161,9 +161,9 @@ def level(value: float) -> str:
     return f"{value:.0e}".replace("e-0", "e-")
 
 
-def digits(value: float) -> str:
-    """Return three significant digits, without an exponent in large numbers."""
-    return f"{value:.3g}" if value < 999.5 else f"{value:.0f}"
+def digits(value: float, number: int = 3) -> str:
+    """Return some significant digits, without an exponent in large numbers."""
+    return f"{value:.{number}g}" if value < 10**number - 0.5 else f"{value:.0f}"
 
 
 def duration(seconds: float) -> str:
@@ -201,21 +201,14 @@ def advice(result: Result) -> str:
 
 
 def made_by(results: Sequence[Result]) -> str:
-    """Return, in one line, the version, the limits, which are the same, and the options of each method, but for those
-    that the names of its runs have."""
+    """Return, in one line, the version, the limits, which are the same, and the options that all runs of a method
+    share; the names of runs have the others."""
     parts = [f"{PROGRAM}, {_limits(results[0])}"]
     for method in dict.fromkeys(result.method for result in results):
-        runs = [(own.label, options_of(own, whole=False)) for own in results if own.method == method]
-        shared = {key: value for key, value in runs[0][1].items() if all(run.get(key) == value for _, run in runs)}
-        parts += _written(method, shared)
-        for label, run in runs:
-            if ":" not in label:
-                parts += _written(f"default {method}", {key: run[key] for key in run if key not in shared})
-    return "; ".join(dict.fromkeys(parts))
-
-
-def _written(name: str, options: Mapping[str, str]) -> list[str]:
-    return [f"{name}: {', '.join(f'{option}={value}' for option, value in options.items())}"] if options else []
+        runs = [options_of(own, whole=False).items() for own in results if own.method == method]
+        shared = [f"{name}={value}" for name, value in runs[0] if all((name, value) in run for run in runs)]
+        parts += [f"{method}: {', '.join(shared)}"] * bool(shared)
+    return "; ".join(parts)
 
 
 def provenance(results: Sequence[Result]) -> list[str]:
@@ -287,12 +280,12 @@ def game_of(problem: Problem | NonlinearProblem) -> Game | None:
 
 
 def labels_of(problem: Problem | NonlinearProblem) -> Sequence[str]:
-    """Return the names by which the unknowns of a problem are chosen: of a game, those of the strategies, which differ,
-    and the headings of the payoffs; the names of a program's multipliers begin with y."""
+    """Return the names by which the unknowns of a problem are chosen: of a game, those of the strategies; those of a
+    program's multipliers begin with y."""
     from lcpcli.model.program import Program
 
     if game := game_of(problem):
-        return strategy_headings(game)
+        return [*chain(*strategy_names(game, math.inf))]
     origin = problem.origin
     k = origin.variables if isinstance(origin, Program) else problem.n
     return [*problem.names[:k], *(f"y {name}" if name else "" for name in problem.names[k:])]
@@ -314,14 +307,6 @@ def strategy_names(game: Game, most: float) -> tuple[list[str], list[str]]:
 
 def payoff_headings(game: Game) -> list[str]:
     return [f"{player} gets" for player in game.players or ("row", "column")]
-
-
-def strategy_headings(game: Game) -> list[str]:
-    rows, columns = strategy_names(game, math.inf)
-    gets = payoff_headings(game)
-    times = Counter([*rows, *columns, *gets])
-    parts = zip(game.players or ("row", "column"), (rows, columns), strict=True)
-    return [*(name if times[name] == 1 else f"{player} {name}" for player, own in parts for name in own), *gets]
 
 
 Shown: TypeAlias = "dict[str, Callable[[TraceRow], str]]"  # a heading, with the function that makes a cell of a row

@@ -80,14 +80,14 @@ def test_picture_marks_cones_that_hold_q(name: str, holding: str, lcp: Lcp, monk
 def test_long_table_is_cut_and_says_so(name: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = lcp("solve", f"{name}.json", "--all").out.split("\n\n")
     monkeypatch.setattr(solutions, "MOST_LINES", 2)
-    monkeypatch.setattr(solutions, "MOST_SUBSETS", 1)
+    monkeypatch.setattr(solutions.wording, "LINE_ENTRIES", 1)
     head, rows = lcp("solve", f"{name}.json", "--all").out.split("\n\n")
     assert re.search(r"the first 2 of [34] rows; --format json and csv have all of them", head)
     shown, expected = (
         [line.split() for line in text.splitlines()[:-1] if "--" not in line] for text in (rows, whole[1])
     )
     assert shown[1:] == expected[1:3]
-    assert ("{1, 2}, and 1 other:" in head) == (name == "both")
+    assert ("subsets {1, 2}, ...: any" in " ".join(head.split())) == (name == "both")
 
 
 def test_what_does_not_go_with_all_or_a_path_is_refused_in_a_line_that_says_where(

@@ -165,11 +165,11 @@ def test_at_a_limit_the_best_so_far_and_the_bound_are_rounded_apart() -> None:
 
 def test_a_table_of_an_optimum_says_where_it_is_cut(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     n, file = 13, tmp_path / "p.json"
-    monkeypatch.setattr(solutions, "MOST_UNKNOWNS", n - 1)
+    monkeypatch.setattr(solutions, "MOST_LINES", n - 1)
     diagonal = {"format": "coo", "shape": [n, n], "rows": [*range(n)], "cols": [*range(n)], "values": [1] * n}
     file.write_text(json.dumps({"M": diagonal, "q": [-1] * n}))
     shown = lcp("solve", str(file), "--minimize", "z1").out
-    assert f"the first {n - 1} of {n} unknowns; --format json and csv have all of them" in shown
+    assert f"the first {n - 1} of {n} rows; --format json and csv have all of them" in shown
     assert (f"z{n - 1} " in shown, f"z{n} " in shown) == (True, False)
 
 

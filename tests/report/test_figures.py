@@ -156,7 +156,7 @@ def test_a_run_without_any_error_stands_far_down() -> None:
     assert up.high <= 1e-15
 
 
-ALL = [*style.METHODS.values(), *style.PEERS.values(), *style.SPARE]
+ALL = [*style.METHODS.values(), *style.SPARE]
 
 
 def lightness(color: str) -> float:
@@ -179,7 +179,6 @@ def test_looks_are_of_methods_and_peers_and_the_others_take_spare_ones() -> None
     from lcpcli.peers.registry import PEERS as peers
 
     assert style.METHODS.keys() <= methods.keys()
-    assert style.PEERS.keys() <= peers.keys()
     found = style.looks([(name, name) for name in (*methods, *peers)])
     assert len({look.marker for look in found.values()}) == len(found)
 

@@ -109,7 +109,7 @@ def without_times(text: str) -> list[str]:
 def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)  # no figures in pages, which take seconds
-    monkeypatch.setattr("lcpcli.report.tables._shortest", lambda _: [])  # which of two methods is faster may differ
+    monkeypatch.setattr("lcpcli.report.tables.STAR", "")  # which of two methods is faster may differ
 
 
 @given(st.text(st.characters()))
@@ -304,8 +304,6 @@ def test_csv_has_the_exact_names(lcp: Lcp) -> None:
     assert set(names[1:]) < set(table("path", "p.json", "to.json")[0])
     put("game", WHOLE, rows=[WHOLE, "b"], columns=["c", "d"])
     assert [row[3] for row in table("solve", "p.json")] == ["name", WRITTEN, "b", "c", "d"]
-    assert lcp("solve", "p.json", "--trace", "t.csv").code == 0
-    assert WRITTEN in rows_of(Path("t.csv").read_bytes().decode())[0]
 
 
 @pytest.mark.parametrize("name", ["# a", "#", "a\n# b\n1,2", 'a"b', "=1+1", "-1", " a ", "a\rb", ""])

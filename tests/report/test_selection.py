@@ -12,7 +12,6 @@ import pytest
 import lcpcli
 from lcpcli import Problem, plot, run, solve
 from lcpcli.errors import OptionError
-from lcpcli.files import contents
 from lcpcli.report.figures import run_figures
 from lcpcli.report.wording import places
 
@@ -77,16 +76,6 @@ def lines_of(path: lcpcli.Path, *names: str) -> dict[str, float]:
 def test_show_is_refused_at_first(session: Callable[[str], None], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("lcpcli.parametric.following.follow", None)
     session("refused-show")
-
-
-def test_digits_under_the_pointer_are_those_that_a_page_shows(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)  # without a figure
-    page = lcp("solve", contents.shipped_path("tridiagonal-100.json"), "--method", "newton", "--format", "html").out
-    assert "z100 = 0.0" in page
-    assert "z12 = " not in page
-    chosen = lcp("solve", "market.json", "--method", "newton", "--format", "html", "--show", "flow").out
-    assert "z2 = " in chosen
-    assert "z1 = " not in chosen
 
 
 MIXED = {

@@ -234,7 +234,7 @@ def _growth(axes: Axes, family: str, growths: Sequence[Growth], chosen: Looks) -
         axes.legend(samples, exponents, handlelength=1, handletextpad=0.4, labelspacing=0.2, **place)
 
 
-COLORS = [look.color for name, look in (*style.METHODS.items(), *style.PEERS.items()) if name != "auto"][:12]
+COLORS = [look.color for look in [*style.METHODS.values(), *style.SPARE][1:13]]
 MOST_NAMED = len(COLORS)  # lines in the legend
 MOST_RULES = 60  # breakpoints with a vertical rule and markers; more would be a grey area
 SAMPLES = 24  # of the objective on a piece, on which it is a parabola

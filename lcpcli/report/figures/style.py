@@ -101,22 +101,17 @@ METHODS = {
     "milp": Look("#e69f00", "P"),
     "reflections": Look("#7b3fa0", "h"),
 }
-PEERS = {
-    "piqp": Look("#332288", "p", "none"),
-    "clarabel": Look("#882255", (4, 1, 0), "none"),
-    "quantecon": Look("#8c564b", "d", "none"),
-    "osqp": Look("#999933", (6, 1, 0), "none"),
-    "daqp": Look("#56b4e9", (3, 1, 0), "none"),
-    "highs": Look("#8a8a8a", "X", "none"),
-    "gambit": Look("#7a5195", (7, 1, 0), "none"),
-}
-SPARE = (
+SPARE = (  # of peers, and of methods of other packages
+    Look("#332288", "p", "none"),
+    Look("#882255", (4, 1, 0), "none"),
+    Look("#8c564b", "d", "none"),
+    Look("#999933", (6, 1, 0), "none"),
+    Look("#56b4e9", (3, 1, 0), "none"),
+    Look("#8a8a8a", "X", "none"),
     Look("#117733", "8", "none"),
     Look("#aa4499", "H", "none"),
-    Look("#44aa99", "2", "none"),
+    Look("#44aa99", (7, 1, 0), "none"),
     Look("#b8860b", (5, 0, 180), "none"),
-    Look("#5b2a86", (4, 1, 45), "none"),
-    Look("#6b6b6b", (3, 1, 180), "none"),
 )
 RAMP = ("o", "s", "^", "D", "v", "P", "X", "p", "<", "h", ">", "8")  # markers for more than two runs of one method
 PALE, DEEP = 74.0, 22.0  # the lightness (CIE L*) of their first and last colour: light on white, and still a colour
@@ -126,13 +121,12 @@ SHADES = 1024  # from white over a colour to black: neighbours differ by less th
 def looks(entries: Iterable[tuple[str, str]]) -> Looks:
     """Return the look of each (name, label), which depends on the name; several labels of one name share its hue. Two
     have the same marker, full and half full; more have different markers, and colours from light to dark; the runs of a
-    grid a colour for each value of one option, and a marker for each of the other one. Names that are not of methods or
-    peers take the spare looks in the order in which they appear."""
+    grid a colour for each value of one option, and a marker for each of the other one. Names that are not of methods
+    take the spare looks in the order in which they appear."""
     labels: dict[str, list[str]] = {}
     for name, label in dict.fromkeys(entries):
         labels.setdefault(name, []).append(label)
-    known = METHODS | PEERS
-    known |= zip((name for name in labels if name not in known), cycle(SPARE), strict=False)
+    known = METHODS | dict(zip((name for name in labels if name not in METHODS), cycle(SPARE), strict=False))
     chosen: Looks = {}
     for name, own in labels.items():
         look = known[name]
