@@ -80,23 +80,24 @@ def conjugate_gradients(
     x = x.copy()
     r = b - A(x) if np.count_nonzero(x) else b.copy()
     size = measure(r)
-    direction, rho, parts = np.zeros(b.size), 1.0, [*row_parts(b.size)]
+    direction, rho = np.zeros(b.size), 1.0
+    views = [(part, r[part], x[part], direction[part]) for part in row_parts(b.size)]
     for _ in range(max_iterations):
         if not size > most:
             break
         y = precondition(r)
         rho, previous = dot(r, y), rho
-        for part in parts:
-            direction[part] *= rho / previous
-            direction[part] += y[part]
+        for part, _, _, own in views:
+            own *= rho / previous
+            own += y[part]
         image = A(direction)
         curvature = dot(direction, image)
         if not (curvature > 0 and rho > 0):
             break
         step = rho / curvature
-        for part in parts:
-            r[part] -= step * image[part]
-            x[part] += step * direction[part]
+        for part, own_r, own_x, own in views:
+            own_r -= step * image[part]
+            own_x += step * own
         size = measure(r)
     return x, size
 

@@ -23,18 +23,25 @@ from lcpcli.typing import Indices, Matrix, Vector
 
 DENSE_FACTOR = 10.0  # times the root of n: the entries from which a row is dense
 MOST_SPLIT_OFF = 30  # dense rows and columns: the border of more would cost more than it saves
+MOST_AT_ONCE = 100.0  # operations for each entry, up to which variables with a diagonal block are eliminated first
 MOST_PER_ENTRY = 300.0  # operations of LDL: columns of such a length are handled faster in dense blocks
 Systems: TypeAlias = "SuperLU | LDL | Bordered | _Dense"
 """Systems of one M: factorize(d) factorizes M + diag(d), or raises SingularMatrix; solve(b) solves for the last d."""
 
 
-def systems(M: Matrix, S: Vector | None) -> Systems:
-    """Return the systems of M, dense or in compressed sparse rows, with signs S if there are any."""
+def systems(M: Matrix, S: Vector | None, once: bool = False) -> Systems:
+    """Return the systems of M, dense or in compressed sparse rows, with signs S if there are any. once : whether a
+    single d is expected: QDLDL's search for an order may then take longer than what it saves."""
     if not is_sparse(M):
         return _Dense(M)
     if S is None or not has_qdldl():
         dense = dense_places(M)
         return Bordered(M, dense) if dense.size else SuperLU(M)
+    if once and M.nnz > factors.MOST_QUICK_ENTRIES:
+        counts, owners = np.diff(M.indptr), np.repeat(S, np.diff(M.indptr))
+        is_last = (S < 0) | (np.bincount(M.indices[owners > 0], minlength=S.size) > (M.diagonal() != 0))
+        if np.square(counts[~is_last]).sum() + np.count_nonzero(is_last) ** 3 <= MOST_AT_ONCE * M.nnz:
+            return SuperLU(M, np.argsort(np.argsort(is_last, kind="stable")))
     return LDL(M, S)
 
 

@@ -43,7 +43,8 @@ UNITS_FAR_APART = 40.0
 NEAR_UNITS = 4.0
 EXPONENT_MARGIN = 4.0  # binary digits by which exponents may leave the range of those of the first sweep
 LARGEST_POWER = 1000.0  # of two: exponents are limited to it, so that R, C and what they divide stay finite
-SETTLED_ERROR = 1e-8  # of the first step of conjugate gradients, or of 1: the last step
+# Of the first step of conjugate gradients, or of 1: the last step; for programs, which take few milliseconds.
+SETTLED_ERROR, SETTLED_PROGRAM = 1e-8, 1e-4
 FEW_CG_STEPS = 100  # after which elimination is tried
 MOST_CG_STEPS = 300  # for so many rows that elimination may take too long, and for few rows that are also the columns
 THIN = 4  # entries in a row of few symmetric ones, on average: elimination takes less then
@@ -174,7 +175,8 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Units:
             x = np.concatenate(both)
         elif n > FEW_SYMMETRIC or M.nnz > THIN * n:
             chosen = np.zeros(n, dtype=bool) if S is None else S < 0
-            found, is_settled = _symmetric(M.shape, rows, sums[0], counts[0], chosen, most)
+            settled = SETTLED_PROGRAM if chosen.any() else SETTLED_ERROR
+            found, is_settled = _symmetric(M.shape, rows, sums[0], counts[0], chosen, most, settled)
             x = np.concatenate((found, found))
         if not is_settled and n <= LARGEST_ELIMINATED:
             E = of_arrays(M.shape, indptr, indices, np.ones(M.nnz))
@@ -186,7 +188,7 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Units:
 
 
 def _symmetric(
-    shape: Shape, rows: Arrays, sums: Vector, counts: Vector, chosen: Mask, most: int
+    shape: Shape, rows: Arrays, sums: Vector, counts: Vector, chosen: Mask, most: int, settled: float
 ) -> tuple[Vector, bool]:
     """Return rho = gamma for a symmetric matrix, and whether conjugate gradients have settled them. chosen : the rows
     that are eliminated, if there are no entries between them."""
@@ -195,7 +197,7 @@ def _symmetric(
     first, other, M = chosen.nonzero()[0], (~chosen).nonzero()[0], of_arrays(shape, *rows)
     places = block(M, first, other)
     if places[1].size < counts[first].sum():
-        return _symmetric(shape, rows, sums, counts, np.zeros_like(chosen), most)
+        return _symmetric(shape, rows, sums, counts, np.zeros_like(chosen), most, settled)
     of_logarithms, of_entries = ([v[first], v[other]] for v in (sums, counts))
     scaled = _scaled(places, *of_entries)
     times = [_product(scaled, other.size), _product(transposed((first.size, other.size), *scaled), first.size)]
@@ -203,7 +205,7 @@ def _symmetric(
     if inner[1].size:
         times.append(_product(_scaled(inner, of_entries[1], of_entries[1]), other.size))
     x = np.empty(counts.size)
-    x[first], x[other], is_settled = _by_gradients(of_logarithms, of_entries, times, most)
+    x[first], x[other], is_settled = _by_gradients(of_logarithms, of_entries, times, most, settled)
     return x, is_settled
 
 
@@ -227,7 +229,11 @@ def _centred(x: Vector, counts: Vector, part: Indices, parts: int) -> tuple[Vect
 
 
 def _by_gradients(
-    sums: Sequence[Vector], counts: Sequence[Vector], times: Sequence[Callable[[Vector], Vector]], most: int
+    sums: Sequence[Vector],
+    counts: Sequence[Vector],
+    times: Sequence[Callable[[Vector], Vector]],
+    most: int,
+    settled: float = SETTLED_ERROR,
 ) -> tuple[Vector, Vector, bool]:
     """Return rho and gamma by conjugate gradients on the normal equations, with 1 on their diagonal, after rho is
     eliminated, which halves the steps; and whether at most so many of these settled them.
@@ -246,7 +252,7 @@ def _by_gradients(
             image += other(v)
         return image
 
-    settled, root = SETTLED_ERROR * max(largest(b / of_columns), 1.0), max(b.size, 1) ** 0.5
+    settled, root = settled * max(largest(b / of_columns), 1.0), max(b.size, 1) ** 0.5
 
     def measure(r: Vector) -> float:
         mean = norm(r) / root

@@ -228,7 +228,7 @@ class _ProximalSolutions:
         last = least = float(np.abs(w[basic]).max(initial=0.0))
         best = z, w
         if basic.size:
-            own = systems(principal(self._problem.M, basic), None if self._S is None else self._S[basic])
+            own = systems(principal(self._problem.M, basic), None if self._S is None else self._S[basic], once=True)
             try:
                 own.factorize(np.full(basic.size, PROXIMAL_SHIFT))
             except SingularMatrix:  # rounding has made a pivot 0
