@@ -10,6 +10,7 @@ from contextlib import suppress
 from itertools import chain
 from itertools import count as count_from
 from pathlib import PurePath
+from statistics import geometric_mean
 from typing import Any, NamedTuple
 
 from lcpcli.bench import record
@@ -102,8 +103,7 @@ def report(paths: Sequence[str], changes: Sequence[Change], has_failed: bool) ->
     ratios = [change.ratio for change in changes if change.ratio]
     verdict = f"{count(len(changes), 'run')}: {', '.join(f'{number} {kind}' for kind, number in counts.most_common())}"
     if ratios:
-        mean = math.exp(sum(map(math.log, ratios)) / len(ratios))
-        verdict += f"; geometric mean of the ratios of times, new over old: {mean:.3g}"
+        verdict += f"; geometric mean of the ratios of times, new over old: {geometric_mean(ratios):.3g}"
 
     def made(*_: Any) -> document.Document:
         shown = [_row(change) for change in changes if change.verdict != SAME]
@@ -124,12 +124,7 @@ def runs_in(path: str) -> dict[Key, Ending]:
     an LCPError if it has none. A last line that was cut off counts as not written."""
     text = within(place(path), decode, content_of(path, EXPECTED))
     with suppress(ValueError, RecursionError, OverflowError):
-        rows = [row for row in record.parse(text).measurements if not row.excluded]
-        intervals = [record.median_interval(row.seconds) if len(row.seconds) > 1 else None for row in rows]
-        return {
-            row.key: Ending(row.status, row.success, row.iterations, record.summary(row.seconds).median, interval)
-            for row, interval in zip(rows, intervals, strict=True)
-        }
+        return {row.key: _of_row(row) for row in record.parse(text).measurements if not row.excluded}
     found: dict[Key, Ending] = {}
     lines = text.split("\n")
     for number, line in enumerate(lines, 1):
@@ -152,6 +147,11 @@ def with_unread(runs: Mapping[Key, Ending], others: Mapping[Key, Ending]) -> dic
     missed = {key: unread[key[0]] for key in others if key[1] and key[0] in unread}
     taken = {problem for problem, _ in missed}
     return {key: ending for key, ending in runs.items() if key[1] or key[0] not in taken} | missed
+
+
+def _of_row(row: record.Measurement) -> Ending:
+    interval = record.median_interval(row.seconds) if len(row.seconds) > 1 else None
+    return Ending(row.status, row.success, row.iterations, record.summary(row.seconds).median, interval)
 
 
 def _of_result(result: Mapping[str, Any]) -> tuple[Key, Ending]:

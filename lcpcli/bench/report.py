@@ -26,13 +26,12 @@ SOLVED_TO = 1e-6  # relative residual of a program up to which a time counts: ab
 PROGRAM_SHIFT = 1e-2  # seconds, as programs take longer than complementarity problems of a few unknowns
 
 
-WORDS = ("solver", "problem", "family", "how it ended", "why", "up", "then")  # headings of words
+TEXTS = ("how it ended", "why")  # headings of texts, and of words:
+WORDS = ("solver", "problem", "family", "up", "then", *TEXTS)
 
 
-def sheet(
-    title: str, header: Sequence[str], groups: Sequence[Sequence[Sequence[str]]], notes: Sequence[str] = ()
-) -> Section:
-    words, texts = ([j for j, name in enumerate(header) if name in names] for names in (WORDS, ("how it ended", "why")))
+def sheet(title: str, header: Sequence[str], groups: Sequence[Sequence[Sequence[str]]], *notes: str) -> Section:
+    words, texts = ([j for j, name in enumerate(header) if name in names] for names in (WORDS, TEXTS))
     return Section(title, tables=[Table(header, groups, words, texts, notes=notes)])
 
 
@@ -49,28 +48,25 @@ def optimality(record: BenchRecord) -> Section:
     means, unit = mean_cells(times, record.options.time_limit, PROGRAM_SHIFT)
     rows = []
     for solver, own in taken.items():
-        counts = (sum(_within(row, measure, level) for row in own) for measure, level in COLUMNS)
+        counts = (sum(_within(row, *level) for row in own) for level in COLUMNS)
         rows.append([solver, *map(str, (len(own), *counts)), means[solver]])
     levels = (f"{NAMES[measure]} {wording.level(level)}" for measure, level in COLUMNS)
     header = ["solver", "of", *levels, f"mean/{unit}"]
-    notes = [
+    note = (
         "Solved up to these residuals, recomputed from the program: the largest of primal and dual residual and "
         "duality gap, relative to their own terms (rel.) and absolute (abs.), and the natural residual of z and w, "
         "relative to the terms of w. "
         f"mean: geometric mean of the times of programs solved to a relative {SOLVED_TO:g}, shifted by "
         f"{wording.duration(PROGRAM_SHIFT)}; other programs count as the time limit."
-    ]
-    return sheet("Optimality", header, [rows], notes)
+    )
+    return sheet("Optimality", header, [rows], note)
 
 
 def _within(row: Measurement, measure: str, level: float) -> bool:
     return row.claimed and (row.optimality or {}).get(measure, math.inf) <= level
 
 
-TIMES = "Median ±half the interquartile range; the median alone for a single run."
 MOMENTS = (1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0)  # seconds
-FILES = "files"  # in place of the family of problems in files
-FAILED, INEXACT, WRONG, EXCLUDED = "failed", "inexact", "wrong", "-"
 
 
 def title(record: BenchRecord) -> str:
@@ -102,11 +98,9 @@ def _solvers(record: BenchRecord) -> Section:
         [name, *map(str, (solved[name], len(medians[name]), false[name])), mean, str(ratios[name].count(1.0))]
         for name, mean in means.items()
     ]
-    notes = [
-        "false: claimed but wrong by every measure. mean: geometric mean of the times, shifted by "
-        f"{wording.duration(SHIFT)}; a failure counts as the time limit, {wording.duration(limit)}."
-    ]
-    return sheet("Solvers", ["solver", "solved", "of", "false", f"mean/{unit}", "fastest"], [rows], notes)
+    note = "false: claimed but wrong by every measure. mean: geometric mean of the times, shifted by "
+    note += f"{wording.duration(SHIFT)}; a failure counts as the time limit, {wording.duration(limit)}."
+    return sheet("Solvers", ["solver", "solved", "of", "false", f"mean/{unit}", "fastest"], [rows], note)
 
 
 def _beside(record: BenchRecord) -> Section:
@@ -124,8 +118,8 @@ def _beside(record: BenchRecord) -> Section:
         wins = sum(theirs < ours for theirs, ours in zip(*pair, strict=True))
         rows.append([peer, *map(str, (len(pair[0]), *solved)), means[peer, peer], means[peer, method], str(wins)])
     header = ["solver", "of", "solved", f"by {method}", f"mean/{unit}", f"{method}/{unit}", "faster"]
-    notes = [f"faster: the problems that the solver solves in less time than {method}. mean: as above."]
-    return sheet(f"Beside {method}, on the problems that the other takes", header, [rows], notes)
+    note = f"faster: the problems that the solver solves in less time than {method}. mean: as above."
+    return sheet(f"Beside {method}, on the problems that the other takes", header, [rows], note)
 
 
 def is_over_time(record: BenchRecord) -> bool:
@@ -136,7 +130,7 @@ def _over_time(record: BenchRecord) -> Section:
     """Return how many problems of each series every solver has solved, or proved to have no solution, in time."""
     limit = record.options.time_limit
     moments = [*(moment for moment in MOMENTS if moment < limit), limit]
-    cases = {case.name: series(case.family, case.parameters) if case.family else FILES for case in record.cases}
+    cases = {case.name: series(case.family, case.parameters) if case.family else "files" for case in record.cases}
     groups = []
     for name in dict.fromkeys(cases.values()) if is_over_time(record) else ():
         rows: list[list[str]] = []
@@ -156,21 +150,19 @@ def _times(record: BenchRecord) -> Section:
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
         own = {row.solver: row for row in group}
         rows.append([name, *(_time(own[solver], length) if solver in own else "" for solver in record.solvers)])
-    return sheet(f"Times in {unit}", ["problem", *record.solvers], [rows], [TIMES])
+    note = "Median ±half the interquartile range; the median alone for a single run."
+    return sheet(f"Times in {unit}", ["problem", *record.solvers], [rows], note)
 
 
 def _time(row: Measurement, length: float) -> str:
-    if row.excluded:
-        return EXCLUDED
-    if not row.success:
-        return _failure(row)
+    if row.excluded or not row.success:
+        return "-" if row.excluded else _failure(row)
     own = summary(row.seconds)
-    digits = wording.digits(own.median / length)
-    return digits if own.spread is None else f"{digits} ±{100 * own.spread:.0f}%"
+    return wording.digits(own.median / length) + ("" if own.spread is None else f" ±{100 * own.spread:.0f}%")
 
 
 def _failure(row: Measurement) -> str:
-    return WRONG if row.false_success else INEXACT if row.claimed else FAILED
+    return "wrong" if row.false_success else "inexact" if row.claimed else "failed"
 
 
 def _failures(record: BenchRecord) -> Section:

@@ -85,8 +85,7 @@ def series(family: str, parameters: dict[str, Any]) -> str:
 
 
 def method_of(solver: str) -> str:
-    """Return the method of a solver, which decides how the solver is drawn: shi for shi:p=10."""
-    return solver.partition(":")[0]
+    return solver.partition(":")[0]  # shi of shi:p=10, which decides how the solver is drawn
 
 
 SUITES = {

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import platform
+import re
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
@@ -35,7 +36,7 @@ from lcpcli.options import AUTO, NUMBA, THREADS, Limits, wants_kernels
 from lcpcli.peers import registry as peers
 from lcpcli.peers.registry import Claim
 from lcpcli.report.result_formats import plain
-from lcpcli.solving import driver as driver
+from lcpcli.solving import driver
 from lcpcli.solving.solve_mcp import run_nonlinear
 from lcpcli.solving.trace import Trace
 from lcpcli.typing import Vector
@@ -126,8 +127,7 @@ def measure(
         if clock() >= warm:  # a process of its own takes longer than the seconds of its answer
             break
         solve(False)
-    began = clock()
-    times: list[float] = []
+    began, times = clock(), list[float]()
     while len(times) < MOST_REPEATS:
         times.append(rested(False).seconds)
         if times[-1] > budget:
@@ -178,9 +178,8 @@ def checked(problem: Problem | NonlinearProblem, answer: Claim, accept: float) -
     success = claimed and point.scaled_residual <= accept and not hopeless
     is_nearly_true = point.residual <= accept * float(terms.max(initial=0.0)) < np.inf and not hopeless
     numbers = {"residual": point.residual, "scaled_residual": point.scaled_residual, "error": problem.error(z)}
-    found = {name: plain(value) for name, value in numbers.items()}
-    false = claimed and not success and not is_nearly_true
-    return {"success": success, "false_success": false, "optimality": optimality(problem, z), **found}
+    facts = {"success": success, "false_success": claimed and not success and not is_nearly_true}
+    return {**facts, "optimality": optimality(problem, z), **{name: plain(value) for name, value in numbers.items()}}
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -229,9 +228,6 @@ def _over(size: float, terms: float) -> float:
     return 0.0 if size == 0 else size / terms if terms else np.inf
 
 
-COPIED = ("status", "statement", "iterations", "evaluations", "setup_seconds")  # the fields of an answer
-
-
 def start(
     asked: Sequence[str], methods: Sequence[str], wanted: Sequence[str], options: Settings, *how: Any
 ) -> BenchRecord:
@@ -242,26 +238,24 @@ def start(
     present, missing = list[str](), list[str]()
     for name in peers.select(wanted):
         (missing if peers.load(name).version() is None else present).append(name)
-    solvers = list(dict.fromkeys(methods))
-    about = options, machine(), software(present)
-    return BenchRecord(list(asked), cases, solvers, present, missing, *about, unread=faults)
+    who = list(dict.fromkeys(methods)), present, missing
+    return BenchRecord(list(asked), cases, *who, options, machine(), software(present), unread=faults)
 
 
 def machine() -> Machine:
-    names = [platform.processor() or platform.machine()]
+    name, system = platform.processor() or platform.machine(), f"{platform.system()} {platform.release()}"
     with suppress(OSError):  # on Linux only this file has the processor's name
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-        names[:0] = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    system = f"{platform.system()} {platform.release()}"
-    return Machine(names[0], os.cpu_count(), memory(), system, threads.in_environment())
+        found = re.search(r"^model name[^:]*:(.*)", Path("/proc/cpuinfo").read_text(encoding="utf-8"), re.MULTILINE)
+        name = found[1].strip() if found else name
+    return Machine(name, os.cpu_count(), memory(), system, threads.in_environment())
 
 
 def software(names: Sequence[str]) -> dict[str, str | None]:
     """Return the versions of Python, of this program, of its numerical libraries, with numba if all runs use the
     compiled kernels, and of the named peers."""
-    own = {"python": platform.python_version(), "lcpcli": VERSION, "numpy": version("numpy")}
-    own |= {NUMBA: version(NUMBA)} if wants_kernels() else {}
-    return {**own, "scipy": version("scipy"), **{name: peers.load(name).version() for name in names}}
+    own = {"python": platform.python_version(), "lcpcli": VERSION}
+    own |= {name: version(name) for name in ("numpy", *[NUMBA] * wants_kernels(), "scipy")}
+    return own | {name: peers.load(name).version() for name in names}
 
 
 def refuse_elsewhere(record: BenchRecord) -> None:
@@ -292,25 +286,23 @@ def run(record: BenchRecord, starting: Callable[[Case, str], None]) -> Iterator[
 
 def _excludes(problem: Problem | NonlinearProblem, solver: str, is_peer: bool) -> str:
     is_linear = isinstance(problem, Problem)
-    if is_peer:
-        takes = is_linear or solver in peers.NONLINEAR
-        return peers.load(solver).excludes(problem) if takes else "solves linear problems only"
-    if solver == AUTO or is_linear != (variants.parse(solver).method in methods.NONLINEAR):
-        return ""
-    return f"solves {'non' * is_linear}linear problems only"
+    if is_peer and (is_linear or solver in peers.NONLINEAR):
+        return str(peers.load(solver).excludes(problem))
+    takes = not is_peer and (solver == AUTO or is_linear != (variants.parse(solver).method in methods.NONLINEAR))
+    return "" if takes else f"solves {'non' * is_linear}linear problems only"
 
 
 def _measure(case: Case, problem: Problem | NonlinearProblem, solver: str, record: BenchRecord) -> Measurement:
     options, seconds = record.options, list[float]()
-    kind = "method" if solver in record.methods else "peer"
+    kind, run = ("method", run_method) if solver in record.methods else ("peer", run_peer)
     if reason := _excludes(problem, solver, kind == "peer"):
         answer = Claim(None, False, 0.0, reason, EXCLUDED)
     else:
-        solve = partial(run_peer if kind == "peer" else run_method, solver, problem, options.tol, options.time_limit)
         rest = REST if problem.n >= FEWEST_SHARED_ROWS and record.machine.threads != 1 else 0.0
-        answer, seconds = measure(solve, options.budget, rest)
+        answer, seconds = measure(partial(run, solver, problem, options.tol, options.time_limit), options.budget, rest)
     curve = [(k, at, plain(error)) for k, at, error in answer.curve] if answer.curve else None
-    facts = {name: getattr(answer, name) for name in COPIED} | checked(problem, answer, options.accept)
+    copied = ("status", "statement", "iterations", "evaluations", "setup_seconds")
+    facts = {name: getattr(answer, name) for name in copied} | checked(problem, answer, options.accept)
     return Measurement(
         problem=case.name,
         family=case.family or None,

@@ -70,9 +70,8 @@ def with_bounds(
     except ProblemError as error:
         own = next((name for name in values if error.where.startswith(name)), "")
         name = own or next(iter(values))
-        is_typed = _is_typed(texts[name])
-        where = error.where if is_typed else f"{place(texts[name])}: {error.where}"
-        raise ProblemError(f"{'--' if own and is_typed else f'--{name}: '}{where}", error.fault, error.hint) from None
+        before = ("--" if own else f"--{name}: ") if _is_typed(texts[name]) else f"--{name}: {place(texts[name])}: "
+        raise ProblemError(f"{before}{error.where}", error.fault, error.hint) from None
     if given["infinity"] is None:
         return problem
     from lcpcli.model.changes import with_infinity
@@ -119,8 +118,7 @@ def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any
 
 def _is_typed(text: str) -> bool:
     """Return whether a text consists of numbers and of words for absent numbers, and is not the name of a file."""
-    words = re.sub("none|null|infinity", "inf", text.casefold())
-    return typed_numbers(words) is not None and not os.path.exists(text)
+    return typed_numbers(re.sub("none|null|infinity", "inf", text.casefold())) is not None and not os.path.exists(text)
 
 
 def _end(name: str, text: str, number: Callable[[Fraction], Any]) -> Any:
@@ -133,14 +131,12 @@ def _end(name: str, text: str, number: Callable[[Fraction], Any]) -> Any:
 
 def typed_numbers(text: str, may_be_file: bool = True) -> list[str] | None:
     """Return the numbers in a text, each as typed; None if the text is not a list of numbers or may name a file."""
-    is_file = may_be_file and os.path.lexists(text)
-    return None if not LIST.fullmatch(text) or is_file else re.findall(NUMBER, text)
+    return None if not LIST.fullmatch(text) or (may_be_file and os.path.lexists(text)) else re.findall(NUMBER, text)
 
 
 def typed_vector(field: str, typed: list[str], n: int) -> Vector:
     """Return typed numbers, fractions allowed, as a vector of length n; a ProblemError names the field."""
-    values = [within(f"{field}[{i}]", ratio, number) for i, number in enumerate(typed)]
-    return as_vector(field, rounded(values), n)
+    return as_vector(field, rounded(_entries(field, typed)), n)
 
 
 def read_start(field: str, path: str, n: int, box: Box | None = None, names: Names = tuple) -> Vector:
@@ -226,12 +222,13 @@ def _result_in(form: str, content: bytes, n: int, before: str = "") -> tuple[Vec
     if form == "csv_format":
         first = of_table(content)[0]
         refuse(first.rows is not None, "", "has no column headed z", HINT)
-        z, w = (None if values is None else rounded(values) for values in (first.values, first.w))
+        both = [None if values is None else rounded(values) for values in (first.values, first.w)]
     else:
         data = _first_in(content)
         refuse(not {"z", "w"} <= set(data), "", "is an object without z and w", EXPECTED_RESULT)
-        z, w = data["z"], data["w"]
-    return as_vector(f"{before}z", z, n), None if w is None else as_vector(f"{before}w", w, n)
+        both = [data["z"], data["w"]]
+    z, w = (None if own is None else as_vector(f"{before}{key}", own, n) for key, own in zip("zw", both, strict=True))
+    return cast(Vector, z), w
 
 
 def _first_in(content: bytes) -> Any:
@@ -337,9 +334,9 @@ def _candidate(data: Any, lengths: Lengths) -> Candidate:
         row, column = (_entries(player, data[player]) for player in ("row", "column"))
         return Candidate("solution", [*row, *column], rows=len(row))
     if "z" not in data and isinstance(sets := data.get("information_sets"), list):
-        own = (each.get("probabilities") if isinstance(each, dict) else each for each in sets)
-        each_set = (_entries(f"information_sets[{i}].probabilities", values) for i, values in enumerate(own))
-        return Candidate("solution", of_length("information_sets", [*chain.from_iterable(each_set)], lengths))
+        own = [each.get("probabilities") if isinstance(each, dict) else each for each in sets]
+        found = [x for i, each in enumerate(own) for x in _entries(f"information_sets[{i}].probabilities", each)]
+        return Candidate("solution", of_length("information_sets", found, lengths))
     answer, exact, certificate = (
         data[key] if isinstance(data.get(key), dict) else {} for key in ("answer", "exact", "certificate")
     )
@@ -347,10 +344,10 @@ def _candidate(data: Any, lengths: Lengths) -> Candidate:
         both, k = [*lengths, *lengths][-2:]
         for at, part in (("", data), ("answer.", answer)):
             if part.get("x") is not None:
-                values = _numbers(f"{at}x", part["x"], {k: "x"})
-                if part.get("y") is not None:
-                    values += _numbers(f"{at}y", part["y"], {both - k: "y"})
-                return Candidate("answer", values)
+                sizes = {"x": k, "y": both - k}
+                given = (key for key in sizes if part.get(key) is not None)
+                values = [_numbers(f"{at}{key}", part[key], {sizes[key]: key}) for key in given]
+                return Candidate("answer", [*chain.from_iterable(values)])
     refuse("z" not in data, "", "is an object without z", EXPECTED_RESULT)
     of_z = {n: "z"}
     y, z, w = (_numbers(f"exact.{key}", exact[key], of_z) if exact.get(key) is not None else None for key in "yzw")
@@ -358,8 +355,8 @@ def _candidate(data: Any, lengths: Lengths) -> Candidate:
         return Candidate("farkas" if y else "solution", y or z or [], exact=True, w=None if y else w)
     if certificate.get("kind") == "farkas":
         return Candidate("farkas", _numbers("certificate.vector", certificate.get("vector"), of_z))
-    of_search = "the result says that there is none, by exhaustion, which has no certificate to check; solve it again"
-    claim = of_search * (certificate.get("kind") == "exhaustion")
+    claim = "the result says that there is none, by exhaustion, which has no certificate to check; solve it again"
+    claim *= certificate.get("kind") == "exhaustion"
     return Candidate("solution", _numbers("z", data["z"], of_z), claim=claim)
 
 
@@ -420,14 +417,14 @@ def of_table(content: bytes) -> list[Candidate]:
 def _columns(rows: list[list[str]]) -> list[str]:
     """Return the names of the columns of a table without a header."""
     width, first = len(rows[0]), [row[0] for row in rows]
-    indexed = any(first == [str(i) for i in range(start, start + len(rows))] for start in (0, 1))
+    indexed = any(first == [*map(str, range(start, start + len(rows)))] for start in (0, 1))
     if width in (2, 3) and (indexed or not any(map(is_number, first))):
         return ["index", "z", "w"][:width]
     raise ProblemError("", f"has {len(rows)} rows and {width} columns without a header", HINT)
 
 
 def _strategies(rows: Rows) -> Candidate:
-    own = [[each for each in rows if (each[1]["player"] == "row") == is_first] for is_first in (True, False)]
+    own = [[each for each in rows if (each[1]["player"] == "row") is is_first] for is_first in (True, False)]
     refuse(not all(own), "", "has an equilibrium with the strategy of one player alone", "give both strategies")
     values = [_column("probability", _in_order("strategy", part)) for part in own]
     return Candidate("solution", values[0] + values[1], rows=len(values[0]))
@@ -446,13 +443,13 @@ def _column(name: str, rows: Rows) -> list[Fraction]:
 
 def _in_order(name: str, rows: Rows) -> Rows:
     """Return the rows in the order of their components, which are in the column `name`, each once."""
-    wanted, places = [str(i) for i in range(1, len(rows) + 1)], dict[str, tuple[int, dict[str, str]]]()
-    allowed, given = {*wanted}, {row[name] for _, row in rows}
+    places: dict[str, Any] = {str(i): None for i in range(1, len(rows) + 1)}
+    given = {row[name] for _, row in rows}
     for k, row in rows:
-        if (own := row[name]) in places or own not in allowed:
-            missing = next(i for i in wanted if i not in given)
+        if places.get(own := row[name], "") is not None:
+            missing = next(i for i in places if i not in given)
             fault = f"has component {own!r}{' again' * (own in places)}, while {missing} is missing"
             where = f"line {k}, column {[*row].index(name) + 1}"
             raise ProblemError(where, fault, f"give each of 1 to {len(rows)} once")
         places[own] = k, row
-    return [places[i] for i in wanted]
+    return [*places.values()]

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
 OF_COORDINATES = ("format", "shape", "rows", "cols", "values")
 DIGITS = 15  # decimals with so few digits are always the shortest decimals of their doubles
-LARGEST_PAYOFF = 10**1000  # also of denominators: more digits would make exact arithmetic slow
 SEVERAL = (
     "lcp solve takes a problem in each line; give other commands one of them, as by sed -n 1p FILE | lcp inspect -"
 )
@@ -49,9 +48,8 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     if isinstance(data["M"], dict):
         data["M"] = _sparse("M", data["M"], as_vector("q", data["q"]).size if "q" in data else None)
     if "solution" in data:
-        given = data["solution"]
-        if not isinstance(given, list):
-            raise ProblemError("solution", f"is {kind(given)}", "give a list of numbers, or a list of such lists")
+        given, hint = data["solution"], "give a list of numbers, or a list of such lists"
+        refuse(not isinstance(given, list), "solution", f"is {kind(given)}", hint)
         data["solution"] = given if given and isinstance(given[0], list) else [given]
     return data
 
@@ -72,7 +70,7 @@ def payoff(text: str) -> float | Fraction:
     from lcpcli.rational.numbers import fraction
 
     exact = payoff_of(fraction(text))
-    if isinstance(exact, Fraction) and max(abs(exact.numerator), exact.denominator) >= LARGEST_PAYOFF:
+    if isinstance(exact, Fraction) and max(abs(exact.numerator), exact.denominator) >= 10**1000:  # as that is slow
         raise ProblemError("", f"has the payoff {quoted(text)}", "write it with at most 1000 digits")
     return exact
 
@@ -121,7 +119,7 @@ def load(text: str, number: Callable[[str], Any] = float) -> Any:
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     data = dict(pairs)
     if len(data) < len(pairs):
-        twice = next(name for name, times in Counter(name for name, _ in pairs).items() if times > 1)
+        twice = Counter(name for name, _ in pairs).most_common(1)[0][0]
         raise ProblemError(twice, "occurs twice", "keep one")
     return data
 
@@ -136,11 +134,10 @@ def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
     refuse(given["format"] != "coo", f"{field}.format", f"is {kind(given['format'])}", 'the only format is "coo"')
     shape, values = (as_vector(f"{field}.{key}", given[key]) for key in ("shape", "values"))
     rows, cols = (as_vector(f"{field}.{key}", given[key], values.size, "value") for key in ("rows", "cols"))
-    declared = " x ".join(f"{side:g}" for side in shape) or "empty"
-    if n is not None and (shape.size != 2 or (shape != n).any()):
-        raise ProblemError(f"{field}.shape", f"is {declared} but q has {count(n, 'entry')}", "make them agree")
-    if shape.size != 2 or outside(shape, np.iinfo(np.int32).max).size:
-        raise ProblemError(f"{field}.shape", f"is {declared}", "give two whole numbers from 0")
+    where, declared = f"{field}.shape", " x ".join(f"{side:g}" for side in shape) or "empty"
+    is_other = n is not None and (shape.size != 2 or (shape != n).any())
+    refuse(is_other, where, f"is {declared} but q has {count(n or 0, 'entry')}", "make them agree")
+    refuse(shape.size != 2 or outside(shape, 2**31 - 1).size, where, f"is {declared}", "give two whole numbers from 0")
     m, k = map(int, shape)
     refuse_mostly_absent(field, (m, k), max(m, k), values.size)
     return of_coordinates(field, values, rows, cols, (m, k), 0).tocsr()

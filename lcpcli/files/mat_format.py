@@ -28,15 +28,13 @@ from lcpcli.files.npy_format import NAME_FIELDS, flat, named, of_arrays, texts, 
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import are_compressed
 
-MOST_VARIABLES = 6  # that a message names, to keep it on one line
-
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
     variables = _variables(content)
     known = {name: values for name, values in variables.items() if name in KNOWN}
     if "M" not in variables and kind_of(known):
         return of_arrays(known)
-    shown = ", ".join([*variables][:MOST_VARIABLES]) + ", ..." * (len(variables) > MOST_VARIABLES) or "no variables"
+    shown = ", ".join([*variables][:6]) + ", ..." * (len(variables) > 6) or "no variables"
     refuse("M" not in variables, "M", "is missing", f"call the matrix M and the vector q; the file holds {shown}")
     n = math.prod(variables["q"].shape) if "q" in variables else variables["M"].shape[0]
     for name, values in variables.items():  # variables of the size of bounds with a name that others give bounds
@@ -46,9 +44,8 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
             raise ProblemError(name, fault, "rename it, or leave it out")
     if "names" in variables and len(texts(variables["names"]) or ()) != n:
         del variables["names"]  # of something else in the workspace
-    several = variables.get("solution")
-    if several is not None and several.ndim == 2 and several.shape[0] == n:
-        variables["solution"] = several.T
+    if "solution" in variables and variables["solution"].ndim == 2 and len(variables["solution"]) == n:
+        variables["solution"] = variables["solution"].T
     return of_arrays(variables)
 
 
@@ -81,30 +78,25 @@ def _array(name: str, value: Any) -> Any:
     is_matrix = name in ("M", *MATRICES)
     if is_sparse(value):
         refuse_mostly_absent(name, value.shape, max(value.shape), value.nnz)
-    if is_sparse(value) and 1 in value.shape and not is_matrix:
+        if is_matrix or 1 not in value.shape:
+            return value
         refuse_beyond_memory(name, value.shape)
         value = value.toarray()
-    return value if is_sparse(value) or is_matrix else flat(np.asarray(value))
+    return value if is_matrix else flat(np.asarray(value))
 
 
-MARKS = {b"IM": "<", b"MI": ">"}  # the byte order of version 5 and later, at its offset
 HEADER = 128  # bytes
 SIZES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}  # of the types of numbers, in bytes
 ENCODINGS = {16: "utf-8", 17: "utf-16", 18: "utf-32"}  # the types of texts but for those in one or two bytes
 INT32, UINT32, MATRIX, COMPRESSED = 5, 6, 14, 15  # types
-CELL, CHAR, SPARSE, NUMBERS = 1, 4, 5, range(6, 16)  # classes of arrays
-KNOWN_CLASSES = {*range(1, 19)}  # those that are not named here are left out, as are objects and functions
-MOST_DIMENSIONS = 32
-ZLIB = 15  # the form of compressed elements
+CELL, CHAR, SPARSE, NUMBERS = 1, 4, 5, range(6, 16)  # classes of arrays; others, as objects, are left out
 SIZES_OF_4 = (8, 4, 4, 2, 2, 1)  # of the numbers in version 4, in bytes, by their digit
 
 
 class Element(NamedTuple):
-    """An element: its type, its data, and all of its bytes."""
-
     kind: int
     data: bytes
-    whole: bytes
+    whole: bytes  # with the type and the size
 
 
 def _require(condition: Any) -> None:
@@ -117,7 +109,7 @@ def checked(content: bytes) -> bytes:
     if 0 in content[:4]:  # as scipy tells the versions apart
         _check_version_4(content)
         return content
-    order = MARKS[content[126:128]]
+    order = {b"IM": "<", b"MI": ">"}[content[126:128]]
     _require(content[124:126] in (b"\0\1", b"\1\0"))
     arrays = (element for element in _arrays(content[HEADER:], order) if _is_readable(element.data, order))
     return content[:HEADER] + b"".join(element.whole for element in arrays)
@@ -129,7 +121,7 @@ def _elements(content: bytes, order: str) -> Iterator[Element]:
         kind, size = struct.unpack_from(f"{order}II", content, at)
         small, kind = kind >> 16, kind & 0xFFFF
         begin, size = (at + 4, small) if small else (at + 8, size)
-        _require(begin + size <= len(content) and small <= 4 and kind in KNOWN_CLASSES)
+        _require(begin + size <= len(content) and small <= 4 and 1 <= kind < 19)
         end = at + 8 if small else begin + size + (0 if kind == COMPRESSED else -size % 8)
         yield Element(kind, content[begin : begin + size], content[at:end])
         at = end
@@ -139,7 +131,7 @@ def _elements(content: bytes, order: str) -> Iterator[Element]:
 def _arrays(content: bytes, order: str) -> Iterator[Element]:
     for element in _elements(content, order):
         if element.kind == COMPRESSED:
-            yield from _arrays(uncompressed(element.data, ZLIB)[0], order)
+            yield from _arrays(uncompressed(element.data, 15)[0], order)
         elif element.kind == MATRIX:
             yield element
 
@@ -156,7 +148,7 @@ def _is_readable(data: bytes, order: str) -> bool:
     if kind not in (CELL, CHAR, SPARSE, *NUMBERS):
         return False
     shape, name, values = _integers(parts[1], order), parts[2], parts[3:]
-    _require(2 <= shape.size <= MOST_DIMENSIONS and shape.min() >= 0 and name.kind == 1)
+    _require(2 <= shape.size <= 32 and shape.min() >= 0 and name.kind == 1)
     size = math.prod(shape.tolist())
     if kind == CELL:
         _require(len(values) == size and all(value.kind == MATRIX for value in values))
@@ -172,7 +164,6 @@ def _is_readable(data: bytes, order: str) -> bool:
 
 
 def _count(element: Element, order: str) -> int:
-    """Return how many numbers or characters an element holds; raise ValueError if it is neither."""
     if element.kind in SIZES:
         number, rest = divmod(len(element.data), SIZES[element.kind])
         _require(not rest)

@@ -26,8 +26,6 @@ BANNER = "%%MatrixMarket matrix array|coordinate real|integer general|symmetric|
 SIGNS = {"general": 0, "symmetric": 1, "skew-symmetric": -1}  # of the mirrored entries
 CHOICES = (("array", "coordinate"), ("real", "double", "integer"), tuple(SIGNS))
 DECIMAL = rb"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"  # unambiguous, so that matching does not backtrack
-INTEGER = rb"[-+]?\d+"
-WIDTHS = {"array": 1, "coordinate": 3}  # numbers per entry
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
@@ -61,16 +59,14 @@ def _text(matrix: Matrix, exact: Exact) -> bytes:
     if not exact:
         return text
     lines = [line.split() for line in text.decode().strip().split("\n")]
-    first = next(i for i, line in enumerate(lines) if not line[0].startswith("%")) + 1
-    for words in lines[first:]:
+    for words in lines[next(i for i, line in enumerate(lines, 1) if not line[0].startswith("%")) :]:
         words[-1] = decimal(exact[float(words[-1])]) if float(words[-1]) in exact else words[-1]
     return "".join(f"{' '.join(words)}\n" for words in lines).encode()
 
 
 def _matrix(field: str, content: bytes, number: Number) -> Any:
-    """Return the matrix, dense or in scipy's coordinate form, if the file has its entries."""
     (form, kind, symmetry), shape, entries, end = _header(content)
-    width, sign = WIDTHS[form], SIGNS[symmetry]
+    width, sign = (1 if form == "array" else 3), SIGNS[symmetry]  # numbers per entry
     fault = f"is {symmetry} but {shape[0]} x {shape[1]}"
     refuse(sign and shape[0] != shape[1], field, fault, "make it square or general")
     if form == "array":
@@ -88,9 +84,8 @@ def _matrix(field: str, content: bytes, number: Number) -> Any:
         return _dense(sign, shape, values)
     rows, cols = (np.fromiter(map(int, words[i::width]), np.int64, entries) for i in range(2))
     if sign:
-        mirrored = rows != cols
-        is_wrong = sign < 0 and not mirrored.all()
-        refuse(is_wrong, field, "is skew-symmetric with entries on its diagonal", "leave them out")
+        mirrored, fault = rows != cols, "is skew-symmetric with entries on its diagonal"
+        refuse(sign < 0 and not mirrored.all(), field, fault, "leave them out")
         values = np.concatenate((values, sign * values[mirrored]))
         rows, cols = np.concatenate((rows, cols[mirrored])), np.concatenate((cols, rows[mirrored]))
     return of_coordinates(field, values, rows, cols, shape, 1)
@@ -124,14 +119,13 @@ def _header(content: bytes) -> tuple[list[str], tuple[int, int], int, int]:
         shown = quoted(line.decode("latin-1"))
         raise ProblemError(f"line {number}", f"is {shown}", f"give the numbers of {', '.join(names)}")
     rows, columns, *entries = map(int, sizes)
-    if not entries:
-        sign = SIGNS[words[4]]
-        entries = [rows * columns - abs(sign) * rows * (rows - sign) // 2]
+    sign = SIGNS[words[4]]
+    entries += [rows * columns - abs(sign) * rows * (rows - sign) // 2]  # of an array, which does not say it
     return words[2:], (rows, columns), entries[0], file.tell()
 
 
 def _refuse_other_lines(form: str, kind: str, content: bytes, end: int) -> None:
-    number, noun = (INTEGER, "whole number") if kind == "integer" else (DECIMAL, "number")
+    number, noun = (rb"[-+]?\d+", "whole number") if kind == "integer" else (DECIMAL, "number")
     entry = number if form == "array" else rb"\d{1,18}[ \t]+\d{1,18}[ \t]+" + number
     other = re.compile(rb"^(?![ \t]*(?:%b[ \t]*)?\r?$)[^\n]*" % entry, re.MULTILINE)
     if found := other.search(content, end):

@@ -133,7 +133,7 @@ def text(key: str, array: Any) -> str:
     """Return the text in an array of one text, or of none, as scipy reads an empty one."""
     if not array.size and array.dtype.kind in "US":
         return ""
-    if array.ndim > 1 or array.size != 1 or array.dtype.kind not in "US":
-        raise ProblemError(key, f"is an array of {array.dtype.name}", "give a text")
+    is_other = array.ndim > 1 or array.size != 1 or array.dtype.kind not in "US"
+    refuse(is_other, key, f"is an array of {array.dtype.name}", "give a text")
     item = array.item()
     return item.decode("utf-8", "replace") if isinstance(item, bytes) else str(item)

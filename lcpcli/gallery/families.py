@@ -99,13 +99,10 @@ RANGES = """
 0 <= target <= 1; 0 <= weight <= 1e6; 0 <= penalty <= 2; 1 <= samples <= 1e5; 1 <= masses <= 100; 0 < strength <= 1e6
 """  # of the parameters of these names, in all families
 RANGE_OF = {text.split()[2]: text for text in RANGES.strip().replace("\n", "; ").split("; ")}
-WORDS = {" PSD": " positive semidefinite", " SPD": " symmetric positive definite"}
 
 
 def _entries() -> Iterator[tuple[str, Entry]]:
-    text, file = TABLE, ""
-    for short, words in WORDS.items():
-        text = text.replace(short, words)
+    text, file = TABLE.replace(" PSD", " positive semidefinite").replace(" SPD", " symmetric positive definite"), ""
     for name, *texts in (line.split(" | ") for line in text.strip().split("\n")):
         if texts:
             yield name, Entry(file, texts[0], texts[1], texts[2], *map(int, texts[3:]))
@@ -116,19 +113,18 @@ def _entries() -> Iterator[tuple[str, Entry]]:
 REGISTRY = dict(_entries())
 FAMILIES = {name: entry.meaning for name, entry in REGISTRY.items()}
 
-Family = Callable[..., "Problem"]
 
-
-def load(name: str) -> Family:
-    family: Family = getattr(import_module(f"lcpcli.gallery.{entry(name).file}"), name.replace("-", "_"))
+def load(name: str) -> Callable[..., Problem]:
+    family: Callable[..., Problem] = getattr(
+        import_module(f"lcpcli.gallery.{entry(name).file}"), name.replace("-", "_")
+    )
     return family
 
 
 def entry(name: str) -> Entry:
     if name not in REGISTRY:
-        raise OptionError(
-            "family", f"{quoted(name)} is unknown", likely(name, FAMILIES, "lcp make --list shows the families")
-        )
+        hint = likely(name, FAMILIES, "lcp make --list shows the families")
+        raise OptionError("family", f"{quoted(name)} is unknown", hint)
     return REGISTRY[name]
 
 

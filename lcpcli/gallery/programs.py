@@ -11,8 +11,6 @@ from lcpcli.model import program, reductions
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
-A_ROW = 10  # entries in a constraint of lp and qp, so that large programs are sparse
-LARGEST_DENSE = 200  # unknowns up to which M of lp is dense; from there on ten entries per row are sparse
 UNITS = 16  # random numbers of frontier and lasso are multiples of 1/16, so that products are free of rounding
 STEP = 0.25  # seconds between the inputs of control, a fraction of the springs' period
 
@@ -21,8 +19,8 @@ def lp(n: int, seed: int) -> Problem:
     """Pose min c'x, Ax >= b, x >= 0 with its dual: M = [0 -A'; A 0], q = (c, -b), z = (x, y). n is at least 2.
 
     There are n // 2 constraints of integers, up to ten entries per row; M is sparse above n = 200. The known vertex is
-    strictly complementary, so the solution is unique, and exact.
-    G. B. Dantzig, R. W. Cottle, in: Nonlinear Programming, North-Holland (1967) 55-73. The data are original to lcp.
+    strictly complementary, so the solution is unique, and exact. The data are original to lcp.
+    G. B. Dantzig, R. W. Cottle, in: Nonlinear Programming, North-Holland (1967) 55-73.
     """
     return _program("lp", n, seed, note="The diagonal of M is zero; x solves the program and y its dual.")
 
@@ -45,7 +43,7 @@ def _program(kind: str, n: int, seed: int, note: str) -> Problem:
     n = max(2, n)
     random = np.random.default_rng([seed, n])
     m, k = n // 2, n - n // 2
-    count = min(A_ROW, k) - 1
+    count = min(10, k) - 1
     rows, columns = np.repeat(np.arange(m), count), random.integers(0, k, m * count)
     values = random.integers(-2, 3, m * count).astype(np.float64)
     sums = np.bincount(rows, abs(values), m) + 1
@@ -58,7 +56,7 @@ def _program(kind: str, n: int, seed: int, note: str) -> Problem:
         for length in (k, m)
     )
     c = A.T @ y + r if Q is None else A.T @ y + r - Q @ x
-    M = program.bordered(Q, A, sparse=kind == "lp" and n > LARGEST_DENSE)
+    M = program.bordered(Q, A, sparse=kind == "lp" and n > 200)
     q, z = np.concatenate((c, s - A @ x)), np.concatenate((x, y))
     return Problem(M, q, solutions=[z], note=note)
 
@@ -152,9 +150,9 @@ def regression(k: int, seed: int, samples: int) -> tuple[Vector, Vector]:
 def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Problem:
     """Bring a chain of masses and springs to rest, over as many steps as give about n unknowns with multipliers.
 
-    x has the states and inputs of one step after another. A state is the positions and velocities of the masses; the
-    next state follows by the symplectic Euler method. The objective is half the sum of the squares of the states and of
-    0.1 times the squares of the inputs, forces on the masses of at most `strength`. The start is random.
+    x has the states, which are positions and velocities, and the inputs, which are forces of at most `strength`, of one
+    step after another, by the symplectic Euler method. The objective is half the sum of the squares of the states and
+    of 0.1 times those of the inputs. The start is random.
     F. Borrelli, A. Bemporad, M. Morari, Predictive Control for Linear and Hybrid Systems (2017), chapter 11.
     """
     from scipy.sparse import block_array, csr_array, diags_array, eye_array, hstack, kron

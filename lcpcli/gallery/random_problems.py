@@ -1,7 +1,5 @@
-"""Random problems, examples that defeat a method, and problems built around a solution or a proof that there is none.
-
-Matrices and solutions are rounded so that q = w - Mz is free of rounding, and the known solution exact.
-"""
+"""Random problems, examples that defeat a method, and problems built around a solution, or a proof that there is none:
+numbers are rounded so that q = w - Mz is free of rounding, and the known solution exact."""
 
 from __future__ import annotations
 
@@ -14,8 +12,6 @@ from lcpcli.gallery.families import require
 from lcpcli.gallery.systems import three_diagonals
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Mask, Matrix, Vector
-
-OFF_DIAGONAL = 9  # entries per row of `dominant`, ten with the diagonal
 
 
 def harker_pang(n: int, seed: int, *, symmetric: bool = False) -> Problem:
@@ -60,8 +56,8 @@ def dominant(n: int, seed: int) -> Problem:
     from scipy.sparse import csr_array, diags_array
 
     random = np.random.default_rng([seed, n])
-    rows, columns = np.repeat(np.arange(n), OFF_DIAGONAL), random.integers(0, n, OFF_DIAGONAL * n)
-    values = np.where(rows == columns, 0.0, random.standard_normal(OFF_DIAGONAL * n))
+    rows, columns = np.repeat(np.arange(n), 9), random.integers(0, n, 9 * n)
+    values = np.where(rows == columns, 0.0, random.standard_normal(9 * n))
     off = csr_array((values, (rows, columns)), shape=(n, n))
     off.eliminate_zeros()
     M = csr_array(off + diags_array(1.1 * abs(off).sum(axis=1) + 0.1))
@@ -83,15 +79,13 @@ def near_singular(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
     return Problem(M, np.maximum(-size, 0) - M @ np.maximum(size, 0), note=f"The condition of M is {2 / epsilon:.3g}.")
 
 
-KINDS = 5  # the kinds of bounds: boxed, only a lower bound, only an upper bound, free, fixed
-
-
 def boxes(n: int, seed: int) -> Problem:
     """Draw integers: M = A A' + n I, bounds of every kind, and the q for which a random z, mostly at bounds, solves."""
     random = np.random.default_rng([seed, n])
     A = random.integers(-2, 3, (n, n)).astype(float)
     M = A @ A.T + n * np.eye(n)
-    kind, state = random.permutation(np.arange(n) % KINDS), random.integers(0, 3, n)
+    # kinds of bounds: boxed, only a lower bound, only an upper bound, free, fixed
+    kind, state = random.permutation(np.arange(n) % 5), random.integers(0, 3, n)
     low = random.integers(-9, 10, n).astype(float)
     high = low + random.integers(2, 9, n)
     lower = np.where((kind == 2) | (kind == 3), -np.inf, low)
@@ -116,9 +110,8 @@ def diagonal(n: int, _seed: int, *, decades: int = 6) -> Problem:
 def degenerate(n: int, seed: int) -> Problem:
     """Draw integers M = A'A + I and q; z > 0 for a quarter of the indices and w > 0 for another, rounded down."""
     random = np.random.default_rng([seed, n])
-    M, places = integer_matrix(random, n), random.permutation(n)
-    z, w = np.zeros(n), np.zeros(n)
-    quarter = (n + 2) // 4
+    M, places, quarter = integer_matrix(random, n), random.permutation(n), (n + 2) // 4
+    z, w = np.zeros((2, n))
     z[places[:quarter]] = random.integers(1, 10, quarter)
     w[places[quarter : n // 2]] = random.integers(1, 10, n // 2 - quarter)
     note = "The solution is exact: all numbers are integers. z_i = w_i = 0 for half of the indices."
@@ -134,9 +127,8 @@ def near_degenerate(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
     M, power = integer_matrix(random, n), 2.0 ** round(math.log2(epsilon))
     size = np.where(np.arange(n) % 2 == 0, 1.0, power)[random.permutation(n)]
     z, w = complementary(size, random.integers(0, 2, n) == 1)
-    solutions = [z] if n * n < 2**51 * power else []
     note = f"Strictly complementary by only {power:.3g} (2^{round(math.log2(power))})."
-    return Problem(M, w - M @ z, solutions=solutions, note=note)
+    return Problem(M, w - M @ z, solutions=[z] * (n * n < 2**51 * power), note=note)
 
 
 def infeasible(n: int, seed: int) -> Problem:
@@ -146,8 +138,7 @@ def infeasible(n: int, seed: int) -> Problem:
     """
     random = np.random.default_rng([seed, n])
     k = (n + 1) // 2
-    M = random.integers(-5, 6, (n, n)).astype(np.float64)
-    q = random.integers(-5, 6, n).astype(np.float64)
+    M, q = (random.integers(-5, 6, shape).astype(np.float64) for shape in ((n, n), n))
     M[0] = -M[1:k].sum(axis=0) - random.integers(0, 3, n)
     q[0] = -q[1:k].sum() - 1
     note = f"A Farkas vector is y with ones in the first {k} entries and zeros in the others."
@@ -163,9 +154,8 @@ def unsolvable(n: int, seed: int) -> Problem:
     q = random.integers(-5, 6, n).astype(np.float64)
     M[:2, :2], q[:2] = [[0, 1], [1, 0]], [-1, 1]
     M[2:, :2], M[2:, 2:] = random.integers(-2, 3, (n - 2, 2)), integer_matrix(random, n - 2)
-    order = random.permutation(n)
-    M = np.ascontiguousarray(M[order][:, order])
-    return Problem(M, q[order], verdict="unsolvable", note="Feasible, but no complementary set yields a solution.")
+    order, note = random.permutation(n), "Feasible, but no complementary set yields a solution."
+    return Problem(M[np.ix_(order, order)], q[order], verdict="unsolvable", note=note)
 
 
 def ray(n: int, seed: int) -> Problem:
@@ -197,7 +187,6 @@ def complementary(size: Vector, inside: Mask) -> tuple[Vector, Vector]:
     return np.where(inside, size, 0), np.where(inside, 0, size)
 
 
-LARGEST_POWER = 1023  # the largest exponent of two in double precision, which bounds exact solutions
 LARGEST_EXACT = 18  # the largest Hilbert matrix for which all numbers are integers representable in double precision
 
 
@@ -279,9 +268,8 @@ def growth(n: int, _seed: int) -> Problem:
     """Let M have 1 on the diagonal and -1 below it, and q = -e; the solution is z_i = 2^(i-1), like the pivots in J. H.
     Wilkinson, Error analysis of direct methods of matrix inversion, J. ACM 8 (1961) 281-330. n is at most 1024.
     """
-    n = min(n, LARGEST_POWER + 1)
+    n, note = min(n, 1024), "The components of the solution grow by the factor 2 from one to the next."
     M = 2 * np.eye(n) - np.tril(np.ones((n, n)))
-    note = "The components of the solution grow by the factor 2 from one to the next."
     return Problem(M, -np.ones(n), solutions=[np.exp2(np.arange(n))], note=note)
 
 
@@ -295,13 +283,11 @@ def hilbert(n: int, _seed: int, *, degenerate: bool = False) -> Problem:
     denominators = np.arange(1, n + 1)[:, None] + np.arange(n)
     factor = math.lcm(*range(1, 2 * n)) if n <= LARGEST_EXACT else 1
     M, z = factor / denominators, np.where(np.arange(n) % 2, not degenerate, 1.0)
-    known = [z] if n <= LARGEST_EXACT else []
     note = f"The Hilbert matrix times {factor}; its condition grows like exp(3.5 n)."
-    return Problem(M, -M @ z, solutions=known, note=note)
+    return Problem(M, -M @ z, solutions=[z] * (n <= LARGEST_EXACT), note=note)
 
 
 STEPS_OF_M, STEPS_OF_Z = 2.0**20, 2.0**10  # M and z are multiples of their inverses: products have 53 bits at most
-POSITIVE = 0.4  # the share of positive components in the solution of `indefinite`
 
 
 def planted(n: int, seed: int, *, entries: int = 0) -> Problem:
@@ -343,7 +329,7 @@ def indefinite(n: int, seed: int, *, symmetric: bool = False, strict: bool = Fal
     M = random.standard_normal((n, n)) / np.sqrt(n)
     M = _rounded((M + M.T) / np.sqrt(2) if symmetric else M, STEPS_OF_M)
     size = _rounded(random.uniform(0.0, 1.0, n), STEPS_OF_Z) + 1 / STEPS_OF_Z
-    z, w = complementary(size, random.permutation(n) < round(POSITIVE * n))
+    z, w = complementary(size, random.permutation(n) < round(0.4 * n))
     note = f"z > 0 for {np.count_nonzero(z)} of {n} indices, w > 0 for {'the others' if strict else 'none'}."
     return Problem(M, (w if strict else 0.0) - M @ z, solutions=[z], note=note)
 

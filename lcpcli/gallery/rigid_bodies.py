@@ -136,21 +136,15 @@ class Scene:
         k = int(abs(facing).argmax())
         middle = self.centres[second] - np.sign(facing[k]) * self._half[second, k] * self._axes[second, k]
         along, width = self._half[second, 1 - k] * self._axes[second, 1 - k], self._half[first, 1 - axis]
-        side = self._axes[first, 1 - axis]
+        side, ends = self._axes[first, 1 - axis], np.array([-1.0, 1.0])
         at, per = side @ (middle - self.centres[first]), side @ along
-        ends = np.array([-1.0, 1.0])
         if abs(per) > 1e-9:  # the points middle + t along above the side of the first body
             low, high = sorted(((-width - at) / per, (width - at) / per))
             ends = np.array([max(low, -1.0), min(high, 1.0)])
-        if ends[0] >= ends[1]:
-            return []
         points = middle + np.outer(ends, along)
-        gaps = (points - self.centres[first]) @ normal - self._half[first, axis]
-        return [
-            Contact(first, second, normal, point, float(gap))
-            for point, gap in zip(points, gaps, strict=True)
-            if gap <= self._margins[first, second]
-        ]
+        gaps = ((points - self.centres[first]) @ normal - self._half[first, axis]).tolist()
+        contacts = [Contact(first, second, normal, *each) for each in zip(points, gaps, strict=True)]
+        return [each for each in contacts if each.gap <= self._margins[first, second] and ends[0] < ends[1]]
 
 
 def _distances(points: Vector) -> Vector:

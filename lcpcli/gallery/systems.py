@@ -4,8 +4,9 @@ physics and finance by finite differences, with sparse matrices."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from itertools import count as count_from
 from itertools import product
 from typing import Any
 
@@ -78,11 +79,9 @@ def circuit(n: int, _seed: int) -> Problem:
 
     k = max(1, round(n / 8))
     size, nodes = NODES * k, NODES * np.arange(k)
-    first = np.concatenate((nodes, nodes + 2, nodes[:-1] + 2))
-    second = np.concatenate((nodes + 1, nodes + 3, nodes[1:] + 2))
     conductances = np.concatenate((np.full(k, INNER), np.full(k, LOAD), np.full(k - 1, COUPLING)))
-    branches = _incidence(size, first, second)
-    D = _incidence(size, *(np.concatenate([nodes + diode[end] for diode in DIODES]) for end in (0, 1)))
+    at_branches = [(nodes, nodes + 1), (nodes + 2, nodes + 3), (nodes[:-1] + 2, nodes[1:] + 2)]
+    branches, D = _incidence(size, at_branches), _incidence(size, [(nodes + i, nodes + j) for i, j in DIODES])
     G = branches @ diags_array(conductances) @ branches.T + LEAK * eye_array(size)
     M = csr_array(block_array([[G, D], [-D.T, None]]))
     current = (7 * np.arange(k) % 11) - 5.5
@@ -92,13 +91,13 @@ def circuit(n: int, _seed: int) -> Problem:
     return Problem(M, q, note=f"{k} bridges: potentials of {size} nodes, then currents of {size} diodes.", lower=lower)
 
 
-def _incidence(nodes: int, first: Indices, second: Indices) -> Any:
+def _incidence(nodes: int, ends: Sequence[tuple[Indices, Indices]]) -> Any:
     """Return a column for each branch of a network, with 1 at its first node and -1 at its second node."""
     from scipy.sparse import csr_array
 
-    one = np.ones(first.size)
-    places = np.concatenate((first, second)), np.tile(np.arange(first.size), 2)
-    return csr_array((np.concatenate((one, -one)), places), shape=(nodes, first.size))
+    first, second = map(np.concatenate, zip(*ends, strict=True))
+    places, one = np.tile(np.arange(first.size), 2), np.ones(first.size)
+    return csr_array((np.concatenate((one, -one)), (np.concatenate((first, second)), places)), (nodes, first.size))
 
 
 def relays(n: int, seed: int, *, step: float = 0.125) -> Problem:
@@ -223,14 +222,11 @@ def unknowns_of(k: int) -> int:
 
 def _offers(k: int, i: int, j: int, discount: Fraction) -> Iterator[str]:
     prices = range(1, k + 1)
-    asked = " ".join(f'"ask {price}"' for price in prices)
-    offered = " ".join(f'"offer {price}"' for price in prices)
-    number = 2 * k * k * k * (k * (i - 1) + j - 1)  # of outcomes before: fewer than this
+    asked, offered = (" ".join(f'"{verb} {price}"' for price in prices) for verb in ("ask", "offer"))
+    numbers = count_from(2 * k * k * k * (k * (i - 1) + j - 1) + 1)  # of outcomes: larger than those before
 
     def end(price: int, factor: Fraction) -> str:
-        nonlocal number
-        number += 1
-        return f't "" {number} "" {{ {factor * (price - i + 1)} {factor * (j - price)} }}'
+        return f't "" {next(numbers)} "" {{ {factor * (price - i + 1)} {factor * (j - price)} }}'
 
     yield f'p "" 1 {i} "cost {i - 1}" {{ {asked} }} 0'
     for ask in prices:
@@ -241,9 +237,6 @@ def _offers(k: int, i: int, j: int, discount: Fraction) -> Iterator[str]:
             yield f'p "" 1 {own} "cost {i - 1}, asked {ask}, offered {offer}" {{ "accept" "reject" }} 0'
             yield end(offer, discount)
             yield 't "" 0'
-
-
-LOG_PRICE = 2.0  # the grid reaches from exp(-2) to exp(2), so far from a strike of 1 that z is 0 at both ends
 
 
 def obstacle(n: int, _seed: int) -> Problem:
@@ -337,7 +330,7 @@ def american_put(
     strike : E, which moves q alone. A path between two strikes passes the puts whose payoffs are means of both.
     """
     k, t = 2 * rate / volatility**2, volatility**2 * years / 2
-    x = np.linspace(-LOG_PRICE, LOG_PRICE, n + 2)
+    x = np.linspace(-2.0, 2.0, n + 2)  # prices so far from a strike of 1 that z is 0 at both ends
     growth = (k + 1) ** 2 * t / 4
     require("rate", rate, k <= 100 and growth <= 500, "small compared with the square of the volatility")
     expiry = np.maximum(strike * np.exp((k - 1) * x / 2) - np.exp((k + 1) * x / 2), 0)

@@ -1,7 +1,5 @@
 """Solvers in Python packages: QuantEcon.py, five solvers of convex quadratic programs, and Gambit in its own process.
 
-Unlike in qpsolvers, DAQP's z and status and HiGHS's status are kept on failure, and conversion and setup are timed.
-
 The program is to minimize z'Mz / 2 + q'z over z >= 0, or over l <= z <= u; a problem made from a program gives that
 program, with its rows. If M is symmetric, the optimality conditions are the problem; if M is also positive
 semidefinite, they are sufficient: R. W. Cottle, J.-S. Pang, R. E. Stone, The linear complementarity problem (1992) 1.2.
@@ -131,9 +129,6 @@ class PackageSolver:
         return Claim(z, solved, seconds, statement)
 
 
-QUANTECON_STATUS = {0: "solved", 1: "iteration limit", 2: "ray"}
-
-
 # a first call compiles the method for writable arrays in row-major order, as M and q are
 @partial(
     PackageSolver,
@@ -144,7 +139,8 @@ QUANTECON_STATUS = {0: "solved", 1: "iteration limit", 2: "ray"}
 def quantecon(optimize: Any, problem: Problem, *_: Any) -> Ending:
     """Run QuantEcon.py's compiled Lemke method with lexicographic ratio test, without a tolerance and a time limit."""
     result = optimize.lcp_lemke(dense(problem.M), problem.q.copy(), max_iter=10**6)
-    return result.z, None, bool(result.success), QUANTECON_STATUS.get(result.status, f"status {result.status}")
+    statuses = {0: "solved", 1: "iteration limit", 2: "ray"}
+    return result.z, None, bool(result.success), statuses.get(result.status, f"status {result.status}")
 
 
 @partial(PackageSolver, "clarabel", refusals=(not_sparse, not_convex))
@@ -178,10 +174,8 @@ def clarabel(clarabel: Any, _: Problem, program: ProgramData, tol: float, time_l
 
 
 INFINITE_TO_DAQP = 1e30  # bounds of at least this size count as infinite in DAQP
-DAQP_STATUS = (  # of the exit flags 2, 1, ..., -7
-    "soft optimal, optimal, , infeasible, cycling, unbounded, iteration limit, not convex, "
-    "initial working set overdetermined, time limit"
-)
+ENDINGS_OF_DAQP = "soft optimal, optimal, , infeasible, cycling, unbounded, iteration limit, not convex, "
+ENDINGS_OF_DAQP += "initial working set overdetermined, time limit"  # the exit flags 2, 1, ..., -7
 
 
 @partial(
@@ -204,7 +198,7 @@ def daqp(daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: fl
     upper = np.concatenate((program.upper, program.row_upper))
     sense = np.where((lower == upper) & (np.arange(lower.size) >= k), 5, 0).astype(np.int32)  # 5: always active
     x, _, flag, more = daqp.solve(Q, c, A, upper, lower, sense, **settings)
-    status = dict(zip(range(2, -8, -1), DAQP_STATUS.split(", "), strict=True)).get(flag) or f"exit flag {flag}"
+    status = dict(zip(range(2, -8, -1), ENDINGS_OF_DAQP.split(", "), strict=True)).get(flag) or f"exit flag {flag}"
     return x, -np.array(more["lam"])[k:], flag == 1, status
 
 
@@ -236,10 +230,6 @@ def highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limit
     return x, solution.row_dual[:m], status == highspy.HighsModelStatus.kOptimal, highs.modelStatusToString(status)
 
 
-NO_LIMIT = 2 * 10**9  # iterations of OSQP: close to the largest 32-bit integer, the type of the setting
-OSQP_SECONDS = 1e10  # OSQP's own default for its time limit, in place of infinity
-
-
 @partial(PackageSolver, "osqp", refusals=(not_sparse, not_convex))
 def osqp(osqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
     """Run OSQP: B. Stellato, G. Banjac, P. Goulart, A. Bemporad and S. Boyd, OSQP: an operator splitting solver for
@@ -247,11 +237,12 @@ def osqp(osqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: fl
 
     The tolerance applies to OSQP's primal and dual residuals, absolute and relative. Its only limit is that of time.
     """
-    with imports:
+    with imports:  # also of its own parts, some of which it seeks each time
         from scipy.sparse import eye, triu
-    with imports:  # of its own parts, some of which it seeks each time
+
         solver, known = osqp.OSQP(), osqp.SolverStatus
-    limits = {"max_iter": NO_LIMIT, "time_limit": min(time_limit, OSQP_SECONDS)}
+    # the integers of the settings have 32 bits; its own limit of time is 1e10 s
+    limits = {"max_iter": 2 * 10**9, "time_limit": min(time_limit, 1e10)}
     P, q = columns(triu(program.Q)), program.c.copy()
     A = columns(program.A, eye(q.size))
     lower = np.concatenate((program.row_lower, program.lower))

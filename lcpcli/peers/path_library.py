@@ -33,15 +33,12 @@ from lcpcli.typing import Matrix
 
 NO_LIMIT = 1e10  # seconds, in place of infinity
 FILES = {"win32": "path52.dll", "darwin": "libpath52.dylib"}
-FILE = "libpath52.so"
 INFINITY = 1e20  # PATH's own
 MOST_UNKNOWNS, MOST_ENTRIES = 300, 2000  # without a licence
-SOLVED = 1
 ENDINGS = (  # of PATH, by their numbers from 1
     "solution found, no progress, major iteration limit, minor iteration limit, time limit, interrupted, bound error, "
     "domain error, infeasible, error, license error"
 )
-
 SIGNATURES = (  # of the functions of the library
     "Output_SetInterface pointer, Options_Create, Path_AddOptions pointer, Options_Default pointer, "
     "Options_Set pointer text, Options_Destroy pointer, MCP_Create int int, MCP_SetInterface pointer pointer, "
@@ -84,6 +81,8 @@ def _prepared(problem: Problem | NonlinearProblem) -> tuple[NonlinearProblem, Ma
 
 
 def _unlicensed(problem: Problem | NonlinearProblem) -> str:
+    if path_start.version() is None:
+        return f"needs {path_start.module}, which is not installed"
     made, J = _prepared(problem)
     licence = f"licence: without one, up to {MOST_UNKNOWNS} unknowns and {MOST_ENTRIES} entries of the Jacobian"
     return "" if _functions().Path_CheckLicense(made.n, int((J != 0).sum())) else licence
@@ -111,15 +110,15 @@ def _solved(
     path.MCP_Destroy(run)
     path.Options_Destroy(own)
     seconds = clock.seconds() - began
-    if faults and isinstance(faults[0], _IsFullError):
+    if faults and isinstance(faults[0], BufferError):
         return None, None, False, f"the Jacobian has more than {most} entries", seconds
     if faults:
         raise faults[0]
-    return z, None, ending == SOLVED, ENDINGS.split(", ")[ending - 1], seconds
+    return z, None, ending == 1, ENDINGS.split(", ")[ending - 1], seconds
 
 
 def _path() -> Path:
-    return Path(import_module("gamspy_base").directory, FILES.get(sys.platform, FILE))
+    return Path(import_module("gamspy_base").directory, FILES.get(sys.platform, "libpath52.so"))
 
 
 @cache
@@ -142,25 +141,19 @@ class _Library(PackageSolver):
 path_start = _Library("gamspy_base", _solved, (_unlicensed,), _prepared)
 
 
-class _IsFullError(Exception):
-    """The Jacobian has more entries than there is room for."""
-
-
 def _called(problem: NonlinearProblem, most: int, faults: list[BaseException]) -> _Interface:
     """Return what PATH calls for a problem. most : the entries of the Jacobian that there is room for. faults : gets
     the first error in a call, which PATH cannot pass on; from then on F counts as undefined."""
     evaluations = Evaluations(problem)
 
     def guarded(evaluate: Callable[..., int]) -> Callable[..., int]:
-        """Return the function that PATH calls, for the number of undefined values: all of them after an error."""
-
         def call(_data: Any, n: int, *places: Any) -> int:
             if not faults:
                 try:
                     return evaluate(n, *places)
                 except BaseException as fault:  # also Ctrl-C; the caller raises it when PATH returns
                     faults.append(fault)
-            return n
+            return n  # values are undefined: all of them after an error
 
         return call
 
@@ -181,7 +174,7 @@ def _called(problem: NonlinearProblem, most: int, faults: list[BaseException]) -
         undefined = function(n, z, F) if wants else 0
         J = csc_array(evaluations.jacobian(np.ctypeslib.as_array(z, (n,)).copy()))
         if J.nnz > most:
-            raise _IsFullError
+            raise BufferError
         entries[0] = J.nnz
         begins_lengths_rows_values = J.indptr[:-1] + 1, np.diff(J.indptr), J.indices + 1, J.data
         for place, part in zip(places, begins_lengths_rows_values, strict=True):

@@ -142,7 +142,7 @@ def stability(record: BenchRecord) -> Section:
         "them, against the exact solution, in units of eps times the condition: the effect of rounding the data. "
         "cond.: the largest condition of their solutions. then: how the run on the next problem ends."
     ]
-    return sheet("Stability", header, [group for group in groups if group], notes)
+    return sheet("Stability", header, [group for group in groups if group], *notes)
 
 
 def ladders(cases: Sequence[Case]) -> list[tuple[str, str, dict[str, str]]]:
@@ -194,7 +194,7 @@ def firsts(record: BenchRecord) -> Section:
     rows = [[method, *(str(wins[method, level]) for level in LEVELS)] for method in record.methods if problems]
     header = ["solver", *(f"to {wording.level(level)}" for level in LEVELS)]
     notes = [f"Times within {ALIKE - 1:.0%} count as equal: several methods are then first."]
-    return sheet(f"How often first to reach an error, on {count(len(problems), 'problem')}", header, [rows], notes)
+    return sheet(f"How often first to reach an error, on {count(len(problems), 'problem')}", header, [rows], *notes)
 
 
 def rates(record: BenchRecord) -> Section:
@@ -215,7 +215,7 @@ def rates(record: BenchRecord) -> Section:
         "nondegenerate solution. bound: |(I + M)^-1 (I - M)|_2; max |1 - lambda| / |1 + lambda| for symmetric M."
     ]
     title = "Linear convergence of fixed-point: factor per iteration"
-    return sheet(title, ["problem", "iterations", *factors], [rows], notes)
+    return sheet(title, ["problem", "iterations", *factors], [rows], *notes)
 
 
 class Contraction(NamedTuple):

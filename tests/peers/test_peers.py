@@ -261,3 +261,8 @@ def test_errors_of_functions_called_by_path_are_raised() -> None:
 
     with pytest.raises(RuntimeError, match="not again"):
         loaded("path-start").solve(NonlinearProblem(faulty, lambda _: [[1.0]], x0=[0.0]), TOL, TIME_LIMIT)
+
+
+def test_a_missing_library_is_the_reason_why_a_problem_is_excluded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(packages.PackageSolver, "version", lambda _: None)
+    assert peers.load("path-start").excludes(INDEFINITE) == "needs gamspy_base, which is not installed"
