@@ -78,10 +78,8 @@ def refuse_unknown(
         if key not in known:
             folded = {name.casefold(): name for name in known} | dict(meant or {})
             shown = key if len(key) <= LONGEST_QUOTE else f"{key[:LONGEST_QUOTE]}..."
-            from difflib import get_close_matches
-
-            close = get_close_matches(key.casefold(), folded, n=1)
-            hint = f"did you mean {folded[close[0]]}?" if close else f"the keys are {', '.join(known)}"
+            close = nearest(key, list(folded))
+            hint = f"did you mean {folded[close]}?" if close else f"the keys are {', '.join(known)}"
             raise ProblemError(f"{field}.{shown}" if field else shown, f"is not a key of {whole}", hint)
 
 

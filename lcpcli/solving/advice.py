@@ -46,7 +46,7 @@ def suggestions(result: Result) -> Suggestions:
     if status not in (Status.STALLED, Status.DIVERGED, Status.BREAKDOWN, Status.RAY):
         return Suggestions()
     too_small = result.tol < SMALLEST_TOL
-    ways = [] if automatic or too_small else [*_with_less_smoothing(result), AUTOMATIC]
+    ways = [] if automatic or too_small else [AUTOMATIC]
     if status is Status.STALLED and result.relative_residual <= ROUNDING_LEVEL:
         ways.append({"tol": _round(2 * result.relative_residual)})
     if (automatic or too_small) and result.exact is None and result.problem.n <= MOST_PROVED_UNKNOWNS:
@@ -80,18 +80,6 @@ def _after_the_limit(result: Result) -> Suggestions:
     if result.relative_residual <= math.sqrt(result.tol):
         return Suggestions(({"max_iterations": int(_round(MORE_ITERATIONS * k))}, AUTOMATIC) if k else (usual,))
     return Suggestions((AUTOMATIC,), usual if k < FEW_ITERATIONS else {})
-
-
-def _with_less_smoothing(result: Result) -> list[Options]:
-    """Return the p with which the smoothing error of `shi` is rounding, if that error is what is left: its default in
-    the variables in which it ran."""
-    with imports:
-        from lcpcli.methods.shi import SMOOTHING, default_p
-        from lcpcli.solving.driver import variables_of
-    if result.method != "shi" or SMOOTHING not in result.message:
-        return []
-    ran_on = variables_of(result.method, result.problem, bool(result.options.get("scale"))).problem
-    return [{"p": _round(default_p(ran_on))}]
 
 
 def _round(value: float) -> float:

@@ -75,9 +75,7 @@ def check(
     Verification : whether the answer is accepted and why, with the residuals, the violated conditions and the
         componentwise backward error; the interpreter shows it as the command prints it.
 
-    Raises
-    ------
-    ProblemError, OptionError : z or y has the wrong length or is not finite, or both are given; tol is out of range.
+    Raises LCPError if z or y has the wrong length or is not finite, or both are given, or tol is out of range.
 
     Examples
     --------

@@ -1,7 +1,4 @@
-"""Many problems: one result after another, or all at once; those that share M, or have one size, are solved together.
-
-The results of pivoting on many problems at once, each created when it is read.
-"""
+"""Many problems: one result after another, or all at once; those with one M, or of one size, are solved together."""
 
 from __future__ import annotations
 
@@ -87,25 +84,20 @@ def solve_many(
 
     Each result is computed when it is requested. For columns of Q, blocks of columns are solved together if M is dense
     with n < 2000, or sparse with n <= 200 (`lcpcli.methods.block_pivoting`), in a fraction of the time of a loop over
-    `solve`. Other columns are solved one by one, each from the states of the previous solution where that is faster.
-    Problems that are not solved in this way are passed to `run`, so that every result is verified, and every failure
-    is proved or explained. If a problem has several solutions, the one found may differ from that of `run`.
-
-    With an M for each q, that is M of shape (b, n, n) and q of shape (b, n), the call solves all problems at once and
-    returns a `Batch`, which also has arrays of all solutions and their derivatives.
+    `solve`; others one by one, each from the states of the previous solution where that is faster. Problems that are
+    not solved in this way are passed to `run`, so that every result is verified, and every failure is proved or
+    explained. If a problem has several solutions, the one found may differ from that of `run`.
 
     Parameters
     ----------
     M, Q : M of shape (n, n) as in `solve`, and the right-hand sides q as columns of Q, shape (n, k), or as an iterator,
         from which each q of shape (n,) is taken when its result is requested (see `Solver`). In their place, an
-        iterable of Problems, which may be followed by the method; or M of shape (b, n, n) and q of shape (b, n). M is
-        copied at the call, Q as results are requested.
-    lower, upper : bounds of z, each a number, of shape (n,), or of shape (n, k) with a column for each problem; for a
-        batch, of shape (b, n).
-    infinity : bounds of at least this size, often 1e20, count as infinite; by default only infinite bounds do.
-    compiled : whether to use the kernels of the extra `fast`, which take half a second to load; by default they are
-        used after `use_kernels()`, and for at least 1000 columns, problems of a batch or Problems in a list; an
-        iterator has no length, so that it must ask for them.
+        iterable of Problems, which may be followed by the method; or, for a batch that is solved at once, M of shape
+        (b, n, n) and q of shape (b, n). M is copied at the call, Q as results are requested.
+    lower, upper, infinity : as in `solve`; bounds may also have a column for each problem, shape (n, k), or for a batch
+        a row, shape (b, n).
+    compiled : as in `solve`; by default kernels are also used for at least 1000 columns, problems of a batch or
+        Problems in a list. An iterator has no length, so that it must ask for them.
     sequence : whether each of the Problems is solved from the states of the previous one, where these are near, as by a
         `Solver`; M and n may change.
     method, options : as in `solve`, for every problem; a time limit applies to each of them. With options other than
@@ -115,14 +107,13 @@ def solve_many(
 
     Yields
     ------
-    Result : for each problem, as from `run`. Its seconds are an equal share of the time of its block. A batch is a
-        sequence of such results.
+    Result : for each problem, as from `run`. Its seconds are an equal share of the time of its block. A `Batch` is a
+        sequence of such results, with arrays of all solutions and their derivatives.
 
     Raises
     ------
     ProblemError, OptionError : as for `solve`, at the call; in a stream of Problems, when the problem's turn comes.
-    KeyboardInterrupt : Ctrl-C was pressed. For a problem that is solved by itself it is Interrupted, unless
-        `interrupts` is "return".
+    KeyboardInterrupt : Ctrl-C was pressed: Interrupted for a problem that is solved by itself.
 
     Examples
     --------
@@ -264,8 +255,7 @@ class Batch(Sequence[Result]):
     def gradient(self, g: Any, J: Any = None, unsolved: Unsolved = "raise") -> BatchGradient:
         """Return the derivatives of a function of each z, or of their sum, with respect to M, q and the bounds.
 
-        g : the gradient of the function at each z, shape (b, n); with J, at each J z, shape (b, k).
-        J : shape (k, n) or (b, k, n), as in `Result.gradient`.
+        g, J : as in `Result.gradient`, with a first dimension of length b, which J may lack.
         unsolved : "raise" a DerivativeError that names the first problem without derivatives, or "nan" to fill the rows
             of problems that are not solved, or whose solutions have no derivatives.
 

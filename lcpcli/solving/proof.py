@@ -71,10 +71,7 @@ def exact(problem: Problem, time_limit: float | None = None, interrupts: Interru
     Result : `exact` has, as fractions, z and w, or the Farkas vector y which proves that no z >= 0 has M z + q >= 0,
         and says how they are proved; its status is None if nothing was proved.
 
-    Raises
-    ------
-    OptionError : python-flint, which comes with the extra `exact`, is missing, or the time limit is out of range.
-    Interrupted : Ctrl-C was pressed, as for `solve`.
+    Raises OptionError without python-flint, which comes with the extra `exact`, and Interrupted as `solve` does.
 
     Examples
     --------

@@ -1,7 +1,4 @@
-"""The result of a solve: its status, its numbers and, if requested, its trace.
-
-How a solve ended, and what exact arithmetic proves about a problem.
-"""
+"""The result of a solve: how it ended, its numbers, what exact arithmetic proves and, if requested, its trace."""
 
 from __future__ import annotations
 
@@ -198,10 +195,10 @@ class Result:
         """Return the derivative of z and w for a change of the data in a given direction. `Derivative` explains what
         holds at kinks, where z_i is at a bound and w_i = 0, and what `one_sided` does there.
 
-        dM : shape (n, n), dense or sparse. dq, dlower, dupper : shape (n,). None stands for no change.
+        dM : shape (n, n), dense or sparse. dq, dlower, dupper : shape (n,). None stands for no change; only a finite
+        bound can be changed, and equal bounds only together.
         J : shape (k, n), for the derivative of J z in place of z, which may exist where that of z does not.
-        Raises DerivativeError if the problem is not solved or there is no derivative, and ProblemError for an invalid
-        direction: an infinite bound cannot be changed, and equal bounds must change together.
+        Raises DerivativeError if the problem is not solved or there is no derivative.
 
         >>> import lcpcli
         >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])

@@ -1,7 +1,5 @@
-"""One call from F and J to a result: nonlinear complementarity problems.
-
-Solutions of the linearizations of nonlinear problems: linear problems of which a good step is asked, not a proof.
-"""
+"""One call from F and J to a result of a nonlinear complementarity problem, by linear problems of which a good step is
+asked, not a proof."""
 
 from __future__ import annotations
 
@@ -82,7 +80,7 @@ def solve_mcp(
     lower, upper, infinity : bounds of z, as in `solve`.
     z0 : the z to start from, shape (n,), moved within the bounds; by default the admissible z nearest to 0. Where F is
         not finite there, it is moved a little further inside. With a NonlinearProblem it replaces that of the problem.
-    x0 : another name of z0, from before; in `solve` it is (z - w) / 2.
+        x0 is another name of it; in `solve` that is (z - w) / 2.
     names : the names of the unknowns, for `result["name"]`, messages and tables.
     pattern : for finite differences, a sparse matrix that is not 0 where J may not be; by default it is found with 2 n
         evaluations if n > 100, and J is dense for smaller n.
@@ -93,9 +91,8 @@ def solve_mcp(
         1.5e-8, or what F asks for where it is noisy or changes fast.
     restarts : how many other attempts are made where the method gets stuck, the first three from the same start; by
         default 12, or with at most 200 unknowns as many of these as take about a second, by counted work.
-    tol, max_iterations, time_limit, trace, callback, threads, interrupts : as in `solve`; an iteration is a step of
-        Newton's method, and solves a linear complementarity problem.
-    compiled : whether linearizations are solved by the kernels of the extra `fast`, as in `solve`.
+    tol, max_iterations, time_limit, trace, callback, threads, interrupts, compiled : as in `solve`; an iteration is a
+        step of Newton's method, and solves a linear complementarity problem.
 
     Returns
     -------

@@ -73,15 +73,6 @@ def test_following_the_advice_decides_the_problem(name: str, lcp: Lcp, tmp_path:
         assert lcp("solve", str(file), *followed(arguments, way)).code in DECIDED, way
 
 
-@pytest.mark.parametrize("family", ["tridiagonal", "dominant", "circuit"])
-def test_after_a_small_p_the_first_advice_is_one_whose_smoothing_error_is_rounding(family: str) -> None:
-    failed = run(gallery.make(family, 10), "shi", p=10)
-    assert "smoothing error" in failed.message
-    way = failed.suggestions.ways[0]
-    assert list(way) == ["p"]
-    assert run(failed.problem, "shi", **way).solved
-
-
 def test_advice_is_in_the_words_of_its_reader_and_can_be_followed(lcp: Lcp) -> None:
     file = contents.shipped_path("bimatrix.json")
     failed = run(read(file), "lemke")
