@@ -72,10 +72,14 @@ class Behavior(_Statement):
             gain, rounding = then[0] - now[0], 0 if exact else ROW_ROUNDING * (now[1] + then[1])
             payoffs.append(now[0])
             gains.append(gain if gain > rounding else 0 * abs(gain))
-        names = tree.names()
+        names, reached = tree.names(), [[number(0)] * len(player.sets) for player in players]
+        for node in tree.nodes:
+            if node.owner >= 0:
+                i, j = node.sequences
+                reached[node.owner][node.where] += number(node.chance) * one[i] * two[j]
         sets = [
             InformationSetStrategy(name, label, distinct_labels(own.actions), *values)
-            for name, player, *both in zip(names, players, strategies, _reached(tree, (one, two), number), strict=True)
+            for name, player, *both in zip(names, players, strategies, reached, strict=True)
             for label, own, *values in zip(player.labels(), player.sets, *both, strict=True)
         ]
         return cls(names, sets, (one, two), (payoffs[0], payoffs[1]), (gains[0], gains[1]))
@@ -159,16 +163,6 @@ def _best_response(own: Player, behind: Plan) -> tuple[Strategy, list[Any]]:
         strategy.append([int(move == chosen) for move in range(len(payoffs))])
         behind[own.before[i]] += largest[-1]
     return strategy[::-1], [behind[0], *reversed(largest)]
-
-
-def _reached(tree: GameTree, plans: tuple[Plan, Plan], number: Any) -> list[list[Any]]:
-    """Return for each information set of both players the probability that it is reached."""
-    found = [[number(0)] * len(player.sets) for player in tree.players]
-    for node in tree.nodes:
-        if node.owner >= 0:
-            one, two = node.sequences
-            found[node.owner][node.where] += number(node.chance) * plans[0][one] * plans[1][two]
-    return found
 
 
 @dataclass(frozen=True, eq=False)
