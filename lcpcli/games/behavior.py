@@ -15,6 +15,8 @@ from lcpcli.model.extensive import ExtensiveGame, GameTree, Player, distinct_lab
 from lcpcli.model.origins import Game
 from lcpcli.typing import Vector
 
+PER_UNKNOWN = 10  # times n tol: the largest gain, relative to its terms, that counts as none, as M is rounded
+
 Plan = list[Any]  # a realization plan: for each sequence of the player the product of the probabilities of its moves
 Strategy = list[list[Any]]  # for each information set the probabilities of its actions
 
@@ -88,8 +90,9 @@ class Behavior(_Statement):
     def of_plans(cls, game: ExtensiveGame, x: Plan, y: Plan) -> Behavior:
         return cls.of(game, [strategy_of(*each) for each in zip(game.tree.players, (x, y), strict=True)])
 
-    def are_best(self, game: ExtensiveGame, allowed: float) -> bool:
-        """Return whether no player gains more than `allowed` of the terms of its gain, counted from what it gets."""
+    def are_best(self, game: ExtensiveGame, tol: float) -> bool:
+        """Return whether no player gains more than is allowed of the terms of its gain, counted from what it gets."""
+        allowed = PER_UNKNOWN * sum(game.sizes) * tol
         ends, plans = _ends(game.tree, float), [list(map(float, plan)) for plan in self.plans]
         for player, gain in enumerate(self.gains):
             centre, other = float(self.payoffs[player]), plans[1 - player]
@@ -189,8 +192,9 @@ class Strategies(_Statement):
         by_best = (gain if gain > least else number(0) for gain, least in zip(gains, rounding, strict=True))
         return cls(x, y, (row, column), tuple(by_best), game.players or cls.players)
 
-    def are_best(self, game: Game, allowed: float) -> bool:
-        """Return whether no player gains more than `allowed` of the terms of its gain, of payoffs that are met."""
+    def are_best(self, game: Game, tol: float) -> bool:
+        """Return whether no player gains more than is allowed of the terms of its gain, of payoffs that are met."""
+        allowed = PER_UNKNOWN * sum(game.A.shape) * tol
         terms = _terms(game, self.row.astype(float), self.column.astype(float), self.payoffs)
         return all(gain <= allowed * size for gain, size in zip(self.gains, terms, strict=True))
 
@@ -202,8 +206,3 @@ def _terms(game: Game, x: Vector, y: Vector, centres: Sequence[Any]) -> tuple[fl
         sizes = np.abs(A - float(centre)) @ other
         found.append(float(own @ sizes + sizes[np.argmax(A @ other)]))
     return found[0], found[1]
-
-
-def allowance(n: int, tol: float) -> float:
-    """Return the largest gain that counts as none, relative to its terms, as payoffs are rounded in M."""
-    return 10 * n * tol

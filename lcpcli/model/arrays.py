@@ -74,7 +74,9 @@ def as_sized_vector(
 
 def as_flat(field: str, values: Any, n: int | None, of: str, expected: str = NUMBERS, either: str = "") -> Vector:
     """Return `plain` values as a vector as `as_vector` does, though not in memory of its own, and of any numbers."""
-    v = as_nested(field, values, 1, expected)
+    if isinstance(values, (list, tuple)):
+        refuse_other_than_numbers(field, values)
+    v = as_floats(field, values, expected)
     v = v.reshape(-1) if v.ndim == 2 and 1 in v.shape else v
     if v.ndim != 1:
         raise ProblemError(field, f"has {count(v.ndim, 'dimension')}", f"give {either}a flat list of numbers")
