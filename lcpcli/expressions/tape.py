@@ -77,16 +77,19 @@ class Tape:
 
     def values(self, x: Vector) -> Vector:
         """Return the values of the rows. x : the unknowns, numbers of the arithmetic."""
-        last, functions = self.groups[-1], self.arithmetic.functions
-        values = np.empty((*x.shape[:-1], last.begin + len(last.nodes)))
+        last, functions, found = self.groups[-1], self.arithmetic.functions, x
+        values = np.empty((*x.shape[:-1], last.begin))
         values[..., : self.n] = x
         values[..., self.n : self._values_known] = self._constants
         for group in self.groups:
-            function = functions["product" if group.operator == SUM else group.operator]
-            found = function(*(values[..., each] for each in group.arguments), *group.more)
-            found = found if group.starts is None else self.arithmetic.sums(found, group.starts)
-            values[..., group.begin : group.begin + len(group.nodes)] = found
-        return values[..., last.begin :]
+            arguments = [values[..., each] for each in group.arguments]
+            if group.starts is None:
+                found = functions[group.operator](*arguments, *group.more)
+            else:
+                found = self.arithmetic.sums(functions["product"](*arguments, *group.more), group.starts)
+            if group is not last:
+                values[..., group.begin : group.begin + len(group.nodes)] = found
+        return found
 
 
 class Jacobian:

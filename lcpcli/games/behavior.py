@@ -15,6 +15,8 @@ from lcpcli.model.extensive import ExtensiveGame, GameTree, Player, distinct_lab
 from lcpcli.model.origins import Game
 from lcpcli.typing import Vector
 
+PER_UNKNOWN = 10  # times n tol: the largest gain, relative to its terms, that counts as none, as M is rounded
+
 Plan = list[Any]  # a realization plan: for each sequence of the player the product of the probabilities of its moves
 Strategy = list[list[Any]]  # for each information set the probabilities of its actions
 
@@ -72,10 +74,14 @@ class Behavior(_Statement):
             gain, rounding = then[0] - now[0], 0 if exact else ROW_ROUNDING * (now[1] + then[1])
             payoffs.append(now[0])
             gains.append(gain if gain > rounding else 0 * abs(gain))
-        names = tree.names()
+        names, reached = tree.names(), [[number(0)] * len(player.sets) for player in players]
+        for node in tree.nodes:
+            if node.owner >= 0:
+                i, j = node.sequences
+                reached[node.owner][node.where] += number(node.chance) * one[i] * two[j]
         sets = [
             InformationSetStrategy(name, label, distinct_labels(own.actions), *values)
-            for name, player, *both in zip(names, players, strategies, _reached(tree, (one, two), number), strict=True)
+            for name, player, *both in zip(names, players, strategies, reached, strict=True)
             for label, own, *values in zip(player.labels(), player.sets, *both, strict=True)
         ]
         return cls(names, sets, (one, two), (payoffs[0], payoffs[1]), (gains[0], gains[1]))
@@ -84,8 +90,9 @@ class Behavior(_Statement):
     def of_plans(cls, game: ExtensiveGame, x: Plan, y: Plan) -> Behavior:
         return cls.of(game, [strategy_of(*each) for each in zip(game.tree.players, (x, y), strict=True)])
 
-    def are_best(self, game: ExtensiveGame, allowed: float) -> bool:
-        """Return whether no player gains more than `allowed` of the terms of its gain, counted from what it gets."""
+    def are_best(self, game: ExtensiveGame, tol: float) -> bool:
+        """Return whether no player gains more than is allowed of the terms of its gain, counted from what it gets."""
+        allowed = PER_UNKNOWN * sum(game.sizes) * tol
         ends, plans = _ends(game.tree, float), [list(map(float, plan)) for plan in self.plans]
         for player, gain in enumerate(self.gains):
             centre, other = float(self.payoffs[player]), plans[1 - player]
@@ -161,16 +168,6 @@ def _best_response(own: Player, behind: Plan) -> tuple[Strategy, list[Any]]:
     return strategy[::-1], [behind[0], *reversed(largest)]
 
 
-def _reached(tree: GameTree, plans: tuple[Plan, Plan], number: Any) -> list[list[Any]]:
-    """Return for each information set of both players the probability that it is reached."""
-    found = [[number(0)] * len(player.sets) for player in tree.players]
-    for node in tree.nodes:
-        if node.owner >= 0:
-            one, two = node.sequences
-            found[node.owner][node.where] += number(node.chance) * plans[0][one] * plans[1][two]
-    return found
-
-
 @dataclass(frozen=True, eq=False)
 class Strategies(_Statement):
     """A pair of mixed strategies of a game: the probabilities, the payoffs, and how much each player would gain by a
@@ -195,8 +192,9 @@ class Strategies(_Statement):
         by_best = (gain if gain > least else number(0) for gain, least in zip(gains, rounding, strict=True))
         return cls(x, y, (row, column), tuple(by_best), game.players or cls.players)
 
-    def are_best(self, game: Game, allowed: float) -> bool:
-        """Return whether no player gains more than `allowed` of the terms of its gain, of payoffs that are met."""
+    def are_best(self, game: Game, tol: float) -> bool:
+        """Return whether no player gains more than is allowed of the terms of its gain, of payoffs that are met."""
+        allowed = PER_UNKNOWN * sum(game.A.shape) * tol
         terms = _terms(game, self.row.astype(float), self.column.astype(float), self.payoffs)
         return all(gain <= allowed * size for gain, size in zip(self.gains, terms, strict=True))
 
@@ -208,8 +206,3 @@ def _terms(game: Game, x: Vector, y: Vector, centres: Sequence[Any]) -> tuple[fl
         sizes = np.abs(A - float(centre)) @ other
         found.append(float(own @ sizes + sizes[np.argmax(A @ other)]))
     return found[0], found[1]
-
-
-def allowance(n: int, tol: float) -> float:
-    """Return the largest gain that counts as none, relative to its terms, as payoffs are rounded in M."""
-    return 10 * n * tol

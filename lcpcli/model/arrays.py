@@ -74,7 +74,9 @@ def as_sized_vector(
 
 def as_flat(field: str, values: Any, n: int | None, of: str, expected: str = NUMBERS, either: str = "") -> Vector:
     """Return `plain` values as a vector as `as_vector` does, though not in memory of its own, and of any numbers."""
-    v = as_nested(field, values, 1, expected)
+    if isinstance(values, (list, tuple)):
+        refuse_other_than_numbers(field, values)
+    v = as_floats(field, values, expected)
     v = v.reshape(-1) if v.ndim == 2 and 1 in v.shape else v
     if v.ndim != 1:
         raise ProblemError(field, f"has {count(v.ndim, 'dimension')}", f"give {either}a flat list of numbers")
@@ -244,7 +246,8 @@ def as_nested(field: str, values: Any, most: int, expected: str = NUMBERS, exact
     if most == 1 or not (exactly or any(isinstance(part, (list, tuple)) or np.ndim(part) for part in values)):
         refuse_other_than_numbers(field, values)
         return as_floats(field, values)
-    if most == 2 and _are_rows_of_numbers(values):
+    are_lists = most == 2 and {*map(type, values)} <= {list, tuple} and len({*map(len, values)}) == 1
+    if are_lists and {*map(type, chain.from_iterable(values))} <= {int, float}:  # as most are; numpy takes them at once
         with suppress(OverflowError):  # whose place is looked for below
             return np.asarray(values, dtype=np.float64)
     parts = list[Vector]()
@@ -260,12 +263,6 @@ def as_nested(field: str, values: Any, most: int, expected: str = NUMBERS, exact
             same = "rows the same length" if are_rows else "of them the same"
             raise ProblemError(f"{field}[{i}]", f"has {size} where {field}[0] has {other}", f"make all {same} {FROM_0}")
     return np.array(parts)
-
-
-def _are_rows_of_numbers(values: Sequence[Any]) -> bool:
-    """Return whether these are lists of equal lengths of int and float, as most are, which numpy takes at once."""
-    are_lists = {*map(type, values)} <= {list, tuple} and len({*map(len, values)}) == 1
-    return are_lists and {*map(type, chain.from_iterable(values))} <= {int, float}
 
 
 def is_number_in_array(value: Any) -> bool:
@@ -296,7 +293,8 @@ def refuse_infinite(field: str, values: Vector, places: Callable[[], Any] | None
 def by_label(table: Any, /, of: str = "the columns of M", axis: str = "index", **fields: Any) -> list[Any]:
     """Return the values of fields with their rows, or columns, in the order of the columns, or the rows, of a table, if
     both have labels; else return the values unchanged."""
-    labels = list(table.index if of.startswith("the rows") else table.columns) if _is_table(table) else []
+    is_table = hasattr(table, "columns") and _has_index(table)
+    labels = list(table.index if of.startswith("the rows") else table.columns) if is_table else []
     return [_in_order(field, values, labels, of, axis) for field, values in fields.items()]
 
 
@@ -330,7 +328,3 @@ def _in_order(field: str, values: Any, labels: list[Any], of: str, axis: str = "
 
 def _has_index(values: Any) -> bool:
     return hasattr(values, "to_numpy") and hasattr(values, "index")
-
-
-def _is_table(values: Any) -> bool:
-    return hasattr(values, "columns") and _has_index(values)

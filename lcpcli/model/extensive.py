@@ -386,12 +386,12 @@ class ExtensiveGame:
         rows, q, lower = self.exact_conditions()
         values = np.array([float(a) for row in rows for a in row.values()])
         places = [i for i, row in enumerate(rows) for _ in row], [j for row in rows for j in row]
-        M: Any = np.zeros((len(q), len(q)))
         if len(q) > MOST_DENSE:
             with imports:
                 from scipy.sparse import csr_array
-            M = csr_array((values, places), shape=M.shape)
+            M: Any = csr_array((values, places), shape=(len(q), len(q)))
         else:
+            M = np.zeros((len(q), len(q)))
             M[places] = values
         low = np.array([-np.inf if bound is None else 0.0 for bound in lower])
         return Conditions(M, np.array(q, dtype=float), low, np.full(len(q), np.inf))

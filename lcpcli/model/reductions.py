@@ -76,14 +76,15 @@ def from_qp(
     if not isinstance(free, (list, tuple, range, np.ndarray)):
         raise ProblemError("free", f"is {kind(free)}", "give a list of indices")
     indices = as_vector("free", list(free))
-    if indices.size and (upper is not None or not (isinstance(lower, (int, float)) and lower == 0)):
-        other = "lower" if upper is None else "upper"
-        raise ProblemError("free", f"is given beside {other}", f"leave it out, and give null for no bound in {other}")
-    for i in np.flatnonzero((indices < 0) | (indices >= k) | (indices != np.floor(indices)))[:1].tolist():
-        raise ProblemError(f"free[{i}]", f"is {indices[i]:g}", f"indices are whole numbers from 0 to {k - 1}")
-    if distinct(indices.astype(np.intp)).size < indices.size:
-        raise ProblemError("free", "names an index twice", "keep one")
     if indices.size:
+        if upper is not None or not (isinstance(lower, (int, float)) and lower == 0):
+            other = "lower" if upper is None else "upper"
+            hint = f"leave it out, and give null for no bound in {other}"
+            raise ProblemError("free", f"is given beside {other}", hint)
+        for i in np.flatnonzero((indices < 0) | (indices >= k) | (indices != np.floor(indices)))[:1].tolist():
+            raise ProblemError(f"free[{i}]", f"is {indices[i]:g}", f"indices are whole numbers from 0 to {k - 1}")
+        if distinct(indices.astype(np.intp)).size < indices.size:
+            raise ProblemError("free", "names an index twice", "keep one")
         low[indices.astype(np.intp)] = -np.inf
     if b is not None and row_lower is not None:
         raise ProblemError("b", "is short for row_lower, which is given too", "leave one out")

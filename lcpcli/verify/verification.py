@@ -22,7 +22,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count
-from lcpcli.games.behavior import Behavior, Strategies, allowance, point_of
+from lcpcli.games.behavior import Behavior, Strategies, point_of
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.model import views
@@ -287,17 +287,17 @@ class Found(NamedTuple):
 @np.errstate(all="ignore")
 def of_solution(problem: Problem, z: Sequence[Any] | Vector, tol: float) -> Found | None:
     """Return the strategies that a z of a game stands for, in its numbers; None if it stands for none."""
-    game, allowed = problem.origin, allowance(problem.n, tol)
+    game = problem.origin
     if isinstance(game, ExtensiveGame):
         x, y, *_ = game.parts(z.tolist() if isinstance(z, np.ndarray) else z)
         if min(*x, *y) < 0 or not (x[0] and y[0]):
             return None
         plans = Behavior.of_plans(game, x, y)
-        return Found(plans, plans.are_best(game, allowed))
+        return Found(plans, plans.are_best(game, tol))
     if not isinstance(game, Game) or any(min(part) < 0 or not 0 < part.sum() < np.inf for part in game.parts(z)):
         return None
     own = Strategies.of(game, *(part / part.sum() for part in game.parts(z)))
-    return Found(own, own.are_best(game, allowed))
+    return Found(own, own.are_best(game, tol))
 
 
 @np.errstate(all="ignore")  # overflow counts as infinite
@@ -315,7 +315,7 @@ def of_game(
     array: Any = np.array(values, dtype=float if data is None else object)
     if isinstance(game, ExtensiveGame) and array.size != problem.n:
         behavior = _behavior(game, values)
-        own, are_equilibrium = Found(behavior, behavior.are_best(game, allowance(problem.n, tol)))
+        own, are_equilibrium = Found(behavior, behavior.are_best(game, tol))
         number = float if data is None else Fraction  # a player without moves has a plan of integers
         z = point_of(game, *(list(map(number, plan)) for plan in behavior.plans))
     else:
