@@ -258,27 +258,25 @@ class Reduction:
     def __init__(self, M: Vector, box: Box) -> None:
         self.M, self.n, self.box = M, M.shape[0], box
         self.corner = np.broadcast_to(box.corner, self.n)
-        self._own = kept(M, *box.vectors(self.n))
+        lower, upper = box.vectors(self.n)
+        self._own = kept(M, lower, upper)
         A, self.kept, self.turn, self.bounded, self.free = self._own
         rows, columns = scaled(A, exponents(A))
         self._found = eliminated(self._own, rows, columns)
         self.K, self.rows, self.columns = self._found[:3]
         self.units = np.append(self.rows[self.bounded], np.ones(len(self.K) - self.bounded.size))
-        self.d = self._widths()
+        self.d = widths(self._own, self._found, upper - lower)
 
     def within(self, box: Box) -> Reduction | None:
         """Return the reduction for other bounds of the same kinds; None if variables are bounded on other sides."""
+        lower, upper = box.vectors(self.n)
         before, now = ([*map(np.isfinite, own.vectors(self.n)), own.fixed] for own in (self.box, box))
         if not all(map(np.array_equal, before, now)):
             return None
         other = copy(self)
         other.box, other.corner = box, np.broadcast_to(box.corner, self.n)
-        other.d = other._widths()
+        other.d = widths(self._own, self._found, upper - lower)
         return other
-
-    def _widths(self) -> Vector:
-        lower, upper = self.box.vectors(self.n)
-        return widths(self._own, self._found, upper - lower)
 
     def constants(self, q: Vector) -> Vector:
         """Return k for a q of shape (n,); the z of later calls are for this q."""

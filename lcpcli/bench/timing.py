@@ -27,7 +27,6 @@ from lcpcli.linalg import matrices, threads
 from lcpcli.linalg.doubles import are_moderate, is_finite
 from lcpcli.linalg.matrices import FEWEST_SHARED_ROWS, accurate_residual, is_sparse
 from lcpcli.methods import registry as methods
-from lcpcli.methods import variants
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem, conditions_of
@@ -59,7 +58,7 @@ def run_method(
     problem the method for these. Raises KeyboardInterrupt if the run was interrupted."""
     known, nothing = bool(problem.solutions), np.array([], dtype=np.intp)
     trace = Trace(1, MOST_POINTS, nothing, residuals=not known) if with_curve else None
-    variant, limits, began = variants.parse(name), Limits(tol, time_limit=time_limit), seconds()
+    variant, limits, began = methods.parse(name), Limits(tol, time_limit=time_limit), seconds()
     options = {**variant.options, "limits": limits, "curve": trace, "began": began}
     if isinstance(problem, Problem):
         result = driver.run(problem.anew(), variant.method, **options)
@@ -288,7 +287,7 @@ def _excludes(problem: Problem | NonlinearProblem, solver: str, is_peer: bool) -
     is_linear = isinstance(problem, Problem)
     if is_peer and (is_linear or solver in peers.NONLINEAR):
         return str(peers.load(solver).excludes(problem))
-    takes = not is_peer and (solver == AUTO or is_linear != (variants.parse(solver).method in methods.NONLINEAR))
+    takes = not is_peer and (solver == AUTO or is_linear != (methods.parse(solver).method in methods.NONLINEAR))
     return "" if takes else f"solves {'non' * is_linear}linear problems only"
 
 

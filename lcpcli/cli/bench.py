@@ -16,8 +16,7 @@ from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
 from lcpcli.cli.problems import Inputs, Request, same_file, settle_threads, taken, tell
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.errors import OptionError, count, listed
-from lcpcli.methods.registry import meanings
-from lcpcli.methods.variants import Variant
+from lcpcli.methods.registry import Variant, meanings
 from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TIME_LIMIT, TOL, Option
 from lcpcli.peers.registry import PEERS
 from lcpcli.report.document import MEANINGS as MEANINGS_OF_FORMATS

@@ -13,9 +13,8 @@ from lcpcli.cli.terminal import ITERATES, NAMES_OF_OUTPUT
 from lcpcli.errors import OptionError, likely, listed, quoted
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import WRITTEN
-from lcpcli.methods import variants
-from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OPTIONS, SWITCHES, meanings, options_of
-from lcpcli.methods.variants import Variant
+from lcpcli.methods import registry
+from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OPTIONS, SWITCHES, Variant, meanings, options_of
 from lcpcli.options import EVERY, INFINITY, LIMITS, THREADS, Option
 from lcpcli.report.document import MEANINGS
 from lcpcli.report.wording import CHOICES, flag
@@ -113,7 +112,7 @@ def reporting(
     )
 
 
-METHOD = Choice(meanings(), parse=variants.parse)  # a method, with or without options of its own, as in shi:p=10
+METHOD = Choice(meanings(), parse=registry.parse)  # a method, with or without options of its own, as in shi:p=10
 METHOD_NAMES = listed(METHOD.meanings, "or")
 show_option = option(
     "Output",
@@ -153,7 +152,7 @@ def chosen_variants(
     for axis in axes:
         name = axis.partition("=")[0].strip().replace("-", "_")
         refuse(name in given, SWEEP, f"{flag(name)} is given beside it", "leave one out")
-    return variants.sweep(list(dict.fromkeys(chosen or map(Variant, default))), axes)
+    return registry.sweep(list(dict.fromkeys(chosen or map(Variant, default))), axes)
 
 
 def _columns(_: click.Context, __: click.Parameter, text: str | None) -> tuple[str, ...]:

@@ -28,8 +28,7 @@ from lcpcli.files import contents, fields, formats
 from lcpcli.files.contents import files_in, place
 from lcpcli.interrupts import within
 from lcpcli.linalg.threads import GENERAL, MANY_ROWS, VARIABLES
-from lcpcli.methods.registry import METHODS, NONLINEAR, START_OPTIONS, declared, known_options
-from lcpcli.methods.variants import Variant, labels
+from lcpcli.methods.registry import METHODS, NONLINEAR, START_OPTIONS, Variant, declared, known_options, labels
 from lcpcli.options import AUTO, LIMITS, Limits, wants_kernels
 from lcpcli.report.wording import flag
 

@@ -11,8 +11,7 @@ from lcpcli.cli.command import EXITS, command
 from lcpcli.cli.declarations import option, refuse_beside
 from lcpcli.cli.problems import Request
 from lcpcli.files import contents
-from lcpcli.methods.registry import NONLINEAR
-from lcpcli.methods.variants import Variant
+from lcpcli.methods.registry import NONLINEAR, Variant
 from lcpcli.options import JOBS, MAX_SOLUTIONS
 from lcpcli.report.wording import LEVELS
 

@@ -101,43 +101,38 @@ def pivoted(frame: Frame, wanted: Mask, R: Vector, C: Vector, most_steps: int, i
 
     R, C : units in which sizes are compared, shape (n,).
     """
+
+    def pivot(rows: Indices, basis: States) -> None:
+        """Pivot some rows of the frame from their states, and write the solutions into `found`."""
+        guard, pivoting = Safeguard(shape[1], LEAST_INDEX_STEPS), exchanging(frame.part(rows), basis)
+        going: Indices | None = None
+        for step in range(1, most_steps + 1 if rows.size else 0):
+            if is_late():
+                return
+            now = next(pivoting) if going is None else pivoting.send(going)
+            regular = np.isfinite(now.z.sum(axis=1)) & np.isfinite(now.w.sum(axis=1))
+            done = regular & now.is_solution
+            found.steps[rows], found.ended[rows] = step, done
+            ended = rows[done]
+            found.z[ended], found.basis[ended] = now.z[done], now.basis[done]
+            guard.choose(now.wrong, np.count_nonzero(now.wrong, axis=1))
+            going = (regular & ~done & (guard.left >= 0)).nonzero()[0]
+            rows = rows[going]
+            if not rows.size:
+                return
+            guard.keep(going)
+
     rows, shape = wanted.nonzero()[0], frame.q.shape
     masks = np.zeros((2, wanted.size), dtype=bool)
     found = Pivoted(np.zeros(shape), np.full(shape, LOWER, np.int8), np.zeros(wanted.size, dtype=np.intp), *masks)
     leaders, near = _neighbours(frame.q[rows] * R)
     cold, warm, leaders = rows[~near], rows[near], rows[leaders[near]]
     start, found.by_gradient[cold] = _start(frame.part(cold), R, C)
-    _pivot(frame, cold, start, found, most_steps, is_late)
+    pivot(cold, start)
     ended = found.ended[leaders]
     warm, leaders = warm[ended], leaders[ended]
-    _pivot(frame, warm, found.basis[leaders], found, most_steps, is_late)
+    pivot(warm, found.basis[leaders])
     return found
-
-
-def _pivot(
-    frame: Frame, rows: Indices, basis: States, found: Pivoted, most_steps: int, is_late: Callable[[], bool]
-) -> None:
-    """Pivot some rows of the frame from their states, and write the solutions into `found`."""
-    if not rows.size:
-        return
-    guard = Safeguard(frame.q.shape[1], LEAST_INDEX_STEPS)
-    pivoting = exchanging(frame.part(rows), basis)
-    going: Indices | None = None
-    for step in range(1, most_steps + 1):
-        if is_late():
-            return
-        now = next(pivoting) if going is None else pivoting.send(going)
-        regular = np.isfinite(now.z.sum(axis=1)) & np.isfinite(now.w.sum(axis=1))
-        done = regular & now.is_solution
-        found.steps[rows], found.ended[rows] = step, done
-        ended = rows[done]
-        found.z[ended], found.basis[ended] = now.z[done], now.basis[done]
-        guard.choose(now.wrong, np.count_nonzero(now.wrong, axis=1))
-        going = (regular & ~done & (guard.left >= 0)).nonzero()[0]
-        rows = rows[going]
-        if not rows.size:
-            return
-        guard.keep(going)
 
 
 def refined(frame: Frame, found: Pivoted, rows: Indices, w: Vector) -> Vector:

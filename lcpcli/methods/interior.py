@@ -91,7 +91,7 @@ def attempts(
     try:
         run = Run(problem)
     except ProblemError:
-        return Breakdown("numbers overflow in slack_form units")
+        return Breakdown("numbers overflow in scaled units")
     return (yield from run.attempts(settings, start_slack, regularization))
 
 
@@ -108,7 +108,7 @@ def at_point(problem: Problem, x: Vector, tried: Tried | None = None) -> Stage:
     try:
         run = Run(problem)
     except ProblemError:
-        return Breakdown("numbers overflow in slack_form units")
+        return Breakdown("numbers overflow in scaled units")
     ending = yield from run.at_point(x)
     if tried is not None and not isinstance(ending, Finished) and is_sparse(problem.M) and problem.n > MOST_AS_DENSE:
         tried["interior"] = [run.attempts(FIRST_ATTEMPTS)]

@@ -14,9 +14,8 @@ centrality corrections in a primal-dual method for linear programming, Comput. O
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -308,49 +307,30 @@ class Steps:
     @np.errstate(all="ignore")
     def next(self, at: PrimalDualPoint) -> tuple[PrimalDualPoint, float, PrimalDualPoint]:
         """Return the next point, the step length and the direction."""
-        ratio, pairs = at.w / at.s, self.pairs
+        ratio, pairs, mu = at.w / at.s, self.pairs, self.mu(at)
         self._systems.factorize(self._spread(ratio))
-        direction = partial(self._direction, at, ratio, self._absorbing(ratio))
-        affine = direction(self.mu(at), -at.s * at.w)
+        absorbing, (dual, primal, largest) = self._absorbing(ratio), self.residuals(at)
+
+        def direction(aim: float, products: Vector) -> PrimalDualPoint:
+            """Return Newton's direction, which removes the residuals and changes s w by `products`, to first order;
+            what the system leaves of the residual, and multipliers absorb in part, hardly counts beside the mu that is
+            aimed at."""
+            change = products / at.s
+            b = self._spread(self._sign * (change - ratio * primal)) - dual
+            z, left = self._systems.solve(b, max(SYSTEM_ACCURACY * largest, min(MU_ACCURACY * mu, AIM_ACCURACY * aim)))
+            ds = self._sign * z[self._index] + primal
+            change -= ratio * ds
+            change += absorbing * left[self._index]
+            return PrimalDualPoint(z, ds, change)
+
+        affine = direction(mu, -at.s * at.w)
         if not pairs:
             return self._moved(at, affine, 1.0), 1.0, affine
-        mu, length = self.mu(at), longest(at, affine)
+        length = longest(at, affine)
         after = float((at.s + length * affine.s) @ (at.w + length * affine.w)) / pairs
         sigma = max(min(max(after, 0.0) / mu, 1.0) ** 3, LEAST_SIGMA)
-        found, step = self._corrected(direction, at, affine, sigma * mu)
-        if step < SHORT_LENGTH and step < 0.5 * length:
-            target = max(sigma, SAFE_SIGMA) * mu
-            central = direction(target, target - at.s * at.w)
-            if longest(at, central) > step:
-                found, step = central, longest(at, central)
-        step = min(1.0, max(BOUNDARY_SHARE, 1.0 - mu) * step) if step < 1.0 else 1.0
-        return self._moved(at, found, step), step, found
-
-    def _direction(
-        self, at: PrimalDualPoint, ratio: Vector, absorbing: Vector, mu: float, products: Vector
-    ) -> PrimalDualPoint:
-        """Return Newton's direction, which removes the residuals and changes s w by `products`, to first order, with
-        factors for `ratio`, w / s; `absorbing` is the share of the multipliers in the residual that the system leaves,
-        which hardly counts beside the mu aimed at."""
-        dual, primal, largest = self.residuals(at)
-        change = products / at.s
-        b = self._spread(self._sign * (change - ratio * primal)) - dual
-        worth = min(MU_ACCURACY * self.mu(at), AIM_ACCURACY * mu)
-        z, left = self._systems.solve(b, max(SYSTEM_ACCURACY * largest, worth))
-        ds = self._sign * z[self._index] + primal
-        change -= ratio * ds
-        change += absorbing * left[self._index]
-        return PrimalDualPoint(z, ds, change)
-
-    def _corrected(
-        self,
-        direction: Callable[[float, Vector], PrimalDualPoint],
-        at: PrimalDualPoint,
-        affine: PrimalDualPoint,
-        target: float,
-    ) -> tuple[PrimalDualPoint, float]:
-        """Return Mehrotra's direction to products s w of `target`, with Gondzio's corrections as long as they pay."""
-        wanted = target - at.s * at.w - affine.s * affine.w
+        target = sigma * mu
+        wanted = target - at.s * at.w - affine.s * affine.w  # by Mehrotra's direction, and then Gondzio's corrections
         found = direction(target, wanted)
         step = longest(at, found)
         for _ in range(CORRECTORS):
@@ -361,11 +341,16 @@ class Steps:
             correction = np.clip(products, target / PRODUCT_SPREAD, target * PRODUCT_SPREAD) - products
             more = wanted + np.maximum(correction, -PRODUCT_SPREAD * target)
             other = direction(target, more)
-            length = longest(at, other)
-            if length < step + WORTH_GAIN:
+            if longest(at, other) < step + WORTH_GAIN:
                 break
-            found, step, wanted = other, length, more
-        return found, step
+            found, step, wanted = other, longest(at, other), more
+        if step < SHORT_LENGTH and step < 0.5 * length:
+            target = max(sigma, SAFE_SIGMA) * mu
+            central = direction(target, target - at.s * at.w)
+            if longest(at, central) > step:
+                found, step = central, longest(at, central)
+        step = min(1.0, max(BOUNDARY_SHARE, 1.0 - mu) * step) if step < 1.0 else 1.0
+        return self._moved(at, found, step), step, found
 
     def _moved(self, at: PrimalDualPoint, along: PrimalDualPoint, step: float) -> PrimalDualPoint:
         s, w = (np.maximum(v + step * d, TINY) for v, d in ((at.s, along.s), (at.w, along.w)))

@@ -72,6 +72,8 @@ class Hierarchy:
     """
 
     def __init__(self, A: Matrix) -> None:
+        with imports:
+            from scipy.sparse import csr_array
         self.levels, self.n, most = list[Level](), A.shape[0], MAX_ENTRIES_RATIO * A.nnz
         candidate, strength, self.is_stuck = np.ones(self.n), STRENGTH, False
         while A.shape[0] > COARSEST:
@@ -83,7 +85,10 @@ class Hierarchy:
                 candidate = operator.relaxed(candidate, nothing, weights)
             candidate = np.where(candidate > 0, candidate, candidate.max() * 1e-3)
             strong = _strong(A, strength, candidate)
-            T, candidate = _tentative(_aggregates(strong), candidate)
+            aggregate = _aggregates(strong)
+            sizes = np.sqrt(np.bincount(aggregate, weights=candidate**2))
+            places = candidate / sizes[aggregate], aggregate, np.arange(aggregate.size + 1, dtype=np.int32)
+            T, candidate = csr_array(places, shape=(aggregate.size, sizes.size)), sizes
             change = (strong @ T).tocsr()
             change.data *= np.repeat(weights, np.diff(change.indptr))
             P = T - change  # after one step of relaxation
@@ -95,15 +100,6 @@ class Hierarchy:
             self.levels.append(Level(operator, weights, R, R.T, T, A))
             strength /= 2
         self.coarsest = dense(A)
-
-
-def _tentative(aggregate: Indices, candidate: Vector) -> tuple[Matrix, Vector]:
-    """Return the piecewise prolongation with the candidate in its range, and the coarse candidate."""
-    with imports:
-        from scipy.sparse import csr_array
-    sizes = np.sqrt(np.bincount(aggregate, weights=candidate**2))
-    entries = candidate / sizes[aggregate], aggregate, np.arange(aggregate.size + 1, dtype=np.int32)
-    return csr_array(entries, shape=(aggregate.size, sizes.size)), sizes
 
 
 def _aggregates(A: Matrix) -> Indices:

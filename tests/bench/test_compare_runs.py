@@ -14,7 +14,7 @@ from lcpcli.bench import record as records
 from lcpcli.bench.comparison import changes_between
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
-from lcpcli.methods.variants import Variant, labels, parse, sweep
+from lcpcli.methods.registry import Variant, labels, parse, sweep
 
 from ..cli.conftest import Lcp, assert_refused
 from ..documents import assert_as_before

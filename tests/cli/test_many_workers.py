@@ -26,7 +26,7 @@ from lcpcli.cli import streams as tasks
 from lcpcli.cli.problems import Inputs, Request
 from lcpcli.cli.streams import TaskRecord
 from lcpcli.files.inputs import Input, QColumns
-from lcpcli.methods.variants import Variant
+from lcpcli.methods.registry import Variant
 
 from .conftest import MAIN, python
 

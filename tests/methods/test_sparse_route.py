@@ -17,6 +17,7 @@ import lcpcli
 from lcpcli import Problem, run
 from lcpcli.gallery import families
 from lcpcli.linalg.krylov import conjugate_gradients
+from lcpcli.linalg.matrices import is_symmetric
 from lcpcli.methods import z_matrix
 from lcpcli.methods.active_set import multilevel, sparse_route
 from lcpcli.methods.multilevel import FullApproximation, Hierarchy, VCycles
@@ -114,7 +115,7 @@ def test_bounds_on_both_sides(name: str) -> None:
     n = M.shape[0]
     for upper in (0.05, np.where(np.arange(n) % 7 == 0, np.inf, 0.02 + 0.05 * np.linspace(0, 1, n))):
         problem = Problem(M, smooth(n), lower=-0.05, upper=upper)
-        iterates, ending = through(multilevel(problem))
+        iterates, ending = through(multilevel(problem, is_symmetric(problem.M)))
         assert isinstance(ending, Stalled)
         assert_equal_to_newton(problem, problem.box.project(problem.box.z_of(iterates[-1].x)))
 
@@ -126,14 +127,14 @@ def test_coarse_versions_leave_little_to_be_pivoted() -> None:
     expected = run(problem, "newton").z
     states = z - problem.w(z) / M.diagonal() > 0
     assert np.count_nonzero(states != (expected > 0)) <= 0.05 * problem.n
-    assert len(through(multilevel(problem))[0]) <= 8
-    assert len(through(multilevel(families.make("american-put", 5000)))[0]) <= 4
+    assert len(through(multilevel(problem, is_symmetric(problem.M)))[0]) <= 8
+    assert len(through(multilevel(families.make("american-put", 5000), True))[0]) <= 4
 
 
 def test_solutions_at_the_extremes() -> None:
     for q in (np.ones(900), -np.ones(900), np.zeros(900)):
         problem = Problem(plane(30), q)
-        iterates, _ = through(multilevel(problem))
+        iterates, _ = through(multilevel(problem, is_symmetric(problem.M)))
         last = problem.box.z_of(iterates[-1].x)
         for z in (last, solve(problem, np.ones(900))[0]):
             assert Point(Criterion(problem), z).relative_residual <= TOL
