@@ -34,6 +34,7 @@ MANY_ROWS = 5000
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
+@cache  # the BLAS too reads it only once
 def in_environment() -> int | None:
     """Return the number of threads that the environment sets; None if it sets none."""
     values = [os.environ.get(name, "") for name in VARIABLES]
@@ -69,16 +70,11 @@ def _number(problem: Any, asked: int | None) -> int | None:
         return int(asked)
     M = getattr(problem, "M", None)
     rows = problem.n if M is not None else 2 * problem.n
-    if rows < FEWEST_THREADED_ROWS or _decided_by_environment():
+    if rows < FEWEST_THREADED_ROWS or in_environment() is not None:
         return None
     with imports:
         from lcpcli.linalg.matrices import is_sparse
     return 1 if rows < MANY_ROWS or is_sparse(M) else None
-
-
-@cache  # the BLAS too reads it only once
-def _decided_by_environment() -> bool:
-    return in_environment() is not None
 
 
 _lock = threading.Lock()

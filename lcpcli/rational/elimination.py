@@ -17,6 +17,7 @@ import marshal
 import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from functools import partial
 from itertools import combinations
@@ -47,12 +48,11 @@ def require() -> Any:
 
 def library() -> Any:
     """Return the module flint, which is faster for large systems or long integers; None if it is not installed."""
-    try:
-        with imports:
-            import flint
-    except ModuleNotFoundError:
-        return None
-    return flint
+    with imports, suppress(ModuleNotFoundError):
+        import flint
+
+        return flint
+    return None
 
 
 def solve(A: Rows, b: Sequence[int]) -> tuple[list[Fraction] | None, list[list[Fraction]]]:

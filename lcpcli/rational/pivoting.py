@@ -8,6 +8,7 @@ are broken lexicographically, as if the forms that are basic at the start were r
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -125,15 +126,12 @@ def solve(data: ExactProblem, effort: Effort) -> list[Fraction] | None:
     """Return the solution at the end of the path; None on a ray, for large n, with bounds, or if it takes too long."""
     if data.n > MOST_LEMKE_UNKNOWNS or not data.problem.box.is_orthant:
         return None
-    tableau = IntegerTableau(data.rows, data.constants)
-    count = effort.steps(data)
-    if min(data.constants, default=0) < 0:
-        try:
-            for _ in tableau.path():
-                count()
-        except TimeIsUp:
-            return None
-    return tableau.z() if tableau.ray is None else None
+    tableau, count = IntegerTableau(data.rows, data.constants), effort.steps(data)
+    with suppress(TimeIsUp):
+        for _ in tableau.path() if min(data.constants, default=0) < 0 else ():
+            count()
+        return tableau.z() if tableau.ray is None else None
+    return None
 
 
 def equilibrium(data: ExactProblem, m: int, effort: Effort) -> list[Fraction] | None:
@@ -152,10 +150,9 @@ def equilibrium(data: ExactProblem, m: int, effort: Effort) -> list[Fraction] | 
             if M[i][j] == least[j] * data.scales[i] and M[j][i] == least[i] * data.scales[j]:
                 return [Fraction(k in (i, j)) for k in range(n)]
     tableau, count = IntegerTableau(M, data.scales), effort.steps(data)
-    try:
+    with suppress(TimeIsUp):
         for _ in tableau.follow(0, {0, n}):  # on which the first label alone may be missing
             count()
-    except TimeIsUp:
-        return None
-    z = tableau.z()
-    return [value / total for part in (z[:m], z[m:]) for total in [sum(part)] for value in part]
+        z = tableau.z()
+        return [value / total for part in (z[:m], z[m:]) for total in [sum(part)] for value in part]
+    return None

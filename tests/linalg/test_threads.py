@@ -56,7 +56,7 @@ main()
 @pytest.fixture
 def clean(monkeypatch: pytest.MonkeyPatch) -> None:
     """An environment that says nothing about threads, and is read anew."""
-    monkeypatch.setattr(threads, "_decided_by_environment", lambda: threads.in_environment() is not None)
+    monkeypatch.setattr(threads, "in_environment", threads.in_environment.__wrapped__)
     for name in threads.VARIABLES:
         monkeypatch.delenv(name, raising=False)
 
