@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.interrupts import check
-from lcpcli.linalg.doubles import FAR_FROM_ONE, ROUNDING, ROW_ROUNDING
+from lcpcli.linalg.doubles import ROUNDING
 from lcpcli.linalg.matrices import absolute_product, is_sparse, product, row_errors
 from lcpcli.model.box import LOWER, UPPER
 from lcpcli.model.right_hand_sides import Columns
@@ -90,34 +90,24 @@ class _Breakpoints:
 
     def settle(self, some: range) -> bool:
         """Return whether some breakpoints solve their problems, after replacements where they do not."""
-        left = self._left()
-        doubtful = [k for k in left[~self._surely_solve(left)].tolist() if k in some]
-        runs = sorted({self._run(k) for k in doubtful})
+        if not np.isfinite(self.Q).all():
+            return False
+        doubtful = np.flatnonzero(~self._surely_solve()).tolist()
+        runs = sorted({self._run(k) for k in doubtful if k in some})
         settled = [self._settles(*run) for run in runs]
         if runs:
             self._measure()
         return all(settled)
 
-    def _left(self) -> Indices:
-        """Return the breakpoints for which |q| alone is too small a scale to see that they are solutions."""
-        if self.family.is_mixed or not (self.family.problem.is_moderate and self.family.to.is_moderate):
-            return np.arange(self.s.size)
-        sizes = np.abs(self.Q)
-        worst = np.where(self.z > 0, np.abs(self.w), -self.w) + ROW_ROUNDING * (self.sizes + sizes)
-        are_closed = (worst <= self.tol * sizes).all(axis=1) & (sizes.min(axis=1, initial=np.inf) >= 1 / FAR_FROM_ONE)
-        return np.flatnonzero(~are_closed)
-
-    def _surely_solve(self, some: Indices) -> Mask:
-        """Return which of some breakpoints solve their problems by the measure, without a closer look at rounding."""
-        if not some.size:
-            return np.zeros(0, dtype=bool)
-        low, high = 0.0, np.inf
+    def _surely_solve(self) -> Mask:
+        """Return which breakpoints solve their problems by the measure, without a closer look at rounding."""
+        low, high, M, z = 0.0, np.inf, self.family.problem.M, self.z
         if self.family.is_mixed:
-            low, high = (bound.T for bound in self.family.bounds(self.s[some, np.newaxis]))
-        block, z = Columns(self.family.problem.M, self.Q[some].T, low, high).block(0, some.size), self.z[some]
-        measure, terms = Measure(block), self.sizes[some] + np.abs(self.Q[some])
-        rows = Rows(self.w[some], terms, terms, row_errors(self.family.problem.M, z, terms))
-        own = rows if block.reference_z is None else measure.rows(z, self.w[some])
+            low, high = (bound.T for bound in self.family.bounds(self.s[:, np.newaxis]))
+        block = Columns(M, self.Q.T, low, high).block(0, self.s.size)
+        measure, terms = Measure(block), self.sizes + np.abs(self.Q)
+        rows = Rows(self.w, terms, terms, row_errors(M, z, terms))
+        own = rows if block.reference_z is None else measure.rows(z, self.w)
         return np.asarray(measure.surely_solves(z, own, self.tol) & block.are_moderate)
 
     def _run(self, k: int) -> tuple[int, int]:
