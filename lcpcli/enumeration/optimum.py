@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli import clock, options
-from lcpcli.enumeration.search import ExactEquilibrium, Players, in_exact_numbers
+from lcpcli.enumeration.search import TIME_LIMIT, UNSOLVABLE, ExactEquilibrium, Players, in_exact_numbers
 from lcpcli.errors import ProblemError
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.linalg.matrices import dense
@@ -97,8 +97,7 @@ def _with_costs(data: ExactProblem, game: Game) -> ExactProblem:
     return ExactProblem(problem, rows, [Fraction(value) for value in q.tolist()], lower, [None] * (n + 2))
 
 
-OPTIMAL, UNBOUNDED, UNSOLVABLE = "optimal", "unbounded", "unsolvable"
-TIME_LIMIT, INTERRUPTED = "time_limit", "interrupted"  # what ended the search before
+OPTIMAL, UNBOUNDED = "optimal", "unbounded"
 LEAST_SECONDS = 1e-6  # of that run, if the time is up already
 MOST_ITERATIONS, FIRST_EFFORT = 1000, 5.0  # of the run that finds a first solution, and of its proof
 WORDS = {"min": ("smaller", "lower"), "max": ("larger", "upper")}

@@ -204,7 +204,7 @@ def column_sufficient(context: Context, product: str = "Mz") -> Verdict:
     if not context.yes("p0_matrix"):
         return Verdict(UNDECIDED, "whether it is a P0-matrix is not decided")
     M = context.whole()
-    A = M if product == "Mz" else [list(column) for column in zip(*M, strict=True)]
+    A = M if product == "Mz" else list(map(list, zip(*M, strict=True)))
     for P, part in verdict.blocks(A, context.check):
         if elimination.determinant(part):
             continue

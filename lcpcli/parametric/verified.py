@@ -1,10 +1,9 @@
 """The verification of a path in floating point: its breakpoints, and all points between them.
 
-Each breakpoint has to solve its problem, with the q and the bounds at its t, by the criterion of `solve`. As t is a
-double, a z_j that is 0 at the breakpoint in exact arithmetic may have to be a little more than 0 at this t, or t has to
-be one of the doubles beside it: so replacements that differ by no more than rounding are tried where a breakpoint is no
-solution. Only where t stands still, at a jump, may a row be violated by what the last bit of t changes in it: all
-points of a jump are solutions for one t only, and that is hardly ever a double.
+Each breakpoint has to solve its problem, with the q and the bounds at its t, by the criterion of `solve`. A z_j that is
+0 there in exact arithmetic may have to be a little more than 0 at this t, a double, or t has to be one of the doubles
+beside it: so replacements that differ by rounding are tried where a breakpoint is no solution. Only at a jump may a row
+be violated by what the last bit of t changes in it: its points are solutions for one t, which is hardly ever a double.
 
 On a piece z, w, q and the bounds are linear in t. Take for each row i the terms |q|_i + sum_j |M_ij| |z_j| over those
 numbers only that do not change their sign on the piece: they are linear there, and no larger than the terms of the row.
@@ -55,10 +54,9 @@ def verify(
     z, states : shapes (m, n) and (m - 1, n). known : how many of the first ones are results of an earlier call. some :
     how many are returned; the others, of which none has the t of the last of these, are only neighbours.
     """
-    breakpoints = _Breakpoints(family, t.copy(), z, states, tol, known)
-    most = t.size if some is None else some
-    is_verified = breakpoints.settle(range(known, most)) and breakpoints.are_pieces(most)
-    return breakpoints.t[:most], breakpoints.z[:most], breakpoints.w[:most], is_verified
+    own, most = _Breakpoints(family, t.copy(), z, states, tol, known), t.size if some is None else some
+    is_verified = own.settle(range(known, most)) and own.are_pieces(most)
+    return own.t[:most], own.z[:most], own.w[:most], is_verified
 
 
 class _Breakpoints:
@@ -142,12 +140,9 @@ class _Breakpoints:
 
     def _basic(self, k: int, steps: int) -> Iterator[tuple[float, Vector]]:
         """Yield t of a breakpoint moved by some doubles, and basic solutions from the states of the pieces beside."""
-        beside = {states.tobytes(): states for states in self.states[max(k - 1, 0) : k + 1]}
+        beside = {states.tobytes(): states for states in self.states[max(k - 1, 0) : k + 1]}.values()
         for t, _ in self._moved(k, k + 1, steps):
-            problem = self.family.at(t)
-            for states in beside.values():
-                for z in pivoted(problem, states):
-                    yield t, z[np.newaxis]
+            yield from ((t, z[np.newaxis]) for states in beside for z in pivoted(self.family.at(t), states))
 
     def _moved(self, first: int, end: int, steps: int) -> Iterator[tuple[float, Vector]]:
         """Yield t moved by some doubles, and z for it, if that does not pass a breakpoint beside or an end."""

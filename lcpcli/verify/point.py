@@ -1,8 +1,6 @@
 """Whether a point solves a problem, and its residuals, always for the original M and q; and whether the known solutions
 of a problem solve it, to the digits with which they are given.
 
-Points without what rounding left of zeros: components at bounds, distances from the reference point, entries of q.
-
 A method leaves a z_j of 1e-17 where 0 is meant, and a row whose terms are all of that kind is violated by its own
 terms, however small these are beside the numbers of the problem. So points are tried in which such z_j are at their
 bounds or at the reference point; each of them is then measured as any other.
