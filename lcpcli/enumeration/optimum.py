@@ -4,9 +4,9 @@ Branch and bound over the states of the unknowns: each node of the tree is a pol
 The least objective on it, by the simplex method in integers, is a bound, and where it is attained at a solution, the
 node has no better one. So there is no large constant for complementarity, and no tolerance.
 
-Objectives may also be in the payoffs of a game, which are linear in the costs of the players. The LCP of
-a game of two strategies has x / v and y / u in place of the strategies x and y, with the costs u and v of the row and
-the column player. With these as unknowns, payoffs are linear, and so are sums of them:
+Objectives may also be in the payoffs of a game, which are linear in the costs of the players. The LCP of a game of two
+strategies x and y has x / v and y / u in their place, with the costs u and v of the row and the column player. With
+these as unknowns, payoffs are linear, and so are sums of them:
 
     0 <= x,  R y - u e >= 0,  u free,  e'x = 1,        0 <= y,  C'x - v e >= 0,  v free,  e'y = 1.
 """
