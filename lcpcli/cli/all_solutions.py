@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from lcpcli.files.nl_format import LinearObjective
 
 CODES = {  # by how a search has ended, unless it is solved
-    search.TIME_LIMIT: NOT_SOLVED,
-    search.INTERRUPTED: INTERRUPTED,
-    **dict.fromkeys((search.UNSOLVABLE, search.UNBOUNDED), NO_SOLUTION),
+    sets.TIME_LIMIT: NOT_SOLVED,
+    sets.INTERRUPTED: INTERRUPTED,
+    **dict.fromkeys((sets.UNSOLVABLE, search.UNBOUNDED), NO_SOLUTION),
 }
 
 
@@ -103,5 +103,5 @@ def _best(
                 raise ProblemError(f"--{sense}imize", error.fault, error.hint) from None
         else:
             found = within(where, search.best, data, *objective, left)
-        is_cut = bool(signals) and found.status == search.TIME_LIMIT
-    return replace(found, status=search.INTERRUPTED) if is_cut else found
+        is_cut = bool(signals) and found.status == sets.TIME_LIMIT
+    return replace(found, status=sets.INTERRUPTED) if is_cut else found

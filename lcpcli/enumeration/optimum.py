@@ -4,9 +4,9 @@ Branch and bound over the states of the unknowns: each node of the tree is a pol
 The least objective on it, by the simplex method in integers, is a bound, and where it is attained at a solution, the
 node has no better one. So there is no large constant for complementarity, and no tolerance.
 
-Objectives may also be in the payoffs of a game, which are linear in the costs of the players. The LCP of
-a game of two strategies has x / v and y / u in place of the strategies x and y, with the costs u and v of the row and
-the column player. With these as unknowns, payoffs are linear, and so are sums of them:
+Objectives may also be in the payoffs of a game, which are linear in the costs of the players. The LCP of a game of two
+strategies x and y has x / v and y / u in their place, with the costs u and v of the row and the column player. With
+these as unknowns, payoffs are linear, and so are sums of them:
 
     0 <= x,  R y - u e >= 0,  u free,  e'x = 1,        0 <= y,  C'x - v e >= 0,  v free,  e'y = 1.
 """
@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli import clock, options
-from lcpcli.enumeration.search import ExactEquilibrium, Players, in_exact_numbers
+from lcpcli.enumeration.search import TIME_LIMIT, UNSOLVABLE, ExactEquilibrium, Players, in_exact_numbers
 from lcpcli.errors import ProblemError
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.linalg.matrices import dense
@@ -97,8 +97,7 @@ def _with_costs(data: ExactProblem, game: Game) -> ExactProblem:
     return ExactProblem(problem, rows, [Fraction(value) for value in q.tolist()], lower, [None] * (n + 2))
 
 
-OPTIMAL, UNBOUNDED, UNSOLVABLE = "optimal", "unbounded", "unsolvable"
-TIME_LIMIT, INTERRUPTED = "time_limit", "interrupted"  # what ended the search before
+OPTIMAL, UNBOUNDED = "optimal", "unbounded"
 LEAST_SECONDS = 1e-6  # of that run, if the time is up already
 MOST_ITERATIONS, FIRST_EFFORT = 1000, 5.0  # of the run that finds a first solution, and of its proof
 WORDS = {"min": ("smaller", "lower"), "max": ("larger", "upper")}

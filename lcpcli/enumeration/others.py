@@ -32,11 +32,8 @@ AGREEMENT = 1e-7  # of the largest component: two points that are this close are
 
 
 class Findings(NamedTuple):
-    """What is found out about solutions beside z.
-
-    others : whether there are any; None if that is not decided, or if the only solution differs from z as printed.
-    solvable : whether the problem has an exact solution; None if that is not decided.
-    """
+    """Whether there are other solutions beside z, None if that is not decided, or if the only solution differs from z
+    as printed; and whether the problem has an exact solution, None if that is not decided."""
 
     others: bool | None = None
     solvable: bool | None = None

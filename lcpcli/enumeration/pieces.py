@@ -203,8 +203,7 @@ def _listed(
     points, *others = listed
     rays, lines = (tuple(map(unknowns.direction, each)) for each in others)
     directions = [*rays, *lines, *(tuple(-value for value in line) for line in lines)]
-    vertices = []
-    states = [states_of(unknowns.data, each, is_direction=True) for each in directions]
+    states, vertices = [states_of(unknowns.data, each, is_direction=True) for each in directions], []
     for values in points:
         unknowns.check()
         vertex, own = states_at(values)
@@ -277,9 +276,8 @@ def shape_of(data: ExactProblem, check: Callable[[], None]) -> str:
 def _is_definite(M: Rows, doubles: Vector, check: Callable[[], None]) -> bool:
     """Return whether diag(d) M is positive definite for some d > 0 (G. W. Cross, Lin. Alg. Appl. 20 (1978) 253-263)."""
     for d in filter(None, map(_whole, row_scalings(doubles))):
-        found = elimination.definiteness(
-            elimination.symmetrized([[v * a for a in row] for v, row in zip(d, M, strict=True)]), check
-        )
+        S = elimination.symmetrized([[v * a for a in row] for v, row in zip(d, M, strict=True)])
+        found = elimination.definiteness(S, check)
         if found.zero is None and found.negative is None:
             return True
     return False

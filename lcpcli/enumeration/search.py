@@ -331,12 +331,10 @@ class Players:
         """Return the sign of the determinants of the costs on the supports, times -1 for each strategy but one in the
         supports (L. S. Shapley, Mathematical Programming Study 1 (1974) 175-189, where the determinants are of positive
         payoffs, each with that factor); 1 for a pure equilibrium."""
-        M = self._data.rows
-        signs = [
-            elimination.determinant([[M[i][j] for j in others] for i in own]) > 0
-            for own, others in ((rows, columns), (columns, rows))
-        ]
-        return 1 if (len(rows) % 2 == 1) == (signs[0] == signs[1]) else -1
+        M, pairs = self._data.rows, ((rows, columns), (columns, rows))
+        costs = ([[M[i][j] for j in others] for i in own] for own, others in pairs)
+        first, second = (elimination.determinant(each) > 0 for each in costs)
+        return 1 if (len(rows) % 2 == 1) == (first == second) else -1
 
 
 def _strategy(multiple: Sequence[Fraction]) -> Vertex:

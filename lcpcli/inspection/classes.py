@@ -14,14 +14,14 @@ singular for every T >= 0 with support in I. No null vector of it vanishes on I,
 from z to make P smaller. So the null space of M_PP + t diag(1_I), t > 0, has a counterexample; it suffices to examine
 all I and P.
 
-H+ and M-matrices are P-matrices: they are strictly diagonally dominant after a positive scaling of the columns.
-M is an H+-matrix if C d > 0 for its comparison matrix C and some d > 0 (see `verify.error_theorems`). There is no such
-d if C v <= 0 for some v >= 0, v != 0, as C^-1 >= 0. d and v are computed in double precision and verified exactly.
+H+ and M-matrices are P-matrices: they are strictly diagonally dominant after a positive scaling d of the columns, with
+C d > 0 for the comparison matrix C (see `verify.error_theorems`). There is no such d if C v <= 0 for some v >= 0, v !=
+0, as C^-1 >= 0. d and v are computed in double precision and verified exactly.
 
 Positive definite and semidefinite matrices, symmetric or not: the sign of v'Mv = v'(M + M')v / 2.
 
-Small matrices are decided by exact elimination, larger ones by factors of S = M + M' that prove definiteness (see
-`verify.error_theorems`). A factorization that fails gives a v, and v'Mv is determined exactly.
+Small matrices are decided by exact elimination, larger ones by factors of S = M + M' (see `verify.error_theorems`). A
+factorization that fails gives a v, and v'Mv is determined exactly.
 
 Copositive matrices: v'Mv >= 0 for all v >= 0, strictly if > 0 for v != 0; copositive-plus if (M + M')v = 0 wherever
 v >= 0 and v'Mv = 0. Small matrices are decided exactly, with S = M + M' and one linear system per index set P. S is
@@ -142,8 +142,7 @@ def _by_minors(context: Context, strict: bool) -> Verdict:
     if (v := _sign_reversal(context, strict)) is not None:
         bound = "<= 0" if strict else "< 0"
         return Verdict(NO, f"v_i (Mv)_i {bound} wherever v_i is not 0, for v = {text_of(v)}", vector=v)
-    minors = f"2^{context.n} - 1 principal minors"
-    return Verdict(UNDECIDED, f"{minors} are too many; no sufficient condition or counterexample was found")
+    return _undecided(context, "principal minors")
 
 
 def _pair(context: Context, strict: bool) -> tuple[int, int] | None:
@@ -204,7 +203,7 @@ def column_sufficient(context: Context, product: str = "Mz") -> Verdict:
     if not context.yes("p0_matrix"):
         return Verdict(UNDECIDED, "whether it is a P0-matrix is not decided")
     M = context.whole()
-    A = M if product == "Mz" else [list(column) for column in zip(*M, strict=True)]
+    A = M if product == "Mz" else list(map(list, zip(*M, strict=True)))
     for P, part in verdict.blocks(A, context.check):
         if elimination.determinant(part):
             continue
@@ -442,9 +441,9 @@ def _beside_zeros_on_diagonal(context: Context) -> Verdict | None:
     return Verdict(YES, f"M + M' has no negative entry in {where}, and is positive semidefinite without them")
 
 
-def _undecided(context: Context) -> Verdict:
-    sets = f"2^{context.n} - 1 index sets"
-    return Verdict(UNDECIDED, f"{sets} are too many; no sufficient condition or counterexample was found")
+def _undecided(context: Context, what: str = "index sets") -> Verdict:
+    unseen = "no sufficient condition or counterexample was found"
+    return Verdict(UNDECIDED, f"2^{context.n} - 1 {what} are too many; {unseen}")
 
 
 def _excluded(context: Context, P: tuple[int, ...], u: list[Fraction], claim: str) -> Verdict:

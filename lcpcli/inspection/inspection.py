@@ -12,6 +12,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import islice
 from typing import NamedTuple, overload
 
 import numpy as np
@@ -189,20 +190,14 @@ def inspect(
             found.published, found.best = theory.rates(M, found.spectrum if definite else None)
     with suppress(TimeIsUp), within(end - clock.seconds()):
         check()
-        found.presolve = _presolve(problem)
+        left = presolved(problem) if problem.is_mixed else None
+        if not isinstance(left, Refuted) or clearly_refutes(problem, left.y):  # else this may be due to rounding
+            found.presolve = left
         check()
         found.plan = plan(problem)
     with suppress(TimeIsUp), within(end - clock.seconds()):
         found.hints.extend(_hints(found))
     return found
-
-
-def _presolve(problem: Problem) -> Presolved | Refuted | None:
-    """Return what presolve finds in a mixed problem, but no contradiction that may be due to rounding."""
-    if not problem.is_mixed:
-        return None
-    found = presolved(problem)
-    return None if isinstance(found, Refuted) and not clearly_refutes(problem, found.y) else found
 
 
 def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
@@ -348,12 +343,8 @@ def _samples(evaluations: Evaluations) -> Iterator[Matrix]:
     yield evaluations.jacobian(problem.x0)
     for seed in range(SAMPLES):
         move = generator(seed).uniform(-1.0, 1.0, problem.n) * np.maximum(1.0, np.abs(problem.x0))
-        for _ in range(MOST_MOVES):
-            J = evaluations.finite_jacobian(problem.box.project(problem.x0 + move))
-            if J is not None:
-                yield J
-                break
-            move *= NEARER
+        points = (problem.box.project(problem.x0 + NEARER**k * move) for k in range(MOST_MOVES))
+        yield from islice(filter(lambda J: J is not None, map(evaluations.finite_jacobian, points)), 1)
 
 
 def _pattern(n: int, samples: Sequence[Matrix]) -> tuple[Matrix, Vector]:

@@ -85,9 +85,9 @@ def _guarantee(method: Method, classes: Mapping[str, Verdict], problem: Problem)
         return large if n > SETTLED else Guarantee(YES, method.guaranteed[ANY])
     only_h_plus = classes["h_plus"].word == YES and classes["positive_definite"].word != YES
     if method is METHODS["fixed-point"] and only_h_plus:
-        if largest <= OMEGA.value:
-            return Guarantee(YES, "M is an H+-matrix with no diagonal entry above 1")
-        return Guarantee(NO, f"M is H+, guaranteed with --omega auto: {largest:.6g}, the largest diagonal entry")
+        above = f"M is H+, guaranteed with --omega auto: {largest:.6g}, the largest diagonal entry"
+        below = "M is an H+-matrix with no diagonal entry above 1"
+        return Guarantee(YES, below) if largest <= OMEGA.value else Guarantee(NO, above)
     gains = method.guaranteed
     if method is METHODS["lemke"] and "free" in problem.box.kinds:
         gain = gains.get("row_sufficient")
@@ -133,8 +133,7 @@ def smoothing(problem: Problem) -> tuple[float, float]:
     """Return the default p of `shi`, which runs with mid(l, u, 0) moved to 0, in 1 / (units of z), and for it the bound
     (ln 3 / p) |M - I|_inf of |F~ - F|, in units of q."""
     problem = shifted(problem).problem
-    p = default_p(problem)
-    return p, smoothing_error(problem, p)
+    return (p := default_p(problem)), smoothing_error(problem, p)
 
 
 BAD_CONDITION = 1e12  # from which on a hint warns: at most 4 of 16 digits are left

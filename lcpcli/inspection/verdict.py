@@ -1,5 +1,4 @@
-"""The verdict on one class of matrices, with its evidence; the matrix to classify, with a check of the time; the table
-of all classes, and those that the entries decide.
+"""Verdicts on classes of matrices, with their evidence; the table of all classes, and those that the entries decide.
 
 The entries of M are taken as exact numbers, and no "yes" or "no" depends on rounding: what is found in double precision
 is either guaranteed by an error bound or decided in exact arithmetic, or else it is "not decided".

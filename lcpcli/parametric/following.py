@@ -181,9 +181,8 @@ def follow(family: Family, turns: bool = False, read: Callable[[], Data] | None 
     check_options((TOL, MAX_BREAKPOINTS, TIME_LIMIT), given)
     own = {name: value for name, value in given.items() if value is not None}
     most = int(own.pop("max_breakpoints", MAX_BREAKPOINTS.value))
-    limits = Limits(**own)
     room = max(MOST_NUMBERS // max(1, family.problem.n), 2)
-    found = _Following(family, limits, min(most, room), turns, read).path(began)
+    found = _Following(family, Limits(**own), min(most, room), turns, read).path(began)
     if found.end == ends.BREAKPOINT_LIMIT and room < most:
         return replace(found, message=f"{found.message}: {room} with {family.problem.n} unknowns {FILL}")
     return found
@@ -234,10 +233,9 @@ class _Following:
             candidates = [direction] if ray.multipliers is None else [direction, ray.multipliers, -ray.multipliers]
             # the multipliers of the rows are a proof if t is at its largest over all solutions of the inequalities
             certificate = next((y for y in (proof(self.family.to, y) for y in candidates) if y is not None), None)
-            if certificate is not None:
-                message += "; the second problem is proved to have no solution"
-        path = replace(path, direction=direction, certificate=certificate)
-        return replace(path, end=end, message=message, seconds=seconds() - began)
+            message += "; the second problem is proved to have no solution" * (certificate is not None)
+        last: dict[str, Any] = {"end": end, "message": message, "direction": direction, "certificate": certificate}
+        return replace(path, **last, seconds=seconds() - began)
 
     def _from(self, result: Result) -> _End:
         if result.status.has_no_solution:

@@ -119,12 +119,12 @@ class Pivoting:
         """Yield one edge of the path after another; raise SingularMatrix if rounding prevents it."""
         entering = Variable(T, self.n, 1.0)
         while True:
-            direction = self._direction(entering)
-            step, leaving, pivot = self._step(entering, direction)
-            if self.system.age and pivot < DOUBTFUL_PIVOT * direction.size:
-                self.system.refresh()
+            for _ in range(2):
                 direction = self._direction(entering)
                 step, leaving, pivot = self._step(entering, direction)
+                if not (self.system.age and pivot < DOUBTFUL_PIVOT * direction.size):
+                    break
+                self.system.refresh()
             states = self.states.copy()
             if entering.kind == Z:
                 states[entering.at] = BASIC
@@ -166,8 +166,6 @@ class Pivoting:
             w = system.times(x) + sign * system.column(at)
         w[system.rows] = 0.0
         z, t = self._spread(x)
-        if kind == W:
-            w[at] = sign
         size = max(float(np.abs(x).max(initial=0.0)), 1.0)
         if kind == T:
             t = sign
@@ -175,7 +173,9 @@ class Pivoting:
             t = 0.0
         if self.moves and t:
             z += np.where(self.states == BASIC, 0.0, t * self._of_state(self.rates))
-        if kind == Z:
+        if kind == W:
+            w[at] = sign
+        elif kind == Z:
             z[at] += sign
         return Direction(z, w, t, size)
 

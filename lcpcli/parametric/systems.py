@@ -214,9 +214,7 @@ class SparseSystem(ChangingSystem):
         with imports:
             from scipy.sparse import csc_array, eye_array, hstack
         cols, rows = self.cols, self.rows
-        self._slots = np.arange(
-            self.n + 1, 2 * self.n + 1
-        )  # with the diagonal of M in its places, as far as it is there
+        self._slots = np.arange(self.n + 1, 2 * self.n + 1)  # with the diagonal of M in its places
         self._slots[cols[cols < self.n]] = cols[cols < self.n]
         if self.has(self.n):
             self._slots[rows[self._slots[rows] > self.n]] = self.n

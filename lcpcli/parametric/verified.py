@@ -1,10 +1,9 @@
 """The verification of a path in floating point: its breakpoints, and all points between them.
 
-Each breakpoint has to solve its problem, with the q and the bounds at its t, by the criterion of `solve`. As t is a
-double, a z_j that is 0 at the breakpoint in exact arithmetic may have to be a little more than 0 at this t, or t has to
-be one of the doubles beside it: so replacements that differ by no more than rounding are tried where a breakpoint is no
-solution. Only where t stands still, at a jump, may a row be violated by what the last bit of t changes in it: all
-points of a jump are solutions for one t only, and that is hardly ever a double.
+Each breakpoint has to solve its problem, with the q and the bounds at its t, by the criterion of `solve`. A z_j that is
+0 there in exact arithmetic may have to be a little more than 0 at this t, a double, or t has to be one of the doubles
+beside it: so replacements that differ by rounding are tried where a breakpoint is no solution. Only at a jump may a row
+be violated by what the last bit of t changes in it: its points are solutions for one t, which is hardly ever a double.
 
 On a piece z, w, q and the bounds are linear in t. Take for each row i the terms |q|_i + sum_j |M_ij| |z_j| over those
 numbers only that do not change their sign on the piece: they are linear there, and no larger than the terms of the row.
@@ -23,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.interrupts import check
-from lcpcli.linalg.doubles import FAR_FROM_ONE, ROUNDING, ROW_ROUNDING
+from lcpcli.linalg.doubles import ROUNDING
 from lcpcli.linalg.matrices import absolute_product, is_sparse, product, row_errors
 from lcpcli.model.box import LOWER, UPPER
 from lcpcli.model.right_hand_sides import Columns
@@ -55,10 +54,9 @@ def verify(
     z, states : shapes (m, n) and (m - 1, n). known : how many of the first ones are results of an earlier call. some :
     how many are returned; the others, of which none has the t of the last of these, are only neighbours.
     """
-    breakpoints = _Breakpoints(family, t.copy(), z, states, tol, known)
-    most = t.size if some is None else some
-    is_verified = breakpoints.settle(range(known, most)) and breakpoints.are_pieces(most)
-    return breakpoints.t[:most], breakpoints.z[:most], breakpoints.w[:most], is_verified
+    own, most = _Breakpoints(family, t.copy(), z, states, tol, known), t.size if some is None else some
+    is_verified = own.settle(range(known, most)) and own.are_pieces(most)
+    return own.t[:most], own.z[:most], own.w[:most], is_verified
 
 
 class _Breakpoints:
@@ -90,34 +88,24 @@ class _Breakpoints:
 
     def settle(self, some: range) -> bool:
         """Return whether some breakpoints solve their problems, after replacements where they do not."""
-        left = self._left()
-        doubtful = [k for k in left[~self._surely_solve(left)].tolist() if k in some]
-        runs = sorted({self._run(k) for k in doubtful})
+        if not np.isfinite(self.Q).all():
+            return False
+        doubtful = np.flatnonzero(~self._surely_solve()).tolist()
+        runs = sorted({self._run(k) for k in doubtful if k in some})
         settled = [self._settles(*run) for run in runs]
         if runs:
             self._measure()
         return all(settled)
 
-    def _left(self) -> Indices:
-        """Return the breakpoints for which |q| alone is too small a scale to see that they are solutions."""
-        if self.family.is_mixed or not (self.family.problem.is_moderate and self.family.to.is_moderate):
-            return np.arange(self.s.size)
-        sizes = np.abs(self.Q)
-        worst = np.where(self.z > 0, np.abs(self.w), -self.w) + ROW_ROUNDING * (self.sizes + sizes)
-        are_closed = (worst <= self.tol * sizes).all(axis=1) & (sizes.min(axis=1, initial=np.inf) >= 1 / FAR_FROM_ONE)
-        return np.flatnonzero(~are_closed)
-
-    def _surely_solve(self, some: Indices) -> Mask:
-        """Return which of some breakpoints solve their problems by the measure, without a closer look at rounding."""
-        if not some.size:
-            return np.zeros(0, dtype=bool)
-        low, high = 0.0, np.inf
+    def _surely_solve(self) -> Mask:
+        """Return which breakpoints solve their problems by the measure, without a closer look at rounding."""
+        low, high, M, z = 0.0, np.inf, self.family.problem.M, self.z
         if self.family.is_mixed:
-            low, high = (bound.T for bound in self.family.bounds(self.s[some, np.newaxis]))
-        block, z = Columns(self.family.problem.M, self.Q[some].T, low, high).block(0, some.size), self.z[some]
-        measure, terms = Measure(block), self.sizes[some] + np.abs(self.Q[some])
-        rows = Rows(self.w[some], terms, terms, row_errors(self.family.problem.M, z, terms))
-        own = rows if block.reference_z is None else measure.rows(z, self.w[some])
+            low, high = (bound.T for bound in self.family.bounds(self.s[:, np.newaxis]))
+        block = Columns(M, self.Q.T, low, high).block(0, self.s.size)
+        measure, terms = Measure(block), self.sizes + np.abs(self.Q)
+        rows = Rows(self.w, terms, terms, row_errors(M, z, terms))
+        own = rows if block.reference_z is None else measure.rows(z, self.w)
         return np.asarray(measure.surely_solves(z, own, self.tol) & block.are_moderate)
 
     def _run(self, k: int) -> tuple[int, int]:
@@ -152,12 +140,9 @@ class _Breakpoints:
 
     def _basic(self, k: int, steps: int) -> Iterator[tuple[float, Vector]]:
         """Yield t of a breakpoint moved by some doubles, and basic solutions from the states of the pieces beside."""
-        beside = {states.tobytes(): states for states in self.states[max(k - 1, 0) : k + 1]}
+        beside = {states.tobytes(): states for states in self.states[max(k - 1, 0) : k + 1]}.values()
         for t, _ in self._moved(k, k + 1, steps):
-            problem = self.family.at(t)
-            for states in beside.values():
-                for z in pivoted(problem, states):
-                    yield t, z[np.newaxis]
+            yield from ((t, z[np.newaxis]) for states in beside for z in pivoted(self.family.at(t), states))
 
     def _moved(self, first: int, end: int, steps: int) -> Iterator[tuple[float, Vector]]:
         """Yield t moved by some doubles, and z for it, if that does not pass a breakpoint beside or an end."""

@@ -70,11 +70,12 @@ def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Cer
     """Return the certificate that a method claims if it holds for the original M and q, with a Farkas vector as `proof`
     returns it; None if it does not hold. excludes_exactly : whether the method excludes complementary sets by exact
     arithmetic alone: of more than FEW_UNKNOWNS, whose sets are not searched again, only such a method is believed."""
-    confirmed = {"farkas": _farkas, "exhaustion": _exhaustion, "ray": _ray}[claim.kind]
-    return confirmed(problem, claim, excludes_exactly)
+    if claim.kind == "exhaustion":
+        return _exhaustion(problem, claim, excludes_exactly)
+    return (_farkas if claim.kind == "farkas" else _ray)(problem, claim)
 
 
-def _farkas(problem: Problem, claim: Certificate, _: bool) -> Certificate | None:
+def _farkas(problem: Problem, claim: Certificate) -> Certificate | None:
     if claim.vector is None:
         return None
     y = proof(problem, claim.vector)
@@ -94,7 +95,7 @@ def _exhaustion(problem: Problem, claim: Certificate, excludes_exactly: bool) ->
 
 
 @np.errstate(all="ignore")
-def _ray(problem: Problem, claim: Certificate, _: bool) -> Certificate | None:
+def _ray(problem: Problem, claim: Certificate) -> Certificate | None:
     """A direction z in which Lemke's method may end on a ray, up to rounding: z >= 0, not 0, and z'w = 0 for
     w = M z + t e >= 0 with some t >= 0, and no bound in the way."""
     z, own = claim.vector, replace(claim, statement=RAY)
@@ -239,12 +240,9 @@ def is_run_off(problem: Problem, z: Vector, tol: float) -> bool:
 
 
 class Settled(NamedTuple):
-    """What became of the doubt about a point that is exact up to rounding, or satisfies each row by its own terms.
-
-    z : the basic solution of its states, shape (n,), if a solution is shown to exist near that; else the point. fault :
-    why no solution is shown to exist; "" if one is. certificate : a proof that the problem is infeasible, up to the
-    rounding of M; None if none was found.
-    """
+    """What became of a doubt about a point. z : the basic solution of its states, shape (n,), if a solution is shown to
+    exist near that; else the point. fault : why no solution is shown to exist; "" if one is. certificate : a proof that
+    the problem is infeasible, up to the rounding of M; None if none was found."""
 
     z: Vector
     fault: str
@@ -308,25 +306,22 @@ def _basic_solutions(problem: Problem, point: Vector) -> Iterator[Vector]:
 def proof_near(problem: Problem, z: Vector) -> Certificate | None:
     """Return a proof that the problem is infeasible, up to the rounding of M if there is no other one; None if none is
     found. z : a run-off, or an exact solution, whose basis leads to most of these proofs."""
+    has_dictionary = not matrices.is_sparse(problem.M) and problem.box.is_orthant and problem.n <= MOST_DENSE
     with suppress(TimeIsUp):
-        found = first_proof(problem, _candidates(problem, z), few=True)
-        return found if found is not None or _has_dictionary(problem) else farkas_certificate(problem, EFFORT)
+        found = first_proof(problem, _candidates(problem, z, has_dictionary), few=True)
+        return found if found is not None or has_dictionary else farkas_certificate(problem, EFFORT)
     return None
 
 
-def _has_dictionary(problem: Problem) -> bool:
-    return not matrices.is_sparse(problem.M) and problem.box.is_orthant and problem.n <= MOST_DENSE
-
-
 @each_step(all="ignore")
-def _candidates(problem: Problem, z: Vector) -> Generator[Vector, None, None]:
+def _candidates(problem: Problem, z: Vector, has_dictionary: bool) -> Generator[Vector, None, None]:
     with imports:
         from lcpcli.verify.alternative import dictionaries, simplest
     units = scale(problem)
     inner, bounds = units.problem, problem.box.vectors(problem.n)
     least, most = np.where(np.isfinite(bounds[0]), 0.0, -np.inf), np.where(np.isfinite(bounds[1]), 0.0, np.inf)
     y = _null_vector(inner, units.z_inside(z))
-    others = dictionaries(inner.M, inner.q) if _has_dictionary(problem) else ()
+    others = dictionaries(inner.M, inner.q) if has_dictionary else ()
     multipliers = chain((y, -y), (y for _, _, y in others))  # of the first, rounding decides the sign
     for y in (np.clip(y, least, most) for y in multipliers):
         size = float(np.abs(y).max())

@@ -10,9 +10,8 @@ For a solution near a z, with the basic variables B of z and the others at their
 one solution if M_BB is regular. One correction of z_B, kept apart from it as doubles near z_B may not hold it, leaves a
 small residual g. An M_BB without positive entries off its diagonal has a nonnegative inverse if some v > 0 has M_BB v >
 0 (A. Berman and R. J. Plemmons, Nonnegative Matrices in the Mathematical Sciences, 1979, theorem 6.2.3); then the
-correction is off by at most t v if |g| <= t M_BB v, whatever the number of unknowns. Any other M_BB takes an
-approximate inverse (see `enclosure`). If the signs of z*_B and w*_N are right within these bounds, z* solves the
-problem.
+correction is off by at most t v if |g| <= t M_BB v. Any other M_BB takes an approximate inverse (see `enclosure`). If
+the signs of z*_B and w*_N are right within these bounds, z* solves the problem.
 """
 
 from __future__ import annotations

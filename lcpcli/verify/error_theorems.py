@@ -1,7 +1,5 @@
-"""Rigorous bounds on the distance of any z from the solution, for the data in doubles, rounding errors included.
-
-And proofs that M is in the classes that have them: H+-matrices, by a positive scaling u, and positive definite ones, by
-factors. Whoever asks for u says in which arithmetic <M> u > 0 is to be proved.
+"""Rigorous bounds on the distance of any z from the solution, for the data in doubles, rounding errors included; and
+proofs that M is in the classes that have them: H+-matrices, by a scaling u, and positive definite ones, by factors.
 
 X. Chen and S. Xiang, Computation of error bounds for P-matrix linear complementarity problems, Mathematical Programming
 106 (2006) 513-525, for H+ matrices, componentwise and independent of scaling. Let w = M z + q, r = min(z, w) and <M>
@@ -14,8 +12,7 @@ Rows may be scaled beforehand; the best scaling is by 1 / L, for which L becomes
 
 The same holds with bounds, where min(z, w) is z - mid(l, u, z - w). M is H+ if and only if its diagonal is positive and
 <M> u > 0 for some u > 0 (A. Berman and R. J. Plemmons, Nonnegative matrices in the mathematical sciences, SIAM 1994,
-chapter 6); then <M>^-1 >= 0. So <M> t >= s yields t >= <M>^-1 s, and an approximate t is corrected by
-adding a multiple of u: no system has to be solved exactly.
+chapter 6); then <M>^-1 >= 0, so that <M> t >= s yields t >= <M>^-1 s: an approximate t is corrected by a multiple of u.
 
 R. Mathias and J.-S. Pang, Error bounds for the linear complementarity problem with a P-matrix, Linear Algebra and its
 Applications 132 (1990) 123-136, and J.-S. Pang, A posteriori error bounds for the linearly-constrained variational

@@ -12,6 +12,7 @@ a residual that is not small. That such a z is the rounded solution is proved in
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -50,10 +51,10 @@ def from_point(
     signs are wrong; None if none was found with this effort, or more than `most` components are solved for."""
     effort = effort or Effort()
     for basis in _bases(data.problem, z):
-        found = _by_pivoting(data, basis, effort, most)
-        if found is None and 0 < np.count_nonzero(basis == BASIC) <= most and effort.allows():
-            found = _at_vertex(data, basis, effort)
-        if found is not None:
+        if (found := _by_pivoting(data, basis, effort, most)) is not None:
+            return found
+        is_tried = 0 < np.count_nonzero(basis == BASIC) <= most and effort.allows()
+        if is_tried and (found := _at_vertex(data, basis, effort)) is not None:
             return found
     return None
 
@@ -242,12 +243,10 @@ def is_rounded_difference(problem: Problem, z: Vector, tol: float) -> bool:
     reference_z = problem.reference_z
     if reference_z is None or not problem.is_moderate:
         return False
-    frame = shifted(problem).problem
-    try:
+    frame, measure, sizes = shifted(problem).problem, Measure(problem), np.abs(z)
+    with suppress(SingularMatrix):
         distance = frame.box.project(BasicSolutions(frame).at(problem.box.basis_at(z)).z)
-    except SingularMatrix:
-        return False
-    if (np.abs(distance) > np.abs(z)).any() or (np.abs(reference_z + distance - z) > ROUNDING * np.abs(z)).any():
-        return False
-    measure = Measure(problem)
-    return bool(measure.surely_solves(z, measure.rows_from_reference(distance, measure.rows(z).full_terms), tol))
+        if (np.abs(distance) <= sizes).all() and (np.abs(reference_z + distance - z) <= ROUNDING * sizes).all():
+            rows = measure.rows_from_reference(distance, measure.rows(z).full_terms)
+            return bool(measure.surely_solves(z, rows, tol))
+    return False

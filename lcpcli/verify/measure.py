@@ -27,10 +27,9 @@ not for products of larger numbers that underflow.
 
 Every array has the shape (n,) for one point, or (m, n) for one point of each of m problems.
 
-For a large dense M, w = M z + q alone often decides, which takes less time than |M| |z| and the units of M: the terms
-of row i lie between |q|_i and |q|_i + max |M_ij| |z|_1, and the cap is at least |q|_i. If no M_ij is 0, the few rows
-that this leaves open and one with a violation v_j at z = 0 give c_i >= v_j R_j / R_i, as R is inverse to the geometric
-means of rows.
+For a large dense M, w = M z + q alone often decides, without |M| |z| and the units of M: the terms of row i lie between
+|q|_i and |q|_i + max |M_ij| |z|_1, and the cap is at least |q|_i. If no M_ij is 0, R is inverse to the geometric means
+of rows, so that a row with a violation v_j at z = 0 gives c_i >= v_j R_j / R_i for the few rows that this leaves open.
 """
 
 from __future__ import annotations

@@ -11,9 +11,9 @@ Whether a point solves a nonlinear problem, and its residuals, by F evaluated th
 
 z solves the problem if and only if it solves the linearization there, whose w at z is F(z). So z is measured as a point
 of that linear problem (see `measure`): a row may be violated by tol of its terms |J| |z| + |q|, with q = F(z) - J z, or
-of its cap. That J may be wrong: a mistake in a given one, a difference over far more than z or over a jump of F. So a
-row that is violated at all must have terms that are large enough by F itself, by quotients of differences along
-directions, or the given J must agree with these in several directions (see `evaluations.Slopes`).
+of its cap. J may be wrong, by a mistake or as a difference over a jump of F. So a row that is violated at all must have
+terms that are large enough by quotients of differences of F along directions, or J must agree with these in several
+directions (see `evaluations.Slopes`).
 
 The terms of F itself are unknown. Where they cancel, as in exp(z) - 1 near 0, what is left of a row is rounding, and
 may be far more than tol of |J| |z|. So a violation also counts as none if it is no more than a few times the noise of
@@ -157,6 +157,8 @@ class NonlinearCriterion(Criterion):
 class NonlinearPoint(Point):
     """A z with its measures; w : F(z). noise : of each row of F, 0 as long as it is not needed."""
 
+    slopes: Slopes | None
+
     def __init__(
         self, criterion: NonlinearCriterion, z: Vector, noise: Vector | float = 0.0, is_admissible: bool = True
     ) -> None:
@@ -165,8 +167,7 @@ class NonlinearPoint(Point):
         self._measured(z, criterion.evaluations.known_values(z), is_admissible)
 
     def _measured(self, z: Vector, F: Vector, is_admissible: bool) -> None:
-        self.F = F
-        self.slopes: Slopes | None = None
+        self.F, self.slopes = F, None
         linear = Criterion(self.given.linearization(z, F), self.given.tol, literal=True)
         super().__init__(linear, z, is_admissible)
 

@@ -1,8 +1,6 @@
 """Whether a point solves a problem, and its residuals, always for the original M and q; and whether the known solutions
 of a problem solve it, to the digits with which they are given.
 
-Points without what rounding left of zeros: components at bounds, distances from the reference point, entries of q.
-
 A method leaves a z_j of 1e-17 where 0 is meant, and a row whose terms are all of that kind is violated by its own
 terms, however small these are beside the numbers of the problem. So points are tried in which such z_j are at their
 bounds or at the reference point; each of them is then measured as any other.
@@ -16,7 +14,7 @@ as sums that cancel. An entry counts as 0 if its row is violated, and
   |q_j| != 0 of this part, which are at least FEWEST_LARGER: a few large numbers do not make rounding of the others,
 - and LITERAL_STEPS of block pivoting from the states of the point find no solution for q as it is.
 
-For up to FEW_UNKNOWNS exact arithmetic decides what matters. Entries of M and bounds never count as 0.
+For up to FEW_UNKNOWNS exact arithmetic decides. Entries of M and bounds never count as 0.
 """
 
 from __future__ import annotations
@@ -38,7 +36,7 @@ from lcpcli.linalg.matrices import absolute_product, is_sparse, row_parts
 from lcpcli.linalg.units import LARGEST_POWER
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Matrix, States, Vector
+from lcpcli.typing import Indices, States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure, Rows, decision, quotients, rounded_once
 
 ROUGH = 1e-3  # the relative residual up to which z counts as a rounded solution, whatever its digits
@@ -71,9 +69,8 @@ class Criterion:
     @cached_property
     def units(self) -> changes.Scaled:
         problem = self.problem
-        if not (problem.is_moderate or self._is_literal) and (units := changes.scale(problem)).is_exact:
-            return units
-        return changes.Scaled(problem, problem)
+        units = None if problem.is_moderate or self._is_literal else changes.scale(problem)
+        return units if units is not None and units.is_exact else changes.Scaled(problem, problem)
 
     @cached_property
     def data(self) -> Problem:
@@ -250,8 +247,8 @@ class Point:
         if not np.isfinite(self.z).all():
             return np.inf
         moved = Point(criterion, criterion.original(on_bounds(measure, self._inside, self._plain.w)))
-        z, rows = moved._inside, moved._rows
-        largest = size(quotients(measure.violations(z, rows.w), measure.caps(z)))
+        z = moved._inside
+        largest = size(quotients(measure.violations(z, moved._rows.w), measure.caps(z)))
         return max(largest, float(measure.distances(self._inside, z).max(initial=0.0)))
 
     @cached_property
@@ -291,8 +288,10 @@ class Point:
             if start is not z or np.array_equal(start := without_small_distances(measure, z), z):
                 break
         for point in points[:]:
-            rows = point._rows_of_noise
-            if rows.size and (moved := without_columns(measure, point._inside, rows)) is not None:
+            used = columns_of(measure, point._rows_of_noise)
+            moved = point._inside.copy()
+            moved[used] = measure.reference[used]
+            if not np.array_equal(moved, point._inside):
                 points.append(Point(criterion, criterion.original(moved)))
                 yield points[-1]
         if criterion.problem.reference_z is not None:
@@ -344,18 +343,16 @@ def without_small_distances(measure: Measure, z: Vector) -> Vector:
         is_solved[units.row_part[violated]] = False
 
 
-def without_columns(measure: Measure, z: Vector, rows: Indices) -> Vector | None:
-    """Return z with the reference point in place of the components that these rows of M use; None if that is z."""
-    used, cleaned = _columns(measure.data.M, rows), z.copy()
-    cleaned[used] = measure.reference[used]
-    return None if np.array_equal(cleaned, z) else cleaned
+def columns_of(measure: Measure, rows: Indices) -> Indices:
+    """Return the components that these rows of M use."""
+    return np.flatnonzero(abs(measure.data.M[rows]).sum(axis=0)) if rows.size else rows
 
 
 @np.errstate(divide="ignore")
 def negligible_q(measure: Measure, q: Vector, z: Vector, rows: Indices) -> Indices:
     """Return those of some violated rows, whose terms may be rounding of 0, whose q_i count as 0; all, or none."""
     data, parts = measure.data, measure.data.units.row_part
-    if q.size <= FEW_UNKNOWNS or (q[rows] == np.rint(q[rows])).any() or z[_columns(data.M, rows)].any():
+    if q.size <= FEW_UNKNOWNS or (q[rows] == np.rint(q[rows])).any() or z[columns_of(measure, rows)].any():
         return rows[:0]
     in_units = np.log2(np.abs(data.q)) + data.units.rows
     for sizes, number in product((np.log2(np.abs(q)), in_units), distinct(parts[rows]).tolist()):
@@ -389,14 +386,6 @@ def pivoted(problem: Problem, basis: States) -> Iterator[Vector]:
             yield problem.box.project(found.z)
             if not solutions.count_violations(found):
                 return
-
-
-def _columns(M: Matrix, rows: Indices) -> Indices:
-    if not is_sparse(M):
-        return np.flatnonzero(M[rows].any(axis=0))
-    owned = np.zeros(M.shape[0], dtype=bool)
-    owned[rows] = True
-    return distinct(M.indices[np.repeat(owned, np.diff(M.indptr))])
 
 
 def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:

@@ -18,7 +18,8 @@ from hypothesis import strategies as st
 
 import lcpcli
 from lcpcli import errors
-from lcpcli.enumeration.optimum import TIME_LIMIT, Optimum
+from lcpcli.enumeration.optimum import Optimum
+from lcpcli.enumeration.search import TIME_LIMIT
 from lcpcli.files.contents import Source
 from lcpcli.gallery.families import make
 from lcpcli.model.words import coefficients
