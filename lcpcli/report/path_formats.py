@@ -82,17 +82,6 @@ def turns(path: Path) -> list[int]:
     return found
 
 
-RELATIONS = {  # for a number that moves: an entry of a vector of this name, or both sides of a row that is an equation
-    "row": "equal to",
-    "row_lower": "at least",
-    "row_upper": "at most",
-    "c": "objective coefficient",
-    "q": "",
-    "lower": "at least",
-    "upper": "at most",
-}
-
-
 class Points(NamedTuple):
     """Points of a path: m values of t, and z and w of each, in doubles or in fractions."""
 
@@ -102,8 +91,8 @@ class Points(NamedTuple):
 
 
 class Moving(NamedTuple):
-    """The only number that differs between two problems: the name of the row or variable, what the number is for it, a
-    key of RELATIONS, and its values in both problems."""
+    """The only number that differs between two problems: the name of the row or variable, what the number is for it
+    (row for both sides of a row that is an equation), and its values in both problems."""
 
     name: str
     what: str
@@ -111,11 +100,7 @@ class Moving(NamedTuple):
     last: float
 
     def __str__(self) -> str:
-        return f"{self.name}: {f'{self.word} ' * bool(self.word)}{self.first:.7g} to {self.last:.7g}"
-
-    @property
-    def word(self) -> str:
-        return RELATIONS[self.what]
+        return f"{self.label}: {self.first:.7g} to {self.last:.7g}"
 
     @property
     def label(self) -> str:
@@ -203,10 +188,6 @@ class Terms(Ends):
             if first.w(points.z[0]) == points.w[0]:
                 return first, last
         return None
-
-    @property
-    def is_quadratic(self) -> bool:
-        return self.program is not None and bool((self._data[0].Q != 0).sum())
 
     @cached_property
     def moving(self) -> Moving | None:

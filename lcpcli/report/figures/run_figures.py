@@ -251,14 +251,12 @@ def draw(path: Path, chosen: Sequence[str] = ()) -> Figure:
     across = _across(terms, path.t)
     figure = Figure(figsize=(WIDTH, ROW + 0.15))
     panels = figure.subplots(1, 1 + (program is not None), squeeze=False)[0]
-    word = f" ({moving.word})" if moving and moving.word else ""
-    label = fitted(moving.name + word, FONT, WIDTH / 3) if moving else "$t$"
+    label = fitted(moving.label, FONT, WIDTH / 3) if moving else "$t$"
     entries = _solutions(panels[0], terms, across, chosen)
     panels[0].set_title(fitted(wording.title_and_size(path.problem), FONT, WIDTH - 1.0))
     panels[0].set_xlabel(label)
     if program is not None:
-        is_frontier = terms.is_quadratic and moving is not None and moving.what.startswith("row")
-        _objective(panels[1], terms, across, label, is_frontier)
+        _objective(panels[1], terms, across, label, moving is not None and moving.what.startswith("row"))
     for axis in (axis for axes in panels for axis in (axes.xaxis, axes.yaxis)):
         axis.set_major_locator(MaxNLocator(TICKS, steps=[1, 2, 5, 10]))
     return add_legend(figure, {}, entries)
