@@ -68,18 +68,13 @@ def notes_on(path: Path, names: Sequence[str], most: float) -> list[str]:
         notes.append([*texts, *[f"{len(each) - len(shown)} more"] * (len(each) > len(shown))])
     for k in path.jumps:
         notes[k + 1].insert(0, "jump")
-    for k in turns(path):
+    moves = np.sign(np.diff(path.t))
+    pieces = np.flatnonzero(moves)
+    for k in pieces[1:][np.diff(moves[pieces]) != 0]:
         notes[k].append("turn")
     if notes:
         notes[-1].append(path.end.replace("_", " "))
     return [", ".join(note) for note in notes]
-
-
-def turns(path: Path) -> list[int]:
-    moves = np.sign(np.diff(path.t))
-    pieces = np.flatnonzero(moves)
-    found: list[int] = pieces[1:][np.diff(moves[pieces]) != 0].tolist()
-    return found
 
 
 class Points(NamedTuple):
