@@ -28,24 +28,22 @@ from lcpcli.report.document import Document, Section, Table
 from lcpcli.typing import Vector
 
 
-def verified(path: Path) -> str:
-    return f"{'' if path.verified else 'not '}verified{' in fractions' * (path.verified and path.exact is not None)}"
-
-
 def title(path: Path) -> str:
     ends = (wording.title(problem) or "problem" for problem in (path.problem, path.to))
     return f"{' to '.join(dict.fromkeys(ends))}: {wording.size(path.problem)}"
 
 
-def verdict(path: Path, breakpoints: int) -> str:
+def verdict(path: Path) -> str:
     """Return how the path ends, its breakpoints, and whether it is verified."""
-    return f"{path.message}; {count(breakpoints, 'breakpoint')}, {verified(path)}" if breakpoints else path.message
+    if not path.t.size:
+        return path.message
+    proof = f"{'' if path.verified else 'not '}verified{' in fractions' * (path.verified and path.exact is not None)}"
+    return f"{path.message}; {count(path.t.size, 'breakpoint')}, {proof}"
 
 
 def line(path: Path) -> str:
-    span = f", t from {path.t[0]:.7g} to {path.t[-1]:.7g}" if path.t.size else ""
-    proof = f", {verified(path)}" if path.t.size else ""
-    return f"<Path: {count(path.t.size, 'breakpoint')}{span}: {path.message}{proof}>"
+    span = f" for t from {path.t[0]:.7g} to {path.t[-1]:.7g}" if path.t.size else ""
+    return f"<Path{span}: {verdict(path)}>"
 
 
 def changes(path: Path) -> list[list[StateChange]]:
@@ -288,7 +286,7 @@ def rows(path: Path, at: At, names: Sequence[str]) -> tuple[Iterable[Sequence[An
     breakpoints = (row(k, *each) for k, each in enumerate(zip(notes, *terms.points, strict=True), 1))
     others = (row("", "", *point) for point in zip(*terms.at_all(at), strict=True))
     header += ["objective"] * bool(terms.program)
-    return chain([header], in_time(breakpoints), others), [title(path), verdict(path, path.t.size)]
+    return chain([header], in_time(breakpoints), others), [title(path), verdict(path)]
 
 
 def report(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] = ()) -> result_formats.Report:
@@ -314,7 +312,7 @@ def build(path: Path, form: str, at: At, width: int | None, names: Sequence[str]
     groups = list(filter(None, (rows[: len(notes)], rows[len(notes) :])))
     section = Section(
         title(path),
-        verdict(path, path.t.size),
+        verdict(path),
         path.verified and path.end == REACHED,
         [str(terms.moving)] if terms.moving else [],
         [Table(header, groups, words=[header.index("change")], name="Breakpoints")],

@@ -37,7 +37,7 @@ def of_csv(path: Path, *at: Any) -> list[dict[str, str]]:
 
 
 def test_line_says_how_far_the_path_goes_and_whether_it_is_verified() -> None:
-    line = "<Path: 4 breakpoints, t from 0 to 1: the path reaches the second problem, verified>"
+    line = "<Path for t from 0 to 1: the path reaches the second problem; 4 breakpoints, verified>"
     assert repr(small()) == line
     assert repr(small(verified=False)) == line.replace("verified", "not verified")
     assert repr(small_in_fractions()) == line.replace("verified", "verified in fractions")
