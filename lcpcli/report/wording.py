@@ -270,23 +270,15 @@ def require(problem: Problem | NonlinearProblem, patterns: Sequence[str]) -> Non
     places(labels_of(problem), patterns)
 
 
-def game_of(problem: Problem | NonlinearProblem) -> Game | None:
-    """Return the bimatrix game from which a problem was made; None for any other problem."""
-    if problem.origin is None:
-        return None
-    from lcpcli.model.origins import Game
-
-    return problem.origin if isinstance(problem.origin, Game) else None
-
-
 def labels_of(problem: Problem | NonlinearProblem) -> Sequence[str]:
     """Return the names by which the unknowns of a problem are chosen: of a game, those of the strategies; those of a
     program's multipliers begin with y."""
+    from lcpcli.model.origins import Game
     from lcpcli.model.program import Program
 
-    if game := game_of(problem):
-        return [*chain(*strategy_names(game, math.inf))]
     origin = problem.origin
+    if isinstance(origin, Game):
+        return [*chain(*strategy_names(origin, math.inf))]
     k = origin.variables if isinstance(origin, Program) else problem.n
     return [*problem.names[:k], *(f"y {name}" if name else "" for name in problem.names[k:])]
 

@@ -84,8 +84,8 @@ def inside(xs: Sequence[float | None], ys: Sequence[float | None], across: Range
 def draw_convergence(panels: Sequence[Panel]) -> Figure:
     chosen = looks((curve.name, curve.label) for panel in panels for curve in panel.curves)
     figure = Figure(figsize=(WIDTH, min(ROW * len(panels), style.PAGE_HEIGHT)))
-    counts = [[max(curve.counts) for curve in panel.curves if curve.counts] for panel in panels]
-    is_logarithmic = any(own and max(own) >= max(100, UNEVEN * min(own) + 1) for own in counts)
+    counts = [[max((k for k in curve.k if k is not None), default=0) for curve in panel.curves] for panel in panels]
+    is_logarithmic = any(own and max(own) >= max(100, UNEVEN * min(filter(None, own), default=1) + 1) for own in counts)
     rows = figure.subplots(len(panels), 2, sharey="row", squeeze=False)
     for (left, right), panel, longest in zip(rows, panels, counts, strict=True):
         _against_time(left, panel, chosen, WIDTH)
