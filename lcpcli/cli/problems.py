@@ -456,9 +456,13 @@ def with_references(problems: Sequence[AnyProblem], limits: Limits) -> list[AnyP
     from lcpcli.solving import proof
 
     found = [*problems]
-    for i, problem in enumerate(problems):
-        if isinstance(problem, Problem):
-            with within(limits.time_limit):
-                solved = proof.with_reference(problem)
-            found[i] = others.with_all_references(solved)
+    try:
+        for i, problem in enumerate(problems):
+            if isinstance(problem, Problem):
+                with within(limits.time_limit):
+                    solved = proof.with_reference(problem)
+                found[i] = others.with_all_references(solved)
+    except KeyboardInterrupt:
+        tell("interrupted while solving for the reference of the errors, before the first run")
+        raise
     return found
