@@ -19,11 +19,6 @@ from lcpcli.version import VERSION
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
-CITATION = f"""@misc{{lcp,
-  title = {{lcp: linear complementarity problems}},
-  note = {{Version {VERSION}}},
-  year = {{2026}}
-}}"""
 VARIABLE = "_LCP_COMPLETE"  # environment variable that holds a shell's request, such as `bash_complete`
 OPTIONAL = "--trace"  # the option whose value may be left out
 ELSEWHERE = {"maxiter": "max-iterations"}  # options of other tools whose names resemble other ones here
@@ -236,7 +231,7 @@ class Group(Command, click.Group):
 
 
 def _show_version(context: click.Context, _: click.Parameter, is_asked: bool) -> None:
-    """Print the version, with that of numba if all runs use the compiled kernels, and how to cite the program."""
+    """Print the version, with that of numba if all runs use the compiled kernels."""
     if not is_asked or context.resilient_parsing:
         return
     kernels = ""
@@ -244,7 +239,7 @@ def _show_version(context: click.Context, _: click.Parameter, is_asked: bool) ->
         from importlib.metadata import version
 
         kernels = f", with kernels compiled by numba {version(NUMBA)}"
-    click.echo(f"lcp, version {VERSION}{kernels}\n\n{CITATION}")
+    click.echo(f"lcp, version {VERSION}{kernels}")
     context.exit()
 
 

@@ -83,7 +83,7 @@ class Path:
 
     >>> import lcpcli
     >>> lcpcli.path(lcpcli.Problem([[2]], [1]), lcpcli.Problem([[2]], [-1]))
-    <Path: 3 breakpoints, t from 0 to 1: the path reaches the second problem, verified>
+    <Path for t from 0 to 1: the path reaches the second problem; 3 breakpoints, verified>
     """
 
     family: Family

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 from collections.abc import Sequence
 
@@ -59,13 +58,9 @@ def _section(section: Section, label: str) -> list[str]:
 
 
 def labels(titles: Sequence[str]) -> list[str]:
-    """Return a different label for each title, of letters, digits and hyphens only, by what is before a colon."""
-    found: list[str] = []
-    for title in titles:
-        plain = "tab:" + (re.sub(r"[^A-Za-z0-9]+", "-", title.partition(":")[0]).strip("-") or "lcp")
-        candidates = (plain if i == 1 else f"{plain}-{i}" for i in itertools.count(1))
-        found.append(next(label for label in candidates if label not in found))
-    return found
+    """Return a different label for each title, of letters, digits and hyphens, by what is before a colon."""
+    plain = [re.sub(r"[^A-Za-z0-9]+", "-", title.partition(":")[0]).strip("-") or "lcp" for title in titles]
+    return [f"tab:{text}" + f":{i + 1}" * (text in plain[:i]) for i, text in enumerate(plain)]
 
 
 def _tabular(table: Table) -> list[str]:

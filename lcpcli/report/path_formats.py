@@ -28,24 +28,22 @@ from lcpcli.report.document import Document, Section, Table
 from lcpcli.typing import Vector
 
 
-def verified(path: Path) -> str:
-    return f"{'' if path.verified else 'not '}verified{' in fractions' * (path.verified and path.exact is not None)}"
-
-
 def title(path: Path) -> str:
     ends = (wording.title(problem) or "problem" for problem in (path.problem, path.to))
     return f"{' to '.join(dict.fromkeys(ends))}: {wording.size(path.problem)}"
 
 
-def verdict(path: Path, breakpoints: int) -> str:
+def verdict(path: Path) -> str:
     """Return how the path ends, its breakpoints, and whether it is verified."""
-    return f"{path.message}; {count(breakpoints, 'breakpoint')}, {verified(path)}" if breakpoints else path.message
+    if not path.t.size:
+        return path.message
+    proof = f"{'' if path.verified else 'not '}verified{' in fractions' * (path.verified and path.exact is not None)}"
+    return f"{path.message}; {count(path.t.size, 'breakpoint')}, {proof}"
 
 
 def line(path: Path) -> str:
-    span = f", t from {path.t[0]:.7g} to {path.t[-1]:.7g}" if path.t.size else ""
-    proof = f", {verified(path)}" if path.t.size else ""
-    return f"<Path: {count(path.t.size, 'breakpoint')}{span}: {path.message}{proof}>"
+    span = f" for t from {path.t[0]:.7g} to {path.t[-1]:.7g}" if path.t.size else ""
+    return f"<Path{span}: {verdict(path)}>"
 
 
 def changes(path: Path) -> list[list[StateChange]]:
@@ -68,29 +66,13 @@ def notes_on(path: Path, names: Sequence[str], most: float) -> list[str]:
         notes.append([*texts, *[f"{len(each) - len(shown)} more"] * (len(each) > len(shown))])
     for k in path.jumps:
         notes[k + 1].insert(0, "jump")
-    for k in turns(path):
+    moves = np.sign(np.diff(path.t))
+    pieces = np.flatnonzero(moves)
+    for k in pieces[1:][np.diff(moves[pieces]) != 0]:
         notes[k].append("turn")
     if notes:
         notes[-1].append(path.end.replace("_", " "))
     return [", ".join(note) for note in notes]
-
-
-def turns(path: Path) -> list[int]:
-    moves = np.sign(np.diff(path.t))
-    pieces = np.flatnonzero(moves)
-    found: list[int] = pieces[1:][np.diff(moves[pieces]) != 0].tolist()
-    return found
-
-
-RELATIONS = {  # for a number that moves: an entry of a vector of this name, or both sides of a row that is an equation
-    "row": "equal to",
-    "row_lower": "at least",
-    "row_upper": "at most",
-    "c": "objective coefficient",
-    "q": "",
-    "lower": "at least",
-    "upper": "at most",
-}
 
 
 class Points(NamedTuple):
@@ -102,8 +84,8 @@ class Points(NamedTuple):
 
 
 class Moving(NamedTuple):
-    """The only number that differs between two problems: the name of the row or variable, what the number is for it, a
-    key of RELATIONS, and its values in both problems."""
+    """The only number that differs between two problems: the name of the row or variable, what the number is for it
+    (row for both sides of a row that is an equation), and its values in both problems."""
 
     name: str
     what: str
@@ -111,11 +93,7 @@ class Moving(NamedTuple):
     last: float
 
     def __str__(self) -> str:
-        return f"{self.name}: {f'{self.word} ' * bool(self.word)}{self.first:.7g} to {self.last:.7g}"
-
-    @property
-    def word(self) -> str:
-        return RELATIONS[self.what]
+        return f"{self.label}: {self.first:.7g} to {self.last:.7g}"
 
     @property
     def label(self) -> str:
@@ -203,10 +181,6 @@ class Terms(Ends):
             if first.w(points.z[0]) == points.w[0]:
                 return first, last
         return None
-
-    @property
-    def is_quadratic(self) -> bool:
-        return self.program is not None and bool((self._data[0].Q != 0).sum())
 
     @cached_property
     def moving(self) -> Moving | None:
@@ -312,7 +286,7 @@ def rows(path: Path, at: At, names: Sequence[str]) -> tuple[Iterable[Sequence[An
     breakpoints = (row(k, *each) for k, each in enumerate(zip(notes, *terms.points, strict=True), 1))
     others = (row("", "", *point) for point in zip(*terms.at_all(at), strict=True))
     header += ["objective"] * bool(terms.program)
-    return chain([header], in_time(breakpoints), others), [title(path), verdict(path, path.t.size)]
+    return chain([header], in_time(breakpoints), others), [title(path), verdict(path)]
 
 
 def report(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] = ()) -> result_formats.Report:
@@ -338,7 +312,7 @@ def build(path: Path, form: str, at: At, width: int | None, names: Sequence[str]
     groups = list(filter(None, (rows[: len(notes)], rows[len(notes) :])))
     section = Section(
         title(path),
-        verdict(path, path.t.size),
+        verdict(path),
         path.verified and path.end == REACHED,
         [str(terms.moving)] if terms.moving else [],
         [Table(header, groups, words=[header.index("change")], name="Breakpoints")],

@@ -57,10 +57,6 @@ class Curve(NamedTuple):
     solved: bool
     x: Sequence[Sequence[float]] = ()
 
-    @property
-    def counts(self) -> list[int]:
-        return [k for k, error in zip(self.k, self.errors, strict=True) if k is not None and error is not None]
-
 
 class Panel(NamedTuple):
     """The runs on one problem. measure : "error" or "residual", whichever the curves have. provenance : a line on the

@@ -7,19 +7,15 @@ from collections.abc import Callable, Sequence
 from itertools import chain, islice
 from typing import Any
 
-import numpy as np
-
 from lcpcli.errors import count
-from lcpcli.games.behavior import Behavior, InformationSetStrategy, Strategies
+from lcpcli.games.behavior import Behavior, InformationSetStrategy
 from lcpcli.model.extensive import ExtensiveGame
-from lcpcli.model.origins import Game
 from lcpcli.rational.numbers import brief
 from lcpcli.report import wording
 from lcpcli.report.document import Table
 from lcpcli.solving.minimum import BehaviorEquilibrium, Minimum
 from lcpcli.solving.no_minimum import Conclusion
 from lcpcli.solving.result import Result
-from lcpcli.typing import Vector
 
 MOST_SETS = 100  # information sets in a table, or rows and variables, a few screens
 MOST_ON_SCREEN = 12  # rows, and variables
@@ -134,14 +130,3 @@ def named(
         return wording.vector(values, cell)
     pairs = [(name, value) for name, value in zip(names, values, strict=True) if value or not sparing]
     return wording.vector(pairs, lambda each: f"{each[0]} {cell(each[1])}")
-
-
-@np.errstate(all="ignore")  # an iterate may be anything
-def iterate_of_game(game: Game, z: Vector) -> list[Any]:
-    """Return the probabilities that z stands for, and then the payoffs, as doubles or fractions like z. If a player's
-    part of z is not a strategy, its probabilities and both payoffs are None."""
-    parts = [(part, part.sum()) for part in game.parts(z)]
-    x, y = (part / total if min(part) >= 0 and 0 < total < np.inf else None for part, total in parts)
-    payoffs = (None, None) if x is None or y is None else Strategies.of(game, x, y).payoffs
-    shown = ([None] * part.size if own is None else own.tolist() for own, (part, _) in zip((x, y), parts, strict=True))
-    return [*chain(*shown), *payoffs]

@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from lcpcli.games.behavior import Strategies
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 from lcpcli.model.program import Program
@@ -129,16 +130,16 @@ def _of_program(result: Result) -> list[Cells]:
 
 
 def _of_game(result: Result) -> list[Cells]:
-    exact, game = result.exact, result.problem.origin
-    if isinstance(game, ExtensiveGame):
-        own: Any = getattr(result.answer, "exact", None) or result.answer
-        known = own.payoffs is not None
-        players = zip(own.players, _fractions(own.payoffs), programs_and_games.moves(own), strict=True) if known else ()
-        return [(name, p, payoff) for name, payoff, moves in players for p in _fractions(moves)]
-    if not isinstance(game, Game):
+    game: Any = result.problem.origin
+    answer: Any = result.answer
+    own = getattr(answer, "exact", None)
+    if getattr(answer, "payoffs", None) is None:
         return []
-    z = np.array(exact.z, dtype=object) if exact is not None and exact.z and exact.w else result.z
-    *probabilities, by_row, by_column = _fractions(programs_and_games.iterate_of_game(game, z))
-    m = game.A.shape[0]
-    of_rows = (("row", by_row) if i < m else ("column", by_column) for i in range(len(probabilities)))
-    return [(player, value, payoff) for (player, payoff), value in zip(of_rows, probabilities, strict=True)]
+    if isinstance(game, ExtensiveGame):
+        players, payoffs, parts = answer.players, (own or answer).payoffs, programs_and_games.moves(own or answer)
+    else:
+        row, column = (np.array(own[key]) if own else getattr(answer, key) for key in ("row", "column"))
+        players, payoffs = ("row", "column"), Strategies.of(game, row, column).payoffs
+        parts = [row.tolist(), column.tolist()]
+    rows = zip(players, _fractions(payoffs), parts, strict=True)
+    return [(name, p, payoff) for name, payoff, part in rows for p in _fractions(part)]

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 CELL = 11  # the usual width of a component with the gap after it
 OTHER_COLUMNS = 34  # the usual width of all other columns
 PIPE_COMPONENTS = 12  # of z in a pipe, where lines may be long: all components of the paper's examples and more
-TITLE_COMPONENTS = 6  # of a known solution in a title, about a line of text
 MOST_EXPLAINED = 5  # runs whose failures are explained, a line or two each; more, as in a sweep, would be too many
 PRINTED = ("latex", "html")  # the formats for readers who do not run the program
 NONE = "-"  # in place of the costs to a level that is not reached
@@ -182,10 +181,8 @@ def _remarks(results: Sequence[Result], compared: bool, form: str, shows_times: 
 def _title(problem: Problem, verdict: str) -> str:
     parts = [wording.size(problem)]
     if len(problem.solutions) == 1:
-        z, computed = problem.solutions[0], "" if problem.reference == "known" else f"{problem.reference} "
-        shown = [f"{v:.7g}" for v in (z if problem.n <= TITLE_COMPONENTS else z[[0, 1, 2, -1]])]
-        shown[3:3] = [wording.ELLIPSIS] * (problem.n > TITLE_COMPONENTS)
-        parts.append(f"{computed}solution ({', '.join(shown)})")
+        computed = "" if problem.reference == "known" else f"{problem.reference} "
+        parts.append(f"{computed}solution {wording.vector(problem.solutions[0].tolist())}")
     elif problem.solutions:
         parts.append(f"{len(problem.solutions)} {problem.reference} solutions")
     if verdict:

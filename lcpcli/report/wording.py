@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from fnmatch import fnmatchcase
 from itertools import chain
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lcpcli.errors import ParameterError, likely, quoted, visible
 from lcpcli.methods.registry import SWITCHES
@@ -270,23 +270,15 @@ def require(problem: Problem | NonlinearProblem, patterns: Sequence[str]) -> Non
     places(labels_of(problem), patterns)
 
 
-def game_of(problem: Problem | NonlinearProblem) -> Game | None:
-    """Return the bimatrix game from which a problem was made; None for any other problem."""
-    if problem.origin is None:
-        return None
-    from lcpcli.model.origins import Game
-
-    return problem.origin if isinstance(problem.origin, Game) else None
-
-
 def labels_of(problem: Problem | NonlinearProblem) -> Sequence[str]:
     """Return the names by which the unknowns of a problem are chosen: of a game, those of the strategies; those of a
     program's multipliers begin with y."""
+    from lcpcli.model.origins import Game
     from lcpcli.model.program import Program
 
-    if game := game_of(problem):
-        return [*chain(*strategy_names(game, math.inf))]
     origin = problem.origin
+    if isinstance(origin, Game):
+        return [*chain(*strategy_names(origin, math.inf))]
     k = origin.variables if isinstance(origin, Program) else problem.n
     return [*problem.names[:k], *(f"y {name}" if name else "" for name in problem.names[k:])]
 
@@ -312,49 +304,25 @@ def payoff_headings(game: Game) -> list[str]:
 Shown: TypeAlias = "dict[str, Callable[[TraceRow], str]]"  # a heading, with the function that makes a cell of a row
 
 
-class Column(NamedTuple):
-    """A column. value : its value in a row, for CSV and JSON. shown : what shows it in a table of rows, whose z may
-    lack some components; empty if the column is left out."""
-
-    value: Callable[[TraceRow], Any]
-    shown: Callable[[Problem, Sequence[TraceRow]], Shown]
-
-
-def _residual(problem: Problem, _: Sequence[TraceRow]) -> Shown:
-    cells: Shown = {"residual": lambda row: short(row.residual, math.inf if row.rounding else 0.0)}
-    return {} if problem.solutions else cells
-
-
-def _error(problem: Problem, _: Sequence[TraceRow]) -> Shown:
-    return {"error": lambda row: error(row.error, problem)} if problem.solutions else {}
-
-
-def _time(_: Problem, rows: Sequence[TraceRow]) -> Shown:
-    length, name = unit(max((row.seconds for row in rows), default=0.0))
-    return {f"time/{name}": lambda row: f"{row.seconds / length:.3f}"}
-
-
-def _step(_: Problem, rows: Sequence[TraceRow]) -> Shown:
-    return {"step": lambda row: row.step} if any(row.step for row in rows) else {}
-
-
-COLUMNS = {  # by their names in CSV and JSON
-    "residual": Column(lambda row: row.residual, _residual),
-    "error": Column(lambda row: row.error, _error),
-    "seconds": Column(lambda row: row.seconds, _time),
-    "step": Column(lambda row: row.step or None, _step),
-}
-CHOICES = ("k", "z", *("time" if name == "seconds" else name for name in COLUMNS))  # that a user may choose
+CHOICES = ("k", "z", "residual", "error", "time", "step")  # the columns of the iterates that a user may choose
 
 
 def columns_of(problem: Problem, rows: Sequence[TraceRow]) -> Shown:
-    columns: Shown = {"z0": lambda row: "" if row.z0 is None else plain_number(row.z0)}
-    columns = columns if any(row.z0 is not None for row in rows) else {}
-    for name in sorted(COLUMNS, key=lambda name: name != "step"):  # which is the first of a table
-        columns |= COLUMNS[name].shown(problem, rows)
-    return columns
+    """Return the columns of a table of iterates after z, of which the rows may lack some components."""
+    length, name = unit(max((row.seconds for row in rows), default=0.0))
+    columns: Shown = {}
+    if any(row.z0 is not None for row in rows):
+        columns["z0"] = lambda row: "" if row.z0 is None else plain_number(row.z0)
+    if any(row.step for row in rows):
+        columns["step"] = lambda row: row.step
+    if problem.solutions:
+        columns["error"] = lambda row: error(row.error, problem)
+    else:
+        columns["residual"] = lambda row: short(row.residual, math.inf if row.rounding else 0.0)
+    return columns | {f"time/{name}": lambda row: f"{row.seconds / length:.3f}"}
 
 
 def values_of(row: TraceRow) -> dict[str, Any]:
-    own = {name: column.value(row) for name, column in COLUMNS.items()}
+    """Return the values of an iterate after z in CSV and JSON."""
+    own = {"residual": row.residual, "error": row.error, "seconds": row.seconds, "step": row.step or None}
     return own if row.z0 is None else {**own, "z0": row.z0}

@@ -237,4 +237,4 @@ def test_numbers_are_powers_of_ten_and_nothing_is_advice_to_whoever_ran_it(lcp: 
 
 def test_labels_of_like_names_differ() -> None:
     names = ["a b", "a_b", "", "é", "a_b & 50%"]
-    assert latex.labels(names) == ["tab:a-b", "tab:a-b-2", "tab:lcp", "tab:lcp-2", "tab:a-b-50"]
+    assert latex.labels(names) == ["tab:a-b", "tab:a-b:2", "tab:lcp", "tab:lcp:4", "tab:a-b-50"]

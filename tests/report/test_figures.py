@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import lcpcli
@@ -70,22 +69,6 @@ def test_the_figure_of_the_most_problems_fits_on_a_page(lcp: Callable[..., Any],
     outcome = lcp("compare", *one_more, "--plot", str(tmp_path / "figure.svg"))
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
     assert "8 problems" in outcome.err
-
-
-@pytest.mark.slow("draws large figures")
-@pytest.mark.parametrize("count", [1, 6, 11])
-def test_exponents_stand_in_the_order_of_the_lines_and_clear_of_them(count: int) -> None:
-    figure = bench([], [crowd(1)], growth(count))
-    with style.context():
-        FigureCanvasAgg(figure).draw()
-        axes = figure.axes[1]
-        legend = axes.get_legend()
-        right = max(axes.transData.transform(line.get_xydata())[:, 0].max() for line in axes.lines)
-        box = legend.get_window_extent()
-        assert box.x0 > right
-        assert axes.bbox.y0 < box.y0 < box.y1 < axes.bbox.y1
-    exponents = sorted((one.fit.exponent for one in growth(count)["random"] if one.fit), reverse=True)
-    assert [text.get_text() for text in legend.get_texts()] == [rf"$n^{{{e:.2f} \pm 0.10}}$" for e in exponents]
 
 
 def test_long_text_is_cut_on_one_line_and_nothing_in_it_is_parsed() -> None:

@@ -37,7 +37,7 @@ def of_csv(path: Path, *at: Any) -> list[dict[str, str]]:
 
 
 def test_line_says_how_far_the_path_goes_and_whether_it_is_verified() -> None:
-    line = "<Path: 4 breakpoints, t from 0 to 1: the path reaches the second problem, verified>"
+    line = "<Path for t from 0 to 1: the path reaches the second problem; 4 breakpoints, verified>"
     assert repr(small()) == line
     assert repr(small(verified=False)) == line.replace("verified", "not verified")
     assert repr(small_in_fractions()) == line.replace("verified", "verified in fractions")
@@ -77,10 +77,10 @@ def test_objective_and_multipliers_are_in_their_own_sense_with_constants_that_ma
 @pytest.mark.parametrize(
     ("changes", "remark"),
     [
-        ({"c": [0, 1, 0]}, "bonds: objective coefficient 0 to 1"),
-        ({"upper": [0.5, 0.5, 0.75]}, "cash: at most 0.5 to 0.75"),
-        ({"lower": [0, 0.25, 0]}, "bonds: at least 0 to 0.25"),
-        ({"row_lower": [1.25, 0.05], "row_upper": [1.25, math.inf]}, "budget: equal to 1 to 1.25"),
+        ({"c": [0, 1, 0]}, "c bonds: 0 to 1"),
+        ({"upper": [0.5, 0.5, 0.75]}, "upper cash: 0.5 to 0.75"),
+        ({"lower": [0, 0.25, 0]}, "lower bonds: 0 to 0.25"),
+        ({"row_lower": [1.25, 0.05], "row_upper": [1.25, math.inf]}, "budget: 1 to 1.25"),
         ({"c": [0, 1, 1]}, None),
     ],
 )
@@ -122,7 +122,7 @@ def test_range_of_a_row_has_the_name_of_the_row() -> None:
     first, last = (portfolio(0.07, row_upper=[1, most]) for most in (0.09, 0.08))
     terms = Terms(lcpcli.path(first, last))
     assert terms.names() == ["shares", "bonds", "cash", "y budget", "y return", "s return"]
-    assert str(terms.moving) == "return: at most 0.09 to 0.08"
+    assert str(terms.moving) == "return: 0.09 to 0.08"
 
 
 def test_a_path_of_one_point_has_it_once() -> None:

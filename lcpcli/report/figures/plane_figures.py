@@ -131,10 +131,7 @@ def draw(found: SolutionSet) -> Figure:
     axes.set_title("\n".join(fitted(title, FONT, COLUMN - 0.2) for title in titles))
     handles, labels = [], []
     for cone, color, chosen, holds in zip(shapes, COLORS, SETS, holds_q, strict=True):
-        patch = Patch(facecolor=to_rgba(color, FILLS[holds]), edgecolor=color, linewidth=1.6)
-        line = Line2D([], [], color=color, linewidth=5, solid_capstyle="butt")
-        ring = Line2D([], [], color="none", marker="o", markersize=8, markeredgecolor=color, markeredgewidth=2.2)
-        handles.append({SECTOR: patch, POINT: ring}.get(cone.kind, line))
+        handles.append(Patch(facecolor=to_rgba(color, FILLS[holds]), edgecolor=color, linewidth=1.6))
         labels.append(variables(chosen) + KINDS[cone.kind] + f"  {CHECK}" * holds)
     title = f"Variables that may be positive in each cone ({CHECK}: q lies in it).\nOnly directions count."
     look: dict[str, Any] = {"title_fontsize": SMALL_FONT, "alignment": "left", "handlelength": 1.6}

@@ -3,8 +3,7 @@
 The figure of convergence has one row per problem, with the error against run time on the left and against the iteration
 on the right. Curves have few markers, a ring around each point beyond the axes, and a cross where a run failed. That of
 a benchmark has the performance profile, error against run time, and the growth of time with n. That of a path has z(t),
-or x of a program, with a dashed line for a jump and a ring for a turn, and the objective, or the frontier if the side
-of a row varies.
+or x of a program, and the objective, or the frontier if the side of a row varies.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatt
 from lcpcli.parametric.path import Path
 from lcpcli.report import path_formats, wording
 from lcpcli.report.figures import style
-from lcpcli.report.figures.style import FONT, GREY, ROW, WIDTH, Entry, Look, Looks, add_legend, fitted, looks
+from lcpcli.report.figures.style import FONT, ROW, WIDTH, Entry, Look, Looks, add_legend, fitted, looks
 from lcpcli.report.plotting import Curve, Growth, Panel, Profile
 
 MEASURES = {"error": r"error $\|z - z^*\|_\infty$", "residual": r"residual $\|\min(z, Mz + q)\|_\infty$"}
@@ -85,8 +84,8 @@ def inside(xs: Sequence[float | None], ys: Sequence[float | None], across: Range
 def draw_convergence(panels: Sequence[Panel]) -> Figure:
     chosen = looks((curve.name, curve.label) for panel in panels for curve in panel.curves)
     figure = Figure(figsize=(WIDTH, min(ROW * len(panels), style.PAGE_HEIGHT)))
-    counts = [[max(curve.counts) for curve in panel.curves if curve.counts] for panel in panels]
-    is_logarithmic = any(own and max(own) >= max(100, UNEVEN * min(own) + 1) for own in counts)
+    counts = [[max((k for k in curve.k if k is not None), default=0) for curve in panel.curves] for panel in panels]
+    is_logarithmic = any(own and max(own) >= max(100, UNEVEN * min(filter(None, own), default=1) + 1) for own in counts)
     rows = figure.subplots(len(panels), 2, sharey="row", squeeze=False)
     for (left, right), panel, longest in zip(rows, panels, counts, strict=True):
         _against_time(left, panel, chosen, WIDTH)
@@ -211,27 +210,21 @@ def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
 
 
 def _growth(axes: Axes, family: str, growths: Sequence[Growth], chosen: Looks) -> None:
-    """Draw median run times with their quartiles, the fitted powers of n as lines, or times without a fit connected,
-    and on the right the fitted exponents in the order of the lines."""
+    """Draw median run times with their quartiles, and the fitted powers of n as lines, or times without a fit
+    connected."""
     axes.set_title(fitted(family, FONT, WIDTH / 2 - 1.0))
     axes.set(xlabel="$n$", ylabel="run time (s)")
-    entries, spans = [], [t for one in growths for t in (*one.lower, *one.upper)]
+    spans = [t for one in growths for t in (*one.lower, *one.upper)]
     for one in growths:
         look, line = chosen[one.name, one.label], list(zip(one.n, one.seconds, strict=True))
         if one.fit is not None:
             line = [(n, one.fit.coefficient * n**one.fit.exponent) for n in (min(one.n), max(one.n))]
-            exponent = rf"$n^{{{one.fit.exponent:.2f} \pm {one.fit.margin:.2f}}}$"
-            entries.append((-line[-1][1], exponent, Line2D([], [], linestyle="", **look.points)))
         spans += [t for _, t in line]
         axes.plot(*zip(*line, strict=True), zorder=2, **look.line)
         axes.vlines(one.n, one.lower, one.upper, color=look.color, linewidth=look.width, zorder=2)
         axes.plot(one.n, one.seconds, linestyle="", clip_on=False, zorder=3, **look.points)
     _log_axis(axes, "x", times(n for one in growths for n in one.n))
     _log_axis(axes, "y", times(spans))
-    if entries:
-        _, exponents, samples = zip(*sorted(entries, key=lambda entry: entry[0]), strict=True)
-        place: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1, 0.5)}
-        axes.legend(samples, exponents, handlelength=1, handletextpad=0.4, labelspacing=0.2, **place)
 
 
 COLORS = [look.color for look in [*style.METHODS.values(), *style.SPARE][1:13]]
@@ -239,8 +232,6 @@ MOST_NAMED = len(COLORS)  # lines in the legend
 MOST_RULES = 60  # breakpoints with a vertical rule and markers; more would be a grey area
 SAMPLES = 24  # of the objective on a piece, on which it is a parabola
 MOST_SAMPLES = 4000  # on a path, more than a figure shows
-JUMP: dict[str, Any] = {"linestyle": (0, (3, 2))}
-TURN: dict[str, Any] = {"marker": "o", "markersize": 7, "markerfacecolor": "none", "markeredgewidth": 0.8}
 
 
 def draw(path: Path, chosen: Sequence[str] = ()) -> Figure:
@@ -251,14 +242,12 @@ def draw(path: Path, chosen: Sequence[str] = ()) -> Figure:
     across = _across(terms, path.t)
     figure = Figure(figsize=(WIDTH, ROW + 0.15))
     panels = figure.subplots(1, 1 + (program is not None), squeeze=False)[0]
-    word = f" ({moving.word})" if moving and moving.word else ""
-    label = fitted(moving.name + word, FONT, WIDTH / 3) if moving else "$t$"
+    label = fitted(moving.label, FONT, WIDTH / 3) if moving else "$t$"
     entries = _solutions(panels[0], terms, across, chosen)
     panels[0].set_title(fitted(wording.title_and_size(path.problem), FONT, WIDTH - 1.0))
     panels[0].set_xlabel(label)
     if program is not None:
-        is_frontier = terms.is_quadratic and moving is not None and moving.what.startswith("row")
-        _objective(panels[1], terms, across, label, is_frontier)
+        _objective(panels[1], terms, across, label, moving is not None and moving.what.startswith("row"))
     for axis in (axis for axes in panels for axis in (axes.xaxis, axes.yaxis)):
         axis.set_major_locator(MaxNLocator(TICKS, steps=[1, 2, 5, 10]))
     return add_legend(figure, {}, entries)
@@ -269,36 +258,29 @@ def _across(terms: path_formats.Terms, t: Any) -> Any:
 
 
 def _solutions(axes: Axes, terms: path_formats.Terms, across: Any, chosen: Sequence[str]) -> list[Entry]:
-    path, program, names, z = terms.path, terms.program, terms.names(), terms.path.z
+    program, names, z = terms.program, terms.names(), terms.path.z
     if chosen:
         shown, z = wording.places(names, chosen), np.array(list(map(terms.values, z)))
     else:
         shown = np.flatnonzero(z[:, : program.variables if program else None].any(axis=0)).tolist()
     is_named = len(shown) <= MOST_NAMED
     is_marked = is_named and len(across) <= MOST_RULES
-    entries, turns = list[Entry](), path_formats.turns(path)
+    entries = list[Entry]()
     for i, place in enumerate(shown):
         look, values = Look(COLORS[i % len(COLORS)], style.RAMP[i % len(style.RAMP)]), z[:, place]
         line = look.line if is_named else look.line | {"linewidth": 0.5, "alpha": 0.8}
-        jumps = np.array(path.jumps, dtype=int)
-        axes.plot(*np.insert(np.stack((across, values)), jumps + 1, math.nan, axis=1), zorder=2, **line)
-        for k in jumps:  # pieces on which t stands still
-            axes.plot(across[k : k + 2], values[k : k + 2], zorder=2, **{**line, **JUMP})
+        axes.plot(across, values, zorder=2, **line)
         points = {**look.points, "markersize": 3, "linestyle": ""} if is_marked else {}
         if is_marked:
             axes.plot(across, values, zorder=3, **points)
         if is_named:
             entries.append((Line2D([], [], **{**points, **look.line, "linestyle": "-"}), names[place]))
-        if turns:
-            axes.plot(across[turns], values[turns], linestyle="", color=GREY, **TURN)
     if len(across) <= MOST_RULES:
         for place in np.unique(across):
             axes.axvline(place, color="0.85", linewidth=0.5, zorder=0)
     symbol = "z" if program is None else "x"
     axes.set_ylabel(symbol if is_named else f"{symbol}, {len(shown)} components")
-    jump, turn = Line2D([], [], color=GREY, **JUMP), Line2D([], [], linestyle="", color=GREY, **TURN)
-    signs = ((jump, "jump", path.jumps), (turn, "turn", turns))
-    return entries + [(sign, text) for sign, text, places in signs if len(places)]
+    return entries
 
 
 def _objective(axes: Axes, terms: path_formats.Terms, across: Any, label: str, is_frontier: bool) -> None:
