@@ -24,6 +24,7 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 TOLERANCE = 1e-13  # of PIQP's residuals: with less of it, the states of a few programs in a hundred are wrong
 MOST_GAP = 1e-11  # between its objectives, which rounding may keep from falling further long before the residuals
+MOST_PER_ENTRY = 4.0  # numbers of dense matrices for each entry, up to which PIQP is faster with these
 INFINITE = 1e30  # to PIQP, and what is larger
 MOST_STEPS = 60  # of PIQP: about twice as many as it usually takes
 MOST_OPERATIONS = 6e7  # of a factorization: PIQP, which cannot be interrupted, then ends in a few tenths of a second
@@ -98,6 +99,8 @@ def _minimizer(problem: Problem, S: Vector) -> Vector | None:
         of_arrays((each.size, x.size), ends, indices, sign * data, csc_matrix)
         for sign, each, (ends, indices, data) in zip((1, -1, -1), (x, equations, rows), parts, strict=True)
     )
+    if (x.size + rows.size + equations.size) * x.size <= MOST_PER_ENTRY * (Q.nnz + A.nnz + G.nnz):
+        Q, A, G = (each.toarray() for each in (Q, A, G))
     of_rows = G, low[rows], high[rows]
     ended = convex_minimum(Q, q[x], (A, -q[equations]), of_rows, (lower[x], upper[x]), TOLERANCE, MOST_STEPS, MOST_GAP)
     z: Vector = np.zeros(problem.n)
