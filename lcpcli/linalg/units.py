@@ -29,7 +29,7 @@ from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import FAR_FROM_ONE, ROW_ROUNDING, largest
 from lcpcli.linalg.factors import finite
-from lcpcli.linalg.krylov import conjugate_gradients, identity, norm
+from lcpcli.linalg.krylov import Operator, conjugate_gradients, identity, norm
 from lcpcli.linalg.matrices import Shape, compressed_multiplier, is_sparse, row_parts, width
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
@@ -175,8 +175,8 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Units:
             x = np.concatenate(both)
         elif n > FEW_SYMMETRIC or M.nnz > THIN * n:
             chosen = np.zeros(n, dtype=bool) if S is None else S < 0
-            settled = SETTLED_PROGRAM if chosen.any() else SETTLED_ERROR
-            found, is_settled = _symmetric(M.shape, rows, sums[0], counts[0], chosen, most, settled)
+            error = SETTLED_PROGRAM if chosen.any() else SETTLED_ERROR
+            found, is_settled = _symmetric(M.shape, rows, sums[0], counts[0], chosen, most, error)
             x = np.concatenate((found, found))
         if not is_settled and n <= LARGEST_ELIMINATED:
             E = of_arrays(M.shape, indptr, indices, np.ones(M.nnz))
@@ -188,7 +188,7 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Units:
 
 
 def _symmetric(
-    shape: Shape, rows: Arrays, sums: Vector, counts: Vector, chosen: Mask, most: int, settled: float
+    shape: Shape, rows: Arrays, sums: Vector, counts: Vector, chosen: Mask, most: int, error: float
 ) -> tuple[Vector, bool]:
     """Return rho = gamma for a symmetric matrix, and whether conjugate gradients have settled them. chosen : the rows
     that are eliminated, if there are no entries between them."""
@@ -197,7 +197,7 @@ def _symmetric(
     first, other, M = chosen.nonzero()[0], (~chosen).nonzero()[0], of_arrays(shape, *rows)
     places = block(M, first, other)
     if places[1].size < counts[first].sum():
-        return _symmetric(shape, rows, sums, counts, np.zeros_like(chosen), most, settled)
+        return _symmetric(shape, rows, sums, counts, np.zeros_like(chosen), most, error)
     of_logarithms, of_entries = ([v[first], v[other]] for v in (sums, counts))
     scaled = _scaled(places, *of_entries)
     times = [_product(scaled, other.size), _product(transposed((first.size, other.size), *scaled), first.size)]
@@ -205,7 +205,7 @@ def _symmetric(
     if inner[1].size:
         times.append(_product(_scaled(inner, of_entries[1], of_entries[1]), other.size))
     x = np.empty(counts.size)
-    x[first], x[other], is_settled = _by_gradients(of_logarithms, of_entries, times, most, settled)
+    x[first], x[other], is_settled = _by_gradients(of_logarithms, of_entries, times, most, error)
     return x, is_settled
 
 
@@ -215,7 +215,7 @@ def _scaled(places: Arrays, of_rows: Vector, of_columns: Vector) -> Arrays:
     return indptr, indices, np.repeat(1 / _roots(of_rows), np.diff(indptr)) / _roots(of_columns)[indices]
 
 
-def _product(matrix: Arrays, columns: int) -> Callable[[Vector], Vector]:
+def _product(matrix: Arrays, columns: int) -> Operator:
     return compressed_multiplier((matrix[0].size - 1, columns), *matrix)
 
 
@@ -229,11 +229,7 @@ def _centred(x: Vector, counts: Vector, part: Indices, parts: int) -> tuple[Vect
 
 
 def _by_gradients(
-    sums: Sequence[Vector],
-    counts: Sequence[Vector],
-    times: Sequence[Callable[[Vector], Vector]],
-    most: int,
-    settled: float = SETTLED_ERROR,
+    sums: Sequence[Vector], counts: Sequence[Vector], times: Sequence[Operator], most: int, error: float = SETTLED_ERROR
 ) -> tuple[Vector, Vector, bool]:
     """Return rho and gamma by conjugate gradients on the normal equations, with 1 on their diagonal, after rho is
     eliminated, which halves the steps; and whether at most so many of these settled them.
@@ -252,7 +248,7 @@ def _by_gradients(
             image += other(v)
         return image
 
-    settled, root = settled * max(largest(b / of_columns), 1.0), max(b.size, 1) ** 0.5
+    settled, root = error * max(largest(b / of_columns), 1.0), max(b.size, 1) ** 0.5
 
     def measure(r: Vector) -> float:
         mean = norm(r) / root

@@ -24,6 +24,7 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 TOLERANCE = 1e-13  # of PIQP's residuals: with less of it, the states of a few programs in a hundred are wrong
 MOST_GAP = 1e-11  # between its objectives, which rounding may keep from falling further long before the residuals
+MOST_PER_ENTRY = 4.0  # numbers of dense matrices for each entry, up to which PIQP is faster with these
 INFINITE = 1e30  # to PIQP, and what is larger
 MOST_STEPS = 60  # of PIQP: about twice as many as it usually takes
 MOST_OPERATIONS = 6e7  # of a factorization: PIQP, which cannot be interrupted, then ends in a few tenths of a second
@@ -87,19 +88,23 @@ def _minimizer(problem: Problem, S: Vector) -> Vector | None:
     sides = lower[is_row], upper[is_row]
     if not all(((side == 0) | np.isinf(side)).all() for side in sides):
         return None
+    z: Vector = np.where(lower == upper, lower, 0.0)  # fixed variables would have no interior
+    q = problem.w(z) if z.any() else q
     low, high = np.where(upper > 0, -q, -np.inf), np.where(lower < 0, -q, np.inf)
     has_ends = is_row & ~is_equation & (np.isfinite(low) | np.isfinite(high))  # PIQP prints a line about other rows
-    x, equations, rows, multipliers = (each.nonzero()[0] for each in (~is_row, is_equation, has_ends, is_row))
+    is_x = ~is_row & (lower < upper)
+    x, equations, rows, multipliers = (each.nonzero()[0] for each in (is_x, is_equation, has_ends, is_row))
     largest = max(float(np.abs(v[np.isfinite(v)]).max(initial=0.0)) for v in (q, lower[x], upper[x]))
-    if largest >= INFINITE or block(M, multipliers, multipliers)[1].size:
+    if largest >= INFINITE or not x.size or block(M, multipliers, multipliers)[1].size:
         return None
     parts = [block(M, x, each) for each in (x, equations, rows)]
     Q, A, G = (
         of_arrays((each.size, x.size), ends, indices, sign * data, csc_matrix)
         for sign, each, (ends, indices, data) in zip((1, -1, -1), (x, equations, rows), parts, strict=True)
     )
+    if (x.size + rows.size + equations.size) * x.size <= MOST_PER_ENTRY * (Q.nnz + A.nnz + G.nnz):
+        Q, A, G = (each.toarray() for each in (Q, A, G))
     of_rows = G, low[rows], high[rows]
     ended = convex_minimum(Q, q[x], (A, -q[equations]), of_rows, (lower[x], upper[x]), TOLERANCE, MOST_STEPS, MOST_GAP)
-    z: Vector = np.zeros(problem.n)
     z[x], z[equations], z[rows] = ended[:3]
     return None if "INFEASIBLE" in ended.status or not np.isfinite(z).all() else z

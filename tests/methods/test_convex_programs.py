@@ -121,3 +121,23 @@ def test_options_and_limits_hold() -> None:
     assert lcpcli.run(problem, time_limit=1e-9).status.word == "time_limit"
     again = lcpcli.run(problem.anew())
     assert np.array_equal(again.z, usual.z)
+
+
+@pytest.mark.parametrize("density", [0.1, 1.0])
+def test_fixed_variables_count_as_the_constants_that_they_are(density: float) -> None:
+    random = np.random.default_rng(7)
+    A = random.integers(-5, 6, (20, 60)) * (random.random((20, 60)) < density)
+    x, c, F = random.integers(0, 4, 60), random.integers(1, 9, 60), random.integers(-2, 3, (30, 60))
+    Q = F.T @ F if density == 1 else np.diag(np.arange(60) % 3)
+    fixed = np.arange(60) % 3 == 1
+    lower, upper = np.where(fixed, x, 0), np.where(fixed, x, np.inf)
+    ends = {"row_lower": A @ x, "row_upper": A @ x + 1}
+    whole = lcpcli.run(lcpcli.from_qp(csr_array(Q), c, csr_array(A), **ends, lower=lower, upper=upper))
+    constants = {name: end - A @ lower for name, end in ends.items()}
+    part = (c + Q @ lower)[~fixed], csr_array(A[:, ~fixed])
+    rest = lcpcli.run(lcpcli.from_qp(csr_array(Q[~fixed][:, ~fixed]), *part, **constants))
+    assert whole.solved
+    assert whole.route == rest.route == ("piqp",)
+    assert np.array_equal(whole.z[:60][fixed], x[fixed])
+    constant = lower @ Q @ lower / 2 + c @ lower
+    assert whole.answer.objective == pytest.approx(rest.answer.objective + constant, rel=1e-9)
