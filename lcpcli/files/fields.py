@@ -27,15 +27,13 @@ STARTS = ("x0", "x1")
 KEYS = (*TEXTS, "M", "q", *BOUNDS, *STARTS, "solution", "verdict", "origin", "names")
 NONLINEAR = {"F", "f", "function", "functions", "expression", "expressions", "equations", "jacobian"}
 THREE_PLAYERS = "is a game of more than two players", "its equilibria are not the solutions of an LCP"
-PAYOFF_FIELDS = {"payoff", "payoffs", "payoff_matrix", "payoff_matrices", "players"}
 PAIRS_OF_BOUNDS = {"bounds", "bnds", "bound", "box", "limits"}
 OF_LOWER = ("l", "lb", "lo", "low", "xl", "zl", "lbound", "lowerbound", "lower_bound", "min")
 OF_UPPER = ("u", "ub", "hi", "up", "high", "xu", "zu", "ubound", "upperbound", "upper_bound", "max")
 OTHER_NAMES = {"matrix": "M", "a": "M", "vector": "q", "b": "q", "solutions": "solution", "z": "solution"}
 OTHER_NAMES |= {"start": "x0"} | dict.fromkeys(OF_LOWER, "lower") | dict.fromkeys(OF_UPPER, "upper")
 MATRICES = ("Q", "P", "A", "G", "B")  # of programs and games
-ROW_FIELDS = ("A", "b", "row_lower", "row_upper", "rows")
-NATIVE = ("Q", "c", *ROW_FIELDS, "lower", "upper", "free", "columns", "sense", "constant", *TEXTS)
+NATIVE = ("Q", "c", "A", "b", "row_lower", "row_upper", "rows", *BOUNDS, "free", "columns", "sense", "constant", *TEXTS)
 QPSOLVERS = ("P", "q", "G", "h", "A", "b", "lb", "ub", *TEXTS)
 OSQP = ("P", "q", "A", "l", "u", *TEXTS)
 GAME = ("A", "B", "rows", "columns", "players", "sense", *TEXTS)
@@ -65,7 +63,8 @@ def refuse_unknown(field: str, given: Collection[str], known: tuple[str, ...], w
     refuse(keys & NONLINEAR and not keys & {"M", "Q", "A"}, "", "is a nonlinear problem", hint)
     refuse({"version", "status", "z"} <= keys, "", "is a result, not a problem", "name the file of the problem")
     others, bounds = [key for key in given if key not in known], PAIRS_OF_BOUNDS if "lower" in known else set[str]()
-    meanings = (PAYOFF_FIELDS, "payoffs of a game as A and B"), (bounds, "bounds as lower and upper, each a list")
+    of_game = {"payoff", "payoffs", "payoff_matrix", "payoff_matrices", "players"}
+    meanings = (of_game, "payoffs of a game as A and B"), (bounds, "bounds as lower and upper, each a list")
     for names, what in meanings:
         for key in others:
             refuse(key.casefold() in names, key, f"is not a key of {whole}", f"give the {what}")

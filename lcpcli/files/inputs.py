@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
 SHARED = (*BOUNDS, "names")  # the fields of a file without q that belong to each of several q
 FIRST_NAME = "q1"  # of several q without names
-FIRST_BYTES = 1024  # of a file, searched for its first character that is not blank; few files begin with more blanks
 
 
 class Input(NamedTuple):
@@ -107,12 +106,10 @@ class QColumns(NamedTuple):
         return within(place(self.paths[0]), lambda: cast(Problem, made(fields)))
 
     def part(self, begin: int, end: int) -> QColumns:
-        """Return the problems from begin up to, but not including, end, counted from 0."""
         names, marks = self.names[begin:end], self.marks[begin:end]
         return self._replace(Q=self.Q[:, begin:end], names=names, first=self.first + begin, marks=marks)
 
     def parts(self, most: int) -> Iterator[QColumns]:
-        """Yield the problems, at most so many at a time."""
         return (self.part(begin, begin + most) for begin in range(0, len(self.names), most))
 
 
@@ -177,17 +174,15 @@ def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]
     for line in file:
         head.append(line)
         nonblank = [part for part in map(bytes.strip, head) if part]
-        if path.casefold().endswith(LINES) or (streams and len(nonblank) == 1 and _is_object(nonblank[0])):
+        if path.casefold().endswith(LINES):
             return head, True
+        with suppress(ValueError, RecursionError):
+            first = contents.without_mark(nonblank[0]) if streams and len(nonblank) == 1 else b"0"
+            if isinstance(json.loads(first, parse_int=float), dict):
+                return head, True
         if len(nonblank) == 2 or (nonblank and not (nonblank[0].startswith(b"{") and nonblank[0].endswith(b"}"))):
             return head, len(nonblank) == 2 and nonblank[1].startswith(b"{")
     return head, False
-
-
-def _is_object(line: bytes) -> bool:
-    with suppress(ValueError, RecursionError):
-        return isinstance(json.loads(contents.without_mark(line), parse_int=float), dict)
-    return False
 
 
 def _with_next(path: str, content: bytes, left: list[str], of_folders: Collection[str], has_q: bool) -> Work:
@@ -254,7 +249,7 @@ def _is_q(path: str, n: int | None = None) -> bool:
     own: Problem | Matrix | None = None
     with suppress(ProblemError):
         with contents.open_file(path) as file:
-            head = file.read(FIRST_BYTES)
+            head = file.read(1024)  # few files begin with more blanks
             is_other = head.lstrip().startswith(b"{") and not head.lstrip(b"{ \t\r\n").startswith(b'"q"')
             content = b"" if is_other else checked(path, head + file.read(), LINE)
         if not content:

@@ -43,7 +43,6 @@ HEADING = f"the sections are {', '.join(SECTIONS)}, ENDATA; quadratic constraint
 LINE = "is the heading of the next section misspelt, or the first word of the line?"
 CONTINUOUS = "lcp solves programs with continuous variables only"
 ENDS = {"LO": (0,), "UP": (1,), "FX": (0, 1), "MI": (0,), "PL": (1,), "FR": (0, 1)}  # the ends that bounds set
-WITH_NUMBER = ("LO", "UP", "FX")
 NOT_CONTINUOUS = {"BV": "an integer", "LI": "an integer", "UI": "an integer", "SC": "a semicontinuous"}
 NOT_NONE = "has a bound of 1e20 or more, which means no bound, where one is needed", "give a smaller one"
 FIXED = ((1, 3), (4, 12), (14, 22), (24, 36), (39, 47), (49, 61))  # the places of words in fixed format
@@ -64,7 +63,7 @@ class _Reader:
     """What has been read of a program, by the names of rows and columns."""
 
     def __init__(self, number: Number) -> None:
-        self._number = number
+        self._number, self._is_integer = number, False
         self._line, self._section, self._name, self._sense = 0, "", "", "min"
         self._kinds: dict[str, str] = {}
         self._columns: dict[str, dict[str, float]] = {}
@@ -73,7 +72,6 @@ class _Reader:
         self._lines: dict[str, int] = {}  # of the last bound of a column
         self._curvature: dict[tuple[str, str], float] = {}
         self._squared: set[str] = set()  # the columns with a square, which need no entry in COLUMNS
-        self._is_integer = False
 
     def program(self, text: str) -> dict[str, Any]:
         readers = {"OBJSENSE": self._read_sense, "ROWS": self._read_row, "COLUMNS": self._read_column}
@@ -99,9 +97,8 @@ class _Reader:
                 elif self._section not in readers:
                     raise self._error(f"has the heading {quoted(self._section)}", HEADING)
                 elif self._section == "QSECTION":
-                    if words and words[0] != self._objective():
-                        fault = f"has a quadratic part of row {quoted(words[0])}"
-                        raise self._error(fault, "only an objective may have one")
+                    fault = f"has a quadratic part of row {quoted(' '.join(words[:1]))}"
+                    self._require(words[:1] in ([], [self._objective()]), fault, "only an objective may have one")
                     words = []
             if words and self._section != "NAME":
                 read = readers.get(self._section, self._refuse)
@@ -114,6 +111,10 @@ class _Reader:
                     raise
         return self._fields()
 
+    def _require(self, is_right: bool, fault: str, hint: str) -> None:
+        if not is_right:
+            raise self._error(fault, hint)
+
     def _error(self, fault: str, hint: str) -> ProblemError:
         return ProblemError(f"line {self._line}", fault, hint)
 
@@ -122,13 +123,12 @@ class _Reader:
         raise self._error(f"has {quoted(' '.join(words))}{where}", LINE)
 
     def _read_sense(self, words: Sequence[str]) -> None:
-        self._sense = SENSES.get(" ".join(words).upper(), "")
-        if not self._sense:
-            raise self._error(f"has {quoted(' '.join(words))} as the sense of the objective", "give MIN or MAX")
+        fault = f"has {quoted(' '.join(words))} as the sense of the objective"
+        self._require(" ".join(words).upper() in SENSES, fault, "give MIN or MAX")
+        self._sense = SENSES[" ".join(words).upper()]
 
     def _read_row(self, words: Sequence[str]) -> None:
-        if len(words) > 2:
-            raise self._error("has a name with spaces", "write it without, as with _")
+        self._require(len(words) < 3, "has a name with spaces", "write it without, as with _")
         if len(words) < 2 or words[0].upper() not in ("N", "L", "G", "E"):
             self._refuse(words)
         if words[1] in self._kinds:
@@ -152,17 +152,16 @@ class _Reader:
     def _read_sides(self, words: Sequence[str]) -> None:
         sides = self._sides[self._section]
         for row, value in self._pairs(words[len(words) % 2 :], self._kinds, "ROWS"):
-            if row in sides:
-                raise self._error(f"has {quoted(row)} a second time", "keep one")
-            if self._section == "RANGES" and self._kinds[row] == "N":
-                raise self._error(f"gives a range to {quoted(row)}", "only rows L, G and E have one")
+            self._require(row not in sides, f"has {quoted(row)} a second time", "keep one")
+            is_ranged = self._section != "RANGES" or self._kinds[row] != "N"
+            self._require(is_ranged, f"gives a range to {quoted(row)}", "only rows L, G and E have one")
             sides[row] = value
 
     def _read_bound(self, words: Sequence[str]) -> None:
         kind, *others = words
-        if kind not in ENDS and kind not in NOT_CONTINUOUS:
-            raise self._error(f"has a bound of the type {quoted(kind)}", "use UP, LO, FX, FR, MI or PL")
-        has_number = kind in WITH_NUMBER
+        is_known = kind in ENDS or kind in NOT_CONTINUOUS
+        self._require(is_known, f"has a bound of the type {quoted(kind)}", "use UP, LO, FX, FR, MI or PL")
+        has_number = kind in ("LO", "UP", "FX")
         if not has_number <= len(others) - 1 < 3:
             self._refuse(words)
         column = others[-2] if has_number else others[min(1, len(others) - 1)]
@@ -170,11 +169,9 @@ class _Reader:
         if kind in NOT_CONTINUOUS:
             raise self._error(f"makes {quoted(column)} {NOT_CONTINUOUS[kind]} variable", CONTINUOUS)
         value = others[-1] if has_number else ""
-        if value and not NUMBER.fullmatch(value) and not INFINITE.fullmatch(value):
-            raise self._misread(value)
+        self._require_number(value or "0", bool(INFINITE.fullmatch(value)))
         for end in ENDS[kind]:
-            if (column, end) in self._bounds:
-                raise self._error(f"has {quoted(column)} a second time", "keep one")
+            self._require((column, end) not in self._bounds, f"has {quoted(column)} a second time", "keep one")
             self._bounds[column, end] = self._end(self._number(value)) if value else (-math.inf, math.inf)[end]
             self._lines[column] = self._line
 
@@ -202,15 +199,15 @@ class _Reader:
         for name, value in pairs:
             if name not in known:
                 raise self._unknown(name, where)
-            if not NUMBER.fullmatch(value):
-                raise self._misread(value)
+            self._require_number(value)
         return pairs
 
     def _unknown(self, name: str, where: str) -> ProblemError:
         return self._error(f"names {quoted(name)}, which is not in {where}", "correct it, or declare it there")
 
-    def _misread(self, number: str) -> ProblemError:
-        return self._error(f"has {quoted(number)} in place of a number", "give a number")
+    def _require_number(self, text: str, is_infinite: bool = False) -> None:
+        if not (is_infinite or NUMBER.fullmatch(text)):
+            raise self._error(f"has {quoted(text)} in place of a number", "give a number")
 
     def _objective(self) -> str:
         return next((row for row, kind in self._kinds.items() if kind == "N"), "")
@@ -239,8 +236,7 @@ class _Reader:
     def _ends_of(self, column: str) -> tuple[float, float]:
         low, high = self._bounds.get((column, 0), 0.0), self._bounds.get((column, 1), math.inf)
         self._line = self._lines.get(column, 0)
-        if low == math.inf or high == -math.inf:
-            raise self._error(*NOT_NONE)
+        self._require(low < math.inf and high > -math.inf, *NOT_NONE)
         if low > high:
             fault = f"gives {quoted(column)} the upper bound {high:g}, below its lower bound {low:g}"
             hint = "make the lower bound the smaller one" if low else "give a lower bound too: LO, or MI for none"
@@ -251,13 +247,12 @@ class _Reader:
         """Return both sides of a row; a range is added before anything is rounded."""
         kind = self._kinds[row]
         side, width = (fraction(self._sides[section].get(row, "0")) for section in ("RHS", "RANGES"))
-        ends: dict[str, tuple[Any, Any]]
-        ends = {"G": (side, math.inf), "L": (-math.inf, side), "E": (side, side)}
+        size: Any = math.inf
         if row in self._sides["RANGES"]:
             size = abs(width) if abs(width) < NO_BOUND else math.inf
-            ends = {"G": (side, side + size), "L": (side - size, side)}
             kind = kind if kind != "E" else "G" if width > 0 else "L"
-        low, high = (self._end(end) for end in ends[kind])
+        ends = side - size if kind == "L" else side, side + size if kind == "G" else side
+        low, high = map(self._end, ends)
         refuse(low == math.inf or high == -math.inf, f"row {row}", *NOT_NONE)
         return low, high
 
@@ -269,8 +264,7 @@ class _Reader:
 
 
 def _squared(lines: Sequence[str]) -> set[str]:
-    found: set[str] = set()
-    is_quadratic = False
+    found, is_quadratic = set[str](), False
     for line in lines:
         words = line.split()
         if words and not line[0].isspace() and not line.startswith("*"):
@@ -311,10 +305,10 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     k, m = fields["c"].size, fields["row_lower"].size if "A" in fields else 0
     low, high = fields.get("lower", np.zeros(k)), fields.get("upper", np.full(k, np.inf))
     ends = fields.get("row_lower", np.zeros(0)), fields.get("row_upper", np.zeros(0))
+    fault = f"has a bound of {NO_BOUND:g} or more, which means no bound in MPS"
     for field, values in zip(("lower", "upper", "row_lower", "row_upper"), (low, high, *ends), strict=True):
-        if ((np.abs(values) >= NO_BOUND) & np.isfinite(values)).any():
-            fault = f"has a bound of {NO_BOUND:g} or more, which means no bound in MPS"
-            raise ProblemError(field, fault, "give --infinity 1e20 if it means that here too, or write .json")
+        is_lost = ((np.abs(values) >= NO_BOUND) & np.isfinite(values)).any()
+        refuse(is_lost, field, fault, "give --infinity 1e20 if it means that here too, or write .json")
     columns, rows = names(fields.get("columns", [""] * k), "x"), names(fields.get("rows", [""] * m), "r")
     objective = _free("obj", rows)
     sides = [_side(exact, *each) for each in zip(*(end.tolist() for end in ends), strict=True)]
@@ -402,11 +396,8 @@ def _columns(
         yield from (f" {name} {rows[i]} {number(value)}" for i, value in zip(places, values.tolist(), strict=True))
 
 
-PACKAGE = "highspy"
-INSTALL = "pip install 'linear-complementarity[mps]'"
 TOLD = ("inconsistent bounds", "Parser error")  # complaints about faults that are reported elsewhere
 HINT = "compare it with a file in the LP format that is read; quadratic constraints and integer variables are not"
-PLACE = re.compile(r":(\d+):\d+$", re.MULTILINE)  # line and column, after the name of a file
 
 
 def as_mps(text: bytes) -> bytes:
@@ -414,10 +405,10 @@ def as_mps(text: bytes) -> bytes:
     try:
         import highspy
     except ModuleNotFoundError:
-        raise ProblemError("", f"is read by {PACKAGE}, which is not installed", INSTALL) from None
+        hint = "pip install 'linear-complementarity[mps]'"
+        raise ProblemError("", "is read by highspy, which is not installed", hint) from None
     options = {"log_to_console": False, "infinite_bound": math.inf}  # by default, sides of 1e20 or more would be lost
-    highs = solver(highspy, options)
-    events: list[str] = []
+    highs, events = solver(highspy, options), list[str]()
     highs.cbLogging.subscribe(lambda event: events.append(event.message))
     with tempfile.TemporaryDirectory() as folder:
         given, made = (Path(folder) / name for name in ("program.lp", "program.mps"))
@@ -429,7 +420,8 @@ def as_mps(text: bytes) -> bytes:
         for line in events:
             if line.startswith(("WARNING", "ERROR")) and not any(words in line for words in TOLD):
                 first, _, rest = line.partition(":")[2].strip().partition("\n")
-                place = PLACE.search(rest)  # the line of the file, which follows since version 1.16 of HiGHS
+                # line and column after the name of the file, which follow since version 1.16 of HiGHS
+                place = re.search(r":(\d+):\d+$", rest, re.MULTILINE)
                 where = "" if place is None else f"line {place[1]}: "
                 raise ProblemError("", f"cannot be read ({where}{' '.join(first.split())})", HINT)
         if status == highspy.HighsStatus.kError or not highs.getNumCol():

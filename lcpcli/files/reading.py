@@ -116,7 +116,6 @@ def _called(form: str, function: str, *given: Any) -> Any:
 
 
 def names_in(path: str, content: bytes, fields: Mapping[str, Any]) -> Sequence[str]:
-    """Return the names of the unknowns in the file of M: those of its fields or, in CSV, those of its header."""
     if "names" in fields or form_of(path, content) != "csv_format":
         return list(fields.get("names", ()))
     from lcpcli.files.csv_format import table_of
