@@ -12,7 +12,7 @@ import os
 import shutil
 import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 from io import BytesIO
 from pathlib import Path
@@ -99,7 +99,6 @@ def gradual_writing(path: str) -> Iterator[Callable[[str], object]]:
 
 @contextmanager
 def naming(path: str, what: str = "written", hint: str = "choose another location") -> Iterator[None]:
-    """Open a context in which an OSError becomes an OptionError for the output to `path`."""
     try:
         yield
     except OSError as error:
@@ -123,7 +122,6 @@ def _target(path: str) -> Path:
 
 
 def _temporary(target: Path, content: Content) -> Path:
-    """Write a complete temporary file beside the target, with the permissions of the target or of a new file."""
     from tempfile import mkstemp
 
     handle, name = mkstemp(dir=target.parent, prefix=".lcp-")
@@ -141,7 +139,6 @@ def _temporary(target: Path, content: Content) -> Path:
 
 
 def _is_special(path: str | Path) -> bool:
-    """Return whether a path is a device, a pipe or a folder."""
     return Path(path).exists() and not Path(path).is_file()
 
 
@@ -168,19 +165,13 @@ def reserve(paths: Iterable[str]) -> Iterator[None]:
 
     As each file is replaced as a whole, the locks are on files beside them.
     """
-    locks: list[tuple[Path, IO[bytes]]] = []
-    try:
-        for target, path in {Path(path).resolve(): path for path in paths}.items():
-            if not _is_special(target):
-                beside = target.with_name(f".{target.name}.lock")
-                with suppress(OSError):  # a folder that cannot be written, where nothing is going to be replaced
-                    locks.append((beside, open_alone(beside, path)))
+    with ExitStack() as locks:
+        for target, path in {Path(path).resolve(): path for path in paths if not _is_special(path)}.items():
+            beside = target.with_name(f".{target.name}.lock")
+            with suppress(OSError):  # a folder that cannot be written, where nothing is going to be replaced
+                locks.enter_context(open_alone(beside, path))
+                locks.callback(beside.unlink, missing_ok=True)  # before it is closed
         yield
-    finally:
-        for beside, file in locks:
-            with suppress(OSError):
-                beside.unlink()
-            file.close()
 
 
 def _lock(file: IO[bytes], name: str) -> None:

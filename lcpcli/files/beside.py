@@ -117,7 +117,6 @@ def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any
 
 
 def _is_typed(text: str) -> bool:
-    """Return whether a text consists of numbers and of words for absent numbers, and is not the name of a file."""
     return typed_numbers(re.sub("none|null|infinity", "inf", text.casefold())) is not None and not os.path.exists(text)
 
 
@@ -135,7 +134,6 @@ def typed_numbers(text: str, may_be_file: bool = True) -> list[str] | None:
 
 
 def typed_vector(field: str, typed: list[str], n: int) -> Vector:
-    """Return typed numbers, fractions allowed, as a vector of length n; a ProblemError names the field."""
     return as_vector(field, rounded(_entries(field, typed)), n)
 
 
@@ -303,7 +301,6 @@ def first_of(text: str) -> str:
 
 
 def _object(line: str | bytes) -> dict[str, Any]:
-    """Return the object in a line; an empty one if there is none."""
     with suppress(ValueError, RecursionError):
         found = json.loads(line)
         return found if isinstance(found, dict) else {}
@@ -376,7 +373,6 @@ def _entries(field: str, values: Any) -> list[Fraction]:
 
 
 def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Fraction]:
-    """Return the values; raise ProblemError if their number is not one of the lengths."""
     if len(values) in lengths:
         return values
     n, own = next(iter(lengths.items()))
@@ -415,7 +411,6 @@ def of_table(content: bytes) -> list[Candidate]:
 
 
 def _columns(rows: list[list[str]]) -> list[str]:
-    """Return the names of the columns of a table without a header."""
     width, first = len(rows[0]), [row[0] for row in rows]
     indexed = any(first == [*map(str, range(start, start + len(rows)))] for start in (0, 1))
     if width in (2, 3) and (indexed or not any(map(is_number, first))):

@@ -37,8 +37,6 @@ SHAPE = "give n rows of n + 1 columns (M and q) or of n columns (M alone)"
 
 
 class Table(NamedTuple):
-    """The table in a text."""
-
     top: int  # the first line
     header: list[str]  # the names in it, none if it is no header; where the numbers are read, without that of an index
     lines: list[tuple[int, list[str]]]  # the cells below it, by line
@@ -66,9 +64,8 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     columns = len(rows[0])
     if not places:
         hint = SHAPE + ", or name q, lower and upper in a header, if the last columns are these" * (1 < columns - n < 4)
-        if columns == n + 2 and header:
-            hint += "; is the first column an index? leave the first cell of the header empty"
-        hint = _numbering(rows) or hint
+        if columns == n + 2:
+            hint += "; is the first column an index? leave the first cell of a header empty"
         refuse(columns not in (n, n + 1), "", f"has {count(n, 'row')} of {count(columns, 'column')}", hint)
         return of_table(np.array(rows)) | (_names(header[:n]) if len(header) == columns == n + 1 else {})
     M = [[value for i, value in enumerate(row) if i not in places.values()] for row in rows]
@@ -92,7 +89,7 @@ def values(field: str, content: bytes, number: Number = float) -> list[Any]:
     rows, headed = table.rows, ", ".join(table.places)
     refuse(headed, "", f"has columns headed {headed}", "give one row or one column of numbers")
     shape = f"has {len(rows)} rows and {len(rows[0])} columns"
-    refuse(len(rows) > 1 and len(rows[0]) > 1, field, shape, _numbering(rows) or "give one row or one column")
+    refuse(len(rows) > 1 and len(rows[0]) > 1, field, shape, "give one row or one column")
     return [x for row in rows for x in row]
 
 
@@ -150,7 +147,6 @@ def delimiter_of(line: str) -> str:
 
 
 def is_header(cells: list[str]) -> bool:
-    """Return whether a first line is a header: no cell is a number or begins like one, or the last one says so."""
     is_said = len(cells) > 1 and cells[-1].strip() in ("q", *BOUNDS)
     return is_said or not any(is_number(cell) or NUMERIC.match(cell) for cell in cells)
 
@@ -219,7 +215,6 @@ def _has_title(lines: list[tuple[int, str]]) -> bool:
 
 
 def _without_empty_ends(rows: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:
-    """Return rows without empty ones at the end and without empty last columns, as spreadsheets leave them."""
     while len(rows) > 1 and not any(map(str.strip, rows[-1][1])):
         rows = rows[:-1]
     while all(len(cells) > 2 and not cells[-1].strip() for _, cells in rows):
@@ -253,15 +248,6 @@ def _heads_an_index(header: list[str], below: list[str]) -> bool:
     return all((may_be_numbered and name == str(i)) or re.match(NAME, name) for i, name in enumerate(others))
 
 
-def _numbering(rows: list[list[Any]]) -> str:
-    """Return the hint for a table whose first column or row only numbers the others, from 0; "" for any other."""
-    if len(rows[0]) > 1 and [row[0] for row in rows] == list(range(len(rows))):
-        return "is the first column an index? save it with index=False"
-    if len(rows) > 1 and rows[0] == list(range(len(rows[0]))):
-        return "does the first row number the columns? save it with header=False"
-    return ""
-
-
 def remark(problem: Problem) -> str:
     """Return the line on a problem in one table that may begin with an index; "" for any other."""
     n = problem.n
@@ -284,7 +270,6 @@ def require_order(content: bytes, names: Callable[[], Sequence[str]]) -> None:
 
 
 def refuse_other_order(labels: Sequence[str], names: Sequence[str]) -> None:
-    """Raise ProblemError if labels are some of the names of the unknowns, or all in another order."""
     own = [label.strip() for label in labels]
     if own != list(names) and set(own) & set(names) - {""} and len(set(names)) == len(names):
         fault = f"has {count(len(own), 'label')} for {count(len(names), 'unknown')}"

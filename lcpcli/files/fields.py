@@ -50,7 +50,6 @@ TELLING = {"Q", "c", "P", "G", "h", "row_lower", "row_upper", *FOREIGN_FIELDS} -
 
 
 def is_for_bounds(key: str) -> bool:
-    """Return whether a key, known or not, is likely meant for bounds."""
     folded = key.casefold()
     return folded in PAIRS_OF_BOUNDS or OTHER_NAMES.get(folded, folded) in BOUNDS
 

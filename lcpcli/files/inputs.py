@@ -34,8 +34,6 @@ FIRST_NAME = "q1"  # of several q without names
 
 
 class Input(NamedTuple):
-    """A problem to be read."""
-
     paths: tuple[str, ...]  # its file, or the files of M and of q
     contents: tuple[bytes, ...] = ()  # of these files
     line: int | None = None  # the number of its line, from 1, in a file with a problem in each line
@@ -77,8 +75,6 @@ class Input(NamedTuple):
 
 
 class QColumns(NamedTuple):
-    """Several problems with one M."""
-
     paths: tuple[str, str]  # the files of M and of Q
     M: Matrix
     Q: Matrix  # of shape (n, k), with a q in each column
@@ -117,7 +113,6 @@ Work: TypeAlias = Input | QColumns
 
 
 def nonlinear_in(path: str, content: bytes) -> Model | None:
-    """Return the model in a file if it is a nonlinear one; None for any other file."""
     if within(place(path), form_of, path, content) != "nl_format":
         return None
     from lcpcli.files.nl_format import Model
@@ -195,8 +190,6 @@ def _with_next(path: str, content: bytes, left: list[str], of_folders: Collectio
     are_named = path not in of_folders and left[0] not in of_folders
     takes = (are_named and _is_q(left[0])) if M is None else (are_named or _is_q(left[0], M.shape[0]))
     if not (takes or has_q):
-        if shared is None and are_named:
-            _refuse_swapped(path, content, left)
         return Input((path,), (content,))
     q_path = left.pop(0)
     q_content = content_of(q_path, LINE)
@@ -215,17 +208,6 @@ def _with_next(path: str, content: bytes, left: list[str], of_folders: Collectio
     has_M = 1 < len(own) >= len(columns[1]) - 1 and np.array_equal(own, dense(M))
     refuse(has_M, place(q_path), f"begins with M of {place(path)}", "if it holds M and q, name it alone")
     return QColumns((path, q_path), M, *columns, shared or {})
-
-
-def _refuse_swapped(path: str, content: bytes, left: list[str]) -> None:
-    """Raise ProblemError if a file holds q, and the next one the M that should come before it."""
-    M = q = None
-    with suppress(ProblemError):
-        q = reading.vector_in("q", path, content)
-        M = None if left[0] == STANDARD_INPUT else _without_q(left[0], content_of(left[0], WHOLE))[0]
-    if q is not None and M is not None and len(q) == M.shape[0]:
-        other = left.pop(0)
-        raise ProblemError(place(path), f"holds q, and {other} M", f"name M first: {other} {path}")
 
 
 def _without_q(path: str, content: bytes) -> tuple[Matrix | None, Mapping[str, Any] | None]:

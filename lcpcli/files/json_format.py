@@ -201,7 +201,6 @@ def _text(value: Any, number: Callable[[float], str]) -> str:
 
 
 def number_text(exact: Exact, x: float) -> str:
-    """Return the number that a double stands for, as a decimal; null if it is infinite."""
     if x in exact:
         from lcpcli.rational.numbers import decimal
 

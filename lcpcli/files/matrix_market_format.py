@@ -52,7 +52,6 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
 
 
 def _text(matrix: Matrix, exact: Exact) -> bytes:
-    """Return the matrix as scipy writes it, with other numbers in place of its doubles."""
     from scipy.io import mmwrite
 
     text = written(mmwrite, matrix, symmetry="general")
@@ -102,7 +101,6 @@ def _dense(sign: int, shape: tuple[int, int], values: Vector) -> Matrix:
 
 
 def _header(content: bytes) -> tuple[list[str], tuple[int, int], int, int]:
-    """Return the form, kind and symmetry of the matrix, its shape, how many entries it has, and where they begin."""
     file = io.BytesIO(content)
     words = file.readline().decode("latin-1").lower().split()
     if len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"]:

@@ -192,7 +192,6 @@ class _Reader:
             self._curvature |= dict.fromkeys(both, self._number(value))
 
     def _pairs(self, words: Sequence[str], known: Collection[str], where: str) -> list[tuple[str, str]]:
-        """Return the names and the texts of the numbers that alternate in a line."""
         if not words or len(words) % 2:
             self._refuse(words)
         pairs = list(zip(words[::2], words[1::2], strict=True))
@@ -257,7 +256,6 @@ class _Reader:
         return low, high
 
     def _end(self, value: Any) -> float:
-        """Return a bound as a double, infinite if its size is NO_BOUND or more."""
         if isinstance(value, Fraction):
             value = self._number.of(value) if isinstance(self._number, Doubles) else float(rounded([value])[0])
         return value if abs(value) < NO_BOUND else math.copysign(math.inf, value)
@@ -275,7 +273,6 @@ def _squared(lines: Sequence[str]) -> set[str]:
 
 
 def _fixed(line: str) -> list[str]:
-    """Return the words of a line in fixed format; raise ProblemError for text between the fixed columns."""
     at = [0, *(place for each in FIXED for place in each), None]
     between = (line[begin:end] for begin, end in zip(at[::2], at[1::2], strict=True))
     refuse(any(map(str.strip, between)), "", "is not in fixed format", LINE)
@@ -350,7 +347,6 @@ def names(given: Sequence[str], letter: str) -> list[str]:
 
 
 def _word(name: str) -> str:
-    """Return a name without spaces and line breaks, in characters that every reader takes."""
     return visible("_".join(name.split()))
 
 
@@ -385,7 +381,6 @@ def _bounds(number: Callable[[float], str], name: str, low: float, high: float) 
 def _columns(
     given: Mapping[str, Any], columns: list[str], rows: list[str], objective: str, number: Callable[[float], str]
 ) -> Iterator[str]:
-    """Yield the lines of COLUMNS, at least one for each variable."""
     from scipy.sparse import csc_array
 
     A = csc_array(given["A"] if rows else (0, len(columns)))

@@ -81,12 +81,10 @@ class NlModel:
 
     @cached_property
     def rows(self) -> list[int]:
-        """Return the expressions of the rows that complement an unknown, in the order of these, then the equations."""
         return [*(self.complements[i] for i in sorted(self.complements)), *self.equations]
 
     @property
     def names(self) -> list[str]:
-        """Return the unknowns as the file calls them: v and the number."""
         return [f"v{number}" for number in self.unknowns]
 
     @property
@@ -302,7 +300,6 @@ class Conditions:
         return kinds_of(low, high) == stated
 
     def _give_bounds(self, x: int) -> None:
-        """Give the bounds of an unknown without a condition to a condition on it, if there is one."""
         if (found := self._condition_on(x)) is None:
             return
         (y, value), own = found, self._ends(x)
@@ -337,7 +334,6 @@ class Conditions:
         ]
 
     def _exchange(self, x: int, y: int, function: Affine) -> None:
-        """Let x take the place of y, which complements a function of x."""
         low, high = self.bounds[y]
         sign = 1 if function.slope > 0 else -1
         self.complements[x] = self.graph.sum([(y, sign)], -sign * (low if low > -inf else high))

@@ -24,7 +24,6 @@ STORED = {"n": "d", "s": "h", "l": "i"}  # the numbers in a binary file: doubles
 
 
 def whole(text: str) -> int:
-    """Return the integer that a text of at most 18 digits stands for; raise ValueError for another text."""
     if not re.fullmatch(r"[-+]?[0-9]{1,18}", text):
         raise ValueError(text)
     return int(text)
@@ -151,8 +150,6 @@ def named(path: str, error: ProblemError) -> ProblemError:
 
 
 def in_names(path: str, text: str) -> str:
-    """Return a text with the names of the variables and the rows in it, where there are names."""
-
     def name(found: re.Match[str]) -> str:
         names, number = _names(path, ".col" if found[1] == "v" else ".row"), int(found[2])
         return names[number] if number < len(names) else found[0]
@@ -243,7 +240,6 @@ class Segments:
         self._refuse_incomplete()
 
     def _read(self, code: str) -> None:
-        """Read the segment behind its letter."""
         tokens, header, integer = self._tokens, self.header, self._tokens.integer
         if code == "C":
             number = self._index(header.rows, "row")

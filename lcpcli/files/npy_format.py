@@ -34,12 +34,10 @@ def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: 
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa: ARG001
-    """Return M, dense, and q as files, bit for bit."""
     return {"": written(np.save, matrices.dense(fields["M"])), ".q": written(np.save, fields["q"])}
 
 
 def written(save: Callable[..., object], *given: Any, **options: Any) -> bytes:
-    """Return the bytes that a function writes to its first argument, a file."""
     file = io.BytesIO()
     save(file, *given, **options)
     return file.getvalue()

@@ -71,7 +71,6 @@ def read_next(paths: Sequence[str], infinity: float = math.inf) -> tuple[Problem
 
 
 def contents_of(paths: Sequence[str]) -> tuple[bytes, ...]:
-    """Return the content of the file of a problem, or the contents of the files of M and of q."""
     return tuple(map(content_of, paths, (WHOLE, LINE)))
 
 
@@ -91,7 +90,6 @@ def problem_of(paths: Sequence[str], contents: Sequence[bytes], number: Number =
 
 
 def fields_in(path: str, content: bytes, number: Number = float) -> dict[str, Any]:
-    """Return the fields of the problem in a file, which may lack q."""
     refuse(is_result(content), place(path), "is a result, not a problem", "name the file of the problem")
     form = within(place(path), form_of, path, content)
     fields = within(place(path), _called, form, "fields", content, number)
@@ -145,7 +143,6 @@ def vector_in(
 def exact_vector_in(
     field: str, path: str, content: bytes, n: int | None = None, names: Names = tuple
 ) -> list[Fraction]:
-    """Return the vector in a file's content as `vector_in` does, with its numbers as written."""
     from lcpcli.rational.exact_problem import fractions_of
     from lcpcli.rational.numbers import written
 
@@ -184,5 +181,4 @@ def exact_parts_in(form: str, content: bytes, lacks_q: bool = False) -> ExactPar
 
 
 def name_of(path: str) -> str:
-    """Return the name that a problem without a name of its own gets from its file."""
     return place(path) if path == STANDARD_INPUT else os.path.splitext(os.path.basename(uncompressed(path)))[0]

@@ -49,7 +49,6 @@ def write_as(found: Written[Problem], path: str, as_program: bool) -> None:
 
 
 def contents_of(found: Written[Problem], path: str, ending: str, as_program: bool) -> dict[str, bytes]:
-    """Return the contents of the files to be written, as `Format.render` returns them."""
     kind = formats.FORMATS[ending.casefold()]
     in_text, is_for_programs = kind.in_decimals, kind.keeps == formats.PROGRAM
     problem, exact = (found.own, found.exact) if in_text else (found.rounded, {})
@@ -149,12 +148,10 @@ def is_rounded(found: Written[Problem], path: str) -> bool:
 
 
 def kind_of(problem: Problem) -> str:
-    """Return the kind of a problem's origin: "qp", "game", "efg", "names", or "" for none."""
     return "" if problem.origin is None else str(problem.origin.data()["kind"])
 
 
 def exact_endings(problem: Problem) -> list[str]:
-    """Return the suffixes of formats that keep all digits of a problem, and also its program or game if it has one."""
     of_origin = {"qp": [".json", *formats.PROGRAM_SUFFIXES], "game": [".json"], "efg": [".json"]}
     holding = formats.WITH_BOUNDS if problem.bounds else formats.GENERAL_SUFFIXES
     return of_origin.get(kind_of(problem)) or [ending for ending in holding if formats.FORMATS[ending].in_decimals]
