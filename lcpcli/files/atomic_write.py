@@ -46,7 +46,6 @@ def refuse_unwritable(path: str) -> None:
 
 
 def write_whole(path: str, content: Content) -> None:
-    """Write a file through a temporary one beside it; devices and pipes are written directly."""
     write_together({path: content})
 
 

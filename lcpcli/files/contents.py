@@ -91,7 +91,6 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
 
 
 def refuse_folder(path: str) -> None:
-    """Raise ProblemError if a path that `files_in` has left is a folder."""
     try:
         is_folder = os.path.isdir(path) and os.listdir(path) is not None
     except OSError as error:
@@ -104,7 +103,6 @@ def place(path: str) -> str:
 
 
 def parsed(path: str, expected: str, parse: Callable[[bytes], T], fetch: Fetch | None = None) -> T:
-    """Parse the content of a file; errors name the file. expected : the hint for an empty file."""
     content = (fetch or content_of)(path, expected)
     return within(place(path), parse, content)
 
@@ -169,7 +167,6 @@ def _likely_file(path: str) -> str:
 
 
 def without_mark(content: bytes) -> bytes:
-    """Return the content without a byte order mark, in UTF-8 if it was UTF-16, like Excel's Unicode text."""
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         with suppress(UnicodeError):
             return content.decode("utf-16").encode()
@@ -185,7 +182,6 @@ def decode(content: bytes) -> str:
 
 
 def unpacked(content: bytes) -> bytes:
-    """Return the content, uncompressed if it is compressed by gzip; raise ProblemError if it is damaged."""
     if not content.startswith(GZIP):
         return content
     parts, size = list[bytes](), 0

@@ -84,7 +84,6 @@ def _names(header: list[str]) -> dict[str, list[str]]:
 
 
 def values(field: str, content: bytes, number: Number = float) -> list[Any]:
-    """Return the numbers in a text of one row or one column; None stands for an absent bound."""
     table = table_of(content, number, all_bounds=field.lstrip("-") in BOUNDS)
     rows, headed = table.rows, ", ".join(table.places)
     refuse(headed, "", f"has columns headed {headed}", "give one row or one column of numbers")
@@ -249,7 +248,6 @@ def _heads_an_index(header: list[str], below: list[str]) -> bool:
 
 
 def remark(problem: Problem) -> str:
-    """Return the line on a problem in one table that may begin with an index; "" for any other."""
     n = problem.n
     first = [] if any(problem.names) or n < 3 else problem.M[:, 0].tolist()  # fewer are 1, 2, ... by chance
     numbers = ", ".join(f"{x:g}" for x in first[:3])

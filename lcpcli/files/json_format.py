@@ -86,7 +86,6 @@ def payoff_of(value: Fraction) -> Fraction | float:
 
 
 def _payoffs(data: dict[str, Any]) -> dict[str, list[Any]]:
-    """Return the payoffs as tables, with entries in coordinates put in their places."""
     tables: dict[str, list[Any]] = {}
     for key in ("A", "B"):
         table = data.get(key)
@@ -102,7 +101,6 @@ def _payoffs(data: dict[str, Any]) -> dict[str, list[Any]]:
 
 
 def load(text: str, number: Callable[[str], Any] = float) -> Any:
-    """Return the content of a JSON text. number : converts its numbers."""
     try:
         return json.loads(text, parse_int=number, parse_float=number, parse_constant=number, object_pairs_hook=_object)
     except json.JSONDecodeError as error:
@@ -168,7 +166,6 @@ def of_coordinates(field: str, values: Vector, rows: Any, cols: Any, shape: tupl
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
-    """Return the fields as JSON from which `fields` reads the same numbers; each row of a dense matrix is a line."""
     number = partial(number_text, exact)
     lines = []
     for key, value in fields.items():

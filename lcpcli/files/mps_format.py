@@ -49,7 +49,6 @@ FIXED = ((1, 3), (4, 12), (14, 22), (24, 36), (39, 47), (49, 61))  # the places 
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
-    """Return the program in a file, under the native keys. number : converts the numbers in MPS."""
     if not MPS.search(content):
         try:
             return fields(as_mps(content), number)
@@ -141,8 +140,7 @@ class _Reader:
             return
         name, pairs = words[0], self._pairs(words[1:], self._kinds, "ROWS")
         if name not in self._columns:
-            if self._is_integer:
-                raise self._error(f"makes {quoted(name)} an integer variable", CONTINUOUS)
+            self._require(not self._is_integer, f"makes {quoted(name)} an integer variable", CONTINUOUS)
             self._columns[name] = {}
         for row, value in pairs:
             if row in self._columns[name]:
@@ -166,8 +164,8 @@ class _Reader:
             self._refuse(words)
         column = others[-2] if has_number else others[min(1, len(others) - 1)]
         self._declare(column)
-        if kind in NOT_CONTINUOUS:
-            raise self._error(f"makes {quoted(column)} {NOT_CONTINUOUS[kind]} variable", CONTINUOUS)
+        fault = f"makes {quoted(column)} {NOT_CONTINUOUS.get(kind)} variable"
+        self._require(kind not in NOT_CONTINUOUS, fault, CONTINUOUS)
         value = others[-1] if has_number else ""
         self._require_number(value or "0", bool(INFINITE.fullmatch(value)))
         for end in ENDS[kind]:
@@ -292,7 +290,6 @@ def _matrix(
     return matrix.toarray() if is_dense else matrix
 
 
-NO_SIDE = -1e30  # the right-hand side of a row without bounds: far beyond NO_BOUND, for every reader of MPS
 WORDS = ("NAME", "ROWS", "COLUMNS", "RHS", "RANGES", "BOUNDS", "QUADOBJ", "QMATRIX", "OBJSENSE", "MAX", "MIN", "ENDATA")
 
 
@@ -313,8 +310,7 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     bounds = [
         line for each in zip(columns, low.tolist(), high.tolist(), strict=True) for line in _bounds(number, *each)
     ]
-    lines = [f"NAME {_word(fields.get('name', ''))}".rstrip()]
-    lines += ["OBJSENSE", "    MAX"] if "sense" in fields else []
+    lines = [f"NAME {_word(fields.get('name', ''))}".rstrip(), *["OBJSENSE", "    MAX"] * ("sense" in fields)]
     lines += ["ROWS", f" N {objective}", *(f" {kind} {row}" for row, (kind, *_) in zip(rows, sides, strict=True))]
     lines += ["COLUMNS", *_columns(fields, columns, rows, objective, number)]
     lines += ["RHS"] + ([f" RHS {objective} {number(-fields['constant'])}"] if "constant" in fields else [])
@@ -333,7 +329,7 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
 
 def new_names(problem: Problem) -> dict[str, str]:
     given = ((getattr(problem.origin, key), letter) for key, letter in (("columns", "x"), ("rows", "r")))
-    both = [pair for own, letter in given for pair in zip(own, names(own, letter), strict=True)]
+    both = (pair for own, letter in given for pair in zip(own, names(own, letter), strict=True))
     return {name: other for name, other in both if name and name != other}
 
 
@@ -361,21 +357,20 @@ def _side(exact: Exact, low: float, high: float) -> tuple[str, float, str]:
     if low == high:
         return "E", low, ""
     if math.isinf(low) or math.isinf(high):
-        return ("G", low, "") if math.isfinite(low) else ("L", high, "") if math.isfinite(high) else ("G", NO_SIDE, "")
+        # a row without bounds is far beyond NO_BOUND, for every reader of MPS
+        return ("G", low, "") if math.isfinite(low) else ("L", high, "") if math.isfinite(high) else ("G", -1e30, "")
     ends = [exact[end] if end in exact else shortest_decimal(end) for end in (low, high)]
     return *(("L", high) if abs(low) >= abs(high) else ("G", low)), decimal(ends[1] - ends[0])
 
 
 def _bounds(number: Callable[[float], str], name: str, low: float, high: float) -> Iterator[str]:
-    if low == high:
-        yield f" FX BND {name} {number(low)}"
-    elif low == -math.inf and high == math.inf:
-        yield f" FR BND {name}"
-    else:
-        if low:
-            yield f" MI BND {name}" if low == -math.inf else f" LO BND {name} {number(low)}"
-        if high < math.inf:
-            yield f" UP BND {name} {number(high)}"
+    if low == high or (low == -math.inf and high == math.inf):
+        yield f" FX BND {name} {number(low)}" if low == high else f" FR BND {name}"
+        return
+    if low:
+        yield f" MI BND {name}" if low == -math.inf else f" LO BND {name} {number(low)}"
+    if high < math.inf:
+        yield f" UP BND {name} {number(high)}"
 
 
 def _columns(
@@ -396,7 +391,6 @@ HINT = "compare it with a file in the LP format that is read; quadratic constrai
 
 
 def as_mps(text: bytes) -> bytes:
-    """Return a program in MPS; raise ProblemError for the first complaint of HiGHS."""
     try:
         import highspy
     except ModuleNotFoundError:

@@ -101,7 +101,6 @@ class NlModel:
         return dict((+found).most_common())
 
     def values(self, z: Vector) -> Vector:
-        """Return the values of all variables in the file for those of the unknowns, shape (n,)."""
         found = np.empty(len(self.unknowns) + len(self.fixed))
         found[list(self.unknowns)] = z
         found[list(self.fixed)] = list(self.fixed.values())
@@ -239,7 +238,6 @@ class Conditions:
         refuse(kinds, "".join(self.names[i] for i in [*kinds][:1]), "has bounds but no row that it complements", hint)
 
     def remark(self) -> str:
-        """Return the remark on bounds that count though no condition states them; "" if there are none."""
         if not self.read:
             return ""
         (x, (low, high)), *others = self.read.items()

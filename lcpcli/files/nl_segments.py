@@ -71,18 +71,15 @@ class TextTokens:
     def integer(self) -> int:
         return int(self._as(whole, "a whole number"))
 
-    def number(self, letter: str = "n") -> Any:  # noqa: ARG002 (all are written alike)
-        """Return a number; `letter` says how a binary file stores it where it is a term of an expression."""
+    def number(self, letter: str = "n") -> Any:  # noqa: ARG002 (how a binary file stores it; all are written alike)
         return self._as(self._constant, "a number")
 
     kind = name = _word
 
 
 class BinaryTokens:
-    """The tokens of a binary file: letters, integers of four bytes, and doubles.
-
-    begin : the first byte behind the header. constant : returns the number for the decimals of a double.
-    """
+    """The tokens of a binary file: letters, integers of four bytes, and doubles. begin : the first byte behind the
+    header. constant : returns the number for the decimals of a double."""
 
     def __init__(self, content: bytes, begin: int, order: str, constant: Constant) -> None:
         self._content, self._next, self._order, self._constant = content, begin, order, constant
@@ -138,14 +135,13 @@ MEANINGS = {
 def names_beside(path: str, variables: Sequence[str]) -> Sequence[str]:
     """Return the names of some variables of the model in a file, which are given by v and their numbers from 0."""
     names, numbers = _names(path, ".col"), [int(variable[1:]) for variable in variables]
-    if names and max(numbers, default=-1) >= len(names):
-        fault = f"has {count(len(names), 'name')}, but {path} has the variable v{max(numbers)}"
-        raise ProblemError(_beside(path, ".col"), fault, "write both again")
+    last = max(numbers, default=-1)
+    fault = f"has {count(len(names), 'name')}, but {path} has the variable v{last}"
+    refuse(names and last >= len(names), _beside(path, ".col"), fault, "write both again")
     return [names[number] for number in numbers] if names else variables
 
 
 def named(path: str, error: ProblemError) -> ProblemError:
-    """Return an error with the names of the variables and the rows in it, where there are names."""
     return ProblemError(in_names(path, error.where), in_names(path, error.fault), error.hint)
 
 
@@ -278,7 +274,6 @@ class Segments:
             raise tokens.error(f"has {quoted(code)} in place of a segment", COUNTS)
 
     def _index(self, end: float, noun: str, first: int = 0) -> int:
-        """Return the number of a row, a variable or the like, which the file counts from `first`."""
         if not 0 <= (number := self._tokens.integer() - first) < end:
             raise self._tokens.error(f"names {noun} {number}, counted from 0, of {end}", COUNTS)
         return number
@@ -336,7 +331,6 @@ class Segments:
         return self._tokens.number(letter)
 
     def _arguments(self, operator: int) -> int:
-        """Return the number of arguments of an operator; of a piecewise linear function the number of slopes."""
         if operator not in MEANINGS:
             raise self._tokens.error(f"has the unknown operator o{operator}", COUNTS)
         name, size = MEANINGS[operator]

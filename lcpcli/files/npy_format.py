@@ -97,7 +97,6 @@ def named(field: str, arrays: Mapping[str, Any]) -> Any:
 
 
 def _plain(key: str, array: Any) -> Any:
-    """Return the value of a key: a text, texts, a number, a vector or a matrix; an origin is read from its JSON."""
     if key in (*TEXTS, "verdict", "sense"):
         return text(key, array)
     if key == "origin":

@@ -158,7 +158,6 @@ def exact_endings(problem: Problem) -> list[str]:
 
 
 def ending_of(path: str) -> str:
-    """Return the suffix of a file to be written; raise ProblemError for one that is not written."""
     ending = Path(path).suffix
     kind = formats.kind_with(ending.casefold())
     if kind is not None and kind.keeps:
