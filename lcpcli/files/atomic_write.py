@@ -145,25 +145,21 @@ def open_alone(path: str | Path, name: str) -> IO[bytes]:
     """Open a file, created if it is missing, that this run alone reads and writes until the file is closed; a device or
     a pipe is only written. Raise OptionError, with the name of the file, if another run holds it."""
     while not _is_special(path):
-        file = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666), "r+b")
-        try:
+        with ExitStack() as stack:  # which closes the file but for the one that is returned
+            descriptor = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666)
+            file = stack.enter_context(os.fdopen(descriptor, "r+b"))
             _lock(file, name)
             with suppress(FileNotFoundError):  # the run that had the lock may have removed or replaced the file
                 if os.path.samestat(os.fstat(file.fileno()), Path(path).stat()):
+                    stack.pop_all()
                     return file
-        except BaseException:
-            file.close()
-            raise
-        file.close()
     return Path(path).open("ab")
 
 
 @contextmanager
 def reserve(paths: Iterable[str]) -> Iterator[None]:
-    """Open a context in which no other run writes these files; raise OptionError if another run writes one of them.
-
-    As each file is replaced as a whole, the locks are on files beside them.
-    """
+    """Open a context in which no other run writes these files; raise OptionError if another run writes one of them. As
+    each file is replaced as a whole, the locks are on files beside them."""
     with ExitStack() as locks:
         for target, path in {Path(path).resolve(): path for path in paths if not _is_special(path)}.items():
             beside = target.with_name(f".{target.name}.lock")
@@ -203,10 +199,8 @@ class Log:
             self._file.flush()
 
     def records(self) -> Iterator[Mapping[str, Any]]:
-        """Yield the finished records; raise OptionError if the file is not a log.
-
-        An unfinished end, which is a line that was cut off or the record of an interrupted run, is removed.
-        """
+        """Yield the finished records; raise OptionError if the file is not a log. An unfinished end, which is a line
+        that was cut off or the record of an interrupted run, is removed."""
         if not Path(self._path).is_file():
             raise OptionError(self._path, "is not a file", EXPECTED)
         finished = place = 0

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 STANDARD_INPUT = "-"
 PAPER_EXAMPLES = ("paper-example-1.json", "paper-example-2.json")
-LARGEST_SHARE = 0.25  # of the memory of this machine, for what a file holds when it is uncompressed
 FEW_ABSENT, MOST_ABSENT = 2**22, 1000  # numbers that are not given: always allowed, and for each one that is given
 BESIDE = (".row", ".col", ".sol")  # the suffixes of files that stand beside a model
 
@@ -42,8 +41,8 @@ def shipped_path(name: str) -> str:
     from pathlib import Path
 
     package = Path(__file__).parent.parent
-    installed = package / "problems" / name
-    return str(installed if installed.exists() else package.parent / "problems" / name)
+    installed, beside = (folder / "problems" / name for folder in (package, package.parent))
+    return str(installed if installed.exists() else beside)
 
 
 def shipped_problems() -> dict[str, Path]:
@@ -184,22 +183,21 @@ def decode(content: bytes) -> str:
 def unpacked(content: bytes) -> bytes:
     if not content.startswith(GZIP):
         return content
-    parts, size = list[bytes](), 0
+    parts = list[bytes]()
     while content:  # a file may consist of several compressed ones
-        part, content = uncompressed(content, 31, size)
+        part, content = uncompressed(content, 31, sum(map(len, parts)))
         parts.append(part)
-        size += len(part)
         content = content.lstrip(b"\0")
     return b"".join(parts)
 
 
 def uncompressed(content: bytes, form: int, size: int = 0) -> tuple[bytes, bytes]:
     """Return what zlib uncompresses, and the bytes behind it; raise ProblemError if these are damaged, or if the result
-    takes more than a LARGEST_SHARE of the memory of this machine. form : `wbits` of zlib, 31 for gzip. size : of
+    takes more than a quarter of the memory of this machine. form : `wbits` of zlib, 31 for gzip. size : of
     earlier parts."""
     import zlib
 
-    most = int((memory() or 0) * LARGEST_SHARE) or sys.maxsize
+    most = (memory() or 0) // 4 or sys.maxsize
     unpacking = zlib.decompressobj(form)
     try:
         found = unpacking.decompress(content, max(most - size, 1))

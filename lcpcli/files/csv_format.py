@@ -305,10 +305,8 @@ def is_number(entry: str) -> bool:
 
 
 def value_of(entry: str, line: int, column: int, commas: bool, number_of: Callable[[str], Any], is_bound: bool) -> Any:
-    """Return the number in a cell, which may be written as a fraction; a bound may be absent (None) or infinite.
-
-    commas : whether the decimal mark of the file is a comma.
-    """
+    """Return the number in a cell, which may be written as a fraction, with a decimal comma if the file has `commas`; a
+    bound may be absent (None) or infinite."""
     if is_bound and is_absent(entry):
         return None
     if is_bound and entry.strip().casefold().lstrip("+-") in ("inf", "infinity"):

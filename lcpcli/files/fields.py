@@ -7,7 +7,7 @@ game has A and B, or, as a tree, efg. Each may have name, source and note.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from itertools import combinations
+from itertools import combinations, product
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import errors
@@ -37,7 +37,6 @@ NATIVE = ("Q", "c", "A", "b", "row_lower", "row_upper", "rows", *BOUNDS, "free",
 QPSOLVERS = ("P", "q", "G", "h", "A", "b", "lb", "ub", *TEXTS)
 OSQP = ("P", "q", "A", "l", "u", *TEXTS)
 GAME = ("A", "B", "rows", "columns", "players", "sense", *TEXTS)
-TREE = ("efg", *TEXTS)
 READINGS = (
     "give min x'Qx/2 + c'x, row_lower <= Ax <= row_upper, lower <= x <= upper, "
     "or min x'Px/2 + q'x, Gx <= h, Ax = b, lb <= x <= ub, or min x'Px/2 + q'x, l <= Ax <= u"
@@ -45,7 +44,7 @@ READINGS = (
 FOREIGN_FIELDS = dict(  # names of quadprog and linprog, with those of qpsolvers
     zip(("H", "f", "Aeq", "beq", "A_eq", "b_eq", "A_ub", "b_ub"), "PqAbAbGh", strict=True)
 )
-KNOWN = {*NATIVE, *QPSOLVERS, *OSQP, *GAME, *TREE, *FOREIGN_FIELDS}
+KNOWN = {*NATIVE, *QPSOLVERS, *OSQP, *GAME, "efg", *FOREIGN_FIELDS}
 TELLING = {"Q", "c", "P", "G", "h", "row_lower", "row_upper", *FOREIGN_FIELDS} - {"f"}
 
 
@@ -64,9 +63,8 @@ def refuse_unknown(field: str, given: Collection[str], known: tuple[str, ...], w
     others, bounds = [key for key in given if key not in known], PAIRS_OF_BOUNDS if "lower" in known else set[str]()
     of_game = {"payoff", "payoffs", "payoff_matrix", "payoff_matrices", "players"}
     meanings = (of_game, "payoffs of a game as A and B"), (bounds, "bounds as lower and upper, each a list")
-    for names, what in meanings:
-        for key in others:
-            refuse(key.casefold() in names, key, f"is not a key of {whole}", f"give the {what}")
+    for (names, what), key in product(meanings, others):
+        refuse(key.casefold() in names, key, f"is not a key of {whole}", f"give the {what}")
     errors.refuse_unknown(field, given, known, whole, {k: v for k, v in OTHER_NAMES.items() if v in known})
 
 
@@ -80,10 +78,8 @@ FORMS = {  # ways to write a program: what makes the problem, of which keys, the
 def kind_of(keys: Collection[str]) -> str:
     """Return "program", "game" or "tree" if the keys of an object show that it is one, else ""."""
     given = set(keys)
-    if "M" in given:
-        return ""
-    if "efg" in given:
-        return "tree"
+    if given & {"M", "efg"}:
+        return "" if "M" in given else "tree"
     if given & TELLING or ({"A", "q"} <= given and given & {"b", "l", "u"}):
         return "program"
     return "game" if given & {"A", "B"} and not given & {"b", "q"} else ""
@@ -160,7 +156,7 @@ def _game(data: Mapping[str, Any]) -> Problem:
 
 
 def _tree(data: Mapping[str, Any]) -> Problem:
-    refuse_unknown("", data, TREE, "a game tree")
+    refuse_unknown("", data, ("efg", *TEXTS), "a game tree")
     from lcpcli.games.problems import from_efg
 
     return from_efg(data["efg"], **{key: data[key] for key in TEXTS if key in data})

@@ -132,10 +132,8 @@ AS_TABLE = ("is a result of lcp as a table, which it does not read", "write it w
 
 
 def form_of(path: str, content: bytes) -> str:
-    """Return the format of a file, one of FORMATS; raise ProblemError for an unreadable one.
-
-    With other suffixes, and with .csv, a text that opens with a brace or a bracket is JSON, everything else CSV.
-    """
+    """Return the format of a file, one of FORMATS; raise ProblemError for an unreadable one. With other suffixes, and
+    with .csv, a text that opens with a brace or a bracket is JSON, everything else CSV."""
     ending = os.path.splitext(uncompressed(path))[1].casefold()
     if content.startswith(ZIP) and ending != ".npz":
         is_spreadsheet = b"xl/" in content or b"opendocument.spreadsheet" in content

@@ -102,16 +102,15 @@ class NlModel:
 
     def values(self, z: Vector) -> Vector:
         found = np.empty(len(self.unknowns) + len(self.fixed))
-        found[list(self.unknowns)] = z
-        found[list(self.fixed)] = list(self.fixed.values())
+        found[[*self.unknowns, *self.fixed]] = np.append(z, list(self.fixed.values()))
         return found
 
     def _objective(self, segments: Segments) -> tuple[str, int] | None:
-        found = list[tuple[str, int]]()
-        for number, (is_maximized, terms) in segments.objectives.items():
-            node = self._node(segments.slopes.get(number, {}), terms, 0)
-            if self.graph.value(node) is None:
-                found.append(("max" if is_maximized else "min", node))
+        found = [
+            ("max" if is_maximized else "min", self._node(segments.slopes.get(number, {}), terms, 0))
+            for number, (is_maximized, terms) in segments.objectives.items()
+        ]
+        found = [each for each in found if self.graph.value(each[1]) is None]
         refuse(len(found) > 1, "", f"has {len(found)} objectives", "keep one")
         return found[0] if found else None
 
@@ -301,7 +300,7 @@ class Conditions:
         if (found := self._condition_on(x)) is None:
             return
         (y, value), own = found, self._ends(x)
-        if y in self._tied(x) and value == self._tied(x)[y]:
+        if value == self._tied(x).get(y):
             (low, high), ends = self._ends(y), value.range(own)
             self._set(y, (max(low, ends[0]), min(high, ends[1])))
             self.bounds[x], self._owners[y] = NONE, x

@@ -38,8 +38,7 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa
 
 
 def written(save: Callable[..., object], *given: Any, **options: Any) -> bytes:
-    file = io.BytesIO()
-    save(file, *given, **options)
+    save(file := io.BytesIO(), *given, **options)
     return file.getvalue()
 
 
@@ -118,10 +117,8 @@ def _plain(key: str, array: Any) -> Any:
 
 def texts(array: Any) -> list[str] | None:
     """Return the texts in an array of texts, or of cells with one text each; None for any other array."""
-    if array.dtype.kind in "US":
-        return [str(name) for name in array.ravel().tolist()]
     if array.dtype.kind != "O":
-        return None
+        return [str(name) for name in array.ravel().tolist()] if array.dtype.kind in "US" else None
     cells: list[list[Any]] = [np.atleast_1d(name).tolist() for name in array.ravel().tolist()]
     return ["".join(cell) for cell in cells] if all(isinstance(text, str) for cell in cells for text in cell) else None
 

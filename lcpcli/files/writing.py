@@ -171,6 +171,5 @@ def ending_of(path: str) -> str:
 def file_of_q(path: str) -> str | None:
     """Return the file for q that is written beside a file for M alone; None where there is none."""
     ending = ending_of(path)
-    own = path.removesuffix(ending) + ".q" + ending
-    kind = formats.FORMATS.get(ending.casefold())
-    return own if kind is not None and kind.keeps == formats.M_AND_Q else None
+    is_beside = formats.FORMATS[ending.casefold()].keeps == formats.M_AND_Q
+    return f"{path.removesuffix(ending)}.q{ending}" if is_beside else None
