@@ -12,7 +12,7 @@ import os
 import shutil
 import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 from io import BytesIO
 from pathlib import Path
@@ -46,7 +46,6 @@ def refuse_unwritable(path: str) -> None:
 
 
 def write_whole(path: str, content: Content) -> None:
-    """Write a file through a temporary one beside it; devices and pipes are written directly."""
     write_together({path: content})
 
 
@@ -99,7 +98,6 @@ def gradual_writing(path: str) -> Iterator[Callable[[str], object]]:
 
 @contextmanager
 def naming(path: str, what: str = "written", hint: str = "choose another location") -> Iterator[None]:
-    """Open a context in which an OSError becomes an OptionError for the output to `path`."""
     try:
         yield
     except OSError as error:
@@ -123,7 +121,6 @@ def _target(path: str) -> Path:
 
 
 def _temporary(target: Path, content: Content) -> Path:
-    """Write a complete temporary file beside the target, with the permissions of the target or of a new file."""
     from tempfile import mkstemp
 
     handle, name = mkstemp(dir=target.parent, prefix=".lcp-")
@@ -141,7 +138,6 @@ def _temporary(target: Path, content: Content) -> Path:
 
 
 def _is_special(path: str | Path) -> bool:
-    """Return whether a path is a device, a pipe or a folder."""
     return Path(path).exists() and not Path(path).is_file()
 
 
@@ -149,38 +145,28 @@ def open_alone(path: str | Path, name: str) -> IO[bytes]:
     """Open a file, created if it is missing, that this run alone reads and writes until the file is closed; a device or
     a pipe is only written. Raise OptionError, with the name of the file, if another run holds it."""
     while not _is_special(path):
-        file = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666), "r+b")
-        try:
+        with ExitStack() as stack:  # which closes the file but for the one that is returned
+            descriptor = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666)
+            file = stack.enter_context(os.fdopen(descriptor, "r+b"))
             _lock(file, name)
             with suppress(FileNotFoundError):  # the run that had the lock may have removed or replaced the file
                 if os.path.samestat(os.fstat(file.fileno()), Path(path).stat()):
+                    stack.pop_all()
                     return file
-        except BaseException:
-            file.close()
-            raise
-        file.close()
     return Path(path).open("ab")
 
 
 @contextmanager
 def reserve(paths: Iterable[str]) -> Iterator[None]:
-    """Open a context in which no other run writes these files; raise OptionError if another run writes one of them.
-
-    As each file is replaced as a whole, the locks are on files beside them.
-    """
-    locks: list[tuple[Path, IO[bytes]]] = []
-    try:
-        for target, path in {Path(path).resolve(): path for path in paths}.items():
-            if not _is_special(target):
-                beside = target.with_name(f".{target.name}.lock")
-                with suppress(OSError):  # a folder that cannot be written, where nothing is going to be replaced
-                    locks.append((beside, open_alone(beside, path)))
+    """Open a context in which no other run writes these files; raise OptionError if another run writes one of them. As
+    each file is replaced as a whole, the locks are on files beside them."""
+    with ExitStack() as locks:
+        for target, path in {Path(path).resolve(): path for path in paths if not _is_special(path)}.items():
+            beside = target.with_name(f".{target.name}.lock")
+            with suppress(OSError):  # a folder that cannot be written, where nothing is going to be replaced
+                locks.enter_context(open_alone(beside, path))
+                locks.callback(beside.unlink, missing_ok=True)  # before it is closed
         yield
-    finally:
-        for beside, file in locks:
-            with suppress(OSError):
-                beside.unlink()
-            file.close()
 
 
 def _lock(file: IO[bytes], name: str) -> None:
@@ -213,10 +199,8 @@ class Log:
             self._file.flush()
 
     def records(self) -> Iterator[Mapping[str, Any]]:
-        """Yield the finished records; raise OptionError if the file is not a log.
-
-        An unfinished end, which is a line that was cut off or the record of an interrupted run, is removed.
-        """
+        """Yield the finished records; raise OptionError if the file is not a log. An unfinished end, which is a line
+        that was cut off or the record of an interrupted run, is removed."""
         if not Path(self._path).is_file():
             raise OptionError(self._path, "is not a file", EXPECTED)
         finished = place = 0

@@ -23,7 +23,7 @@ from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
 
-from lcpcli.errors import ParameterError, ProblemError, count, kind, quoted
+from lcpcli.errors import ParameterError, ProblemError, count, kind, listed, quoted
 from lcpcli.files.contents import STANDARD_INPUT, Fetch, content_of, decode, parsed, place, within
 from lcpcli.files.csv_format import grid_of, is_number
 from lcpcli.files.fields import BOUNDS
@@ -41,12 +41,10 @@ from lcpcli.typing import Vector
 NUMBER = r"(?:[-+.eE/]*\d[-+\d.eE/]*|[-+]?inf|nan)"
 PARTING = r"(?:\s*[,;]\s*|\s+)"
 LIST = re.compile(rf"\s*\[?\s*{NUMBER}(?:{PARTING}{NUMBER})*\s*\]?\s*")
-ABSENT = ("none", "null")
-EXPECTED = "give a number, none, or one number for each unknown"
 STATES_HINT = "give a JSON list of lower, basic and upper, or a result of lcp solve in JSON or CSV"
-REFUSALS = {  # of bounds for a problem made from a program or a game: the fault and the hint
-    "qp": ("is for problems given by M and q, but this is a program", "give the bounds of its variables in the file"),
-    "game": ("is for problems given by M and q, but this is a game", "leave it out"),
+REFUSALS = {  # of bounds for a problem made from a program or a game: what this is, and the hint
+    "qp": ("a program", "give the bounds of its variables in the file"),
+    "game": ("a game", "leave it out"),
 }
 
 
@@ -54,17 +52,15 @@ def with_bounds(
     problem: Problem, given: Mapping[str, Any], fetch: Fetch = content_of, doubles: Doubles | None = None
 ) -> Problem:
     """Return the problem with the given bounds, lower and upper; a bound that is None stays as it is. Known solutions
-    are dropped if bounds change.
-
-    A bound is a number, inf, -inf or none, a list of these, or the name of a file with such a list; fetch(name, hint
-    for an empty file) returns the content of the file. A bound of size infinity or more is infinite.
-    doubles : makes doubles from the numbers as written, in place of the nearest doubles.
-    """
+    are dropped if bounds change. A bound is a number, inf, -inf or none, a list of these, or the name of a file with
+    such a list; a bound of size infinity or more is infinite. fetch(name, hint for an empty file) returns the content
+    of the file. doubles : makes doubles from the numbers as written, in place of the nearest doubles."""
     number = float if doubles is None else doubles.of
     texts = {name: given[name] for name in BOUNDS if given[name] is not None}
     values = {name: _values(name, text, fetch, number, lambda: problem.names) for name, text in texts.items()}
     if values and problem.origin is not None and (kind := problem.origin.data()["kind"]) in REFUSALS:
-        raise ProblemError(f"--{next(iter(values))}", *REFUSALS[kind])
+        what, hint = REFUSALS[kind]
+        raise ProblemError(f"--{next(iter(values))}", f"is for problems given by M and q, but this is {what}", hint)
     try:
         problem = replace(problem, solutions=(), verdict="", **values) if values else problem
     except ProblemError as error:
@@ -98,11 +94,11 @@ def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any
     """Return the value of a bound, or the list of values; None stands for no bound. number : converts a number."""
     if _is_typed(text):
         words = re.split(PARTING, text.strip().strip("[]").strip())
-        values = [None if word.casefold() in ABSENT else _end(name, word, number) for word in words]
+        values = [None if word.casefold() in ("none", "null") else _end(name, word, number) for word in words]
         return values[0] if len(values) == 1 else values
     if text != STANDARD_INPUT and not os.path.exists(text):
-        fault = f"{quoted(text)} is neither a file nor numbers"
-        raise ParameterError(name, fault, "write -1,none,0.5 or name a file")
+        hint = "write -1,none,0.5 or name a file"
+        raise ParameterError(name, f"{quoted(text)} is neither a file nor numbers", hint)
 
     def parse(content: bytes) -> Any:
         require_order(text, content, names)
@@ -113,11 +109,10 @@ def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any
         held = load(form).values(f"--{name}", content, float if number is float else as_written)
         return held.tolist() if number is not float and kind_in(form).has_arrays else held
 
-    return parsed(text, EXPECTED, parse, fetch)
+    return parsed(text, "give a number, none, or one number for each unknown", parse, fetch)
 
 
 def _is_typed(text: str) -> bool:
-    """Return whether a text consists of numbers and of words for absent numbers, and is not the name of a file."""
     return typed_numbers(re.sub("none|null|infinity", "inf", text.casefold())) is not None and not os.path.exists(text)
 
 
@@ -135,7 +130,6 @@ def typed_numbers(text: str, may_be_file: bool = True) -> list[str] | None:
 
 
 def typed_vector(field: str, typed: list[str], n: int) -> Vector:
-    """Return typed numbers, fractions allowed, as a vector of length n; a ProblemError names the field."""
     return as_vector(field, rounded(_entries(field, typed)), n)
 
 
@@ -160,8 +154,7 @@ def read_start(field: str, path: str, n: int, box: Box | None = None, names: Nam
 
 
 def read_candidates(path: str, lengths: Mapping[int, str], problem: Sought, names: Names = tuple) -> list[Candidate]:
-    """Return the proposed solutions, given in numbers or in a file: a result, all solutions, or a vector in any format,
-    fractions allowed.
+    """Return the proposed solutions, given in numbers or in a file: a result, all solutions, or a vector in any format.
 
     lengths : what a vector stands for, by its length: z and, for a program, x and y, or x. problem : the problem
     whose result is chosen of several. names : those of the unknowns, by which a table may be labelled.
@@ -210,8 +203,8 @@ def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
         states: Any = data.get("basis") if isinstance(data, dict) else data
         if isinstance(states, list):
             return states
-        if states is not None or not isinstance(data, dict) or not {"z", "w"} <= set(data):
-            raise ProblemError("basis", "is missing" if states is None else f"is {kind(states)}", STATES_HINT)
+        is_result = states is None and isinstance(data, dict) and {"z", "w"} <= set(data)
+        refuse(not is_result, "basis", "is missing" if states is None else f"is {kind(states)}", STATES_HINT)
     z, w = _result_in(form, content, problem.n)
     refuse(w is None, "", "has no column headed w", STATES_HINT)
     return in_words(problem.box.basis_at(z, cast(Vector, w)))
@@ -241,7 +234,6 @@ def _first_in(content: bytes) -> Any:
 EXPECTED_RESULT = "give a list of numbers, or what lcp solve --format json prints"
 VERTEX = {"piece", "kind", "number", "component", "z"}  # the columns of a table of all solutions
 STRATEGY = {"equilibrium", "player", "strategy", "probability"}  # the columns of a table of all equilibria
-RUN = ("problem", "method")  # the columns that tell one result from another
 HINT = "give one row or one column, a table with a column headed z, or a result in JSON"
 
 Lengths = Mapping[int, str]  # what may be given, by its length
@@ -303,7 +295,6 @@ def first_of(text: str) -> str:
 
 
 def _object(line: str | bytes) -> dict[str, Any]:
-    """Return the object in a line; an empty one if there is none."""
     with suppress(ValueError, RecursionError):
         found = json.loads(line)
         return found if isinstance(found, dict) else {}
@@ -311,10 +302,8 @@ def _object(line: str | bytes) -> dict[str, Any]:
 
 
 def of_json(content: bytes, lengths: Lengths, problem: Sought) -> list[Candidate]:
-    """Return the candidates in a JSON text: several if it is the output of lcp solve --all.
-
-    lengths : the possible lengths of a candidate, n first. problem : the problem, whose result is taken of several.
-    """
+    """Return the candidates in a JSON text: several if it is the output of lcp solve --all. lengths : the possible
+    lengths of a candidate, n first. problem : the problem, whose result is taken of several."""
     text, remark = record_of(decode(content), problem)
     data = load_json(text, fraction)
     solutions = data.get("solutions") if isinstance(data, dict) and "z" not in data else None
@@ -366,24 +355,22 @@ def _numbers(field: str, values: Any, lengths: Lengths) -> list[Fraction]:
 
 def _entries(field: str, values: Any) -> list[Fraction]:
     refuse(not isinstance(values, list), field, f"is {kind(values)}", "give a list of numbers")
-    found = []
     for i, value in enumerate(values):
         if not isinstance(value, (Fraction, str)):
             hint = f"give a number, or a fraction as a string {FROM_0}"
             raise ProblemError(f"{field}[{i}]", f"is {kind(value)}", hint)
-        found.append(within(f"{field}[{i}]", ratio, value) if isinstance(value, str) else value)
-    return found
+    return [within(f"{field}[{i}]", ratio, x) if isinstance(x, str) else x for i, x in enumerate(values)]
 
 
 def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Fraction]:
-    """Return the values; raise ProblemError if their number is not one of the lengths."""
     if len(values) in lengths:
         return values
     n, own = next(iter(lengths.items()))
     fault = f"has {count(len(values), 'entry')} for {own if own.endswith('strategies') else count(n, 'unknown')}"
     refuse(len(lengths) == 1, field, fault, "make them agree")
-    allowed = [f"{size} for {what}" for size, what in sorted(lengths.items())]
-    raise ProblemError(field, fault, f"give {', '.join(allowed[:-1])} or {allowed[-1]}")
+    raise ProblemError(
+        field, fault, f"give {listed((f'{size} for {what}' for size, what in sorted(lengths.items())), 'or')}"
+    )
 
 
 def of_table(content: bytes) -> list[Candidate]:
@@ -411,11 +398,11 @@ def of_table(content: bytes) -> list[Candidate]:
                     groups.setdefault(tuple(row[name] for name in keys), []).append((k, row))
             refuse(not groups, "", "has no solution", "give a solution to check")
             return [made(own) for own in groups.values()]
-    return [_solution([(k, row) for k, row in rows if all(row.get(name) == rows[0][1].get(name) for name in RUN)])]
+    runs = [(row.get("problem"), row.get("method")) for _, row in rows]
+    return [_solution([row for row, run in zip(rows, runs, strict=True) if run == runs[0]])]
 
 
 def _columns(rows: list[list[str]]) -> list[str]:
-    """Return the names of the columns of a table without a header."""
     width, first = len(rows[0]), [row[0] for row in rows]
     indexed = any(first == [*map(str, range(start, start + len(rows)))] for start in (0, 1))
     if width in (2, 3) and (indexed or not any(map(is_number, first))):

@@ -18,21 +18,14 @@ if TYPE_CHECKING:
 
 STANDARD_INPUT = "-"
 PAPER_EXAMPLES = ("paper-example-1.json", "paper-example-2.json")
-SHIPPED = (".", "programs", "games")  # the folders of shipped problems
-WITH_GZIP_HEADER = 31  # the form that zlib then expects
-LARGEST_SHARE = 0.25  # of the memory of this machine, for what a file holds when it is uncompressed
 FEW_ABSENT, MOST_ABSENT = 2**22, 1000  # numbers that are not given: always allowed, and for each one that is given
-WRITE_AGAIN = "write the model again"  # hint for an empty .nl file
 BESIDE = (".row", ".col", ".sol")  # the suffixes of files that stand beside a model
-MOST_NAMED = 3  # files in a folder that a line names: enough to recognize them
 
 T = TypeVar("T")
 Fetch = Callable[[str, str], bytes]  # returns the content of a file; the second argument is the hint for an empty one
 
 
 class Source(NamedTuple):
-    """The place of a problem."""
-
     file: str | None = None  # the file of the problem, or of q
     item: int | None = None  # in a file with several problems, the number of the line or of the column of q, from 1
     mark: Mapping[str, Any] | None = None  # the further fields of its record in a log (`files/atomic_write.py`)
@@ -48,15 +41,16 @@ def shipped_path(name: str) -> str:
     from pathlib import Path
 
     package = Path(__file__).parent.parent
-    installed = package / "problems" / name
-    return str(installed if installed.exists() else package.parent / "problems" / name)
+    installed, beside = (folder / "problems" / name for folder in (package, package.parent))
+    return str(installed if installed.exists() else beside)
 
 
 def shipped_problems() -> dict[str, Path]:
     """Return the files of the shipped problems, by the names under which every command reads them."""
     from pathlib import Path
 
-    files = (file for folder in SHIPPED for file in sorted(Path(shipped_path(folder)).glob("*")))
+    folders = map(shipped_path, (".", "programs", "games"))
+    files = (file for folder in folders for file in sorted(Path(folder).glob("*")))
     return {file.stem: file for file in files if file.suffix in (".json", ".nfg")}
 
 
@@ -80,42 +74,34 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
     inside: list[Path] = []
     with suppress(OSError):
         inside = [entry for entry in sorted(Path(folder).iterdir()) if not entry.name.startswith(".")]
-    files = [
-        file for file in inside if file.name.casefold().endswith(PROBLEMS) and (file.is_file() or file.is_symlink())
-    ]
+    named = [entry for entry in inside if entry.name.casefold().endswith(PROBLEMS)]
+    files = [file for file in named if file.is_file() or file.is_symlink()]
     others = [entry for entry in inside if entry not in files and entry.suffix not in BESIDE]
     results = []
     for file in files:
         with suppress(OSError), file.open("rb") as content:  # an error is reported when the file is read
             results += [file] * is_result(content.read(HEAD))
-    for left, noun, kind in (
-        (others if files else [], "entry", "folders, or without the suffix of a problem"),
-        (results, "file", "results of lcp, not problems"),
-    ):
+    kinds = ("entry", "folders, or without the suffix of a problem"), ("file", "results of lcp, not problems")
+    for left, (noun, kind) in zip((others if files else [], results), kinds, strict=True):
         if left:
-            names = ", ".join(file.name for file in left[:MOST_NAMED]) + ", ..." * (len(left) > MOST_NAMED)
+            names = ", ".join(file.name for file in left[:3]) + ", ..." * (len(left) > 3)
             tell(f"{folder}: {count(len(left), noun)} left out ({kind}): {names}")
     return [str(file) for file in files if file not in results]
 
 
 def refuse_folder(path: str) -> None:
-    """Raise ProblemError if a path that `files_in` has left is a folder."""
-    if not os.path.isdir(path):
-        return
     try:
-        os.listdir(path)
+        is_folder = os.path.isdir(path) and os.listdir(path) is not None
     except OSError as error:
         raise ProblemError(path, f"cannot be read ({error.strerror})", "make it readable") from None
-    raise ProblemError(path, "is a folder without problem files", f"they end in {', '.join(PROBLEMS)}")
+    refuse(is_folder, path, "is a folder without problem files", f"they end in {', '.join(PROBLEMS)}")
 
 
 def place(path: str) -> str:
-    """Return the name of a file as messages show it."""
     return "standard input" if path == STANDARD_INPUT else path
 
 
 def parsed(path: str, expected: str, parse: Callable[[bytes], T], fetch: Fetch | None = None) -> T:
-    """Parse the content of a file; errors name the file. expected : the hint for an empty file."""
     content = (fetch or content_of)(path, expected)
     return within(place(path), parse, content)
 
@@ -131,17 +117,16 @@ def within(where: str, parse: Callable[..., T], *given: Any) -> T:
 
 
 def content_of(path: str, expected: str) -> bytes:
-    """Return the content of a file, without a byte order mark. expected : the hint for an empty file."""
     with open_file(path) as file:
         return checked(path, file.read(), expected)
 
 
 def checked(path: str, content: bytes, expected: str) -> bytes:
-    """Return the content of a file without a byte order mark; raise ProblemError if it is empty."""
     if path.casefold().removesuffix(".gz").endswith(COMPRESSIBLE):
         content = within(place(path), unpacked, content)
     content = without_mark(content)
-    refuse(not content or content.isspace(), place(path), "is empty", WRITE_AGAIN if path.endswith(".nl") else expected)
+    hint = "write the model again" if path.endswith(".nl") else expected
+    refuse(not content or content.isspace(), place(path), "is empty", hint)
     return content
 
 
@@ -151,14 +136,13 @@ def open_file(path: str) -> Iterator[IO[bytes]]:
     shipped problem. Raises ProblemError if the file cannot be read."""
     name = place(path)
     refuse(not path, "", "the name of a file is empty", "name a file")
+    refuse(path == STANDARD_INPUT and sys.stdin is None, name, "is closed", "name a file")
     try:
-        if path != STANDARD_INPUT:
+        if path == STANDARD_INPUT:
+            yield sys.stdin.buffer
+        else:
             with open(shipped_file(path) or path, "rb") as file:
                 yield file
-        elif sys.stdin is None:
-            raise ProblemError(name, "is closed", "name a file")
-        else:
-            yield sys.stdin.buffer
     except FileNotFoundError:
         raise ProblemError(name, "no such file", _likely_file(path)) from None
     except IsADirectoryError:
@@ -182,7 +166,6 @@ def _likely_file(path: str) -> str:
 
 
 def without_mark(content: bytes) -> bytes:
-    """Return the content without a byte order mark, in UTF-8 if it was UTF-16, like Excel's Unicode text."""
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         with suppress(UnicodeError):
             return content.decode("utf-16").encode()
@@ -190,7 +173,6 @@ def without_mark(content: bytes) -> bytes:
 
 
 def decode(content: bytes) -> str:
-    """Decode UTF-8, or raise ProblemError."""
     with suppress(UnicodeDecodeError):
         text = content.decode("utf-8")
         if "\0" not in text:
@@ -199,25 +181,23 @@ def decode(content: bytes) -> str:
 
 
 def unpacked(content: bytes) -> bytes:
-    """Return the content, uncompressed if it is compressed by gzip; raise ProblemError if it is damaged."""
     if not content.startswith(GZIP):
         return content
-    parts, size = list[bytes](), 0
+    parts = list[bytes]()
     while content:  # a file may consist of several compressed ones
-        part, content = uncompressed(content, WITH_GZIP_HEADER, size)
+        part, content = uncompressed(content, 31, sum(map(len, parts)))
         parts.append(part)
-        size += len(part)
         content = content.lstrip(b"\0")
     return b"".join(parts)
 
 
 def uncompressed(content: bytes, form: int, size: int = 0) -> tuple[bytes, bytes]:
     """Return what zlib uncompresses, and the bytes behind it; raise ProblemError if these are damaged, or if the result
-    takes more than a LARGEST_SHARE of the memory of this machine. form : `wbits` of zlib. size : of earlier parts."""
+    takes more than a quarter of the memory of this machine. form : `wbits` of zlib, 31 for gzip. size : of
+    earlier parts."""
     import zlib
 
-    available = memory()
-    most = int(available * LARGEST_SHARE) if available else sys.maxsize
+    most = (memory() or 0) // 4 or sys.maxsize
     unpacking = zlib.decompressobj(form)
     try:
         found = unpacking.decompress(content, max(most - size, 1))
@@ -230,7 +210,6 @@ def uncompressed(content: bytes, form: int, size: int = 0) -> tuple[bytes, bytes
 
 
 def memory() -> int | None:
-    """Return the bytes of memory of this machine; None on systems that do not report it."""
     try:
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, ValueError, OSError):
@@ -247,6 +226,6 @@ def refuse_beyond_memory(field: str, shape: tuple[int, ...], itemsize: int = 8) 
 def refuse_mostly_absent(field: str, shape: tuple[int, ...], size: int, given: int) -> None:
     """Raise ProblemError if work on `size` numbers would be done for a shape that a file declares but hardly gives: a
     few bytes could otherwise take all memory. given : the numbers in the file."""
-    if size > FEW_ABSENT and size > MOST_ABSENT * given:
-        fault = f"is declared as {' x '.join(map(str, shape))} with {count(given, 'entry')}"
-        raise ProblemError(field, fault, f"give at least one of {MOST_ABSENT} entries")
+    fault = f"is declared as {' x '.join(map(str, shape))} with {count(given, 'entry')}"
+    is_wrong = size > FEW_ABSENT and size > MOST_ABSENT * given
+    refuse(is_wrong, field, fault, f"give at least one of {MOST_ABSENT} entries")

@@ -26,21 +26,17 @@ from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import RATIO, decimal
 
-DELIMITERS = (";", "\t", ",")
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, so it is not a name in a header
 DECIMALS = re.compile(r"\s*[-+]?\d+,\d+(e[-+]?\d+)?\s*", re.IGNORECASE)  # two numbers, or one with a decimal comma
 HEADING = re.compile(r"[^\W\d][\w .()-]*|\d+")  # a name of an unknown that a header may have as it is
 RESERVED = {"q", *BOUNDS, *OTHER_NAMES, "none", "null", "nan", "inf", "infinity"}  # headings of another meaning
+NAME = r"[^\W\d]"  # begins like a name
 NUMBERED = re.compile(r"[MmZzXx]?_?\d+")  # a heading that only numbers a column
 COMMENT = re.compile(r"\s*#(?![A-Z][A-Z0-9/]*[!?]?\s*([;,\t]|$))")  # not an error such as #N/A or #REF!
 SHAPE = "give n rows of n + 1 columns (M and q) or of n columns (M alone)"
-UNNAMED = "; is the first column an index? leave the first cell of the header empty"
-HEADED = "name q, lower and upper in a header, if the last columns are these"
 
 
 class Table(NamedTuple):
-    """The table in a text."""
-
     top: int  # the first line
     header: list[str]  # the names in it, none if it is no header; where the numbers are read, without that of an index
     lines: list[tuple[int, list[str]]]  # the cells below it, by line
@@ -67,8 +63,9 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
         header = header[1:]
     columns = len(rows[0])
     if not places:
-        hint = f"{SHAPE}, or {HEADED}" if columns in (n + 2, n + 3) else SHAPE
-        hint = _numbering(rows) or hint + UNNAMED * (columns == n + 2 and bool(header))
+        hint = SHAPE + ", or name q, lower and upper in a header, if the last columns are these" * (1 < columns - n < 4)
+        if columns == n + 2:
+            hint += "; is the first column an index? leave the first cell of a header empty"
         refuse(columns not in (n, n + 1), "", f"has {count(n, 'row')} of {count(columns, 'column')}", hint)
         return of_table(np.array(rows)) | (_names(header[:n]) if len(header) == columns == n + 1 else {})
     M = [[value for i, value in enumerate(row) if i not in places.values()] for row in rows]
@@ -87,12 +84,11 @@ def _names(header: list[str]) -> dict[str, list[str]]:
 
 
 def values(field: str, content: bytes, number: Number = float) -> list[Any]:
-    """Return the numbers in a text of one row or one column; None stands for an absent bound."""
     table = table_of(content, number, all_bounds=field.lstrip("-") in BOUNDS)
     rows, headed = table.rows, ", ".join(table.places)
     refuse(headed, "", f"has columns headed {headed}", "give one row or one column of numbers")
     shape = f"has {len(rows)} rows and {len(rows[0])} columns"
-    refuse(len(rows) > 1 and len(rows[0]) > 1, field, shape, _numbering(rows) or "give one row or one column")
+    refuse(len(rows) > 1 and len(rows[0]) > 1, field, shape, "give one row or one column")
     return [x for row in rows for x in row]
 
 
@@ -146,15 +142,12 @@ def lines_of(content: bytes) -> list[tuple[int, str]]:
 
 
 def delimiter_of(line: str) -> str:
-    """Return the delimiter of the columns, found in the first line; "" for blanks."""
-    return next((mark for mark in DELIMITERS if mark in line), "")
+    return next((mark for mark in (";", "\t", ",") if mark in line), "")  # "" for blanks
 
 
 def is_header(cells: list[str]) -> bool:
-    """Return whether a first line is a header: no cell is a number or begins like one, or the last one says so."""
-    if len(cells) > 1 and cells[-1].strip() in ("q", *BOUNDS):
-        return True
-    return not any(is_number(cell) or NUMERIC.match(cell) for cell in cells)
+    is_said = len(cells) > 1 and cells[-1].strip() in ("q", *BOUNDS)
+    return is_said or not any(is_number(cell) or NUMERIC.match(cell) for cell in cells)
 
 
 def grid_of(content: bytes, all_bounds: bool = False) -> Table:
@@ -200,8 +193,13 @@ def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds
     rows: list[list[Any]] = []
     for number, row in below:
         cells = row[indexed:]
-        plain, own = _finite_floats(cells) if may_be_plain else None, enumerate(cells, 1 + indexed)
-        rows.append(plain or [value_of(cell, number, i, commas, number_of, i in bounds) for i, cell in own])
+        plain, own = list[float](), enumerate(cells, 1 + indexed)
+        with suppress(ValueError):
+            plain = list(map(float, cells)) if may_be_plain else []
+        is_plain = plain and math.isfinite(sum(map(abs, plain)))
+        rows.append(
+            plain if is_plain else [value_of(cell, number, i, commas, number_of, i in bounds) for i, cell in own]
+        )
     return grid._replace(header=header, rows=rows, places=places)
 
 
@@ -216,7 +214,6 @@ def _has_title(lines: list[tuple[int, str]]) -> bool:
 
 
 def _without_empty_ends(rows: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:
-    """Return rows without empty ones at the end and without empty last columns, as spreadsheets leave them."""
     while len(rows) > 1 and not any(map(str.strip, rows[-1][1])):
         rows = rows[:-1]
     while all(len(cells) > 2 and not cells[-1].strip() for _, cells in rows):
@@ -247,34 +244,13 @@ def _heads_an_index(header: list[str], below: list[str]) -> bool:
     if not others or (is_named and not (below and all(map(is_name, (first, *below))))):
         return False
     may_be_numbered = not is_named or len(others) > 1  # as A,0 may be a label and a number
-    return all((may_be_numbered and name == str(i)) or NAME.match(name) for i, name in enumerate(others))
-
-
-def _numbering(rows: list[list[Any]]) -> str:
-    """Return the hint for a table whose first column or row only numbers the others, from 0; "" for any other."""
-    if len(rows[0]) > 1 and [row[0] for row in rows] == list(range(len(rows))):
-        return "is the first column an index? save it with index=False"
-    if len(rows) > 1 and rows[0] == list(range(len(rows[0]))):
-        return "does the first row number the columns? save it with header=False"
-    return ""
-
-
-def _finite_floats(cells: list[str]) -> list[float] | None:
-    """Return a row of numbers; None if it may have anything else."""
-    with suppress(ValueError):
-        row = list(map(float, cells))
-        return row if math.isfinite(sum(map(abs, row))) else None
-    return None
-
-
-FEWEST_NUMBERED = 3  # rows of M whose first entries are hardly 1, 2, 3, ... by chance
+    return all((may_be_numbered and name == str(i)) or re.match(NAME, name) for i, name in enumerate(others))
 
 
 def remark(problem: Problem) -> str:
-    """Return the line on a problem in one table that may begin with an index; "" for any other."""
-    n, is_named = problem.n, any(problem.names)
-    first = [] if is_named or n < FEWEST_NUMBERED else problem.M[:, 0].tolist()
-    numbers = ", ".join(f"{x:g}" for x in first[:FEWEST_NUMBERED])
+    n = problem.n
+    first = [] if any(problem.names) or n < 3 else problem.M[:, 0].tolist()  # fewer are 1, 2, ... by chance
+    numbers = ", ".join(f"{x:g}" for x in first[:3])
     line = f"the first column of M is {numbers}, ...; if it numbers the rows, add a header with an empty first cell"
     return line if first and first in (list(range(n)), list(range(1, n + 1))) else ""
 
@@ -292,7 +268,6 @@ def require_order(content: bytes, names: Callable[[], Sequence[str]]) -> None:
 
 
 def refuse_other_order(labels: Sequence[str], names: Sequence[str]) -> None:
-    """Raise ProblemError if labels are some of the names of the unknowns, or all in another order."""
     own = [label.strip() for label in labels]
     if own != list(names) and set(own) & set(names) - {""} and len(set(names)) == len(names):
         fault = f"has {count(len(own), 'label')} for {count(len(names), 'unknown')}"
@@ -300,9 +275,6 @@ def refuse_other_order(labels: Sequence[str], names: Sequence[str]) -> None:
             label, name = next(pair for pair in zip(own, names, strict=True) if pair[0] != pair[1])
             fault = f"has the label {quoted(label)} in the place of {quoted(name)}"
         raise ProblemError("", fault, "put the labels in the order of the unknowns, or leave them out")
-
-
-NAME = re.compile(r"[^\W\d]")  # begins like a name
 
 
 def cells_of(number: int, line: str, delimiter: str) -> list[str]:
@@ -318,7 +290,7 @@ def cells_of(number: int, line: str, delimiter: str) -> list[str]:
 
 
 def is_name(entry: str) -> bool:
-    return bool(NAME.match(entry.strip())) and not is_number(entry) and not is_absent(entry)
+    return bool(re.match(NAME, entry.strip())) and not is_number(entry) and not is_absent(entry)
 
 
 def is_absent(entry: str) -> bool:
@@ -333,10 +305,8 @@ def is_number(entry: str) -> bool:
 
 
 def value_of(entry: str, line: int, column: int, commas: bool, number_of: Callable[[str], Any], is_bound: bool) -> Any:
-    """Return the number in a cell, which may be written as a fraction; a bound may be absent (None) or infinite.
-
-    commas : whether the decimal mark of the file is a comma.
-    """
+    """Return the number in a cell, which may be written as a fraction, with a decimal comma if the file has `commas`; a
+    bound may be absent (None) or infinite."""
     if is_bound and is_absent(entry):
         return None
     if is_bound and entry.strip().casefold().lstrip("+-") in ("inf", "infinity"):
@@ -348,18 +318,13 @@ def value_of(entry: str, line: int, column: int, commas: bool, number_of: Callab
     if is_number(number) and math.isfinite(float(number)) and not is_mixed:
         return number_of(number)
     text = quoted(entry.strip())
-    if is_ratio:
-        fault, hint = f"is {text}, a division by 0", "give a number"
-    elif not entry.strip():
-        fault, hint = "is empty", "give a number"
+    if is_ratio or not entry.strip():
+        fault, hint = f"is {text}, a division by 0" if is_ratio else "is empty", "give a number"
     elif is_mixed:
         fault, hint = f"is {quoted(entry)} in a file with decimal commas", "use one decimal mark, none for thousands"
     elif is_number(number):
         fault, hint = f"is {text}", "give a finite number in double precision"
     else:
-        fault, hint = f"is {quoted(entry)}, not a number", REAL
-        if "\u2212" in entry:
-            hint = "write the minus sign as -"
-        elif RATIO.fullmatch(entry.strip()):
-            hint = "write the fraction as a decimal"
+        fault, hint = f"is {quoted(entry)}, not a number", "write the minus sign as -" if "\u2212" in entry else REAL
+        hint = "write the fraction as a decimal" if RATIO.fullmatch(entry.strip()) else hint
     raise ProblemError(f"line {line}, column {column}", fault, hint)

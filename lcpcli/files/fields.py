@@ -7,7 +7,7 @@ game has A and B, or, as a tree, efg. Each may have name, source and note.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from itertools import combinations
+from itertools import combinations, product
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import errors
@@ -27,19 +27,16 @@ STARTS = ("x0", "x1")
 KEYS = (*TEXTS, "M", "q", *BOUNDS, *STARTS, "solution", "verdict", "origin", "names")
 NONLINEAR = {"F", "f", "function", "functions", "expression", "expressions", "equations", "jacobian"}
 THREE_PLAYERS = "is a game of more than two players", "its equilibria are not the solutions of an LCP"
-PAYOFF_FIELDS = {"payoff", "payoffs", "payoff_matrix", "payoff_matrices", "players"}
 PAIRS_OF_BOUNDS = {"bounds", "bnds", "bound", "box", "limits"}
 OF_LOWER = ("l", "lb", "lo", "low", "xl", "zl", "lbound", "lowerbound", "lower_bound", "min")
 OF_UPPER = ("u", "ub", "hi", "up", "high", "xu", "zu", "ubound", "upperbound", "upper_bound", "max")
 OTHER_NAMES = {"matrix": "M", "a": "M", "vector": "q", "b": "q", "solutions": "solution", "z": "solution"}
 OTHER_NAMES |= {"start": "x0"} | dict.fromkeys(OF_LOWER, "lower") | dict.fromkeys(OF_UPPER, "upper")
 MATRICES = ("Q", "P", "A", "G", "B")  # of programs and games
-ROW_FIELDS = ("A", "b", "row_lower", "row_upper", "rows")
-NATIVE = ("Q", "c", *ROW_FIELDS, "lower", "upper", "free", "columns", "sense", "constant", *TEXTS)
+NATIVE = ("Q", "c", "A", "b", "row_lower", "row_upper", "rows", *BOUNDS, "free", "columns", "sense", "constant", *TEXTS)
 QPSOLVERS = ("P", "q", "G", "h", "A", "b", "lb", "ub", *TEXTS)
 OSQP = ("P", "q", "A", "l", "u", *TEXTS)
 GAME = ("A", "B", "rows", "columns", "players", "sense", *TEXTS)
-TREE = ("efg", *TEXTS)
 READINGS = (
     "give min x'Qx/2 + c'x, row_lower <= Ax <= row_upper, lower <= x <= upper, "
     "or min x'Px/2 + q'x, Gx <= h, Ax = b, lb <= x <= ub, or min x'Px/2 + q'x, l <= Ax <= u"
@@ -47,12 +44,11 @@ READINGS = (
 FOREIGN_FIELDS = dict(  # names of quadprog and linprog, with those of qpsolvers
     zip(("H", "f", "Aeq", "beq", "A_eq", "b_eq", "A_ub", "b_ub"), "PqAbAbGh", strict=True)
 )
-KNOWN = {*NATIVE, *QPSOLVERS, *OSQP, *GAME, *TREE, *FOREIGN_FIELDS}
+KNOWN = {*NATIVE, *QPSOLVERS, *OSQP, *GAME, "efg", *FOREIGN_FIELDS}
 TELLING = {"Q", "c", "P", "G", "h", "row_lower", "row_upper", *FOREIGN_FIELDS} - {"f"}
 
 
 def is_for_bounds(key: str) -> bool:
-    """Return whether a key, known or not, is likely meant for bounds."""
     folded = key.casefold()
     return folded in PAIRS_OF_BOUNDS or OTHER_NAMES.get(folded, folded) in BOUNDS
 
@@ -65,10 +61,10 @@ def refuse_unknown(field: str, given: Collection[str], known: tuple[str, ...], w
     refuse(keys & NONLINEAR and not keys & {"M", "Q", "A"}, "", "is a nonlinear problem", hint)
     refuse({"version", "status", "z"} <= keys, "", "is a result, not a problem", "name the file of the problem")
     others, bounds = [key for key in given if key not in known], PAIRS_OF_BOUNDS if "lower" in known else set[str]()
-    meanings = (PAYOFF_FIELDS, "payoffs of a game as A and B"), (bounds, "bounds as lower and upper, each a list")
-    for names, what in meanings:
-        for key in others:
-            refuse(key.casefold() in names, key, f"is not a key of {whole}", f"give the {what}")
+    of_game = {"payoff", "payoffs", "payoff_matrix", "payoff_matrices", "players"}
+    meanings = (of_game, "payoffs of a game as A and B"), (bounds, "bounds as lower and upper, each a list")
+    for (names, what), key in product(meanings, others):
+        refuse(key.casefold() in names, key, f"is not a key of {whole}", f"give the {what}")
     errors.refuse_unknown(field, given, known, whole, {k: v for k, v in OTHER_NAMES.items() if v in known})
 
 
@@ -82,10 +78,8 @@ FORMS = {  # ways to write a program: what makes the problem, of which keys, the
 def kind_of(keys: Collection[str]) -> str:
     """Return "program", "game" or "tree" if the keys of an object show that it is one, else ""."""
     given = set(keys)
-    if "M" in given:
-        return ""
-    if "efg" in given:
-        return "tree"
+    if given & {"M", "efg"}:
+        return "" if "M" in given else "tree"
     if given & TELLING or ({"A", "q"} <= given and given & {"b", "l", "u"}):
         return "program"
     return "game" if given & {"A", "B"} and not given & {"b", "q"} else ""
@@ -162,7 +156,7 @@ def _game(data: Mapping[str, Any]) -> Problem:
 
 
 def _tree(data: Mapping[str, Any]) -> Problem:
-    refuse_unknown("", data, TREE, "a game tree")
+    refuse_unknown("", data, ("efg", *TEXTS), "a game tree")
     from lcpcli.games.problems import from_efg
 
     return from_efg(data["efg"], **{key: data[key] for key in TEXTS if key in data})

@@ -23,8 +23,6 @@ ALL, BOUNDS, M_AND_Q, PROGRAM = "everything", "M, q and bounds", "M and q", "the
 
 
 class Kind(NamedTuple):
-    """The files with a suffix."""
-
     form: str  # the module that reads and writes them, a `Format`: in lcpcli.files, or with its full name
     keeps: str  # of a problem: ALL, BOUNDS or M_AND_Q, PROGRAM if only programs are written; "" if they are only read
     in_decimals: bool = False  # whether numbers are written with any number of digits, rather than as doubles
@@ -97,7 +95,6 @@ def kind_with(suffix: str) -> Kind | None:
 
 
 def kind_in(form: str) -> Kind:
-    """Return the first kind of file in a format."""
     return next(kind for kind in FORMATS.values() if kind.form == form)
 
 
@@ -135,10 +132,8 @@ AS_TABLE = ("is a result of lcp as a table, which it does not read", "write it w
 
 
 def form_of(path: str, content: bytes) -> str:
-    """Return the format of a file, one of FORMATS; raise ProblemError for an unreadable one.
-
-    With other suffixes, and with .csv, a text that opens with a brace or a bracket is JSON, everything else CSV.
-    """
+    """Return the format of a file, one of FORMATS; raise ProblemError for an unreadable one. With other suffixes, and
+    with .csv, a text that opens with a brace or a bracket is JSON, everything else CSV."""
     ending = os.path.splitext(uncompressed(path))[1].casefold()
     if content.startswith(ZIP) and ending != ".npz":
         is_spreadsheet = b"xl/" in content or b"opendocument.spreadsheet" in content
@@ -163,16 +158,13 @@ def form_of(path: str, content: bytes) -> str:
 
 
 def is_result(content: bytes) -> bool:
-    """Return whether a file is a result of this program, by its beginning."""
     return RESULT.match(content[:HEAD]) is not None
 
 
 def uncompressed(path: str) -> str:
-    """Return the name of a file without the suffix of a compression that lcp reads."""
     return path[:-3] if path.casefold().endswith(COMPRESSED) else path
 
 
 def refuse(is_wrong: Any, where: str, fault: str, hint: str) -> None:
-    """Raise ProblemError with this message if something is wrong."""
     if is_wrong:
         raise ProblemError(where, fault, hint)

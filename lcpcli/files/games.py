@@ -26,7 +26,6 @@ from lcpcli.files.json_format import payoff_of
 from lcpcli.model.extensive import TOKEN
 from lcpcli.rational.numbers import ratio
 
-LARGEST_TABLE = 100_000  # bytes: a larger table is not read again for a mere hint, which would take long
 HINT = "give the payoffs of the row player and those of the column player"
 
 Pair = tuple[Fraction, Fraction]
@@ -120,13 +119,10 @@ def game_in(paths: Sequence[str]) -> Input:
 
 
 def hint(paths: Sequence[str]) -> str:
-    """Return the line that says that two files may be the payoffs of a game; "" for other files.
-
-    They may be payoffs if they are tables of the same shape that are square, or have labels and no q, or have a shape
-    that no problem has.
-    """
-    if len(paths) != 2 or not all(Path(path).is_file() and Path(path).stat().st_size < LARGEST_TABLE for path in paths):
-        return ""
+    """Return the line that says that two files may be the payoffs of a game, as tables of the same shape that are
+    square, or have labels and no q, or have a shape that no problem has; "" for other files."""
+    if len(paths) != 2 or not all(Path(path).is_file() and Path(path).stat().st_size < 100_000 for path in paths):
+        return ""  # a larger table is not read again for a mere hint, which would take long
     try:
         (A, rows, columns), (B, _, others) = map(_table, paths)
     except LCPError:
@@ -139,10 +135,8 @@ def hint(paths: Sequence[str]) -> str:
 
 
 def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[str]:
-    """Return the names that two tables give a player's strategies; an empty list if the numbers of names differ.
-
-    path : the file of the second table. Raises ProblemError if its names differ, or are in another order.
-    """
+    """Return the names that two tables give a player's strategies; an empty list if the numbers of names differ. Raises
+    ProblemError if the names in the second table, in the file `path`, differ, or are in another order."""
     if names and others and len(names) != len(others):
         return []
     if names and others and names != others:

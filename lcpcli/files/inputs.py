@@ -31,12 +31,9 @@ if TYPE_CHECKING:
 
 SHARED = (*BOUNDS, "names")  # the fields of a file without q that belong to each of several q
 FIRST_NAME = "q1"  # of several q without names
-FIRST_BYTES = 1024  # of a file, searched for its first character that is not blank; few files begin with more blanks
 
 
 class Input(NamedTuple):
-    """A problem to be read."""
-
     paths: tuple[str, ...]  # its file, or the files of M and of q
     contents: tuple[bytes, ...] = ()  # of these files
     line: int | None = None  # the number of its line, from 1, in a file with a problem in each line
@@ -78,8 +75,6 @@ class Input(NamedTuple):
 
 
 class QColumns(NamedTuple):
-    """Several problems with one M."""
-
     paths: tuple[str, str]  # the files of M and of Q
     M: Matrix
     Q: Matrix  # of shape (n, k), with a q in each column
@@ -107,12 +102,10 @@ class QColumns(NamedTuple):
         return within(place(self.paths[0]), lambda: cast(Problem, made(fields)))
 
     def part(self, begin: int, end: int) -> QColumns:
-        """Return the problems from begin up to, but not including, end, counted from 0."""
         names, marks = self.names[begin:end], self.marks[begin:end]
         return self._replace(Q=self.Q[:, begin:end], names=names, first=self.first + begin, marks=marks)
 
     def parts(self, most: int) -> Iterator[QColumns]:
-        """Yield the problems, at most so many at a time."""
         return (self.part(begin, begin + most) for begin in range(0, len(self.names), most))
 
 
@@ -120,7 +113,6 @@ Work: TypeAlias = Input | QColumns
 
 
 def nonlinear_in(path: str, content: bytes) -> Model | None:
-    """Return the model in a file if it is a nonlinear one; None for any other file."""
     if within(place(path), form_of, path, content) != "nl_format":
         return None
     from lcpcli.files.nl_format import Model
@@ -177,17 +169,15 @@ def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]
     for line in file:
         head.append(line)
         nonblank = [part for part in map(bytes.strip, head) if part]
-        if path.casefold().endswith(LINES) or (streams and len(nonblank) == 1 and _is_object(nonblank[0])):
+        if path.casefold().endswith(LINES):
             return head, True
+        with suppress(ValueError, RecursionError):
+            first = contents.without_mark(nonblank[0]) if streams and len(nonblank) == 1 else b"0"
+            if isinstance(json.loads(first, parse_int=float), dict):
+                return head, True
         if len(nonblank) == 2 or (nonblank and not (nonblank[0].startswith(b"{") and nonblank[0].endswith(b"}"))):
             return head, len(nonblank) == 2 and nonblank[1].startswith(b"{")
     return head, False
-
-
-def _is_object(line: bytes) -> bool:
-    with suppress(ValueError, RecursionError):
-        return isinstance(json.loads(contents.without_mark(line), parse_int=float), dict)
-    return False
 
 
 def _with_next(path: str, content: bytes, left: list[str], of_folders: Collection[str], has_q: bool) -> Work:
@@ -200,8 +190,6 @@ def _with_next(path: str, content: bytes, left: list[str], of_folders: Collectio
     are_named = path not in of_folders and left[0] not in of_folders
     takes = (are_named and _is_q(left[0])) if M is None else (are_named or _is_q(left[0], M.shape[0]))
     if not (takes or has_q):
-        if shared is None and are_named:
-            _refuse_swapped(path, content, left)
         return Input((path,), (content,))
     q_path = left.pop(0)
     q_content = content_of(q_path, LINE)
@@ -220,17 +208,6 @@ def _with_next(path: str, content: bytes, left: list[str], of_folders: Collectio
     has_M = 1 < len(own) >= len(columns[1]) - 1 and np.array_equal(own, dense(M))
     refuse(has_M, place(q_path), f"begins with M of {place(path)}", "if it holds M and q, name it alone")
     return QColumns((path, q_path), M, *columns, shared or {})
-
-
-def _refuse_swapped(path: str, content: bytes, left: list[str]) -> None:
-    """Raise ProblemError if a file holds q, and the next one the M that should come before it."""
-    M = q = None
-    with suppress(ProblemError):
-        q = reading.vector_in("q", path, content)
-        M = None if left[0] == STANDARD_INPUT else _without_q(left[0], content_of(left[0], WHOLE))[0]
-    if q is not None and M is not None and len(q) == M.shape[0]:
-        other = left.pop(0)
-        raise ProblemError(place(path), f"holds q, and {other} M", f"name M first: {other} {path}")
 
 
 def _without_q(path: str, content: bytes) -> tuple[Matrix | None, Mapping[str, Any] | None]:
@@ -254,7 +231,7 @@ def _is_q(path: str, n: int | None = None) -> bool:
     own: Problem | Matrix | None = None
     with suppress(ProblemError):
         with contents.open_file(path) as file:
-            head = file.read(FIRST_BYTES)
+            head = file.read(1024)  # few files begin with more blanks
             is_other = head.lstrip().startswith(b"{") and not head.lstrip(b"{ \t\r\n").startswith(b'"q"')
             content = b"" if is_other else checked(path, head + file.read(), LINE)
         if not content:

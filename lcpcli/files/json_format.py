@@ -29,9 +29,7 @@ if TYPE_CHECKING:
 
 OF_COORDINATES = ("format", "shape", "rows", "cols", "values")
 DIGITS = 15  # decimals with so few digits are always the shortest decimals of their doubles
-SEVERAL = (
-    "lcp solve takes a problem in each line; give other commands one of them, as by sed -n 1p FILE | lcp inspect -"
-)
+SEVERAL = "lcp solve takes a problem in each line; give other commands one line, as by sed -n 1p FILE | lcp inspect -"
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
@@ -86,23 +84,20 @@ def payoff_of(value: Fraction) -> Fraction | float:
 
 
 def _payoffs(data: dict[str, Any]) -> dict[str, list[Any]]:
-    """Return the payoffs as tables, with entries in coordinates put in their places."""
     tables: dict[str, list[Any]] = {}
-    for key in ("A", "B"):
-        table = data.get(key)
-        if isinstance(table, dict):
+    for key, table in data.items():
+        if key in ("A", "B") and isinstance(table, dict):
             m, k = map(int, table["shape"])
             refuse_mostly_absent(key, (m, k), m * k, len(table["values"]))
             tables[key] = [[0.0] * k for _ in range(m)]
             for i, j, value in zip(table["rows"], table["cols"], table["values"], strict=True):
                 tables[key][int(i)][int(j)] = value
-        elif isinstance(table, list) and all(isinstance(row, list) for row in table):
+        elif key in ("A", "B") and isinstance(table, list) and all(isinstance(row, list) for row in table):
             tables[key] = table
     return tables
 
 
 def load(text: str, number: Callable[[str], Any] = float) -> Any:
-    """Return the content of a JSON text. number : converts its numbers."""
     try:
         return json.loads(text, parse_int=number, parse_float=number, parse_constant=number, object_pairs_hook=_object)
     except json.JSONDecodeError as error:
@@ -145,9 +140,7 @@ def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
 
 def of_coordinates(field: str, values: Vector, rows: Any, cols: Any, shape: tuple[int, int], first: int) -> Matrix:
     """Return the sparse matrix in scipy's coordinate form; raise ProblemError for a place outside, or one given twice.
-
-    rows, cols : the places of the values, counted from `first`.
-    """
+    rows, cols : the places of the values, counted from `first`."""
     from scipy.sparse import coo_array
 
     from lcpcli.linalg.patterns import outside
@@ -157,8 +150,8 @@ def of_coordinates(field: str, values: Vector, rows: Any, cols: Any, shape: tupl
         raise ProblemError(where, f"has the entry ({rows[at]:.15g}, {cols[at]:.15g}) {fault}", hint)
 
     for key, places, size in (("rows", rows, shape[0]), ("cols", cols, shape[1])):
+        hint = f"give whole numbers from {first} to {size - 1 + first}" if size else "leave it empty"
         for at in outside(places - first, size)[:1]:
-            hint = f"give whole numbers from {first} to {size - 1 + first}" if size else "leave it empty"
             refuse_entry(key, at, f"and is {shape[0]} x {shape[1]}", hint)
     order = np.lexsort((cols, rows))
     again = np.flatnonzero((np.diff(rows[order]) == 0) & (np.diff(cols[order]) == 0))
@@ -168,14 +161,12 @@ def of_coordinates(field: str, values: Vector, rows: Any, cols: Any, shape: tupl
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
-    """Return the fields as JSON from which `fields` reads the same numbers; each row of a dense matrix is a line."""
     number = partial(number_text, exact)
     lines = []
     for key, value in fields.items():
         is_same = key in BOUNDS and "M" in fields and (value == value[0]).all()
-        lines.append(f'"{key}": {_text(value[0].item() if is_same else value, number)}')
-    body = ",\n  ".join(lines)
-    return {"": f"{{\n  {body}\n}}\n".encode(errors="backslashreplace")}
+        lines.append(f'  "{key}": {_text(value[0].item() if is_same else value, number)}')
+    return {"": "\n".join(["{", ",\n".join(lines), "}", ""]).encode(errors="backslashreplace")}
 
 
 def _text(value: Any, number: Callable[[float], str]) -> str:
@@ -201,7 +192,6 @@ def _text(value: Any, number: Callable[[float], str]) -> str:
 
 
 def number_text(exact: Exact, x: float) -> str:
-    """Return the number that a double stands for, as a decimal; null if it is infinite."""
     if x in exact:
         from lcpcli.rational.numbers import decimal
 

@@ -36,8 +36,8 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
 def values(field: str, content: bytes, number: Number = float) -> Any:
     matrix = _matrix(field, content, number)
     rows, columns = matrix.shape
-    if rows and 1 not in (rows, columns):
-        raise ProblemError(field, f"has {rows} rows and {columns} columns", "give one row or one column")
+    is_table = rows and 1 not in (rows, columns)
+    refuse(is_table, field, f"has {rows} rows and {columns} columns", "give one row or one column")
     if is_sparse(matrix):
         refuse_beyond_memory(field, (rows, columns))
         refuse_mostly_absent(field, (rows, columns), rows * columns, matrix.nnz)
@@ -52,7 +52,6 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
 
 
 def _text(matrix: Matrix, exact: Exact) -> bytes:
-    """Return the matrix as scipy writes it, with other numbers in place of its doubles."""
     from scipy.io import mmwrite
 
     text = written(mmwrite, matrix, symmetry="general")
@@ -102,19 +101,17 @@ def _dense(sign: int, shape: tuple[int, int], values: Vector) -> Matrix:
 
 
 def _header(content: bytes) -> tuple[list[str], tuple[int, int], int, int]:
-    """Return the form, kind and symmetry of the matrix, its shape, how many entries it has, and where they begin."""
     file = io.BytesIO(content)
     words = file.readline().decode("latin-1").lower().split()
-    if len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"]:
-        raise ProblemError("line 1", "is not a Matrix Market header", f"begin with {BANNER}")
+    is_other = len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"]
+    refuse(is_other, "line 1", "is not a Matrix Market header", f"begin with {BANNER}")
     refuse("complex" in words, "line 1", "is the header of a complex matrix", REAL)
     for word, choices in zip(words[2:], CHOICES, strict=True):
         refuse(word not in choices, "line 1", f"{quoted(word)} cannot be read", f"use {' or '.join(choices)}")
     of_size = (each for each in enumerate(map(bytes.strip, file), 2) if each[1] and not each[1].startswith(b"%"))
     number, line = next(of_size, (0, b""))
     refuse(not line, "", "ends before its size", "give the numbers of rows and columns below the header")
-    sizes = line.split()
-    names = ("rows", "columns") if words[2] == "array" else ("rows", "columns", "entries")
+    sizes, names = line.split(), ("rows", "columns", "entries")[: 2 if words[2] == "array" else 3]
     if len(sizes) != len(names) or not all(re.fullmatch(rb"\d{1,18}", size) for size in sizes):
         shown = quoted(line.decode("latin-1"))
         raise ProblemError(f"line {number}", f"is {shown}", f"give the numbers of {', '.join(names)}")

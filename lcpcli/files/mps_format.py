@@ -43,14 +43,12 @@ HEADING = f"the sections are {', '.join(SECTIONS)}, ENDATA; quadratic constraint
 LINE = "is the heading of the next section misspelt, or the first word of the line?"
 CONTINUOUS = "lcp solves programs with continuous variables only"
 ENDS = {"LO": (0,), "UP": (1,), "FX": (0, 1), "MI": (0,), "PL": (1,), "FR": (0, 1)}  # the ends that bounds set
-WITH_NUMBER = ("LO", "UP", "FX")
 NOT_CONTINUOUS = {"BV": "an integer", "LI": "an integer", "UI": "an integer", "SC": "a semicontinuous"}
 NOT_NONE = "has a bound of 1e20 or more, which means no bound, where one is needed", "give a smaller one"
 FIXED = ((1, 3), (4, 12), (14, 22), (24, 36), (39, 47), (49, 61))  # the places of words in fixed format
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
-    """Return the program in a file, under the native keys. number : converts the numbers in MPS."""
     if not MPS.search(content):
         try:
             return fields(as_mps(content), number)
@@ -64,7 +62,7 @@ class _Reader:
     """What has been read of a program, by the names of rows and columns."""
 
     def __init__(self, number: Number) -> None:
-        self._number = number
+        self._number, self._is_integer = number, False
         self._line, self._section, self._name, self._sense = 0, "", "", "min"
         self._kinds: dict[str, str] = {}
         self._columns: dict[str, dict[str, float]] = {}
@@ -73,7 +71,6 @@ class _Reader:
         self._lines: dict[str, int] = {}  # of the last bound of a column
         self._curvature: dict[tuple[str, str], float] = {}
         self._squared: set[str] = set()  # the columns with a square, which need no entry in COLUMNS
-        self._is_integer = False
 
     def program(self, text: str) -> dict[str, Any]:
         readers = {"OBJSENSE": self._read_sense, "ROWS": self._read_row, "COLUMNS": self._read_column}
@@ -99,9 +96,8 @@ class _Reader:
                 elif self._section not in readers:
                     raise self._error(f"has the heading {quoted(self._section)}", HEADING)
                 elif self._section == "QSECTION":
-                    if words and words[0] != self._objective():
-                        fault = f"has a quadratic part of row {quoted(words[0])}"
-                        raise self._error(fault, "only an objective may have one")
+                    fault = f"has a quadratic part of row {quoted(' '.join(words[:1]))}"
+                    self._require(words[:1] in ([], [self._objective()]), fault, "only an objective may have one")
                     words = []
             if words and self._section != "NAME":
                 read = readers.get(self._section, self._refuse)
@@ -114,6 +110,10 @@ class _Reader:
                     raise
         return self._fields()
 
+    def _require(self, is_right: bool, fault: str, hint: str) -> None:
+        if not is_right:
+            raise self._error(fault, hint)
+
     def _error(self, fault: str, hint: str) -> ProblemError:
         return ProblemError(f"line {self._line}", fault, hint)
 
@@ -122,13 +122,12 @@ class _Reader:
         raise self._error(f"has {quoted(' '.join(words))}{where}", LINE)
 
     def _read_sense(self, words: Sequence[str]) -> None:
-        self._sense = SENSES.get(" ".join(words).upper(), "")
-        if not self._sense:
-            raise self._error(f"has {quoted(' '.join(words))} as the sense of the objective", "give MIN or MAX")
+        fault = f"has {quoted(' '.join(words))} as the sense of the objective"
+        self._require(" ".join(words).upper() in SENSES, fault, "give MIN or MAX")
+        self._sense = SENSES[" ".join(words).upper()]
 
     def _read_row(self, words: Sequence[str]) -> None:
-        if len(words) > 2:
-            raise self._error("has a name with spaces", "write it without, as with _")
+        self._require(len(words) < 3, "has a name with spaces", "write it without, as with _")
         if len(words) < 2 or words[0].upper() not in ("N", "L", "G", "E"):
             self._refuse(words)
         if words[1] in self._kinds:
@@ -141,8 +140,7 @@ class _Reader:
             return
         name, pairs = words[0], self._pairs(words[1:], self._kinds, "ROWS")
         if name not in self._columns:
-            if self._is_integer:
-                raise self._error(f"makes {quoted(name)} an integer variable", CONTINUOUS)
+            self._require(not self._is_integer, f"makes {quoted(name)} an integer variable", CONTINUOUS)
             self._columns[name] = {}
         for row, value in pairs:
             if row in self._columns[name]:
@@ -152,29 +150,26 @@ class _Reader:
     def _read_sides(self, words: Sequence[str]) -> None:
         sides = self._sides[self._section]
         for row, value in self._pairs(words[len(words) % 2 :], self._kinds, "ROWS"):
-            if row in sides:
-                raise self._error(f"has {quoted(row)} a second time", "keep one")
-            if self._section == "RANGES" and self._kinds[row] == "N":
-                raise self._error(f"gives a range to {quoted(row)}", "only rows L, G and E have one")
+            self._require(row not in sides, f"has {quoted(row)} a second time", "keep one")
+            is_ranged = self._section != "RANGES" or self._kinds[row] != "N"
+            self._require(is_ranged, f"gives a range to {quoted(row)}", "only rows L, G and E have one")
             sides[row] = value
 
     def _read_bound(self, words: Sequence[str]) -> None:
         kind, *others = words
-        if kind not in ENDS and kind not in NOT_CONTINUOUS:
-            raise self._error(f"has a bound of the type {quoted(kind)}", "use UP, LO, FX, FR, MI or PL")
-        has_number = kind in WITH_NUMBER
+        is_known = kind in ENDS or kind in NOT_CONTINUOUS
+        self._require(is_known, f"has a bound of the type {quoted(kind)}", "use UP, LO, FX, FR, MI or PL")
+        has_number = kind in ("LO", "UP", "FX")
         if not has_number <= len(others) - 1 < 3:
             self._refuse(words)
         column = others[-2] if has_number else others[min(1, len(others) - 1)]
         self._declare(column)
-        if kind in NOT_CONTINUOUS:
-            raise self._error(f"makes {quoted(column)} {NOT_CONTINUOUS[kind]} variable", CONTINUOUS)
+        fault = f"makes {quoted(column)} {NOT_CONTINUOUS.get(kind)} variable"
+        self._require(kind not in NOT_CONTINUOUS, fault, CONTINUOUS)
         value = others[-1] if has_number else ""
-        if value and not NUMBER.fullmatch(value) and not INFINITE.fullmatch(value):
-            raise self._misread(value)
+        self._require_number(value or "0", bool(INFINITE.fullmatch(value)))
         for end in ENDS[kind]:
-            if (column, end) in self._bounds:
-                raise self._error(f"has {quoted(column)} a second time", "keep one")
+            self._require((column, end) not in self._bounds, f"has {quoted(column)} a second time", "keep one")
             self._bounds[column, end] = self._end(self._number(value)) if value else (-math.inf, math.inf)[end]
             self._lines[column] = self._line
 
@@ -195,22 +190,21 @@ class _Reader:
             self._curvature |= dict.fromkeys(both, self._number(value))
 
     def _pairs(self, words: Sequence[str], known: Collection[str], where: str) -> list[tuple[str, str]]:
-        """Return the names and the texts of the numbers that alternate in a line."""
         if not words or len(words) % 2:
             self._refuse(words)
         pairs = list(zip(words[::2], words[1::2], strict=True))
         for name, value in pairs:
             if name not in known:
                 raise self._unknown(name, where)
-            if not NUMBER.fullmatch(value):
-                raise self._misread(value)
+            self._require_number(value)
         return pairs
 
     def _unknown(self, name: str, where: str) -> ProblemError:
         return self._error(f"names {quoted(name)}, which is not in {where}", "correct it, or declare it there")
 
-    def _misread(self, number: str) -> ProblemError:
-        return self._error(f"has {quoted(number)} in place of a number", "give a number")
+    def _require_number(self, text: str, is_infinite: bool = False) -> None:
+        if not (is_infinite or NUMBER.fullmatch(text)):
+            raise self._error(f"has {quoted(text)} in place of a number", "give a number")
 
     def _objective(self) -> str:
         return next((row for row, kind in self._kinds.items() if kind == "N"), "")
@@ -239,8 +233,7 @@ class _Reader:
     def _ends_of(self, column: str) -> tuple[float, float]:
         low, high = self._bounds.get((column, 0), 0.0), self._bounds.get((column, 1), math.inf)
         self._line = self._lines.get(column, 0)
-        if low == math.inf or high == -math.inf:
-            raise self._error(*NOT_NONE)
+        self._require(low < math.inf and high > -math.inf, *NOT_NONE)
         if low > high:
             fault = f"gives {quoted(column)} the upper bound {high:g}, below its lower bound {low:g}"
             hint = "make the lower bound the smaller one" if low else "give a lower bound too: LO, or MI for none"
@@ -251,26 +244,23 @@ class _Reader:
         """Return both sides of a row; a range is added before anything is rounded."""
         kind = self._kinds[row]
         side, width = (fraction(self._sides[section].get(row, "0")) for section in ("RHS", "RANGES"))
-        ends: dict[str, tuple[Any, Any]]
-        ends = {"G": (side, math.inf), "L": (-math.inf, side), "E": (side, side)}
+        size: Any = math.inf
         if row in self._sides["RANGES"]:
             size = abs(width) if abs(width) < NO_BOUND else math.inf
-            ends = {"G": (side, side + size), "L": (side - size, side)}
             kind = kind if kind != "E" else "G" if width > 0 else "L"
-        low, high = (self._end(end) for end in ends[kind])
+        ends = side - size if kind == "L" else side, side + size if kind == "G" else side
+        low, high = map(self._end, ends)
         refuse(low == math.inf or high == -math.inf, f"row {row}", *NOT_NONE)
         return low, high
 
     def _end(self, value: Any) -> float:
-        """Return a bound as a double, infinite if its size is NO_BOUND or more."""
         if isinstance(value, Fraction):
             value = self._number.of(value) if isinstance(self._number, Doubles) else float(rounded([value])[0])
         return value if abs(value) < NO_BOUND else math.copysign(math.inf, value)
 
 
 def _squared(lines: Sequence[str]) -> set[str]:
-    found: set[str] = set()
-    is_quadratic = False
+    found, is_quadratic = set[str](), False
     for line in lines:
         words = line.split()
         if words and not line[0].isspace() and not line.startswith("*"):
@@ -281,7 +271,6 @@ def _squared(lines: Sequence[str]) -> set[str]:
 
 
 def _fixed(line: str) -> list[str]:
-    """Return the words of a line in fixed format; raise ProblemError for text between the fixed columns."""
     at = [0, *(place for each in FIXED for place in each), None]
     between = (line[begin:end] for begin, end in zip(at[::2], at[1::2], strict=True))
     refuse(any(map(str.strip, between)), "", "is not in fixed format", LINE)
@@ -301,7 +290,6 @@ def _matrix(
     return matrix.toarray() if is_dense else matrix
 
 
-NO_SIDE = -1e30  # the right-hand side of a row without bounds: far beyond NO_BOUND, for every reader of MPS
 WORDS = ("NAME", "ROWS", "COLUMNS", "RHS", "RANGES", "BOUNDS", "QUADOBJ", "QMATRIX", "OBJSENSE", "MAX", "MIN", "ENDATA")
 
 
@@ -311,10 +299,10 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     k, m = fields["c"].size, fields["row_lower"].size if "A" in fields else 0
     low, high = fields.get("lower", np.zeros(k)), fields.get("upper", np.full(k, np.inf))
     ends = fields.get("row_lower", np.zeros(0)), fields.get("row_upper", np.zeros(0))
+    fault = f"has a bound of {NO_BOUND:g} or more, which means no bound in MPS"
     for field, values in zip(("lower", "upper", "row_lower", "row_upper"), (low, high, *ends), strict=True):
-        if ((np.abs(values) >= NO_BOUND) & np.isfinite(values)).any():
-            fault = f"has a bound of {NO_BOUND:g} or more, which means no bound in MPS"
-            raise ProblemError(field, fault, "give --infinity 1e20 if it means that here too, or write .json")
+        is_lost = ((np.abs(values) >= NO_BOUND) & np.isfinite(values)).any()
+        refuse(is_lost, field, fault, "give --infinity 1e20 if it means that here too, or write .json")
     columns, rows = names(fields.get("columns", [""] * k), "x"), names(fields.get("rows", [""] * m), "r")
     objective = _free("obj", rows)
     sides = [_side(exact, *each) for each in zip(*(end.tolist() for end in ends), strict=True)]
@@ -322,8 +310,7 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     bounds = [
         line for each in zip(columns, low.tolist(), high.tolist(), strict=True) for line in _bounds(number, *each)
     ]
-    lines = [f"NAME {_word(fields.get('name', ''))}".rstrip()]
-    lines += ["OBJSENSE", "    MAX"] if "sense" in fields else []
+    lines = [f"NAME {_word(fields.get('name', ''))}".rstrip(), *["OBJSENSE", "    MAX"] * ("sense" in fields)]
     lines += ["ROWS", f" N {objective}", *(f" {kind} {row}" for row, (kind, *_) in zip(rows, sides, strict=True))]
     lines += ["COLUMNS", *_columns(fields, columns, rows, objective, number)]
     lines += ["RHS"] + ([f" RHS {objective} {number(-fields['constant'])}"] if "constant" in fields else [])
@@ -342,7 +329,7 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
 
 def new_names(problem: Problem) -> dict[str, str]:
     given = ((getattr(problem.origin, key), letter) for key, letter in (("columns", "x"), ("rows", "r")))
-    both = [pair for own, letter in given for pair in zip(own, names(own, letter), strict=True)]
+    both = (pair for own, letter in given for pair in zip(own, names(own, letter), strict=True))
     return {name: other for name, other in both if name and name != other}
 
 
@@ -356,7 +343,6 @@ def names(given: Sequence[str], letter: str) -> list[str]:
 
 
 def _word(name: str) -> str:
-    """Return a name without spaces and line breaks, in characters that every reader takes."""
     return visible("_".join(name.split()))
 
 
@@ -371,27 +357,25 @@ def _side(exact: Exact, low: float, high: float) -> tuple[str, float, str]:
     if low == high:
         return "E", low, ""
     if math.isinf(low) or math.isinf(high):
-        return ("G", low, "") if math.isfinite(low) else ("L", high, "") if math.isfinite(high) else ("G", NO_SIDE, "")
+        # a row without bounds is far beyond NO_BOUND, for every reader of MPS
+        return ("G", low, "") if math.isfinite(low) else ("L", high, "") if math.isfinite(high) else ("G", -1e30, "")
     ends = [exact[end] if end in exact else shortest_decimal(end) for end in (low, high)]
     return *(("L", high) if abs(low) >= abs(high) else ("G", low)), decimal(ends[1] - ends[0])
 
 
 def _bounds(number: Callable[[float], str], name: str, low: float, high: float) -> Iterator[str]:
-    if low == high:
-        yield f" FX BND {name} {number(low)}"
-    elif low == -math.inf and high == math.inf:
-        yield f" FR BND {name}"
-    else:
-        if low:
-            yield f" MI BND {name}" if low == -math.inf else f" LO BND {name} {number(low)}"
-        if high < math.inf:
-            yield f" UP BND {name} {number(high)}"
+    if low == high or (low == -math.inf and high == math.inf):
+        yield f" FX BND {name} {number(low)}" if low == high else f" FR BND {name}"
+        return
+    if low:
+        yield f" MI BND {name}" if low == -math.inf else f" LO BND {name} {number(low)}"
+    if high < math.inf:
+        yield f" UP BND {name} {number(high)}"
 
 
 def _columns(
     given: Mapping[str, Any], columns: list[str], rows: list[str], objective: str, number: Callable[[float], str]
 ) -> Iterator[str]:
-    """Yield the lines of COLUMNS, at least one for each variable."""
     from scipy.sparse import csc_array
 
     A = csc_array(given["A"] if rows else (0, len(columns)))
@@ -402,22 +386,18 @@ def _columns(
         yield from (f" {name} {rows[i]} {number(value)}" for i, value in zip(places, values.tolist(), strict=True))
 
 
-PACKAGE = "highspy"
-INSTALL = "pip install 'linear-complementarity[mps]'"
 TOLD = ("inconsistent bounds", "Parser error")  # complaints about faults that are reported elsewhere
 HINT = "compare it with a file in the LP format that is read; quadratic constraints and integer variables are not"
-PLACE = re.compile(r":(\d+):\d+$", re.MULTILINE)  # line and column, after the name of a file
 
 
 def as_mps(text: bytes) -> bytes:
-    """Return a program in MPS; raise ProblemError for the first complaint of HiGHS."""
     try:
         import highspy
     except ModuleNotFoundError:
-        raise ProblemError("", f"is read by {PACKAGE}, which is not installed", INSTALL) from None
+        hint = "pip install 'linear-complementarity[mps]'"
+        raise ProblemError("", "is read by highspy, which is not installed", hint) from None
     options = {"log_to_console": False, "infinite_bound": math.inf}  # by default, sides of 1e20 or more would be lost
-    highs = solver(highspy, options)
-    events: list[str] = []
+    highs, events = solver(highspy, options), list[str]()
     highs.cbLogging.subscribe(lambda event: events.append(event.message))
     with tempfile.TemporaryDirectory() as folder:
         given, made = (Path(folder) / name for name in ("program.lp", "program.mps"))
@@ -429,7 +409,8 @@ def as_mps(text: bytes) -> bytes:
         for line in events:
             if line.startswith(("WARNING", "ERROR")) and not any(words in line for words in TOLD):
                 first, _, rest = line.partition(":")[2].strip().partition("\n")
-                place = PLACE.search(rest)  # the line of the file, which follows since version 1.16 of HiGHS
+                # line and column after the name of the file, which follow since version 1.16 of HiGHS
+                place = re.search(r":(\d+):\d+$", rest, re.MULTILINE)
                 where = "" if place is None else f"line {place[1]}: "
                 raise ProblemError("", f"cannot be read ({where}{' '.join(first.split())})", HINT)
         if status == highspy.HighsStatus.kError or not highs.getNumCol():

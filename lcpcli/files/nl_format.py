@@ -7,7 +7,6 @@ solvers answer AMPL and what else writes .nl files.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import cached_property
 from math import isfinite
@@ -31,13 +30,10 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import Doubles, fraction
 from lcpcli.typing import Indices, Matrix, Vector
 
-NONLINEAR = "is a nonlinear model", "see lcp help models for what takes it"
 NO_OBJECTIVE = (
-    "has an objective, and is not linear",
     "take the objective out to find one solution, or write its optimality conditions as complementarity conditions; "
-    "lcp minimizes over the solutions of linear models only",
+    "lcp minimizes over the solutions of linear models only"
 )
-NOT_LINEAR = "has an objective that is not linear", "write a linear one, or take it out to find one solution"
 LEFT_OUT = "its objective counts only in lcp solve, for a single model"
 
 
@@ -46,7 +42,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     from scipy.sparse import csr_array
 
     model = _model(content, isinstance(number, Doubles))
-    refuse(not model.is_linear, "", *NONLINEAR)
+    refuse(not model.is_linear, "", "is a nonlinear model", "see lcp help models for what takes it")
     order = order_of(model, Jacobian(model.graph, model.rows, Arithmetic()))
     remarks = filter(None, [model.remark, LEFT_OUT if model.objective else ""])
     n, rows = model.graph.n, [model.graph.parts(model.rows[place]) for place in order]
@@ -55,12 +51,9 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     i, j, values = zip(*entries, strict=True) if entries else ((), (), ())
     M = csr_array((np.array([of(value) for value in values], float), (i, j)), shape=(n, n))
     parts = {"M": M.toarray() if n <= LARGEST_DENSE else M, "q": np.array([of(row.constant) for row in rows])}
-    parts |= {"lower": _ends(model.lower, of), "upper": _ends(model.upper, of)}
+    for key, ends in (("lower", model.lower), ("upper", model.upper)):
+        parts[key] = np.array([of(end) if isfinite(end) else float(end) for end in ends])
     return {**parts, "names": model.names, "note": "; ".join(remarks)}
-
-
-def _ends(ends: Sequence[Any], of: Callable[[Any], float]) -> Vector:
-    return np.array([of(end) if isfinite(end) else float(end) for end in ends])
 
 
 def _model(content: bytes, is_exact: bool = False) -> NlModel:
@@ -148,10 +141,10 @@ class Model:
         assert exact.objective is not None
         sense, node = exact.objective
         terms, constant = exact.graph.parts(node)
-        refuse(any(part >= exact.graph.n for part, _ in terms), "", *NOT_LINEAR)
-        costs = dict(terms)
-        own = [Fraction(costs.get(i, 0)) for i in range(exact.graph.n)]
-        return LinearObjective(own, sense, Fraction(constant))
+        costs, n = dict(terms), exact.graph.n
+        fault, hint = "has an objective that is not linear", "write a linear one, or take it out to find one solution"
+        refuse(any(part >= n for part in costs), "", fault, hint)
+        return LinearObjective([Fraction(costs.get(i, 0)) for i in range(n)], sense, Fraction(constant))
 
     def exactly(self) -> ExactProblem:
         assert isinstance(self.problem, Problem)
@@ -159,11 +152,12 @@ class Model:
 
     @cached_property
     def nonlinear(self) -> NonlinearProblem:
-        refuse(self.model.objective is not None, "", *NO_OBJECTIVE)
+        refuse(self.model.objective is not None, "", "has an objective, and is not linear", NO_OBJECTIVE)
         ends: dict[str, Any] = {"lower": np.array(self.model.lower, float), "upper": np.array(self.model.upper, float)}
         texts: dict[str, Any] = {"name": self.name, "note": self.remark, "names": self.names}
         F, J = self._functions.F, self._functions.J
-        return NonlinearProblem(F, J, x0=self.model.start, interval=self._enclosure, **ends, **texts)
+        options: dict[str, Any] = {"x0": self.model.start, "interval": lambda *box: self._intervals.enclosure(*box)}
+        return NonlinearProblem(F, J, **options, **ends, **texts)
 
     @cached_property
     def _functions(self) -> Functions:
@@ -172,9 +166,6 @@ class Model:
     @cached_property
     def _intervals(self) -> Functions:
         return Functions(_model(self._content, is_exact=True), Intervals(), self._functions.order)
-
-    def _enclosure(self, lower: Vector, upper: Vector) -> Enclosure:
-        return self._intervals.enclosure(lower, upper)
 
 
 class Functions:
@@ -243,17 +234,15 @@ def paired(n: int, rows: Indices, columns: Indices, values: Vector) -> Indices:
 
     # Integers, as with rounding errors in the costs the matching may not end.
     sizes = np.rint(np.log2(np.clip(np.nan_to_num(np.abs(values), nan=LEAST), LEAST, 1 / LEAST)))
-    largest = np.full(n, np.log2(LEAST))
+    largest, own = np.full(n, np.log2(LEAST)), np.arange(n)
     np.maximum.at(largest, rows, sizes)
     costs = 1.0 + largest[rows] - sizes
-    own = np.arange(n)
     unpaired = n * (1.0 + costs.max(initial=0.0))  # of a row, and of a column, without a partner
     i = np.concatenate([rows, own, n + own, n + columns])
     j = np.concatenate([columns, n + own, own, n + rows])
     weights = np.concatenate([costs, np.full(2 * n, unpaired), np.ones(len(rows))])
     _, found = min_weight_full_bipartite_matching(csr_array((weights, (i, j)), shape=(2 * n, 2 * n)))
-    equations = np.full(n, -1)
-    is_paired = found[:n] < n
+    equations, is_paired = np.full(n, -1), found[:n] < n
     equations[found[:n][is_paired]] = own[is_paired]
     equations[equations < 0] = own[~is_paired]
     return equations

@@ -8,7 +8,8 @@ language introduces a variable for an expression: its bounds then belong to that
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property, partial, reduce
 from math import inf, isfinite
@@ -33,7 +34,6 @@ NAMES |= {"square": "^", "less": "max", "not": "="}
 CONSTANTS = {"square": 2, "less": 0, "not": 0}  # the last argument of the operator in a graph
 SQUARE = "lcp solves square systems: rows with a complementing variable, and as many equations as other variables"
 UNCOMPLEMENTED = "lcp needs for each inequality the variable that complements it, as in 0 <= z complements F(z) >= 0"
-DIVIDED = "correct it; the program that wrote the file may have divided by 0"
 LOST = (
     "a variable with two bounds but no row may have lost it, as by inequality() in Pyomo: "
     "write Var(bounds=(l, u)) and complements(x >= l, F >= 0)"
@@ -81,12 +81,10 @@ class NlModel:
 
     @cached_property
     def rows(self) -> list[int]:
-        """Return the expressions of the rows that complement an unknown, in the order of these, then the equations."""
         return [*(self.complements[i] for i in sorted(self.complements)), *self.equations]
 
     @property
     def names(self) -> list[str]:
-        """Return the unknowns as the file calls them: v and the number."""
         return [f"v{number}" for number in self.unknowns]
 
     @property
@@ -97,30 +95,26 @@ class NlModel:
     @property
     def operators(self) -> dict[str, int]:
         """Return how often each operator but sums occurs in the rows, the most frequent one first."""
-        found = dict[str, int]()
+        found = Counter[str]()
         for group in Tape(self.graph, self.rows, Arithmetic()).groups:
-            if group.operator != SUM:
-                found[group.operator] = found.get(group.operator, 0) + len(group.nodes)
-        return dict(sorted(found.items(), key=lambda each: -each[1]))
+            found[group.operator] += len(group.nodes) * (group.operator != SUM)
+        return dict((+found).most_common())
 
     def values(self, z: Vector) -> Vector:
-        """Return the values of all variables in the file for those of the unknowns, shape (n,)."""
         found = np.empty(len(self.unknowns) + len(self.fixed))
-        found[list(self.unknowns)] = z
-        found[list(self.fixed)] = list(self.fixed.values())
+        found[[*self.unknowns, *self.fixed]] = np.append(z, list(self.fixed.values()))
         return found
 
     def _objective(self, segments: Segments) -> tuple[str, int] | None:
-        found = list[tuple[str, int]]()
-        for number, (is_maximized, terms) in segments.objectives.items():
-            node = self._node(segments.slopes.get(number, {}), terms, 0)
-            if self.graph.value(node) is None:
-                found.append(("max" if is_maximized else "min", node))
+        found = [
+            ("max" if is_maximized else "min", self._node(segments.slopes.get(number, {}), terms, 0))
+            for number, (is_maximized, terms) in segments.objectives.items()
+        ]
+        found = [each for each in found if self.graph.value(each[1]) is None]
         refuse(len(found) > 1, "", f"has {len(found)} objectives", "keep one")
         return found[0] if found else None
 
     def _node(self, linear: Linear, terms: Sequence[Term], constant: Any) -> int:
-        """Return the sum of an expression, of multiples of variables and of a constant."""
         parts = [(self._nodes[variable], factor) for variable, factor in linear.items()]
         return self.graph.sum([*parts, (self._expression(terms), 1)], constant)
 
@@ -141,23 +135,19 @@ class NlModel:
         constants = map(graph.value, () if name in COMPARING else (node for part in arguments for node, _ in part))
         if lost := next((value for value in constants if value and not isfinite(value)), None):
             fault = f"computes with the constant {float(lost):g}, so that it is finite nowhere"
-            raise ProblemError("", fault, DIVIDED)
+            raise ProblemError("", fault, "correct it; the program that wrote the file may have divided by 0")
         if name in ("+", "-", "sum", "negative"):
-            (first, *others), is_minus = arguments, name == "-"
-            if name == "negative":
-                return [(node, -factor) for node, factor in first]
-            for part in others:
-                first += [(node, -factor) for node, factor in part] if is_minus else part
+            first, *others = ([], *arguments) if name == "negative" else arguments
+            for part in others:  # added in place, as sums may have many terms
+                first += [(node, -factor) for node, factor in part] if name in ("-", "negative") else part
             return first
         nodes = [graph.sum(part) for part in arguments]
         if name == "less":  # max(a - b, 0)
             nodes = [graph.sum([(nodes[0], 1), (nodes[1], -1)])]
         if name in CONSTANTS:
             nodes.append(graph.constant(CONSTANTS[name]))
-        name = NAMES.get(name, name)
-        if name not in ("min", "max"):
-            return [(graph.apply(name, *nodes), 1)]
-        return [(reduce(partial(graph.apply, name), nodes), 1)]
+        apply = partial(graph.apply, name := NAMES.get(name, name))
+        return [(reduce(apply, nodes) if name in ("min", "max") else apply(*nodes), 1)]
 
     def _piecewise_linear(self, slopes: Sequence[Any], breakpoints: Sequence[Any], argument: int) -> int:
         """Return the function with these slopes between the breakpoints that is 0 at 0: a sum of kinks."""
@@ -189,7 +179,7 @@ SIGNS: dict[int, Ends] = {LOWER: (0, inf), UPPER: (-inf, 0)}  # of the function,
 
 
 class Affine(NamedTuple):
-    """slope z_i + constant, for an unknown i."""
+    """slope z_i + constant, for an unknown i; `range`: its bounds for those of z_i; `domain`: those of z_i for its."""
 
     i: int
     slope: Fraction
@@ -199,18 +189,15 @@ class Affine(NamedTuple):
         return Affine(self.i, slope * self.slope, slope * self.constant + constant)
 
     def range(self, ends: Ends) -> Ends:
-        """Return the bounds of the value if z_i is within its own."""
         sign = 1 if self.slope > 0 else -1
         found = [self.slope * end + self.constant if _is_finite(end) else sign * end for end in ends]
         return min(found), max(found)
 
     def domain(self, ends: Ends) -> Ends:
-        """Return the bounds of z_i if the value is within some."""
         return Affine(self.i, 1 / self.slope, -self.constant / self.slope).range(ends)
 
 
 def kinds_of(low: Any, high: Any) -> int:
-    """Return which bounds are finite."""
     return LOWER * bool(low > -inf) + UPPER * bool(high < inf)
 
 
@@ -246,29 +233,24 @@ class Conditions:
             fault = f"has {count(len(self.equations), 'equation')} for {count(len(free), 'variable')}"
             is_lost = BOTH in kinds.values() and len(self.equations) < len(free)
             raise ProblemError("", f"{fault} that no row complements", f"{SQUARE}; {LOST}" if is_lost else SQUARE)
-        for i in kinds:
-            hint = "complement it with a row, or take its bounds out: equations do not keep them"
-            raise ProblemError(self.names[i], "has bounds but no row that it complements", hint)
+        hint = "complement it with a row, or take its bounds out: equations do not keep them"
+        refuse(kinds, "".join(self.names[i] for i in [*kinds][:1]), "has bounds but no row that it complements", hint)
 
     def remark(self) -> str:
-        """Return the remark on bounds that count though no condition states them; "" if there are none."""
         if not self.read:
             return ""
         (x, (low, high)), *others = self.read.items()
         lower, upper = f"{_double(low):g} <= " if low > -inf else "", f" <= {_double(high):g}" if high < inf else ""
+        text = f"{lower}{self.names[x]}{upper} is complementary to the expression of its condition, which states "
         more = f", and likewise for {count(len(others), 'other variable')}" if others else ""
-        return (
-            f"{lower}{self.names[x]}{upper} is complementary to the expression of its condition, which states "
-            f"fewer bounds than the variable has{more}"
-        )
+        return f"{text}fewer bounds than the variable has{more}"
 
     def _settle(self, x: int, stated: int, own: int) -> None:
         """Drop the bounds of x that are not stated if other conditions imply them, else let them count."""
         if stated & ~own or stated not in WORDS:
             said, has = (WORDS.get(each, f"the kind {each} of bounds") for each in (stated, own))
-            fault = f"is complemented with {said}, but has {has}"
             hint = "state the bounds of the variable in its complementarity condition"
-            raise ProblemError(self.names[x], fault, hint)
+            raise ProblemError(self.names[x], f"is complemented with {said}, but has {has}", hint)
         if not self._drop_implied(x, stated):
             owner = self._owners.get(x, x)
             self.read[owner] = self._tied(x)[owner].range(self._ends(x))
@@ -291,18 +273,16 @@ class Conditions:
             return None
         terms = self.graph.parts(rows[0]).terms
         is_plain = any(part == x and abs(factor) == 1 for part, factor in terms)
-        return rows[0] if is_plain and x not in self._unknowns_in(part for part, _ in terms if part != x) else None
+        return rows[0] if is_plain and x not in self.graph.below(part for part, _ in terms if part != x) else None
 
     @cached_property
     def _rows_with(self) -> dict[int, list[int]]:
+        """For each unknown the rows that have it."""
         found = dict[int, list[int]]()
         for row in (*self.equations, *self.complements.values()):
-            for x in self._unknowns_in([row]):
+            for x in self.graph.below([row]):
                 found.setdefault(x, []).append(row)
         return found
-
-    def _unknowns_in(self, nodes: Iterable[int]) -> set[int]:
-        return {number for number in self.graph.below(nodes) if number < self.graph.n}
 
     def _drop_implied(self, x: int, stated: int = 0) -> bool:
         """Drop the bounds of x that are not stated and that other conditions imply, by their unknowns and by the signs
@@ -317,11 +297,10 @@ class Conditions:
         return kinds_of(low, high) == stated
 
     def _give_bounds(self, x: int) -> None:
-        """Give the bounds of an unknown without a condition to a condition on it, if there is one."""
         if (found := self._condition_on(x)) is None:
             return
         (y, value), own = found, self._ends(x)
-        if y in self._tied(x) and value == self._tied(x)[y]:
+        if value == self._tied(x).get(y):
             (low, high), ends = self._ends(y), value.range(own)
             self._set(y, (max(low, ends[0]), min(high, ends[1])))
             self.bounds[x], self._owners[y] = NONE, x
@@ -331,13 +310,13 @@ class Conditions:
     def _condition_on(self, x: int) -> tuple[int, Affine] | None:
         """Return the unknown of the condition that x takes part in but for a shift and the sign, and the side of this
         condition that is x: the unknown itself, or its function. The best one has a bound of x itself."""
-        own = [end for end in self._ends(x) if _is_finite(end)]
+        own = {end for end in self._ends(x) if _is_finite(end)}
         fit = [
-            (y, value, any(end in own for end in value.domain(ends)))
+            (own.isdisjoint(value.domain(ends)), y, value)
             for y, value, ends, is_function in self._sides(x)
             if abs(value.slope) == 1 and (not is_function or kinds_of(*self.bounds[y]) == self._stated[y] in SIGNS)
         ]
-        return min(fit, key=lambda side: not side[2])[:2] if fit else None
+        return min(fit, key=lambda side: side[0])[1:] if fit else None
 
     def _sides(self, x: int) -> list[tuple[int, Affine, Ends, bool]]:
         """Return the sides of conditions that are affine functions of x, unknowns before functions: the condition's
@@ -352,7 +331,6 @@ class Conditions:
         ]
 
     def _exchange(self, x: int, y: int, function: Affine) -> None:
-        """Let x take the place of y, which complements a function of x."""
         low, high = self.bounds[y]
         sign = 1 if function.slope > 0 else -1
         self.complements[x] = self.graph.sum([(y, sign)], -sign * (low if low > -inf else high))
@@ -411,12 +389,9 @@ def _is_finite(value: Any) -> bool:
 
 
 def _double(value: Any) -> float:
-    """Return the nearest double; infinity beyond their range."""
     return float(rounded([value])[0]) if isinstance(value, Fraction) else float(value)
 
 
 def _fraction(value: Any) -> Any:
     """Return the decimals of a number as a Fraction; infinity as it is."""
-    if not isfinite(value):
-        return value
-    return Fraction(repr(value)) if isinstance(value, float) else Fraction(value)
+    return Fraction(repr(value) if isinstance(value, float) else value) if isfinite(value) else value

@@ -20,13 +20,11 @@ from lcpcli.files.formats import refuse
 Constant = Callable[[str], Any]  # returns the number that a text stands for
 HEADER_LINES = 10
 CUT_OFF, COUNTS = "is it cut off?", "are the counts before it right?"
-WHOLE = re.compile(r"[-+]?[0-9]{1,18}")
 STORED = {"n": "d", "s": "h", "l": "i"}  # the numbers in a binary file: doubles, and integers of two or four bytes
 
 
 def whole(text: str) -> int:
-    """Return the integer that a text of at most 18 digits stands for; raise ValueError for another text."""
-    if not WHOLE.fullmatch(text):
+    if not re.fullmatch(r"[-+]?[0-9]{1,18}", text):
         raise ValueError(text)
     return int(text)
 
@@ -59,7 +57,7 @@ class TextTokens:
             self._rest = ""
             return word
         if self._next == len(self._words):
-            raise self.error("ends too early", CUT_OFF)
+            raise self.error(ENDS, CUT_OFF)
         self._next += 1
         return self._words[self._next - 1]
 
@@ -73,18 +71,15 @@ class TextTokens:
     def integer(self) -> int:
         return int(self._as(whole, "a whole number"))
 
-    def number(self, letter: str = "n") -> Any:  # noqa: ARG002 (all are written alike)
-        """Return a number; `letter` says how a binary file stores it where it is a term of an expression."""
+    def number(self, letter: str = "n") -> Any:  # noqa: ARG002 (how a binary file stores it; all are written alike)
         return self._as(self._constant, "a number")
 
     kind = name = _word
 
 
 class BinaryTokens:
-    """The tokens of a binary file: letters, integers of four bytes, and doubles.
-
-    begin : the first byte behind the header. constant : returns the number for the decimals of a double.
-    """
+    """The tokens of a binary file: letters, integers of four bytes, and doubles. begin : the first byte behind the
+    header. constant : returns the number for the decimals of a double."""
 
     def __init__(self, content: bytes, begin: int, order: str, constant: Constant) -> None:
         self._content, self._next, self._order, self._constant = content, begin, order, constant
@@ -93,10 +88,10 @@ class BinaryTokens:
         return ProblemError(f"byte {self._next}", fault, hint)
 
     def _unpack(self, form: str) -> Any:
-        begin, self._next = self._next, self._next + struct.calcsize(self._order + form)
-        if self._next > len(self._content):
-            self._next = len(self._content)
-            raise self.error("ends too early", CUT_OFF)
+        begin, end = self._next, self._next + struct.calcsize(self._order + form)
+        self._next = min(end, len(self._content))
+        if self._next < end:
+            raise self.error(ENDS, CUT_OFF)
         return struct.unpack_from(self._order + form, self._content, begin)[0]
 
     def code(self) -> str:
@@ -140,20 +135,17 @@ MEANINGS = {
 def names_beside(path: str, variables: Sequence[str]) -> Sequence[str]:
     """Return the names of some variables of the model in a file, which are given by v and their numbers from 0."""
     names, numbers = _names(path, ".col"), [int(variable[1:]) for variable in variables]
-    if names and max(numbers, default=-1) >= len(names):
-        fault = f"has {count(len(names), 'name')}, but {path} has the variable v{max(numbers)}"
-        raise ProblemError(_beside(path, ".col"), fault, "write both again")
+    last = max(numbers, default=-1)
+    fault = f"has {count(len(names), 'name')}, but {path} has the variable v{last}"
+    refuse(names and last >= len(names), _beside(path, ".col"), fault, "write both again")
     return [names[number] for number in numbers] if names else variables
 
 
 def named(path: str, error: ProblemError) -> ProblemError:
-    """Return an error with the names of the variables and the rows in it, where there are names."""
     return ProblemError(in_names(path, error.where), in_names(path, error.fault), error.hint)
 
 
 def in_names(path: str, text: str) -> str:
-    """Return a text with the names of the variables and the rows in it, where there are names."""
-
     def name(found: re.Match[str]) -> str:
         names, number = _names(path, ".col" if found[1] == "v" else ".row"), int(found[2])
         return names[number] if number < len(names) else found[0]
@@ -179,12 +171,8 @@ Side = tuple[Any, Any]  # both bounds of a variable or of a row
 
 OPTIONS = re.compile(r"[gb](\d+)((?:\s+-?\d+)*)(?:\s+([-+.\deE]+))?\s*$")
 FEWEST = (5, 2, 2, 3, 3, 3, 2, 2, 5)  # counts in the lines of the header behind the first
-BIG_ENDIAN = 2  # the number in the header of files whose integers begin with the highest byte
-FLOATING = 4  # in the kind of a suffix: its values are no integers
 SIDES = {"0": (1, 1), "1": (0, 1), "2": (1, 0), "3": (0, 0), "4": (1, 0)}  # the bounds in the file, by their kind
 ENDS = "ends too early"
-SMOOTH = "functions that jump are not solved; write the model without it"
-CONTINUOUS = "lcp solves complementarity problems of continuous variables"
 
 
 class Header(NamedTuple):
@@ -215,13 +203,14 @@ def _header(lines: list[bytes]) -> Header:
         own = list[int]()
         with suppress(ValueError):
             own = list(map(whole, _line(line).split()))
-        is_wrong = len(own) < fewest or min(own) < 0
-        refuse(is_wrong, f"line {number}", f"has not the {fewest} counts of the header", CUT_OFF)
+        fault = f"has not the {fewest} counts of the header"
+        refuse(len(own) < fewest or min(own) < 0, f"line {number}", fault, CUT_OFF)
         counts.append([*own, 0, 0])
     (n, m, *_), (integers, logical) = counts[0], (sum(counts[5]), counts[0][5])
     for number, noun in ((integers, "integer variable"), (logical, "logical constraint")):
-        refuse(number, "", f"has {count(number, noun)}", CONTINUOUS)
-    order = "" if lines[0].startswith(b"g") else ">" if counts[4][2] == BIG_ENDIAN else "<"
+        fault, hint = f"has {count(number, noun)}", "lcp solves complementarity problems of continuous variables"
+        refuse(number, "", fault, hint)
+    order = "" if lines[0].startswith(b"g") else ">" if counts[4][2] == 2 else "<"  # of bytes, the highest one first
     options = [first[1], *first[2].split(), *filter(None, [first[3]])]
     return Header(options, n, m, counts[6][0], sum(counts[8]), order)
 
@@ -247,21 +236,20 @@ class Segments:
         self._refuse_incomplete()
 
     def _read(self, code: str) -> None:
-        """Read the segment behind its letter."""
         tokens, header, integer = self._tokens, self.header, self._tokens.integer
-        if code in "CJ":
+        if code == "C":
             number = self._index(header.rows, "row")
-            if code == "C":
-                self.rows[number] = self._expression()
-            else:
-                self.linear[number] = self._linear(integer())
-                self._entries += len(self.linear[number])
-        elif code in "OG":
+            self.rows[number] = self._expression()
+        elif code == "J":
+            number = self._index(header.rows, "row")
+            self.linear[number] = self._linear(integer())
+            self._entries += len(self.linear[number])
+        elif code == "O":
             number = self._index(inf, "objective")
-            if code == "O":
-                self.objectives[number] = integer(), self._expression()
-            else:
-                self.slopes[number] = self._linear(integer())
+            self.objectives[number] = integer(), self._expression()
+        elif code == "G":
+            number = self._index(inf, "objective")
+            self.slopes[number] = self._linear(integer())
         elif code == "V":
             number, size, _ = self._index(header.common, "common expression", header.variables), integer(), integer()
             self.common[number] = self._linear(size), self._expression()
@@ -277,7 +265,7 @@ class Segments:
         elif code == "S":
             kind, size, _ = integer(), integer(), tokens.name()
             for _ in range(size):
-                integer(), (tokens.number() if kind & FLOATING else integer())
+                integer(), (tokens.number() if kind & 4 else integer())  # floating
         elif code == "F":
             integer(), integer(), integer()
             fault = f"imports the function {quoted(tokens.name())}"
@@ -286,9 +274,7 @@ class Segments:
             raise tokens.error(f"has {quoted(code)} in place of a segment", COUNTS)
 
     def _index(self, end: float, noun: str, first: int = 0) -> int:
-        """Return the number of a row, a variable or the like, which the file counts from `first`."""
-        number = self._tokens.integer() - first
-        if not 0 <= number < end:
+        if not 0 <= (number := self._tokens.integer() - first) < end:
             raise self._tokens.error(f"names {noun} {number}, counted from 0, of {end}", COUNTS)
         return number
 
@@ -319,8 +305,7 @@ class Segments:
     def _expression(self) -> list[Term]:
         tokens, n, terms, open_terms = self._tokens, self.header.variables, list[Term](), 1
         while open_terms:
-            letter = tokens.code()
-            size = 0
+            letter, size = tokens.code(), 0
             value: Any
             if letter == "o":
                 value = tokens.integer()
@@ -341,18 +326,17 @@ class Segments:
         return terms
 
     def _constant(self, letter: str, what: str = "a number") -> Any:
-        """Return the number that follows its letter. what : what may stand here, for messages."""
         if letter not in STORED:
             raise self._tokens.error(f"has {quoted(letter)} in place of {what}" if letter else ENDS, CUT_OFF)
         return self._tokens.number(letter)
 
     def _arguments(self, operator: int) -> int:
-        """Return the number of arguments of an operator; of a piecewise linear function the number of slopes."""
         if operator not in MEANINGS:
             raise self._tokens.error(f"has the unknown operator o{operator}", COUNTS)
         name, size = MEANINGS[operator]
         if name in REFUSED:
-            raise self._tokens.error(f"has the operator {name} (o{operator})", SMOOTH)
+            hint = "functions that jump are not solved; write the model without it"
+            raise self._tokens.error(f"has the operator {name} (o{operator})", hint)
         if size:
             return size
         size = self._tokens.integer()

@@ -34,14 +34,11 @@ def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: 
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa: ARG001
-    """Return M, dense, and q as files, bit for bit."""
     return {"": written(np.save, matrices.dense(fields["M"])), ".q": written(np.save, fields["q"])}
 
 
 def written(save: Callable[..., object], *given: Any, **options: Any) -> bytes:
-    """Return the bytes that a function writes to its first argument, a file."""
-    file = io.BytesIO()
-    save(file, *given, **options)
+    save(file := io.BytesIO(), *given, **options)
     return file.getvalue()
 
 
@@ -99,7 +96,6 @@ def named(field: str, arrays: Mapping[str, Any]) -> Any:
 
 
 def _plain(key: str, array: Any) -> Any:
-    """Return the value of a key: a text, texts, a number, a vector or a matrix; an origin is read from its JSON."""
     if key in (*TEXTS, "verdict", "sense"):
         return text(key, array)
     if key == "origin":
@@ -121,10 +117,8 @@ def _plain(key: str, array: Any) -> Any:
 
 def texts(array: Any) -> list[str] | None:
     """Return the texts in an array of texts, or of cells with one text each; None for any other array."""
-    if array.dtype.kind in "US":
-        return [str(name) for name in array.ravel().tolist()]
     if array.dtype.kind != "O":
-        return None
+        return [str(name) for name in array.ravel().tolist()] if array.dtype.kind in "US" else None
     cells: list[list[Any]] = [np.atleast_1d(name).tolist() for name in array.ravel().tolist()]
     return ["".join(cell) for cell in cells] if all(isinstance(text, str) for cell in cells for text in cell) else None
 

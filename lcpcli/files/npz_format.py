@@ -31,17 +31,15 @@ SPARSE_FIELDS = ("data", "indices", "indptr", "row", "col", "offsets", "shape", 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
     data = _arrays(content)
     for key in ("M", *MATRICES):  # such as A.data
-        names = [f"{key}.{part}" for part in (*COMPRESSED, "shape") if f"{key}.{part}" in data]
-        if names:
-            parts = {name.removeprefix(f"{key}."): data[name] for name in names}
-            others = {name: array for name, array in data.items() if name not in names}
-            data = others | {key: within(key, _matrix, parts)}
+        names = {part: f"{key}.{part}" for part in (*COMPRESSED, "shape") if f"{key}.{part}" in data}
+        if parts := {part: data.pop(name) for part, name in names.items()}:
+            data[key] = within(key, _matrix, parts)
     if not kind_of(data):
         refuse_unknown("", data, (*KEYS, *SPARSE_FIELDS))
         data = {**data, "M": _matrix(data)}
     elif "data" in data:
-        fault = "is part of a sparse matrix that has no name"
-        raise ProblemError("data", fault, "call the parts of A A.data, A.indices, A.indptr and A.shape")
+        hint = "call the parts of A A.data, A.indices, A.indptr and A.shape"
+        raise ProblemError("data", "is part of a sparse matrix that has no name", hint)
     return of_arrays(data)
 
 

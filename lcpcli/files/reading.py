@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
     from lcpcli.rational.exact_problem import ExactParts
 
-ORIGINS = {"qp": ("a program", "give Q and c, or an MPS file"), "game": ("a game", "give the payoffs A and B")}
 Names: TypeAlias = "Callable[[], Sequence[str]]"  # returns the names of the unknowns, if they are needed
 NOT_SECOND = "leave it out; give a second problem a run of its own, and for an index see lcp help formats"
 WHOLE, LINE = "give M and q, as JSON or CSV", "give one row or one column of numbers"  # hints for an empty file
@@ -58,29 +57,26 @@ def read(
 def read_origin(kind: str, path: str) -> Problem:
     """Read the problem of the program ("qp") or the game of two players ("game") in a file."""
     problem = read(path)
-    if problem.origin is None or problem.origin.data()["kind"] not in (kind, "efg" if kind == "game" else kind):
-        what, hint = ORIGINS[kind]
-        raise ProblemError(place(path), f"is not {what}", hint)
+    is_other = problem.origin is None or problem.origin.data()["kind"] not in (kind, "efg" if kind == "game" else kind)
+    refuse(is_other and kind == "qp", place(path), "is not a program", "give Q and c, or an MPS file")
+    refuse(is_other, place(path), "is not a game", "give the payoffs A and B")
     return problem
 
 
 def read_next(paths: Sequence[str], infinity: float = math.inf) -> tuple[Problem, Sequence[str]]:
-    """Read the problem in the first of some files, with q from the second if it has none; return it and its files."""
     used = paths[: 1 if is_whole(fields_in(paths[0], content_of(paths[0], WHOLE))) else 2]
     return read(*used, infinity=infinity), used
 
 
 def contents_of(paths: Sequence[str]) -> tuple[bytes, ...]:
-    """Return the content of the file of a problem, or the contents of the files of M and of q."""
     return tuple(map(content_of, paths, (WHOLE, LINE)))
 
 
 def problem_of(paths: Sequence[str], contents: Sequence[bytes], number: Number = float) -> Problem:
     """Return the problem in the contents of one file, or of two. number : converts the numbers in texts to doubles."""
     (path, *q_paths), fields = paths, fields_in(paths[0], contents[0], number)
-    if is_whole(fields) and q_paths:
-        raise ProblemError(q_paths[0], f"is not needed: {place(path)} contains M and q", NOT_SECOND)
     if q_paths:
+        refuse(is_whole(fields), q_paths[0], f"is not needed: {place(path)} contains M and q", NOT_SECOND)
         names = partial(names_in, path, contents[0], dict(fields))
         fields["q"] = within(place(q_paths[0]), lambda: vector_in("q", q_paths[0], contents[1], None, number, names))
     problem = within(place(path), made, fields)
@@ -91,7 +87,6 @@ def problem_of(paths: Sequence[str], contents: Sequence[bytes], number: Number =
 
 
 def fields_in(path: str, content: bytes, number: Number = float) -> dict[str, Any]:
-    """Return the fields of the problem in a file, which may lack q."""
     refuse(is_result(content), place(path), "is a result, not a problem", "name the file of the problem")
     form = within(place(path), form_of, path, content)
     fields = within(place(path), _called, form, "fields", content, number)
@@ -116,7 +111,6 @@ def _called(form: str, function: str, *given: Any) -> Any:
 
 
 def names_in(path: str, content: bytes, fields: Mapping[str, Any]) -> Sequence[str]:
-    """Return the names of the unknowns in the file of M: those of its fields or, in CSV, those of its header."""
     if "names" in fields or form_of(path, content) != "csv_format":
         return list(fields.get("names", ()))
     from lcpcli.files.csv_format import table_of
@@ -126,7 +120,6 @@ def names_in(path: str, content: bytes, fields: Mapping[str, Any]) -> Sequence[s
 
 
 def require_order(path: str, content: bytes, names: Names) -> None:
-    """Raise ProblemError if a file of numbers is labelled by these names in another order."""
     if form_of(path, content) == "csv_format":
         from lcpcli.files import csv_format
 
@@ -146,7 +139,6 @@ def vector_in(
 def exact_vector_in(
     field: str, path: str, content: bytes, n: int | None = None, names: Names = tuple
 ) -> list[Fraction]:
-    """Return the vector in a file's content as `vector_in` does, with its numbers as written."""
     from lcpcli.rational.exact_problem import fractions_of
     from lcpcli.rational.numbers import written
 
@@ -166,8 +158,8 @@ def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactPart
 
 
 def exact_parts_in(form: str, content: bytes, lacks_q: bool = False) -> ExactParts:
-    """Return the numbers in the content of a file of this format as written: arrays in their own type, texts with all
-    decimals. lacks_q : whether q is in another file; zeros then take its place."""
+    """Return the numbers in the content of a file as written: arrays in their own type, texts with all decimals.
+    lacks_q : whether q is in another file; zeros then take its place."""
     from lcpcli.rational.exact_problem import bounds_of, exact_parts, fractions_of, parts_of, rows_of
 
     def parse(number: Number = float) -> dict[str, Any]:
@@ -185,5 +177,4 @@ def exact_parts_in(form: str, content: bytes, lacks_q: bool = False) -> ExactPar
 
 
 def name_of(path: str) -> str:
-    """Return the name that a problem without a name of its own gets from its file."""
     return place(path) if path == STANDARD_INPUT else os.path.splitext(os.path.basename(uncompressed(path)))[0]

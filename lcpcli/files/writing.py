@@ -49,7 +49,6 @@ def write_as(found: Written[Problem], path: str, as_program: bool) -> None:
 
 
 def contents_of(found: Written[Problem], path: str, ending: str, as_program: bool) -> dict[str, bytes]:
-    """Return the contents of the files to be written, as `Format.render` returns them."""
     kind = formats.FORMATS[ending.casefold()]
     in_text, is_for_programs = kind.in_decimals, kind.keeps == formats.PROGRAM
     problem, exact = (found.own, found.exact) if in_text else (found.rounded, {})
@@ -57,7 +56,7 @@ def contents_of(found: Written[Problem], path: str, ending: str, as_program: boo
     refuse(is_for_programs and kind_of(problem) != "qp", path, fault, hint)
     others = problem.solutions or problem.verdict or problem.x0 is not None or problem.x1 is not None
     is_whole = as_program and kind.keeps == formats.ALL and not others  # its origin has a key for all that it holds
-    kinds = (Program, Game, ExtensiveGame) if in_text else (Program, Game)  # an array holds no text of a game tree
+    kinds = (Program, Game, ExtensiveGame)[: 3 if in_text else 2]  # an array holds no text of a game tree
     is_origin = is_for_programs or (is_whole and isinstance(problem.origin, kinds))
     fields: dict[str, Any] = {key: getattr(problem, key) for key in OF_ALL if getattr(problem, key)}
     fields |= (_fields_of_origin if is_origin else _fields)(problem, in_text)
@@ -96,24 +95,21 @@ def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
     origin = problem.origin
     if isinstance(origin, ExtensiveGame):
         return {"efg": origin.tree.text}
-    assert isinstance(origin, (Program, Game))
-    fields: dict[str, Any]
+    fields: dict[str, Any] = {}
     if isinstance(origin, Game):
         exact = origin.written if in_text else None
         payoffs = (origin.A, origin.B) if exact is None else (np.array(each, dtype=object) for each in exact)
         fields = dict(zip("AB", payoffs, strict=True))
-    else:
-        data = origin.program(conditions_of(problem))
-        assert data is not None
+    elif isinstance(origin, Program) and (data := origin.program(conditions_of(problem))) is not None:
         sign = SENSES[origin.sense]
-        fields = {"sense": origin.sense} if sign < 0 else {}
+        fields |= {"sense": origin.sense} if sign < 0 else {}
         if (data.Q != 0).sum():
             fields["Q"] = sign * data.Q
             entries = fields["Q"].data if is_sparse(data.Q) else fields["Q"]
             entries += 0.0  # to leave no -0
         fields["c"] = sign * data.c + 0.0
-        if data.row_lower.size:
-            fields |= {"A": data.A, "row_lower": data.row_lower, "row_upper": data.row_upper}
+        of_rows = ("A", "row_lower", "row_upper") if data.row_lower.size else ()
+        fields |= {key: getattr(data, key) for key in of_rows}
         fields |= {"lower": data.lower} if data.lower.any() else {}
         fields |= {"upper": data.upper} if np.isfinite(data.upper).any() else {}
         fields |= {"constant": origin.constant} if origin.constant else {}
@@ -125,7 +121,9 @@ def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
     """Return the problem of a game for a file with M and q, with its costs computed exactly from the payoffs as
     written. The problem stays as it is if some costs are not decimals, and for any other file."""
     problem, game = found.rounded, found.rounded.origin
-    costs = game.exact_conditions()[0] if isinstance(game, Game) and _is_brief_text(path) else []
+    kind = formats.FORMATS.get(Path(path).suffix.casefold())  # which is written in decimals, and does not keep all?
+    is_brief = kind is not None and kind.in_decimals and kind.keeps != formats.ALL
+    costs = game.exact_conditions()[0] if isinstance(game, Game) and is_brief else []
     if not costs or any(places(cost) is None for row in costs for cost in row.values()):
         return found
 
@@ -141,34 +139,25 @@ def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
 
 def is_rounded(found: Written[Problem], path: str) -> bool:
     """Return whether a file with the problem of `with_costs` has rounded doubles in place of written numbers."""
-    game = found.own.origin if isinstance(found.own.origin, Game) else None
-    if isinstance(found.own.origin, ExtensiveGame):
-        return found.own.origin.is_rounded and formats.FORMATS[Path(path).suffix.casefold()].keeps != formats.ALL
-    if formats.FORMATS[Path(path).suffix.casefold()].in_decimals:
-        return game is not None and _is_brief_text(path)
-    return bool(found.exact) or (game is not None and game.written is not None)
-
-
-def _is_brief_text(path: str) -> bool:
-    """Return whether the format of a file is written in decimals and does not keep all of a problem."""
-    kind = formats.FORMATS.get(Path(path).suffix.casefold())
-    return kind is not None and kind.in_decimals and kind.keeps != formats.ALL
+    game, kind = found.own.origin, formats.FORMATS[Path(path).suffix.casefold()]
+    if isinstance(game, ExtensiveGame):
+        return game.is_rounded and kind.keeps != formats.ALL
+    if kind.in_decimals:
+        return isinstance(game, Game) and kind.keeps != formats.ALL
+    return bool(found.exact) or (isinstance(game, Game) and game.written is not None)
 
 
 def kind_of(problem: Problem) -> str:
-    """Return the kind of a problem's origin: "qp", "game", "efg", "names", or "" for none."""
     return "" if problem.origin is None else str(problem.origin.data()["kind"])
 
 
 def exact_endings(problem: Problem) -> list[str]:
-    """Return the suffixes of formats that keep all digits of a problem, and also its program or game if it has one."""
     of_origin = {"qp": [".json", *formats.PROGRAM_SUFFIXES], "game": [".json"], "efg": [".json"]}
     holding = formats.WITH_BOUNDS if problem.bounds else formats.GENERAL_SUFFIXES
     return of_origin.get(kind_of(problem)) or [ending for ending in holding if formats.FORMATS[ending].in_decimals]
 
 
 def ending_of(path: str) -> str:
-    """Return the suffix of a file to be written; raise ProblemError for one that is not written."""
     ending = Path(path).suffix
     kind = formats.kind_with(ending.casefold())
     if kind is not None and kind.keeps:
@@ -182,6 +171,5 @@ def ending_of(path: str) -> str:
 def file_of_q(path: str) -> str | None:
     """Return the file for q that is written beside a file for M alone; None where there is none."""
     ending = ending_of(path)
-    own = path.removesuffix(ending) + ".q" + ending
-    kind = formats.FORMATS.get(ending.casefold())
-    return own if kind is not None and kind.keeps == formats.M_AND_Q else None
+    is_beside = formats.FORMATS[ending.casefold()].keeps == formats.M_AND_Q
+    return f"{path.removesuffix(ending)}.q{ending}" if is_beside else None
