@@ -335,19 +335,18 @@ def reported(
         from lcpcli.methods.stages import Finished, Iterate, ended
         from lcpcli.solving.trace import LateRow, TraceRow
     criterion, box, last, rows = Criterion(result.problem, result.tol), result.problem.box, result.iterations, []
+    ctrl_c: KeyboardInterrupt | None = None
     steps = kept[max(0, len(kept) - last) :]  # without those of an attempt that was given up
     steps = steps if x0 is None else [Iterate(x0, None, "", 0), *steps]
     for k, step in enumerate(steps, last + 1 - len(steps)):
         z, at = result.z if k == last else box.z_of(step.x), result.seconds * k / max(1, last)
         rows.append(TraceRow(k, z, None, None, at, step.step, step.method or result.method, x=step.x))
-        ends, ctrl_c = k < last, None
+        ends = k < last
         try:
             ends &= k > 0 and callback is not None and bool(callback(LateRow.of(rows[-1], criterion)))
         except StopIteration:
             pass
         except KeyboardInterrupt as interrupt:
-            if not ends:
-                raise
             ctrl_c = interrupt
         if ends:
             session.stopwatch.pause()
@@ -358,6 +357,8 @@ def reported(
         for row in rows:
             trace.add(row if row.k < last else replace(row, x=box.x_of(result.z, result.w)), criterion)
         trace.close(criterion)
+    if ctrl_c is not None:  # at the last iterate
+        raise ctrl_c
     return True
 
 

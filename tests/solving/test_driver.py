@@ -255,6 +255,20 @@ def test_it_ends_the_run_with_the_best_iterate_but_for_a_solution(callback: Call
     assert lcpcli.solve(M, Q, "newton", x0=[1, 1], callback=lambda row: row.k == 1).solved
 
 
+@pytest.mark.parametrize("is_pressed", [False, True], ids=["true", "Ctrl-C"])
+def test_it_ends_auto_before_its_solution_and_the_trace_ends_there_too(is_pressed: bool) -> None:
+    def ends(row: TraceRow) -> bool:
+        if is_pressed and row.k == 1:
+            raise KeyboardInterrupt
+        return row.k == 1
+
+    M, q = [[1, 0, 0], [-2, 1, 0], [0, -2, 1]], [-1, 1, 1]
+    assert lcpcli.solve(M, q).iterations > 1
+    result = lcpcli.solve(M, q, callback=ends, trace=True, interrupts="return")
+    assert (result.status.word, result.iterations, result.interrupted) == ("interrupted", 1, is_pressed)
+    assert [row.k for row in result.trace.rows] == [0, 1]
+
+
 def test_its_exceptions_leave_the_call_and_its_arithmetic_is_its_own() -> None:
     def fails(row: TraceRow) -> None:
         raise KeyError(row.k)
