@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 STANDARD_INPUT = "-"
 PAPER_EXAMPLES = ("paper-example-1.json", "paper-example-2.json")
 FEW_ABSENT, MOST_ABSENT = 2**22, 1000  # numbers that are not given: always allowed, and for each one that is given
-BESIDE = (".row", ".col", ".sol")  # the suffixes of files that stand beside a model
 
 T = TypeVar("T")
 Fetch = Callable[[str, str], bytes]  # returns the content of a file; the second argument is the hint for an empty one
@@ -76,7 +75,8 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
         inside = [entry for entry in sorted(Path(folder).iterdir()) if not entry.name.startswith(".")]
     named = [entry for entry in inside if entry.name.casefold().endswith(PROBLEMS)]
     files = [file for file in named if file.is_file() or file.is_symlink()]
-    others = [entry for entry in inside if entry not in files and entry.suffix not in BESIDE]
+    of_models = (".row", ".col", ".sol")  # the suffixes of files that stand beside a model
+    others = [entry for entry in inside if entry not in files and entry.suffix not in of_models]
     results = []
     for file in files:
         with suppress(OSError), file.open("rb") as content:  # an error is reported when the file is read

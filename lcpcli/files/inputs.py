@@ -195,7 +195,7 @@ def _with_next(path: str, content: bytes, left: list[str], of_folders: Collectio
     q_content = content_of(q_path, LINE)
     columns = None
     if M is not None:
-        names = partial(reading.names_in, path, content, shared or {})
+        names = partial(reading.names_in, path, content, shared)
         within(place(q_path), reading.require_order, q_path, q_content, names)
         columns = within(place(q_path), _columns, q_path, q_content, M.shape[0])
     if columns is not None and form_of(path, content) == form_of(q_path, q_content) == "csv_format":
@@ -207,20 +207,18 @@ def _with_next(path: str, content: bytes, left: list[str], of_folders: Collectio
     own = columns[0][:, : len(columns[0])]
     has_M = 1 < len(own) >= len(columns[1]) - 1 and np.array_equal(own, dense(M))
     refuse(has_M, place(q_path), f"begins with M of {place(path)}", "if it holds M and q, name it alone")
-    return QColumns((path, q_path), M, *columns, shared or {})
+    return QColumns((path, q_path), M, *columns, shared)
 
 
-def _without_q(path: str, content: bytes) -> tuple[Matrix | None, Mapping[str, Any] | None]:
-    """Return M and what several q share with it in a file; None if it has q, and None twice if it is no problem."""
-    if content.lstrip().startswith(b"{") and b'"q"' in content:  # a guess that spares reading it twice
-        return None, {}
+def _without_q(path: str, content: bytes) -> tuple[Matrix | None, Mapping[str, Any]]:
+    """Return M and what several q share with it in a file; None if it has q, or is no problem."""
+    has_q = content.lstrip().startswith(b"{") and b'"q"' in content  # a guess that spares reading it twice
     with suppress(ProblemError):
-        fields = reading.fields_in(path, content)
-        if is_whole(fields) or not fields.keys() <= {"M", *SHARED, *TEXTS}:
-            return None, {}
-        M = as_matrix("M", fields["M"]) if isinstance(fields["M"], list) else fields["M"]
-        return (M if M.ndim == 2 else None), {key: fields[key] for key in SHARED if key in fields}
-    return None, None
+        fields = {} if has_q else reading.fields_in(path, content)
+        if not is_whole(fields) and {"M"} <= fields.keys() <= {"M", *SHARED, *TEXTS}:
+            M = as_matrix("M", fields["M"]) if isinstance(fields["M"], list) else fields["M"]
+            return (M if M.ndim == 2 else None), {key: fields[key] for key in SHARED if key in fields}
+    return None, {}
 
 
 def _is_q(path: str, n: int | None = None) -> bool:

@@ -196,7 +196,8 @@ class _Reader:
         for name, value in pairs:
             if name not in known:
                 raise self._unknown(name, where)
-            self._require_number(value)
+            if not NUMBER.fullmatch(value):
+                self._require_number(value)
         return pairs
 
     def _unknown(self, name: str, where: str) -> ProblemError:

@@ -20,11 +20,12 @@ from lcpcli.files.formats import refuse
 Constant = Callable[[str], Any]  # returns the number that a text stands for
 HEADER_LINES = 10
 CUT_OFF, COUNTS = "is it cut off?", "are the counts before it right?"
+WHOLE = re.compile(r"[-+]?[0-9]{1,18}")
 STORED = {"n": "d", "s": "h", "l": "i"}  # the numbers in a binary file: doubles, and integers of two or four bytes
 
 
 def whole(text: str) -> int:
-    if not re.fullmatch(r"[-+]?[0-9]{1,18}", text):
+    if not WHOLE.fullmatch(text):
         raise ValueError(text)
     return int(text)
 

@@ -12,8 +12,7 @@ import numpy as np
 from lcpcli.errors import ProblemError, listed
 from lcpcli.files import formats
 from lcpcli.files.atomic_write import write_together
-from lcpcli.files.fields import STARTS
-from lcpcli.files.fields import TEXTS as OF_ALL
+from lcpcli.files.fields import STARTS, TEXTS
 from lcpcli.files.formats import refuse
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.extensive import ExtensiveGame
@@ -58,7 +57,7 @@ def contents_of(found: Written[Problem], path: str, ending: str, as_program: boo
     is_whole = as_program and kind.keeps == formats.ALL and not others  # its origin has a key for all that it holds
     kinds = (Program, Game, ExtensiveGame)[: 3 if in_text else 2]  # an array holds no text of a game tree
     is_origin = is_for_programs or (is_whole and isinstance(problem.origin, kinds))
-    fields: dict[str, Any] = {key: getattr(problem, key) for key in OF_ALL if getattr(problem, key)}
+    fields: dict[str, Any] = {key: getattr(problem, key) for key in TEXTS if getattr(problem, key)}
     fields |= (_fields_of_origin if is_origin else _fields)(problem, in_text)
     try:
         return formats.load(kind.form).render(fields, exact)
