@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
-from contextlib import suppress
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
@@ -179,13 +179,24 @@ def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:
     package = function.__module__.partition(".")[0]
     if package == "lcpcli":
         return own(problem, x0, **options)
-    return _guarded(partial(own, problem, x0, **options), problem.n, package)
+    with _blaming(package):
+        return _guarded(own(problem, x0, **options), problem.n, package)
 
 
-def _guarded(begun: Callable[[], Stage], n: int, package: str) -> Stage:
-    """Pass on the stage of a method of another package; raise PackageFault for its errors, and for what is no stage."""
+@contextmanager
+def _blaming(package: str) -> Iterator[None]:
+    """Open a context in which errors of another package become a PackageFault."""
     try:
-        stage = begun()
+        yield
+    except (*FAULTS, TimeIsUp, LCPError):
+        raise
+    except Exception as error:
+        raise PackageFault(f"the package {package} raises {raised(error)}") from error
+
+
+def _guarded(stage: Stage, n: int, package: str) -> Stage:
+    """Pass on the stage of a method of another package; raise PackageFault for what is no stage."""
+    with _blaming(package):
         while isinstance(step := advance(stage), Iterate):
             x, evaluations = step.x, step.evaluations
             if not isinstance(x, np.ndarray) or x.dtype.kind not in "fiu":
@@ -197,10 +208,6 @@ def _guarded(begun: Callable[[], Stage], n: int, package: str) -> Stage:
             if not isinstance(evaluations, int | np.integer):
                 raise PackageFault(f"the package {package} counts {evaluations!r} evaluations")
             yield step
-    except (*FAULTS, TimeIsUp, LCPError):
-        raise
-    except Exception as error:
-        raise PackageFault(f"the package {package} raises {raised(error)}") from error
     if not isinstance(step, Ending):
         raise PackageFault(f"the package {package} yields or returns {step!r}")
     return step
