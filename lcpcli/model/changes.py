@@ -219,6 +219,10 @@ class StandardForm(Change):
     def start(self, x: Vector) -> Vector:  # noqa: ARG002 (methods that need this form use none)
         return np.zeros(self.problem.n)
 
+    @property
+    def is_exact(self) -> bool:
+        return self.original.has_small_integers
+
     def back(self, x: Vector) -> Vector:
         unknowns, own = self.problem.box.z_of(x), self.problem.box.reflected(x) - x
         w = np.zeros(self.original.n)

@@ -79,7 +79,7 @@ class NonlinearProblem:
         for field, given in (("F", F), ("J", J)):
             if not (callable(given) or (given is None and field == "J")):
                 raise ProblemError(field, f"is {kind(given)}", f"give a function of z that returns {field}(z)")
-        vectors: tuple[Any, ...] = x0, lower, upper, names if len(names) else None
+        vectors: tuple[Any, ...] = x0, lower, upper, tuple(names) or None
         if (vector := next(filter(np.ndim, vectors), None)) is None:
             fault = f"{'is missing' if x0 is None else f'is {kind(x0)}'}, so that the number of unknowns is unknown"
             raise ProblemError("x0", fault, "give x0, a list of numbers")

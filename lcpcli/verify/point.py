@@ -291,7 +291,7 @@ class Point:
             used = columns_of(measure, point._rows_of_noise)
             moved = point._inside.copy()
             moved[used] = measure.reference[used]
-            if not np.array_equal(moved, point._inside):
+            if used.size and not np.array_equal(moved, point._inside):
                 points.append(Point(criterion, criterion.original(moved)))
                 yield points[-1]
         if criterion.problem.reference_z is not None:

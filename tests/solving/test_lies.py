@@ -292,7 +292,10 @@ def test_true_proof_of_the_same_method_is_believed(liar: Liar) -> None:
     result = liar.run(TEXTBOOK, ending=farkas([1, 0]))
     assert result.status is Status.INFEASIBLE
     assert proves_infeasible(TEXTBOOK, result.certificate.vector)
-    assert liar.run(SWAP, ending=NoSolution(Certificate("exhaustion", "it is"))).status is Status.UNSOLVABLE
+    bounded = mixed(SWAP.M, SWAP.q, BELOW, (0.0, 9.0))  # through a standard form, in which integers remain integers
+    for problem, declaration in ((SWAP, {}), (bounded, {"takes_bounds": False})):
+        result = liar.run(problem, [], NoSolution(Certificate("exhaustion", "it is")), declaration)
+        assert result.status is Status.UNSOLVABLE
 
 
 EXHAUSTED = NoSolution(Certificate("exhaustion", LIE, np.ones(2)))

@@ -444,3 +444,9 @@ def test_z0_is_the_start_also_of_a_problem() -> None:
     problem = NonlinearProblem(lambda z: z**2 - 4, lower=None, x0=[1.0])
     assert lcpcli.solve_mcp(problem, z0=[-1.0]).z[0] == pytest.approx(-2)
     assert lcpcli.solve_mcp(problem.F, lower=None, z0=[-1.0]).z[0] == pytest.approx(-2)
+
+
+@pytest.mark.parametrize("names", [["a", "b"], {"a": 1, "b": 2}.keys()], ids=["list", "keys"])
+def test_names_say_how_many_unknowns_there_are(names: Any) -> None:
+    result = lcpcli.solve_mcp(lambda z: z - [1.0, 2.0], names=names)
+    assert (result.z.tolist(), tuple(result.problem.names)) == ([1.0, 2.0], ("a", "b"))
