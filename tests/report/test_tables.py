@@ -18,6 +18,7 @@ from lcpcli import Problem, Trace, error_bound, read, write
 from lcpcli.cli import terminal as cli_terminal
 from lcpcli.files import contents
 from lcpcli.report import outcome, programs_and_games, tables, wording
+from lcpcli.report.result_formats import Layout
 from lcpcli.solving.driver import run
 
 SMALL = {"M": [[2, 1], [1, 2]], "q": [-4, -5]}  # z = (1, 2)
@@ -277,3 +278,16 @@ def test_a_table_that_is_cut_says_so_whether_rows_or_variables_are_many(
     (table,) = programs_and_games.tables(result.answer, result.problem.origin, whole=False)
     assert [len(group) for group in table.groups] == [min(m, 3), min(k, 3)]
     assert bool(table.notes) is (max(k, m) > 3)
+
+
+def test_no_number_in_the_row_of_one_of_many_is_cut_off() -> None:
+    cells, ways = ["1000", "iteration limit", "1.2e-10", "538 us", "12345"], ["lemke", "newton", "objective 123.4567"]
+    for width in range(40, 140):
+        row = Layout.of(["problem" * 9], width).row("problem" * 9, *cells, ways)
+        _, *shown = re.split(" {2,}", row.strip())
+        assert len(row.rstrip()) <= width
+        assert (shown[:5], shown[5:]) in [
+            *((cells[:k], []) for k in range(6)),
+            *((cells, [", ".join(ways[i:])]) for i in range(3)),
+        ]
+    assert shown[5:] == [", ".join(ways)]
