@@ -99,9 +99,9 @@ def test_z_is_rounded_to_what_is_known(error: float | None, shown: str) -> None:
 
 def test_the_shortest_time_to_each_level_has_a_star_if_there_are_several() -> None:
     results = [run(read(EXAMPLE), method, curve=Trace(levels=wording.LEVELS)) for method in ("newton", "shi")]
-    made = tables.summary_of_costs(results)
+    made = tables.summary_of_costs(results, None)
     assert [sum(row[j].startswith("*") for row in made.rows) for j in (2, 4, 6, 8)] == [1] * 4
-    assert "*" not in str(tables.summary_of_costs(results[:1]))
+    assert "*" not in str(tables.summary_of_costs(results[:1], None))
 
 
 def test_no_colour_is_lost_on_a_light_or_a_dark_ground(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
@@ -250,6 +250,17 @@ def test_sizes_of_the_environment_may_be_none(size: str, lcp: Lcp, monkeypatch: 
         monkeypatch.setenv(variable, size)
     ran = lcp(*COMMANDS["solve, large"])
     assert (bool(ran.out), ran.err) == (True, "")
+
+
+@pytest.mark.parametrize(("width", "levels"), [(100, 3), (74, 2), (55, 1)])
+def test_a_narrow_screen_drops_levels_but_the_finest_and_splits_no_row_of_the_summary(
+    width: int, levels: int, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(width))
+    (header,) = (line.split() for line in lcp("compare", EXAMPLE).out.splitlines() if line.endswith("status"))
+    shown = [word for word in header if word[-1] != "s"]
+    kept = ("1e-3", "1e-6", "1e-9")[-levels:]
+    assert shown == ["method", *(word for level in kept for word in ("to", level)), "end", "error"]
 
 
 def heading_and_first(lcp: Lcp, file: str) -> tuple[list[str], str]:
