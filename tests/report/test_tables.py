@@ -269,6 +269,16 @@ def heading_and_first(lcp: Lcp, file: str) -> tuple[list[str], str]:
     return lines[0].split(), lines[2]
 
 
+@pytest.mark.parametrize(("width", "method"), [(120, "fixed-point "), (80, "fixed-point "), (40, "fixed- ")])
+def test_the_name_of_a_method_is_folded_where_a_table_is_wide(
+    width: int, method: str, lcp: Lcp, terminal: Terminal
+) -> None:
+    terminal(width, False)
+    heading, first = heading_and_first(lcp, EXAMPLE)
+    assert first.startswith(method)
+    assert "..." not in heading or width < 80
+
+
 @pytest.mark.parametrize(("width", "shown"), [(50, 2), (60, 3), (80, 4), (200, 15), (None, 12)])
 def test_large_n_shows_first_and_last_components(width: int | None, shown: int, lcp: Lcp, terminal: Terminal) -> None:
     if width is not None:
