@@ -130,7 +130,7 @@ OF_RUN = (*BOUND_OPTIONS, "game", "exact", "bound", "sequence", "trace", "every"
 MARKED_TOGETHER = 4096  # q of one M whose marks are made at once: many, to share the cost; few, not to delay the first
 HINT = "give the same files, delete its line to solve it again, or begin a new log"
 
-Past = dict[int, tuple[str, Kind]]  # by the number of a problem, its digest, and how its run ended
+Past = dict[int, tuple[str, Kind, Source]]  # by the number of a problem, its digest, how its run ended, and its place
 
 
 def options_of(request: Request) -> dict[str, str]:
@@ -150,7 +150,7 @@ def missing(works: Iterator[Work], given: Mapping[str, str], past: Past, ends: C
 
     given : the options. past : what the log has. ends : counts how the runs of these problems ended.
     """
-    number = 0
+    number, places = 0, {source for _, _, source in past.values()}
     for whole in works:
         for work in whole.parts(MARKED_TOGETHER) if isinstance(whole, QColumns) else [whole]:
             marks: list[dict[str, Any]]
@@ -158,7 +158,10 @@ def missing(works: Iterator[Work], given: Mapping[str, str], past: Past, ends: C
             are_new = [mark["number"] not in past for mark in marks]
             for source, mark in zip(work.sources, marks, strict=True):
                 number = mark["number"]
-                own, kind = past.pop(number, (mark["digest"], None))
+                is_elsewhere = number not in past and source._replace(mark=None) in places
+                own, kind, _ = past.pop(number, (mark["digest"], None, source))
+                if is_elsewhere:
+                    raise OptionError("--resume", f"has {source} under another number than {number}", HINT)
                 if own != mark["digest"]:
                     raise OptionError("--resume", f"has a problem other than {source} as number {number}", HINT)
                 ends.update([kind] if kind else [])
@@ -173,10 +176,11 @@ def missing(works: Iterator[Work], given: Mapping[str, str], past: Past, ends: C
         raise OptionError("--resume", fault, HINT)
 
 
-def _known(record: Mapping[str, Any], given: Mapping[str, str]) -> tuple[int, tuple[str, Kind]]:
-    """Return the number of the problem of a record, its digest, and how its run ended; raise OptionError if the record
-    was written with other options."""
+def _known(record: Mapping[str, Any], given: Mapping[str, str]) -> tuple[int, tuple[str, Kind, Source]]:
+    """Return the number of the problem of a record, its digest, how its run ended, and its place; raise OptionError if
+    the record was written with other options."""
     number, word, exact = record["number"], record["status"], record["exact"]
+    source = Source(record.get("file"), record.get("item"))
     try:
         then = {**dict.fromkeys(given, "none"), **record["given"]}
         now = {**dict.fromkeys(then, "none"), **given}
@@ -189,9 +193,9 @@ def _known(record: Mapping[str, Any], given: Mapping[str, str]) -> tuple[int, tu
         if word != result_formats.BAD_INPUT:
             code = of_status(results.Status[word.upper()]) if exact is None or exact["status"] else NOT_SOLVED
             word = results.word_of(word, (record["answer"] or {}).get("proved"))
-        return number, (record["digest"], (word, code))
+        return number, (record["digest"], (word, code), source)
     except (KeyError, TypeError, AttributeError):
-        fault = f"has a record of {Source(record.get('file'), record.get('item'))} that is damaged"
+        fault = f"has a record of {source} that is damaged"
         raise OptionError("--resume", fault, "begin a new log") from None
 
 

@@ -165,7 +165,8 @@ def reserve(paths: Iterable[str]) -> Iterator[None]:
             beside = target.with_name(f".{target.name}.lock")
             with suppress(OSError):  # a folder that cannot be written, where nothing is going to be replaced
                 locks.enter_context(open_alone(beside, path))
-                locks.callback(beside.unlink, missing_ok=True)  # before it is closed
+                locks.enter_context(suppress(OSError))  # as some systems keep a file that is open
+                locks.callback(beside.unlink)  # before it is closed
         yield
 
 

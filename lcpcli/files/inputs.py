@@ -190,12 +190,14 @@ def _with_next(path: str, content: bytes, left: list[str], of_folders: Collectio
     are_named = path not in of_folders and left[0] not in of_folders
     takes = (are_named and _is_q(left[0])) if M is None else (are_named or _is_q(left[0], M.shape[0]))
     if not (takes or has_q):
+        if shared is None and are_named:
+            _refuse_swapped(path, content, left)
         return Input((path,), (content,))
     q_path = left.pop(0)
     q_content = content_of(q_path, LINE)
     columns = None
     if M is not None:
-        names = partial(reading.names_in, path, content, shared)
+        names = partial(reading.names_in, path, content, shared or {})
         within(place(q_path), reading.require_order, q_path, q_content, names)
         columns = within(place(q_path), _columns, q_path, q_content, M.shape[0])
     if columns is not None and form_of(path, content) == form_of(q_path, q_content) == "csv_format":
@@ -207,18 +209,30 @@ def _with_next(path: str, content: bytes, left: list[str], of_folders: Collectio
     own = columns[0][:, : len(columns[0])]
     has_M = 1 < len(own) >= len(columns[1]) - 1 and np.array_equal(own, dense(M))
     refuse(has_M, place(q_path), f"begins with M of {place(path)}", "if it holds M and q, name it alone")
-    return QColumns((path, q_path), M, *columns, shared)
+    return QColumns((path, q_path), M, *columns, shared or {})
 
 
-def _without_q(path: str, content: bytes) -> tuple[Matrix | None, Mapping[str, Any]]:
-    """Return M and what several q share with it in a file; None if it has q, or is no problem."""
+def _refuse_swapped(path: str, content: bytes, left: list[str]) -> None:
+    """Raise ProblemError if a file holds q, and the next one the M that should come before it."""
+    M = q = None
+    with suppress(ProblemError):
+        q = reading.vector_in("q", path, content)
+        M = None if left[0] == STANDARD_INPUT else _without_q(left[0], content_of(left[0], WHOLE))[0]
+    if q is not None and M is not None and len(q) == M.shape[0]:
+        other = left.pop(0)
+        raise ProblemError(place(path), f"holds q, and {other} M", f"name M first: {other} {path}")
+
+
+def _without_q(path: str, content: bytes) -> tuple[Matrix | None, Mapping[str, Any] | None]:
+    """Return M and what several q share with it in a file; None if it has q, and None twice if it is no problem."""
     has_q = content.lstrip().startswith(b"{") and b'"q"' in content  # a guess that spares reading it twice
     with suppress(ProblemError):
         fields = {} if has_q else reading.fields_in(path, content)
         if not is_whole(fields) and {"M"} <= fields.keys() <= {"M", *SHARED, *TEXTS}:
             M = as_matrix("M", fields["M"]) if isinstance(fields["M"], list) else fields["M"]
             return (M if M.ndim == 2 else None), {key: fields[key] for key in SHARED if key in fields}
-    return None, {}
+        return None, {}
+    return None, None
 
 
 def _is_q(path: str, n: int | None = None) -> bool:

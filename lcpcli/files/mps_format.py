@@ -245,12 +245,13 @@ class _Reader:
         """Return both sides of a row; a range is added before anything is rounded."""
         kind = self._kinds[row]
         side, width = (fraction(self._sides[section].get(row, "0")) for section in ("RHS", "RANGES"))
-        size: Any = math.inf
-        if row in self._sides["RANGES"]:
-            size = abs(width) if abs(width) < NO_BOUND else math.inf
-            kind = kind if kind != "E" else "G" if width > 0 else "L"
-        ends = side - size if kind == "L" else side, side + size if kind == "G" else side
-        low, high = map(self._end, ends)
+        ends: dict[str, tuple[Any, Any]]
+        ends = {"G": (side, math.inf), "L": (-math.inf, side), "E": (side, side)}
+        if row in self._sides["RANGES"] and abs(width) < NO_BOUND:
+            ends = {"G": (side, side + abs(width)), "L": (side - abs(width), side)}
+        if row in self._sides["RANGES"] and kind == "E":
+            kind = "G" if width > 0 else "L"
+        low, high = map(self._end, ends[kind])
         refuse(low == math.inf or high == -math.inf, f"row {row}", *NOT_NONE)
         return low, high
 

@@ -182,6 +182,10 @@ class Terms(Ends):
                 return first, last
         return None
 
+    @property
+    def is_quadratic(self) -> bool:
+        return self.program is not None and bool((self._data[0].Q != 0).sum())
+
     @cached_property
     def moving(self) -> Moving | None:
         """Return the number that differs, in the program's own sense, if it is one only; else None."""

@@ -46,12 +46,16 @@ class Layout(NamedTuple):
         return cls(longest if width is None else max(min(longest, width - OTHERS), FEWEST_OF_NAME), width)
 
     def row(self, name: str, n: str, status: str, residual: str, time: str, k: str, by: Sequence[str]) -> str:
-        """Return the row of a problem. by : the methods and the objective."""
+        """Return the row of a problem, of which only the name is cut off. by : the methods and the objective; the last
+        ones that fit are shown."""
         name = visible(name)
         if self.width is not None and len(name) > self.name:
             name = wording.ELLIPSIS + name[len(wording.ELLIPSIS) - self.name :]
         cells = [f"{name:{self.name}}", f"{n:>6}", f"{status:15}", f"{residual:>8}", f"{time:>7}", f"{k:>5}"]
-        return "  ".join([*cells, visible(", ".join(by))])[: self.width].rstrip() + "\n"
+        ends = list(map(visible, by))
+        while len(row := "  ".join([*cells, ", ".join(ends)]).rstrip()) > (self.width or len(row)):
+            (ends or cells).pop(0 if ends else -1)
+        return row + "\n"
 
 
 class Report(NamedTuple):

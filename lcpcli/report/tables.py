@@ -92,7 +92,7 @@ def build(
         disproof = [f"{wrong}: z is a solution to the tolerance {solved[0].tol:g}"]
     shows_times = form != "latex" and (not chosen or "time" in chosen)
     iterates = Table([header[j] for j in places], list(filter(None, groups)), name="Iterates")
-    summary = [summary_of_costs(results)] * (compared and not chosen)
+    summary = [summary_of_costs(results, width if form == "table" else None)] * (compared and not chosen)
     meanings, strategies = list[str](), list[Table]()
     if any(result.answer is not None for result in results):
         from lcpcli.report import programs_and_games
@@ -195,12 +195,19 @@ STAR = "*"  # before the shortest of several times
 FALSE = "FALSE"  # in place of the status of a run whose claim does not hold
 
 
-def summary_of_costs(results: Sequence[Result]) -> Table:
+def summary_of_costs(results: Sequence[Result], width: int | None) -> Table:
     """Return a row for each run: the iterations and the time to each level of error, if these are recorded, else the
     evaluations and the residual; those to the verified end, all times in one unit; and a column for each option that
-    a run has by itself."""
+    a run has by itself. A table wider than the terminal, if there is one, leaves out levels, the coarsest first."""
     are_noted = any(result.curve is not None and result.curve.levels for result in results)
-    levels = wording.LEVELS if are_noted else ()
+    for i in range(len(wording.LEVELS) + 1):
+        made = _summary(results, wording.LEVELS[i:] if are_noted else (), are_noted)
+        if width is None or sum(made.widths()) + len(made.header) <= width:
+            break
+    return made
+
+
+def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool) -> Table:
     texts = [text for result in results for text in result.label.partition(":")[2].split(",")]
     options = list(filter(None, dict.fromkeys(text.partition("=")[0] for text in texts)))
     attained = [reached(result) for result in results]

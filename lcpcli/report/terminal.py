@@ -18,6 +18,7 @@ from lcpcli.report.wording import PIPE_WIDTH, folded
 
 RULES = Box("    \n    \n -- \n    \n -- \n -- \n    \n    \n", ascii=True)  # rules of dashes between groups, no frame
 UNLIMITED = 10_000  # columns where there is no limit, as rich needs a number: more than any table has
+PAGE_WIDTH = 120  # columns of a pipe within which no name of a method is written down
 FEWEST_OF_TEXT = 8  # characters of a column of sentences, however wide the others are
 REPEATED = 0.7  # of the width, for the columns that each part of a folded table repeats: others need room too
 STYLES = {"solved": "green", "FALSE": "bold red"}  # legible on light and dark backgrounds
@@ -88,6 +89,15 @@ def trim(out: StringIO) -> str:
     return "".join(line.rstrip() + "\n" for line in out.getvalue().splitlines())
 
 
+def _label_down(group: Sequence[Sequence[str]]) -> Sequence[Sequence[str]]:
+    """Return the group with its label down the first column, one word per row as in the paper, if it fits."""
+    name, _, options = group[0][0].partition(":")
+    words = [*name.replace("-", "- ").split(), *options.replace(",", " ").split()]
+    if len(words) > len(group) or any(row[0] for row in group[1:]):
+        return group
+    return [[word, *row[1:]] for word, row in zip(words + [""] * (len(group) - len(words)), group, strict=True)]
+
+
 def _print(console: Console, table: Table, width: int | None) -> None:
     """Print a table with a rule between groups: its sentences wrapped if it has any, else in parts that repeat its
     leading columns of words if it is too wide."""
@@ -96,6 +106,9 @@ def _print(console: Console, table: Table, width: int | None) -> None:
         least = sum(FEWEST_OF_TEXT if j in table.texts else widest + 1 for j, widest in enumerate(widths))
         console.print(_grid(table, range(len(widths)), 1), width=max(width or PIPE_WIDTH, least))
         return
+    if table.name and sum(widths) + len(widths) > (width or PAGE_WIDTH):
+        table = table._replace(groups=list(map(_label_down, table.groups)))
+        widths = table.widths()
     gap = 2 if sum(widths) + 2 * len(widths) <= (width or PIPE_WIDTH) else 1
     keys = 0
     while keys in table.words and sum(widths[: keys + 1]) <= REPEATED * room:

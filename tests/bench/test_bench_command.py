@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -182,6 +183,18 @@ REFUSED = {
 def test_bad_usage_is_told_in_a_line(arguments: str, lcp: Lcp, in_folder: Path) -> None:
     assert_refused(lcp("bench", *arguments.split()), REFUSED[arguments])
     assert not list(in_folder.iterdir())
+
+
+def test_a_lock_that_cannot_be_removed_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Some systems remove no file that is open."""
+
+    def unlink(*_: Any, **__: Any) -> None:
+        raise PermissionError
+
+    monkeypatch.setattr(Path, "unlink", unlink)
+    with reserve([str(tmp_path / "r.json")]):
+        pass
+    assert [file.name for file in tmp_path.iterdir()] == [".r.json.lock"]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such locks")

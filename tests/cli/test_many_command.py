@@ -226,6 +226,7 @@ DAMAGED = "good.json that is damaged"
         ('"given": {', '"given": ["a", {', "good.json none.json", "is not a log of results (line 1)"),
         ('"number": 1,', '"number": 0,', "good.json none.json", DAMAGED),
         ('"number": 1,', '"number": -1,', "good.json none.json", DAMAGED),
+        (".*\n", "", "none.json good.json", "has none.json under another number than 1"),
         (', "number": .*}', "}", "good.json none.json", "log.jsonl: is not a log of results (line 1)"),
     ],
 )

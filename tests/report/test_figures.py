@@ -296,6 +296,15 @@ def test_a_figure_shows_the_same_as_before(name: str) -> None:
     assert_as_before(f"figure-{name}", described(DRAWN[name]()) + "\n")
 
 
+def test_the_objective_of_a_linear_program_stands_over_the_side_of_a_row_that_moves() -> None:
+    """Only a quadratic program has a frontier, with the objective, a risk, on the other axis."""
+    first, last = (
+        lcpcli.from_qp(None, [-3, -2], [[1, 1], [1, 3]], row_upper=[side, 6], rows=("a", "b")) for side in (4, 9)
+    )
+    _, axes = drawn(run_figures.draw, lcpcli.path(first, last)).axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("a", "objective")
+
+
 def long_names(M: Any, q: Any) -> Figure:
     return drawn(plane_figures.draw, paths.picture(M, q, names=("price of $x", "y " * 60)))
 

@@ -18,6 +18,7 @@ from lcpcli import Problem, Trace, error_bound, read, write
 from lcpcli.cli import terminal as cli_terminal
 from lcpcli.files import contents
 from lcpcli.report import outcome, programs_and_games, tables, wording
+from lcpcli.report.result_formats import Layout
 from lcpcli.solving.driver import run
 
 SMALL = {"M": [[2, 1], [1, 2]], "q": [-4, -5]}  # z = (1, 2)
@@ -98,9 +99,9 @@ def test_z_is_rounded_to_what_is_known(error: float | None, shown: str) -> None:
 
 def test_the_shortest_time_to_each_level_has_a_star_if_there_are_several() -> None:
     results = [run(read(EXAMPLE), method, curve=Trace(levels=wording.LEVELS)) for method in ("newton", "shi")]
-    made = tables.summary_of_costs(results)
+    made = tables.summary_of_costs(results, None)
     assert [sum(row[j].startswith("*") for row in made.rows) for j in (2, 4, 6, 8)] == [1] * 4
-    assert "*" not in str(tables.summary_of_costs(results[:1]))
+    assert "*" not in str(tables.summary_of_costs(results[:1], None))
 
 
 def test_no_colour_is_lost_on_a_light_or_a_dark_ground(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
@@ -251,10 +252,31 @@ def test_sizes_of_the_environment_may_be_none(size: str, lcp: Lcp, monkeypatch: 
     assert (bool(ran.out), ran.err) == (True, "")
 
 
+@pytest.mark.parametrize(("width", "levels"), [(100, 3), (74, 2), (55, 1)])
+def test_a_narrow_screen_drops_levels_but_the_finest_and_splits_no_row_of_the_summary(
+    width: int, levels: int, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(width))
+    (header,) = (line.split() for line in lcp("compare", EXAMPLE).out.splitlines() if line.endswith("status"))
+    shown = [word for word in header if word[-1] != "s"]
+    kept = ("1e-3", "1e-6", "1e-9")[-levels:]
+    assert shown == ["method", *(word for level in kept for word in ("to", level)), "end", "error"]
+
+
 def heading_and_first(lcp: Lcp, file: str) -> tuple[list[str], str]:
     """The words of the heading of the iterates and the line of the first."""
     lines = lcp("solve", file, "--method", "fixed-point").out.split("\n\n", 1)[1].splitlines()
     return lines[0].split(), lines[2]
+
+
+@pytest.mark.parametrize(("width", "method"), [(120, "fixed-point "), (80, "fixed-point "), (40, "fixed- ")])
+def test_the_name_of_a_method_is_folded_where_a_table_is_wide(
+    width: int, method: str, lcp: Lcp, terminal: Terminal
+) -> None:
+    terminal(width, False)
+    heading, first = heading_and_first(lcp, EXAMPLE)
+    assert first.startswith(method)
+    assert "..." not in heading or width < 80
 
 
 @pytest.mark.parametrize(("width", "shown"), [(50, 2), (60, 3), (80, 4), (200, 15), (None, 12)])
@@ -277,3 +299,16 @@ def test_a_table_that_is_cut_says_so_whether_rows_or_variables_are_many(
     (table,) = programs_and_games.tables(result.answer, result.problem.origin, whole=False)
     assert [len(group) for group in table.groups] == [min(m, 3), min(k, 3)]
     assert bool(table.notes) is (max(k, m) > 3)
+
+
+def test_no_number_in_the_row_of_one_of_many_is_cut_off() -> None:
+    cells, ways = ["1000", "iteration limit", "1.2e-10", "538 us", "12345"], ["lemke", "newton", "objective 123.4567"]
+    for width in range(40, 140):
+        row = Layout.of(["problem" * 9], width).row("problem" * 9, *cells, ways)
+        _, *shown = re.split(" {2,}", row.strip())
+        assert len(row.rstrip()) <= width
+        assert (shown[:5], shown[5:]) in [
+            *((cells[:k], []) for k in range(6)),
+            *((cells, [", ".join(ways[i:])]) for i in range(3)),
+        ]
+    assert shown[5:] == [", ".join(ways)]

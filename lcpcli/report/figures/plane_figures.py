@@ -2,7 +2,7 @@
 
 w - M z = q with w, z >= 0 and z'w = 0 says that q lies in a cone that is spanned, for each j, by column j of I or by
 column j of -M (K. G. Murty 1972; R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity Problem, section
-1.3). The arcs of the cones have different radii, and a ray through q crosses the arcs of the cones that contain q.
+1.3). Overlapping cones have arcs of different radii, and a ray through q crosses the arcs of the cones that contain q.
 
 The plane of the paths is that of x with z = |x| + x and w = |x| - x, in which F(x) = M z - w + q is linear in each
 quadrant: the cones are the images of the quadrants. The contours are those of |F(x)|; F is 0 only at solutions.
@@ -38,15 +38,23 @@ ARC, APART = 78.0, 13.0  # in points: the radius of the outermost arc, and how m
 
 class Cone(NamedTuple):
     """A cone. parts : the start and the extent of a sector, in radians; for any other cone, the direction of each ray
-    and 0. radius : of its arc, in points."""
+    and 0. radius : of its arc, in points: the largest one that no overlapping cone before it, in the order of SETS,
+    has."""
 
     parts: tuple[tuple[float, float], ...]
-    radius: float
+    radius: float = ARC
 
     @property
     def kind(self) -> str:
         """Return SECTOR; RAY, from the origin; LINE, through it; or POINT, the origin alone."""
         return SECTOR if any(extent for _, extent in self.parts) else (POINT, RAY, LINE)[len(self.parts)]
+
+    def overlaps(self, other: Cone) -> bool:
+        """Return whether two sectors have a common interior point, or a ray or line and another cone have a common
+        point other than 0."""
+        margin = -SAME if self.kind == other.kind == SECTOR else SAME
+        turns = [((there - here) % TURN, own, its) for here, own in self.parts for there, its in other.parts]
+        return any(turn < own + margin or TURN - turn < its + margin for turn, own, its in turns)
 
 
 def angle(vector: Sequence[float]) -> float | None:
@@ -64,7 +72,7 @@ def cones(M: Sequence[Sequence[float]]) -> list[Cone]:
     """Return the cone of each of SETS, spanned by the columns of -M in the set and the columns of I outside the set."""
     directions = generators(M)
     made: list[Cone] = []
-    for k, chosen in enumerate(SETS):
+    for chosen in SETS:
         by = [directions[f"$-M_{j}$" if j in chosen else f"$I_{j}$"] for j in (1, 2)]
         angles = [one for one in by if one is not None]
         parts = tuple((one, 0.0) for one in angles[:1])
@@ -73,7 +81,9 @@ def cones(M: Sequence[Sequence[float]]) -> list[Cone]:
             parts = ((angles[0], 0.0), (angles[0] + math.pi, 0.0))
         elif abs(turn) >= SAME:
             parts = ((angles[0] if turn > 0 else angles[-1], abs(turn)),)
-        made.append(Cone(parts, ARC - APART * k))
+        cone = Cone(parts)
+        taken = {other.radius for other in made if cone.overlaps(other)}
+        made.append(cone._replace(radius=max({ARC - APART * k for k in range(len(SETS))} - taken)))
     return made
 
 
@@ -197,6 +207,7 @@ NUMBERS = [step * 10**decade for decade in range(7) for step in (1, 2, 5)]  # of
 TICKS = 5  # intervals between labels on an axis at most
 LABELS_APART = 0.12  # of the length of an axis, between two iterates with labels
 INSET = 4  # points: of the labels in the corners
+BESIDE = 0.035  # of the length of an axis: from an iterate to its number
 HOLLOW: dict[str, Any] = {"linestyle": "", "markerfacecolor": "white", "markeredgecolor": "black"}
 START, SOLUTION = HOLLOW | {"marker": "s", "markersize": 6.5}, HOLLOW | {"marker": "*", "markersize": 11}
 
@@ -286,11 +297,16 @@ def _numbers(axes: Axes, picture: Panel, chosen: Looks) -> None:
     """Label a few iterates with their numbers, apart from each other and from the corners."""
     low, high = np.transpose(ranges(picture))
     numbered: list[Any] = []
+    everywhere = (np.array([x for path in picture.curves for x in path.x]).reshape(-1, 2) - low) / (high - low)
+    everywhere = everywhere[np.isfinite(everywhere).all(axis=1)]
     for path in picture.curves:
         for k, x in zip(path.k, path.x, strict=True):
             place = (np.array(x) - low) / (high - low)
             is_inside = bool(((place > 0) & (place < 0.95)).all() and (np.abs(place - 0.5) < (0.3, 0.35)).any())
             is_free = all(np.abs(place - other).max() >= LABELS_APART for other in numbered)
+            is_free &= bool(
+                (np.abs(everywhere - place - BESIDE).max(axis=1) >= 0.75 * BESIDE).all()
+            )  # of iterates, too
             if (k in NUMBERS or k == path.k[-1] != 0) and is_inside and is_free:
                 numbered.append(place)
                 look: dict[str, Any] = {"color": chosen[path.name, path.label].color, "fontsize": SMALL_FONT}

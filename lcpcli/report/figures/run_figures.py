@@ -3,7 +3,8 @@
 The figure of convergence has one row per problem, with the error against run time on the left and against the iteration
 on the right. Curves have few markers, a ring around each point beyond the axes, and a cross where a run failed. That of
 a benchmark has the performance profile, error against run time, and the growth of time with n. That of a path has z(t),
-or x of a program, and the objective, or the frontier if the side of a row varies.
+or x of a program, and the objective, or the frontier if the side of a row of a quadratic
+program varies.
 """
 
 from __future__ import annotations
@@ -247,7 +248,8 @@ def draw(path: Path, chosen: Sequence[str] = ()) -> Figure:
     panels[0].set_title(fitted(wording.title_and_size(path.problem), FONT, WIDTH - 1.0))
     panels[0].set_xlabel(label)
     if program is not None:
-        _objective(panels[1], terms, across, label, moving is not None and moving.what.startswith("row"))
+        is_frontier = terms.is_quadratic and moving is not None and moving.what.startswith("row")
+        _objective(panels[1], terms, across, label, is_frontier)
     for axis in (axis for axes in panels for axis in (axes.xaxis, axes.yaxis)):
         axis.set_major_locator(MaxNLocator(TICKS, steps=[1, 2, 5, 10]))
     return add_legend(figure, {}, entries)
