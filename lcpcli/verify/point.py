@@ -30,6 +30,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import listed
+from lcpcli.linalg.compressed_rows import block
 from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING, SMALL_DISTANCE, distinct, each_step, is_finite, size
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import absolute_product, is_sparse, row_parts
@@ -345,7 +346,11 @@ def without_small_distances(measure: Measure, z: Vector) -> Vector:
 
 def columns_of(measure: Measure, rows: Indices) -> Indices:
     """Return the components that these rows of M use."""
-    return np.flatnonzero(abs(measure.data.M[rows]).sum(axis=0)) if rows.size else rows
+    M = measure.data.M
+    if not is_sparse(M):
+        return M[rows].any(axis=0).nonzero()[0]
+    _, columns, values = block(M, rows, np.arange(M.shape[1]))
+    return np.unique(columns[values != 0])
 
 
 @np.errstate(divide="ignore")
