@@ -131,7 +131,8 @@ def clause_on(fault: Exception) -> str:
     if isinstance(fault, MemoryError):
         return "there is not enough memory"
     if isinstance(fault, SingularMatrix):
-        return str(fault) or "a linear system that is singular or not finite in double precision"
+        ours = str(fault) if not str(fault)[:1].isupper() else ""  # numpy's begins with a capital
+        return ours or "a linear system that is singular or not finite in double precision"
     return next((kind for message, kind in FAULT_KINDS.items() if str(fault).startswith(message)), str(fault))
 
 

@@ -134,7 +134,7 @@ def test_a_default_is_in_its_range(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 ROOT = Path(__file__).parent.parent.parent
-NAMES = ("raises", "short", "nothing", "done", "nowhere")
+NAMES = ("raises", "short", "nothing", "done", "inverts", "nowhere")
 CODE = f"""
 import numpy as np
 from lcpcli.methods.registry import Method
@@ -155,6 +155,10 @@ def nothing(problem, x0):
 def done(problem, x0):
     yield Iterate(x0, None, "", 1)
     return Finished("a sweep moved less than 1e-9")
+
+def inverts(problem, x0):
+    yield Iterate(x0, None, "", 1)
+    np.linalg.inv(0 * problem.M)
 """
 FORMATS = """
 from lcpcli.files.formats import Kind
@@ -165,7 +169,7 @@ RAISES, NOTHING = Kind("faulty.raising", ""), Kind("faulty.nothing", "")
 RUNS = """
 import json, lcpcli
 seen = {}
-for method in ("raises", "short", "nothing", "done", "newton", "nowhere", "raisse"):
+for method in ("raises", "short", "nothing", "done", "inverts", "newton", "nowhere", "raisse"):
     try:
         result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6], method)
         seen[method] = [result.message, json.loads(result.to_json())["package"]]
@@ -213,6 +217,7 @@ def test_a_fault_of_a_method_of_another_package_is_the_status_of_its_run_or_one_
         "short": own + "yields an x of shape (1,) for 2 unknowns",
         "nothing": own + "yields or returns None",
         "done": "a sweep moved less than 1e-9, but z does not solve the problem",
+        "inverts": "broke down: a linear system that is singular or not finite in double precision after 1 iteration",
         "nowhere": "method: nowhere of another package cannot be loaded from faulty.methods: AttributeError: ",
         "raisse": "method: 'raisse' is unknown; did you mean raises?",
     }
