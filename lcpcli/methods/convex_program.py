@@ -94,8 +94,9 @@ def _minimizer(problem: Problem, S: Vector) -> Vector | None:
     has_ends = is_row & ~is_equation & (np.isfinite(low) | np.isfinite(high))  # PIQP prints a line about other rows
     is_x = ~is_row & (lower < upper)
     x, equations, rows, multipliers = (each.nonzero()[0] for each in (is_x, is_equation, has_ends, is_row))
-    largest = max(float(np.abs(v[np.isfinite(v)]).max(initial=0.0)) for v in (q, lower[x], upper[x]))
-    if largest >= INFINITE or not x.size or block(M, multipliers, multipliers)[1].size:
+    ends = (v[np.isfinite(v)] for v in (lower[x], upper[x]))
+    largest = max(float(np.abs(v).max(initial=0.0)) for v in (q, *ends))
+    if not largest < INFINITE or not x.size or block(M, multipliers, multipliers)[1].size:
         return None
     parts = [block(M, x, each) for each in (x, equations, rows)]
     Q, A, G = (

@@ -348,7 +348,7 @@ def columns_of(measure: Measure, rows: Indices) -> Indices:
     """Return the components that these rows of M use."""
     M = measure.data.M
     if not is_sparse(M):
-        return M[rows].any(axis=0).nonzero()[0]
+        return np.flatnonzero(M[rows].any(axis=0))
     _, columns, values = block(M, rows, np.arange(M.shape[1]))
     return np.unique(columns[values != 0])
 
