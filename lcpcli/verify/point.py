@@ -30,7 +30,6 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import listed
-from lcpcli.linalg.compressed_rows import block
 from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING, SMALL_DISTANCE, distinct, each_step, is_finite, size
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import absolute_product, is_sparse, row_parts
@@ -349,8 +348,10 @@ def columns_of(measure: Measure, rows: Indices) -> Indices:
     M = measure.data.M
     if not is_sparse(M):
         return np.flatnonzero(M[rows].any(axis=0))
+    with imports:
+        from lcpcli.linalg.compressed_rows import block
     _, columns, values = block(M, rows, np.arange(M.shape[1]))
-    return np.unique(columns[values != 0])
+    return distinct(columns[values != 0])
 
 
 @np.errstate(divide="ignore")
