@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -108,17 +107,12 @@ def toy(context):
     return Verdict(NO, "an entry is negative") if (context.M < 0).sum() else Verdict(YES, "no entry is negative")
 '''
 PAGE = "# What a toy is\n\nIt is what a test adds to a copy of this package, to see what an addition takes.\n"
-COLUMN = (
-    "Column(lambda row: int((row.z > 0).sum()), "
-    'lambda problem, rows: {"positive": lambda row: str((row.z > 0).sum())} if problem.name == "toy" else {})'
-)
 # The file that is new, its text, the file and the table with one more line, and that line.
 ADDITIONS = {
     "method": ("methods/toy.py", METHOD, "methods/registry.py", "METHODS", f'"toy": {DECLARED}'),
     "family": ("gallery/toy.py", FAMILY, "gallery/families.py", "TABLE", "toy:\ntoy | the identity | P | this test"),
     "file": ("files/toy.py", FORMAT, "files/formats.py", "FORMATS", '".toy": Kind("toy", M_AND_Q, in_decimals=True)'),
     "report": ("report/toy.py", REPORT, "report/document.py", "FORMATS", '"toy": Form("titles", ".toys", "toy")'),
-    "column": ("", "", "report/wording.py", "COLUMNS", f'"positive": {COLUMN}'),
     "peer": ("peers/toy.py", PEER, "peers/registry.py", "REGISTRY", '"toy": ("toy", "our own")'),
     "class": ("inspection/toy.py", CLASS, "inspection/verdict.py", "CLASSES", '"toy": "toy"'),
     "page": ("topics/toys.md", PAGE, "topics/tasks.md", "", "| what a toy is | `lcp help` | `toys` |"),
@@ -149,9 +143,8 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in ("README.md", "pyproject.toml"):
         shutil.copy(ROOT / name, root)
     for new, text, registry, table, line in ADDITIONS.values():
-        if new:
-            assert not (root / "lcpcli" / new).exists()
-            (root / "lcpcli" / new).write_text(text)
+        assert not (root / "lcpcli" / new).exists()
+        (root / "lcpcli" / new).write_text(text)
         register((root / "lcpcli" / registry).resolve(), table, line)
     return root
 
@@ -199,8 +192,6 @@ make toy -n 3 --set load=2
 make diagonal -n 2 --set decades=0 -o problem.toy -q
 solve problem.toy --exact --format json
 solve toy.json -o result.toys -q
-solve toy.json
-solve toy.json --format json --trace
 bench toy.json --method newton --peer toy --budget 0 --format json
 inspect toy.json --format json
 help toys
@@ -210,10 +201,10 @@ help toys
 @pytest.mark.slow("the quick suite has another package with a method and a format")
 def test_what_is_added_does_its_work(copy: Path, tmp_path: Path) -> None:
     (tmp_path / "toy.json").write_text('{"name": "toy", "M": [[2, 0], [0, 4]], "q": [-2, 4]}')
-    solved, shown, made, _, exact, _, table, traced, bench, inspected, page, _ = run(
+    solved, shown, made, _, exact, _, bench, inspected, page, _ = run(
         copy, tmp_path, "-c", BATCH, given=COMMANDS
     ).split("\0")
-    record, last = json.loads(solved), json.loads(traced)["trace"][-1]
+    record = json.loads(solved)
     assert (record["status"], record["method"], record["z"]) == ("solved", "toy", pytest.approx([1.0, 0.0]))
     assert record["options"] == {"omega": 1.5, "sweeps": 2}
     words = ("Methods shi, fixed-point and toy:", "Method toy:", "  --sweeps ")
@@ -222,7 +213,6 @@ def test_what_is_added_does_its_work(copy: Path, tmp_path: Path) -> None:
     assert (tmp_path / "problem.toy").read_text() == "1.0 0.0 -1.0\n0.0 1.0 1.0\n"
     assert json.loads(exact)["exact"]["z"] == ["1", "0"]
     assert (tmp_path / "result.toys").read_text() == "toy: n = 2\n"
-    assert (last["positive"], bool(re.search(r"^method .* positive$", table, re.MULTILINE))) == (1, True)
     (row,) = (row for row in json.loads(bench)["measurements"] if row["solver"] == "toy")
     assert (row["success"], row["kind"]) == (True, "peer")
     assert json.loads(inspected)["classes"]["toy"]["verdict"] == "yes"
