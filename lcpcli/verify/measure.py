@@ -35,7 +35,7 @@ of rows, so that a row with a violation v_j at z = 0 gives c_i >= v_j R_j / R_i 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -73,6 +73,12 @@ class Rows(NamedTuple):
 
     def part(self, rows: Indices | int) -> Rows:
         return Rows(*(None if values is None else values[rows] for values in self))  # type: ignore[arg-type]
+
+    def satisfied(self, rows: Sequence[int]) -> Rows:
+        """Return these rows with exact zeros in place of w in some of them."""
+        w, error = self.w.copy(), self.error.copy()
+        w[rows], error[rows] = 0.0, 0.0
+        return self._replace(w=w, error=error)
 
 
 class Measure:

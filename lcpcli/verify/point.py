@@ -182,21 +182,23 @@ class Point:
 
     def _decision(self) -> bool:
         criterion, problem, measure = self.criterion, self.criterion.problem, self.criterion.measure
-        tol, is_plain, decided = criterion.tol, self._beyond is None and not self.negligible, None
+        tol, is_admissible, decided = criterion.tol, self._beyond is None, None
+        is_plain = is_admissible and not self.negligible
         if is_plain and criterion.judge is not None:
             decided, rows = criterion.judge(problem, self.z, tol)
             if rows is not None:
                 self._plain = rows
-        if decided is None and self._beyond is None and not np.count_nonzero(problem.from_reference(self.z)):
+        if decided is None and is_admissible and not np.count_nonzero(problem.from_reference(self.z)):
             decided = criterion.reference_solves or (False if problem.reference_z is None else None)
         has_bounds = problem.is_moderate and problem.n > FEW_UNKNOWNS and not is_sparse(problem.M)
         with np.errstate(all="ignore"):
             if decided is None and is_plain and has_bounds and problem.reference_z is None:
                 self._product = problem.w(self.z)
                 decided = decision(measure, self.z, self._product, tol)
-            if decided is None and is_plain:
-                solves = bool(measure.surely_solves(self._inside, self._plain, tol))
-                decided = solves or (False if measure.surely_fails(self._inside, self._plain, tol) else None)
+            if decided is None and is_admissible:
+                rows = self._plain if is_plain else self._plain.satisfied(list(self.negligible))
+                solves = bool(measure.surely_solves(self._inside, rows, tol))
+                decided = solves or (False if measure.surely_fails(self._inside, rows, tol) else None)
             return self.relative_residual <= max(tol, ROUNDING) if decided is None else decided
 
     @property
@@ -302,13 +304,13 @@ class Point:
                 basis = criterion.problem.box.basis_at(point.z)
                 yield from (Point(criterion, z) for z in pivoted(criterion.problem, basis))
                 other = Point(criterion, point.z, negligible=negligible.tolist())
-                other._plain, other._rows = point._plain, point._rows
+                other._plain = point._plain
                 yield other
 
     @cached_property
     def _rows_of_noise(self) -> Indices:
         """Return the rows that are violated although all their terms may be rounding of 0."""
-        measure, z, rows = self.criterion.measure, self._inside, self._rows
+        measure, z, rows = self.criterion.measure, self._inside, self._plain
         caps = measure.caps(z)
         small = (rows.full_terms <= ROW_ROUNDING * caps) & (caps < np.inf)
         return (small & (measure.violations(z, rows.w) > measure.allowed(rows, caps, self.criterion.tol))).nonzero()[0]
@@ -348,10 +350,9 @@ def columns_of(measure: Measure, rows: Indices) -> Indices:
     M = measure.data.M
     if not is_sparse(M):
         return np.flatnonzero(M[rows].any(axis=0))
-    with imports:
-        from lcpcli.linalg.compressed_rows import block
-    _, columns, values = block(M, rows, np.arange(M.shape[1]))
-    return distinct(columns[values != 0])
+    parts = [slice(*M.indptr[i : i + 2]) for i in rows.tolist()]
+    columns = [M.indices[part][M.data[part] != 0] for part in parts]
+    return distinct(np.concatenate(columns)) if columns else rows
 
 
 @np.errstate(divide="ignore")
