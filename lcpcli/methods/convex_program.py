@@ -50,7 +50,7 @@ def convex_program(problem: Problem) -> Stage:
     z = _minimizer(problem, S)
     if z is None:
         return Breakdown("PIQP found no minimum")
-    return (yield from run.at_point((z - problem.w(z)) / 2, EXCHANGE_ROUNDS, FAR_RESIDUAL))
+    return (yield from run.at_point((z - problem.w(z)) / 2, EXCHANGE_ROUNDS, FAR_RESIDUAL, near=z))
 
 
 def _most_operations(M: Matrix, is_row: Mask) -> float:
@@ -80,6 +80,12 @@ def _most_operations(M: Matrix, is_row: Mask) -> float:
     return float(np.square(np.concatenate((widths, counts[first])), dtype=np.float64).sum())
 
 
+def _has_others(problem: Problem, is_row: Mask) -> bool:
+    """Return whether M has entries in rows and columns of constraints, which no program has."""
+    multipliers = is_row.nonzero()[0]
+    return problem.program_origin is None and block(problem.M, multipliers, multipliers)[1].size > 0
+
+
 def _minimizer(problem: Problem, S: Vector) -> Vector | None:
     """Return the minimizer and the multipliers, both approximate; None if there are none, or M has more entries than
     that of a program, or PIQP would take a bound for none."""
@@ -93,10 +99,10 @@ def _minimizer(problem: Problem, S: Vector) -> Vector | None:
     low, high = np.where(upper > 0, -q, -np.inf), np.where(lower < 0, -q, np.inf)
     has_ends = is_row & ~is_equation & (np.isfinite(low) | np.isfinite(high))  # PIQP prints a line about other rows
     is_x = ~is_row & (lower < upper)
-    x, equations, rows, multipliers = (each.nonzero()[0] for each in (is_x, is_equation, has_ends, is_row))
+    x, equations, rows = (each.nonzero()[0] for each in (is_x, is_equation, has_ends))
     ends = (v[np.isfinite(v)] for v in (lower[x], upper[x]))
     largest = max(float(np.abs(v).max(initial=0.0)) for v in (q, *ends))
-    if not largest < INFINITE or not x.size or block(M, multipliers, multipliers)[1].size:
+    if not largest < INFINITE or not x.size or _has_others(problem, is_row):
         return None
     parts = [block(M, x, each) for each in (x, equations, rows)]
     Q, A, G = (

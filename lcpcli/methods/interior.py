@@ -19,7 +19,7 @@ import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolution, exchanging
 from lcpcli.errors import ProblemError
-from lcpcli.linalg.doubles import largest
+from lcpcli.linalg.doubles import EPS, largest
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse, multiplier, plus_diagonal, principal
 from lcpcli.linalg.shifted_systems import systems
@@ -47,6 +47,7 @@ EXCHANGE_ROUNDS = 5  # of wrong signs: a nearly right active set needs one or tw
 START_ROUNDS = 2  # of exchanges from a given point: more of them cost a large part of a run without it
 WORSE_FACTOR, FAR_RESIDUAL = 1e2, 1e-1  # times the least natural residual so far, and absolute: exchanges end above
 EXACT_RESIDUAL, WRONG_SIGN = 1e-13, 1e-12  # in scaled units: a residual that is rounding, a sign that is not
+SOLVED_RESIDUAL = 100 * EPS  # in scaled units: a residual that a basic solution need not reduce
 
 
 @dataclass(frozen=True)
@@ -176,15 +177,22 @@ class Run:
         yield self._shown(best.z, BEST)
         return Stalled("its steps no longer reduce the residual")
 
-    def at_point(self, x: Vector, rounds: int = START_ROUNDS, far: float = 0.0) -> Stage:
-        """Yield the basic solutions of the states of an x in the given units.
+    def at_point(self, x: Vector, rounds: int = START_ROUNDS, far: float = 0.0, near: Vector | None = None) -> Stage:
+        """Yield the basic solutions of the states of an x in the given units; before them the point with these states
+        where they start, if no more than rounding is left to solve.
 
         rounds : of exchanges, at most. far : the residual, in scaled units, up to which they go on if it has grown.
+        near : where they start, by default at the z of x.
         """
-        within, inner, box = self.within, self.within.problem, self._given.box
-        z = box.z_of(x)[within.kept] / within.units
-        states = inner.box.basis_of((z - inner.M @ z - inner.q) / 2)
-        for point in islice(self._exchanged(z, states, far=far), rounds):
+        within, inner, times = self.within, self.within.problem, multiplier(self.within.problem.M)
+        z = self._given.box.z_of(x)
+        start, z = (v[within.kept] / within.units for v in (z if near is None else near, z))
+        states = inner.box.basis_of((z - times(z) - inner.q) / 2)
+        z = np.where(states == BASIC, inner.box.project(start), inner.box.nonbasic(states))
+        if largest(inner.box.gaps(z, times(z) + inner.q)) <= SOLVED_RESIDUAL:
+            self._count += 1
+            yield self._shown(z, FINISH)._replace(signs_final=True)
+        for point in islice(self._exchanged(start, states, far=far), rounds):
             yield point
             if self._is_solved:
                 return Finished()
@@ -197,7 +205,7 @@ class Run:
         problem up to rounding."""
         inner = self.within.problem
         own = _ProximalSolutions(inner, self.within.S, z)
-        least = largest(inner.box.gaps(own.z, inner.w(own.z)))
+        least = largest(inner.box.gaps(own.z, multiplier(inner.M)(own.z) + inner.q))
         with suppress(SingularMatrix):
             for found in islice(exchanging(own, states), EXCHANGE_ROUNDS):
                 size = largest(inner.box.gaps(found.z, found.w))

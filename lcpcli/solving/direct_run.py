@@ -165,18 +165,21 @@ def solved_as_program(session: Session) -> Result | None:
     with imports:
         from lcpcli.methods.convex_program import convex_program
         from lcpcli.methods.stages import FAULTS, Breakdown, Iterate, advance, ended
-    limits, stopwatch, last, point, steps = session.limits, session.stopwatch, None, None, 0
+    limits, stopwatch, box, point, steps = session.limits, session.stopwatch, session.problem.box, None, 0
     stopwatch.count("setup")
+    points: list[Point] = []  # of the last iterate, without rounding of 0 and as it is
     try:
         with within(limits.time_limit - stopwatch.elapsed()):
             stage = convex_program(session.problem)
-            while isinstance(step := advance(stage), Iterate):
-                last, steps = step, steps + 1
-            stopwatch.count("solve")
-            if last is not None and steps <= limits.max_iterations:
-                z = session.problem.box.z_of(last.x)
+            while point is None and isinstance(step := advance(stage), Iterate):
+                steps, z = steps + 1, box.z_of(step.x)
                 rounded = without_rounding(z, np.exp2(-session.problem.units.columns), ELIMINATED_ZERO)
-                points = map(session.point, (session.problem.box.project(rounded), z))
+                points = [session.point(each) for each in (box.project(rounded), z)]
+                stopwatch.count("solve")
+                if step.signs_final and points[0].solves():
+                    point = points[0]
+                stopwatch.count("verify")
+            if point is None and steps <= limits.max_iterations:
                 point = next((found for each in points if (found := each.solution()) is not None), None)
     except TimeIsUp:
         return None
