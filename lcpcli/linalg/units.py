@@ -44,7 +44,7 @@ NEAR_UNITS = 4.0
 EXPONENT_MARGIN = 4.0  # binary digits by which exponents may leave the range of those of the first sweep
 LARGEST_POWER = 1000.0  # of two: exponents are limited to it, so that R, C and what they divide stay finite
 # Of the first step of conjugate gradients, or of 1: the last step; for programs, which take few milliseconds.
-SETTLED_ERROR, SETTLED_PROGRAM = 1e-8, 1e-4
+SETTLED_ERROR, SETTLED_PROGRAM = 1e-8, 1e-3
 FEW_CG_STEPS = 100  # after which elimination is tried
 MOST_CG_STEPS = 300  # for so many rows that elimination may take too long, and for few rows that are also the columns
 THIN = 4  # entries in a row of few symmetric ones, on average: elimination takes less then
@@ -163,7 +163,7 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Units:
     sums = [sums[0], sums[-1]]
     if M.nnz == 2 * n - parts:
         x = _forest(*rows, part, parts)
-    elif (farthest := width(M)) <= BAND:
+    elif counts.max(initial=0.0) <= 2 * BAND + 1 and (farthest := width(M)) <= BAND:
         times = [_product((*each[:2], np.ones(M.nnz)), n) for each in (rows, columns)]
         x = _banded(M, farthest, np.array(sums), counts, times, _first_of_parts(part, parts))
     else:
