@@ -21,7 +21,7 @@ from lcpcli.linalg.matrices import is_sparse, stack
 from lcpcli.typing import Matrix, Vector
 
 LIMIT_REACHED = 1  # the status that scipy's result then has
-FEW_ENTRIES = 20_000  # so many take milliseconds, for which Ctrl-C may wait: a thread would take as long
+MOST_BRIEF = 3e6  # rows times entries: so many take milliseconds, for which Ctrl-C may wait: a thread adds as many
 EARLIER = 0.9  # of the time that remains, for the solver: if it ends by itself, no thread is left behind
 # What an iteration of the simplex method usually takes, in seconds, besides for each entry and each row and column.
 OF_ITERATION, OF_ENTRY, OF_LINE = 1e-5, 5e-9, 4e-8
@@ -35,9 +35,12 @@ def _limits(A: Matrix, effort: float, name: str) -> dict[str, float]:
     if seconds < math.inf:
         limits["time_limit"] = seconds
     if effort < math.inf:
-        entries = A.nnz if is_sparse(A) else A.size
-        limits[name] = 1 + int(effort / (OF_ITERATION + OF_ENTRY * entries + OF_LINE * sum(A.shape)))
+        limits[name] = 1 + int(effort / (OF_ITERATION + OF_ENTRY * _entries(A) + OF_LINE * sum(A.shape)))
     return limits
+
+
+def _entries(A: Matrix) -> int:
+    return int(A.nnz if is_sparse(A) else A.size)
 
 
 class Optimum(NamedTuple):
@@ -57,7 +60,7 @@ def minimized(objective: Vector, A: Matrix, ends: Pair, bounds: Pair, effort: fl
     """
     with imports:
         highspy = import_module("highspy") if find_spec("highspy") else None
-    run = interruptibly if A.shape[0] * A.shape[1] > FEW_ENTRIES else lambda call: call()
+    run = interruptibly if A.shape[0] * _entries(A) > MOST_BRIEF else lambda call: call()
     if highspy is None:
         found, is_late = _by_scipy(run, objective, A, ends, bounds, _limits(A, effort, "maxiter"))
     else:

@@ -17,7 +17,7 @@ from lcpcli.linalg.matrices import compressed
 from lcpcli.linalg.programs import convex_minimum
 from lcpcli.linalg.shifted_systems import operations, systems
 from lcpcli.methods.direct import as_sparse
-from lcpcli.methods.interior import EXCHANGE_ROUNDS, FAR_RESIDUAL, Run
+from lcpcli.methods.interior import EXCHANGE_ROUNDS, FAR_RESIDUAL, LARGER_SHIFT, PROXIMAL_SHIFT, Run
 from lcpcli.methods.stages import Breakdown, Stage
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, Matrix, Vector
@@ -27,6 +27,7 @@ MOST_GAP = 1e-11  # between its objectives, which rounding may keep from falling
 MOST_PER_ENTRY = 4.0  # numbers of dense matrices for each entry, up to which PIQP is faster with these
 INFINITE = 1e30  # to PIQP, and what is larger
 MOST_STEPS = 60  # of PIQP: about twice as many as it usually takes
+MOST_LINEAR_STEPS = 40  # for linear programs, for which the simplex method then takes milliseconds
 MOST_OPERATIONS = 6e7  # of a factorization: PIQP, which cannot be interrupted, then ends in a few tenths of a second
 
 
@@ -50,7 +51,10 @@ def convex_program(problem: Problem) -> Stage:
     z = _minimizer(problem, S)
     if z is None:
         return Breakdown("PIQP found no minimum")
-    return (yield from run.at_point((z - problem.w(z)) / 2, EXCHANGE_ROUNDS, FAR_RESIDUAL, near=z))
+    x = (z - problem.w(z)) / 2
+    for shift in (LARGER_SHIFT, PROXIMAL_SHIFT):  # the first stays nearer to z where there are several solutions
+        ending = yield from run.at_point(x, EXCHANGE_ROUNDS, FAR_RESIDUAL, z, shift)
+    return ending
 
 
 def _most_operations(M: Matrix, is_row: Mask) -> float:
@@ -111,7 +115,9 @@ def _minimizer(problem: Problem, S: Vector) -> Vector | None:
     )
     if (x.size + rows.size + equations.size) * x.size <= MOST_PER_ENTRY * (Q.nnz + A.nnz + G.nnz):
         Q, A, G = (each.toarray() for each in (Q, A, G))
-    of_rows = G, low[rows], high[rows]
-    ended = convex_minimum(Q, q[x], (A, -q[equations]), of_rows, (lower[x], upper[x]), TOLERANCE, MOST_STEPS, MOST_GAP)
+    of_rows, is_linear = (G, low[rows], high[rows]), not parts[0][1].size
+    limits = TOLERANCE, MOST_LINEAR_STEPS if is_linear else MOST_STEPS, MOST_GAP
+    ended = convex_minimum(Q, q[x], (A, -q[equations]), of_rows, (lower[x], upper[x]), *limits)
     z[x], z[equations], z[rows] = ended[:3]
-    return None if "INFEASIBLE" in ended.status or not np.isfinite(z).all() else z
+    is_far = ended.status != "PIQP_SOLVED" if is_linear else "INFEASIBLE" in ended.status
+    return None if is_far or not np.isfinite(z).all() else z

@@ -19,7 +19,7 @@ import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolution, exchanging
 from lcpcli.errors import ProblemError
-from lcpcli.linalg.doubles import EPS, largest
+from lcpcli.linalg.doubles import EPS, ROUNDING, largest
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse, multiplier, plus_diagonal, principal
 from lcpcli.linalg.shifted_systems import systems
@@ -43,6 +43,7 @@ PROOF_EVERY = 5  # steps between searches for a proof that there is no solution:
 PROXIMAL_SHIFT = 3e-8  # eps of the proximal iteration: of 1e-8, rounding leaves no pivot in one of four programs
 LARGER_SHIFT = 1e-6  # where factors fail
 PROXIMAL_STEPS, SLOW_PROXIMAL = 15, 0.7  # at most; it ends if w_B falls by less than that factor
+LEAST_STEPS = 2  # before that, so that rows with small terms are solved as accurately
 EXCHANGE_ROUNDS = 5  # of wrong signs: a nearly right active set needs one or two
 START_ROUNDS = 2  # of exchanges from a given point: more of them cost a large part of a run without it
 WORSE_FACTOR, FAR_RESIDUAL = 1e2, 1e-1  # times the least natural residual so far, and absolute: exchanges end above
@@ -177,12 +178,19 @@ class Run:
         yield self._shown(best.z, BEST)
         return Stalled("its steps no longer reduce the residual")
 
-    def at_point(self, x: Vector, rounds: int = START_ROUNDS, far: float = 0.0, near: Vector | None = None) -> Stage:
+    def at_point(
+        self,
+        x: Vector,
+        rounds: int = START_ROUNDS,
+        far: float = 0.0,
+        near: Vector | None = None,
+        shift: float = PROXIMAL_SHIFT,
+    ) -> Stage:
         """Yield the basic solutions of the states of an x in the given units; before them the point with these states
         where they start, if no more than rounding is left to solve.
 
         rounds : of exchanges, at most. far : the residual, in scaled units, up to which they go on if it has grown.
-        near : where they start, by default at the z of x.
+        near : where they start, by default at the z of x. shift : eps of the proximal iteration.
         """
         within, inner, times = self.within, self.within.problem, multiplier(self.within.problem.M)
         z = self._given.box.z_of(x)
@@ -191,20 +199,27 @@ class Run:
         z = np.where(states == BASIC, inner.box.project(start), inner.box.nonbasic(states))
         if largest(inner.box.gaps(z, times(z) + inner.q)) <= SOLVED_RESIDUAL:
             self._count += 1
-            yield self._shown(z, FINISH)._replace(signs_final=True)
-        for point in islice(self._exchanged(start, states, far=far), rounds):
-            yield point
+            yield self._shown(z, FINISH)._replace(signs_final=False)
+        for point in islice(self._exchanged(start, states, far=far, shift=shift), rounds):
+            yield point._replace(signs_final=point.signs_final or self._is_solved)
             if self._is_solved:
                 return Finished()
         self._count = 0
         return Stalled("the given point has not the states of a solution")
 
-    def _exchanged(self, z: Vector, states: States, last: bool = False, far: float = FAR_RESIDUAL) -> Iterator[Iterate]:
+    def _exchanged(
+        self,
+        z: Vector,
+        states: States,
+        last: bool = False,
+        far: float = FAR_RESIDUAL,
+        shift: float = PROXIMAL_SHIFT,
+    ) -> Iterator[Iterate]:
         """Yield the basic solutions of these states, before and after exchanges, near z, while their residual is at
         most `far` or not much larger than the least one. Their signs are final for the last point, or if they solve the
         problem up to rounding."""
         inner = self.within.problem
-        own = _ProximalSolutions(inner, self.within.S, z)
+        own = _ProximalSolutions(inner, self.within.S, z, shift)
         least = largest(inner.box.gaps(own.z, multiplier(inner.M)(own.z) + inner.q))
         with suppress(SingularMatrix):
             for found in islice(exchanging(own, states), EXCHANGE_ROUNDS):
@@ -224,8 +239,8 @@ class Run:
 class _ProximalSolutions:
     """Basic solutions of a problem with signs S, each by proximal steps from the last z, moved within the bounds."""
 
-    def __init__(self, problem: Problem, S: Vector | None, z: Vector) -> None:
-        self._problem, self._S, self.box, self.z = problem, S, problem.box, problem.box.project(z)
+    def __init__(self, problem: Problem, S: Vector | None, z: Vector, shift: float) -> None:
+        self._problem, self._S, self.box, self.z, self._shift = problem, S, problem.box, problem.box.project(z), shift
 
     @np.errstate(all="ignore")
     def at(self, basis: States) -> BasicSolution:
@@ -238,19 +253,19 @@ class _ProximalSolutions:
         if basic.size:
             own = systems(principal(self._problem.M, basic), None if self._S is None else self._S[basic], once=True)
             try:
-                own.factorize(np.full(basic.size, PROXIMAL_SHIFT))
+                own.factorize(np.full(basic.size, self._shift))
             except SingularMatrix:  # rounding has made a pivot 0
                 own.factorize(np.full(basic.size, LARGER_SHIFT))
-        for _ in range(PROXIMAL_STEPS if basic.size else 0):
+        for step in range(PROXIMAL_STEPS if basic.size else 0):
             z = z.copy()
             z[basic] -= own.solve(w[basic])
             if not np.isfinite(z).all():
                 raise SingularMatrix
             w = times(z) + q
             size = float(np.abs(w[basic]).max())
-            if size < least:
-                best, least = (z, w), size
-            if size > SLOW_PROXIMAL * last:
+            if size < least or size <= ROUNDING:
+                best, least = (z, w), min(size, least)
+            if size > SLOW_PROXIMAL * last and step >= LEAST_STEPS:
                 break
             last = size
         z, w = best

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
 MANY = 1000  # problems from which on loading it is worthwhile
 ELIMINATED_ZERO = 2.0**-53  # of the largest component in the units of M: what elimination leaves of zeros is smaller
+EARLY = 0.1  # of the tolerance: the relative residual of a point that a basic solution need not replace
 NEARLY_SOLVED = 1e-6  # of the largest |q_i|: the natural residual of a z that may solve the problem
 
 
@@ -167,20 +168,19 @@ def solved_as_program(session: Session) -> Result | None:
         from lcpcli.methods.stages import FAULTS, Breakdown, Iterate, advance, ended
     limits, stopwatch, box, point, steps = session.limits, session.stopwatch, session.problem.box, None, 0
     stopwatch.count("setup")
-    points: list[Point] = []  # of the last iterate, without rounding of 0 and as it is
     try:
         with within(limits.time_limit - stopwatch.elapsed()):
             stage = convex_program(session.problem)
-            while point is None and isinstance(step := advance(stage), Iterate):
+            while point is None and isinstance(step := advance(stage), Iterate) and steps < limits.max_iterations:
+                stopwatch.count("solve")
                 steps, z = steps + 1, box.z_of(step.x)
                 rounded = without_rounding(z, np.exp2(-session.problem.units.columns), ELIMINATED_ZERO)
                 points = [session.point(each) for each in (box.project(rounded), z)]
-                stopwatch.count("solve")
-                if step.signs_final and points[0].solves():
-                    point = points[0]
+                if step.signs_final:
+                    point = next((found for each in points if (found := each.solution()) is not None), None)
+                elif Point(Criterion(session.problem, EARLY * limits.tol), points[0].z).solves():
+                    point = Point.of_solution(points[0].criterion, points[0].z)
                 stopwatch.count("verify")
-            if point is None and steps <= limits.max_iterations:
-                point = next((found for each in points if (found := each.solution()) is not None), None)
     except TimeIsUp:
         return None
     except FAULTS:
