@@ -28,7 +28,6 @@ from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import LARGEST_DOUBLE, MOST_COPIED_ENTRIES, ROW_ROUNDING, SMALLEST_NORMAL, sizes
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
-MOST_GATHERED_ENTRIES = 20_000  # of a sparse M: up to which gathering a vector costs less than to make |M|
 BLOCK_NUMBERS = 1 << 17  # in a block of rows: it stays in the cache
 MOST_NARROW_ENTRIES = 4  # of the band, times those of M: factors within it cannot have many more
 SAMPLED_ROWS = 32  # of a dense M, which tell that it has many entries other than 0
@@ -304,7 +303,9 @@ def product(M: Matrix, v: Vector) -> Vector:
     are used in turn they compete for the processors: a factorization by scipy between products by numpy was observed to
     take three to fifteen times as long. So scipy's, once loaded, computes the products with large dense matrices too.
     """
-    flags = getattr(M, "flags", None) if M.shape[0] >= FEWEST_SHARED_ROWS else None
+    if not isinstance(M, np.ndarray):
+        return _product_with(M, M.data, v)
+    flags = M.flags if M.shape[0] >= FEWEST_SHARED_ROWS else None
     blas = None if flags is None or not flags.forc else sys.modules.get("scipy.linalg.blas")
     if blas is None or flags is None:
         return np.asarray(M @ v)
@@ -314,13 +315,17 @@ def product(M: Matrix, v: Vector) -> Vector:
     return np.asarray(multiply(1.0, M if by_columns else M.T, v, **transpose))
 
 
+def _product_with(M: Matrix, data: Vector, v: Vector) -> Vector:
+    """Return the product of a sparse M, with these entries, and v."""
+    if M.format == "csr" and v.shape == M.shape[1:] and v.dtype == data.dtype and v.flags.c_contiguous:
+        return compressed_multiplier(M.shape, M.indptr, M.indices, data)(v)
+    return np.asarray((M if data is M.data else type(M)((data, M.indices, M.indptr), shape=M.shape)) @ v)
+
+
 def absolute_product(M: Matrix, z: Vector) -> Vector:
     """Return |M| z by blocks of rows, so that |M| is never formed."""
     if is_sparse(M):
-        is_small = z.ndim == 1 and M.nnz <= MOST_GATHERED_ENTRIES
-        if is_small:
-            return _by_rows(np.add, M, np.abs(M.data) * z[M.indices])
-        return np.asarray(type(M)((np.abs(M.data), M.indices, M.indptr), shape=M.shape) @ z)
+        return _product_with(M, np.abs(M.data), z)
     if M.size <= MOST_COPIED_ENTRIES:
         return np.asarray(np.abs(M) @ z)
     return np.concatenate([product(block, z) for _, block in row_blocks(M)])
