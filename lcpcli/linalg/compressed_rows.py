@@ -53,23 +53,28 @@ def of_columns(M: Matrix) -> Matrix:
 
 
 def block(M: Matrix, rows: Indices, columns: Indices) -> Arrays:
-    """Return the arrays of the block of M with these rows and columns, both ascending, far faster than scipy does where
-    M is small or the block has most of it."""
+    """Return the arrays of the block of M with these rows and columns, both ascending, faster than scipy does."""
     places, indptr, indices, data = np.full(M.shape[1], -1, dtype=M.indices.dtype), M.indptr, M.indices, M.data
     places[columns] = np.arange(columns.size, dtype=indices.dtype)
-    if are_consecutive := rows.size > 0 and rows[-1] - rows[0] == rows.size - 1:
-        indptr = indptr[rows[0] : rows[-1] + 2]
-        part, indptr, rows = slice(indptr[0], indptr[-1]), indptr - indptr[0], rows - rows[0]
-        indices, data = indices[part], data[part]
-    kept = places[indices]
-    inside = kept >= 0
-    if not are_consecutive:
+    is_row: Any = True
+    if rows.size > 0 and rows[-1] - rows[0] == rows.size - 1:
+        begins = indptr[rows[0] : rows[-1] + 2]
+        part = slice(begins[0], begins[-1])
+        begins, indices, data = begins - begins[0], indices[part], data[part]
+    elif 2 * rows.size < M.shape[0]:
+        first, counts, begins = indptr[rows], np.diff(indptr)[rows], np.zeros(rows.size + 1, dtype=indptr.dtype)
+        np.cumsum(counts, out=begins[1:])
+        chosen = np.arange(begins[-1], dtype=indptr.dtype) + np.repeat(first - begins[:-1], counts)
+        indices, data = indices[chosen], data[chosen]
+    else:
         is_row = np.zeros(M.shape[0], dtype=bool)
         is_row[rows] = True
-        inside &= np.repeat(is_row, np.diff(indptr))
+        is_row, begins = np.repeat(is_row, np.diff(indptr)), np.append(0, indptr[rows + 1])
+    kept = places[indices]
+    inside = (kept >= 0) & is_row
     ends = np.zeros(data.size + 1, dtype=indptr.dtype)
     np.cumsum(inside, out=ends[1:])
-    return np.append(ends[:1], ends[indptr[rows + 1]]), kept[inside], data[inside]
+    return ends[begins], kept[inside], data[inside]
 
 
 def of_entries(shape: Shape, rows: Sequence[Indices], columns: Sequence[Indices], values: Sequence[Vector]) -> Matrix:

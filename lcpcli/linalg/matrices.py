@@ -32,7 +32,6 @@ BLOCK_NUMBERS = 1 << 17  # in a block of rows: it stays in the cache
 MOST_NARROW_ENTRIES = 4  # of the band, times those of M: factors within it cannot have many more
 SAMPLED_ROWS = 32  # of a dense M, which tell that it has many entries other than 0
 FEWEST_SHARED_ROWS = 64  # from which a BLAS may use threads
-MOST_SELECTED = 3  # unknowns, for each index of a block of a sparse matrix, up to which going through all entries pays
 MODERATE_FACTOR = 2.0**100  # factors between its inverse and this over- or underflow only if the product itself does
 
 
@@ -144,7 +143,7 @@ def principal(M: Matrix, indices: Indices) -> Matrix:
     """Return M_PP for the indices of P, ascending; dense, or in compressed sparse rows as M is; M itself for all."""
     if indices.size == M.shape[0]:
         return M
-    if not is_sparse(M) or M.shape[0] > MOST_SELECTED * indices.size:
+    if not is_sparse(M):
         return M[indices][:, indices]
     with imports:
         from lcpcli.linalg.compressed_rows import block, of_arrays

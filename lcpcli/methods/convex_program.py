@@ -62,10 +62,13 @@ def _most_operations(M: Matrix, is_row: Mask) -> float:
     first, or the variables without entries of Q off the diagonal, and fills all that is left; if that takes more than
     MOST_OPERATIONS, one that fills what these variables leave in the envelope of the reverse Cuthill-McKee order."""
     counts, n, rows = np.diff(M.indptr), M.shape[0], int(np.count_nonzero(is_row))
+    own = float(np.square(counts, dtype=np.float64).sum())
+    most: float = own + (n - rows) ** 3 / 3
+    if most <= MOST_OPERATIONS:
+        return most
     of_Q = counts - np.bincount(M.indices[np.repeat(is_row, counts)], minlength=n)
     first = ~is_row & (of_Q <= (M.diagonal() != 0))
-    full = min(n - rows, n - int(np.count_nonzero(first))) ** 3 / 3
-    most: float = np.square(counts, dtype=np.float64).sum() + full
+    most = own + (n - int(np.count_nonzero(first))) ** 3 / 3
     if most <= MOST_OPERATIONS:
         return most
     with imports:

@@ -75,8 +75,8 @@ def from_qp(
     low, high = as_intervals(("lower", "upper"), lower, upper, k, "variable", infinity)
     if not isinstance(free, (list, tuple, range, np.ndarray)):
         raise ProblemError("free", f"is {kind(free)}", "give a list of indices")
-    indices = as_vector("free", list(free))
-    if indices.size:
+    if len(free):
+        indices = as_vector("free", list(free))
         if upper is not None or not (isinstance(lower, (int, float)) and lower == 0):
             other = "lower" if upper is None else "upper"
             hint = f"leave it out, and give null for no bound in {other}"
