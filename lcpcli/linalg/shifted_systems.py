@@ -16,7 +16,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg import factors, matrices
-from lcpcli.linalg.factors import Solve
+from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import order_of
 from lcpcli.typing import Indices, Matrix, Vector
@@ -24,6 +24,7 @@ from lcpcli.typing import Indices, Matrix, Vector
 DENSE_FACTOR = 10.0  # times the root of n: the entries from which a row is dense
 MOST_SPLIT_OFF = 30  # dense rows and columns: the border of more would cost more than it saves
 MOST_AT_ONCE = 100.0  # operations for each entry, up to which variables with a diagonal block are eliminated first
+MOST_FILLED = 5.0  # numbers of a dense border for each entry, up to which it takes less time than a sparse one
 MOST_PER_ENTRY = 300.0  # operations of LDL: columns of such a length are handled faster in dense blocks
 Systems: TypeAlias = "SuperLU | LDL | Bordered | _Dense"
 """Systems of one M: factorize(d) factorizes M + diag(d), or raises SingularMatrix; solve(b) solves for the last d."""
@@ -40,7 +41,10 @@ def systems(M: Matrix, S: Vector | None, once: bool = False) -> Systems:
     if once and M.nnz > factors.MOST_QUICK_ENTRIES:
         counts, owners = np.diff(M.indptr), np.repeat(S, np.diff(M.indptr))
         is_last = (S < 0) | (np.bincount(M.indices[owners > 0], minlength=S.size) > (M.diagonal() != 0))
-        if np.square(counts[~is_last]).sum() + np.count_nonzero(is_last) ** 3 <= MOST_AT_ONCE * M.nnz:
+        last = is_last.nonzero()[0]
+        if np.square(counts[~is_last]).sum() + last.size**3 <= MOST_AT_ONCE * M.nnz:
+            if last.size * (S.size - last.size) <= MOST_FILLED * M.nnz:
+                return Bordered(M, last, is_diagonal=True)
             return SuperLU(M, np.argsort(np.argsort(is_last, kind="stable")))
     return LDL(M, S)
 
@@ -160,19 +164,38 @@ def dense_places(M: Matrix) -> Indices:
     return places if places.size <= MOST_SPLIT_OFF else places[:0]
 
 
-class Bordered:
-    """Systems with some rows and columns split off as a border."""
+class _Diagonal:
+    def __init__(self, diagonal: Vector) -> None:
+        self._diagonal = diagonal
 
-    def __init__(self, M: Matrix, places: Indices) -> None:
-        self._places, self._rest = places, np.delete(np.arange(M.shape[0]), places)
-        rows, border = M[self._rest], M[places]
-        self._inner = SuperLU(rows[:, self._rest])
-        self._B, self._C = matrices.dense(rows[:, places]), border[:, self._rest]
-        self._E = matrices.dense(border[:, places])
+    def factorize(self, d: Vector) -> None:
+        self._pivots = self._diagonal + d
+        if not self._pivots.all():
+            raise SingularMatrix
+
+    def solve(self, b: Vector) -> Vector:
+        return np.asarray((b.T / self._pivots).T)
+
+
+class Bordered:
+    """Systems with some rows and columns split off as a border. is_diagonal : whether the rest is a diagonal matrix."""
+
+    def __init__(self, M: Matrix, places: Indices, is_diagonal: bool = False) -> None:
+        with imports:
+            from lcpcli.linalg.compressed_rows import block, of_arrays
+        self._places, self._rest = places, rest = places, np.delete(np.arange(M.shape[0]), places)
+
+        def part(rows: Indices, columns: Indices) -> Matrix:
+            return of_arrays((rows.size, columns.size), *block(M, rows, columns))
+
+        self._inner = _Diagonal(M.diagonal()[rest]) if is_diagonal else SuperLU(part(rest, rest))
+        self._C = part(places, rest).toarray() if is_diagonal else part(places, rest)
+        self._B, self._E = part(rest, places).toarray(), part(places, places).toarray()
 
     def factorize(self, d: Vector) -> None:
         self._inner.factorize(d[self._rest])
-        self._W = np.column_stack([self._inner.solve(column) for column in self._B.T])
+        columns = [self._B] if isinstance(self._inner, _Diagonal) else self._B.T  # SuperLU solves for one at a time
+        self._W = np.column_stack([self._inner.solve(each) for each in columns])
         self._inverse = np.linalg.inv(self._E + np.diag(d[self._places]) - self._C @ self._W)
 
     def solve(self, b: Vector) -> Vector:
