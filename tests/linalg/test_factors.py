@@ -18,7 +18,8 @@ from scipy.sparse import csr_array, diags_array
 from lcpcli import from_qp, run
 from lcpcli.basis.dual_simplex import DualSimplex
 from lcpcli.basis.free_variables import combinations
-from lcpcli.linalg import factors, programs, shifted_systems
+from lcpcli.linalg import factors, matrices, programs, shifted_systems
+from lcpcli.linalg.compressed_rows import block
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.patterns import LONG_ROW, Band, is_structurally_singular, order_of
 from lcpcli.linalg.programs import Optimum, minimized
@@ -47,6 +48,41 @@ def test_bordered_systems_are_those_of_the_whole_matrix(places: list[int]) -> No
         expected = np.linalg.solve(M.toarray() + np.diag(d), b)
         assert np.abs(systems.solve(b) - expected).max() <= 1e-12 * np.abs(expected).max()
     assert systems._inner._lu.nnz < M.shape[0] * 20
+
+
+def test_a_finish_with_few_dense_rows_eliminates_the_diagonal_rest_densely() -> None:
+    """The conditions of min x'Dx / 2 with 40 full rows, for one set of basic variables; some D_ii are 0."""
+    pytest.importorskip("qdldl")
+    random = np.random.default_rng(3)
+    A, D = random.normal(size=(40, 300)), np.arange(300.0) % 3
+    M = np.block([[np.diag(D), -A.T], [A, np.zeros((40, 40))]])
+    chosen = shifted_systems.systems(csr_array(M), np.repeat([1.0, -1.0], [300, 40]), once=True)
+    assert isinstance(chosen, Bordered)
+    d, b = np.full(340, 1e-3), random.normal(size=340)
+    chosen.factorize(d)
+    expected = np.linalg.solve(M + np.diag(d), b)
+    assert np.abs(chosen.solve(b) - expected).max() <= 1e-9 * np.abs(expected).max()
+    with pytest.raises(SingularMatrix):
+        chosen.factorize(np.zeros(340))
+
+
+@given(st.integers(0, 2**32), st.integers(1, 12), st.integers(0, 12))
+def test_blocks_and_products_of_sparse_matrices_are_those_of_dense_ones(seed: int, m: int, n: int) -> None:
+    random = np.random.default_rng(seed)
+    A = random.integers(-3, 4, (m, n)) * (random.random((m, n)) < random.random())
+    M = csr_array(A.astype(float))
+    rows, columns = (np.flatnonzero(random.random(size) < random.random()) for size in (m, n))
+    indptr, indices, data = block(M, rows, columns)
+    found = csr_array((data, indices, indptr), shape=(rows.size, columns.size))
+    assert np.array_equal(found.toarray(), A[rows][:, columns])
+    assert found.has_canonical_format
+    v, wide = random.integers(-9, 10, n).astype(float), random.integers(-9, 10, (n, 2)).astype(float)
+    for form in (M, M.tocsc(), M.astype(np.float32)):
+        for each in (v, wide, wide[:, 0], v.astype(np.float32)):
+            assert np.array_equal(matrices.product(form, each), A @ each)
+            assert np.array_equal(matrices.absolute_product(form, each), np.abs(A) @ each)
+    with pytest.raises(ValueError, match=r"(?i)dimension|mismatch"):
+        matrices.product(M, np.zeros(n + 1))
 
 
 def test_a_singular_border_is_told() -> None:

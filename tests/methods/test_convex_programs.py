@@ -10,6 +10,7 @@ from scipy.sparse import block_diag, csr_array
 
 import lcpcli
 from lcpcli import Problem, Result
+from lcpcli.methods import interior
 from lcpcli.methods.direct import may_be_program
 
 from .programs import Rows, random_program
@@ -141,3 +142,17 @@ def test_fixed_variables_count_as_the_constants_that_they_are(density: float) ->
     assert np.array_equal(whole.z[:60][fixed], x[fixed])
     constant = lower @ Q @ lower / 2 + c @ lower
     assert whole.answer.objective == pytest.approx(rest.answer.objective + constant, rel=1e-9)
+
+
+def test_a_point_that_only_rounding_separates_from_the_solution_needs_no_factorization(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """min |x|^2 / 2 - 2 x_1 with x_1 + x_2 = 1 and x >= 0, in sixty copies: x = (1, 0), y = -1."""
+    A, c = block_diag([[[1.0, 1.0]]] * 60, format="csr"), np.tile([-2.0, 0.0], 60)
+    problem = lcpcli.from_qp(csr_array(np.eye(120)), c, A, row_lower=1, row_upper=1)
+    z = np.concatenate((np.tile([1.0, 0.0], 60), np.full(60, -1.0)))
+    own = interior.Run(problem, by_units=True)
+    monkeypatch.setattr(interior, "systems", None)
+    first = next(own.at_point(problem.box.x_of(z, problem.w(z)), near=z * (1 + 1e-15)))
+    assert np.abs(problem.box.z_of(first.x) - z).max() <= 1e-14
+    assert not first.signs_final
