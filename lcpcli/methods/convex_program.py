@@ -122,5 +122,4 @@ def _minimizer(problem: Problem, S: Vector) -> Vector | None:
     limits = TOLERANCE, MOST_LINEAR_STEPS if is_linear else MOST_STEPS, MOST_GAP
     ended = convex_minimum(Q, q[x], (A, -q[equations]), of_rows, (lower[x], upper[x]), *limits)
     z[x], z[equations], z[rows] = ended[:3]
-    is_far = ended.status != "PIQP_SOLVED" if is_linear else "INFEASIBLE" in ended.status
-    return None if is_far or not np.isfinite(z).all() else z
+    return None if "INFEASIBLE" in ended.status or not np.isfinite(z).all() else z

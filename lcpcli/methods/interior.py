@@ -30,7 +30,7 @@ from lcpcli.model.box import BASIC, of_masks
 from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector
 
-FINISH, BEST = "finish", "best"
+FINISH, BEST, NOT_NEAR = "finish", "best", "the given point has not the states of a solution"
 MOST_INTERIOR_STEPS = 150  # of an attempt: a few times the tens that it usually takes
 WARM_UP_STEPS = 8  # after which an attempt may be given up for short steps
 RECENT_STEPS, SLOW_LENGTH = 7, 0.4  # it is given up if the mean length of so many steps is below that
@@ -190,14 +190,18 @@ class Run:
         where they start, if no more than rounding is left to solve.
 
         rounds : of exchanges, at most. far : the residual, in scaled units, up to which they go on if it has grown.
-        near : where they start, by default at the z of x. shift : eps of the proximal iteration.
+        near : where they start, by default at the z of x; not if more than CLOSE_MERIT is left there. shift : eps of
+            the proximal iteration.
         """
         within, inner, times = self.within, self.within.problem, multiplier(self.within.problem.M)
         z = self._given.box.z_of(x)
         start, z = (v[within.kept] / within.units for v in (z if near is None else near, z))
         states = inner.box.basis_of((z - times(z) - inner.q) / 2)
         z = np.where(states == BASIC, inner.box.project(start), inner.box.nonbasic(states))
-        if largest(inner.box.gaps(z, times(z) + inner.q)) <= SOLVED_RESIDUAL:
+        left = largest(inner.box.gaps(z, times(z) + inner.q))
+        if near is not None and not left <= CLOSE_MERIT:
+            return Stalled(NOT_NEAR)
+        if left <= SOLVED_RESIDUAL:
             self._count += 1
             yield self._shown(z, FINISH)._replace(signs_final=False)
         for point in islice(self._exchanged(start, states, far=far, shift=shift), rounds):
@@ -205,7 +209,7 @@ class Run:
             if self._is_solved:
                 return Finished()
         self._count = 0
-        return Stalled("the given point has not the states of a solution")
+        return Stalled(NOT_NEAR)
 
     def _exchanged(
         self,
