@@ -303,7 +303,7 @@ def product(M: Matrix, v: Vector) -> Vector:
     take three to fifteen times as long. So scipy's, once loaded, computes the products with large dense matrices too.
     """
     if not isinstance(M, np.ndarray):
-        return _product_with(M, M.data, v)
+        return _product_with(M, M.data, v) if is_sparse(M) else np.asarray(M @ v)
     flags = M.flags if M.shape[0] >= FEWEST_SHARED_ROWS else None
     blas = None if flags is None or not flags.forc else sys.modules.get("scipy.linalg.blas")
     if blas is None or flags is None:

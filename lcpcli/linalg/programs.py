@@ -21,7 +21,8 @@ from lcpcli.linalg.matrices import is_sparse, stack
 from lcpcli.typing import Matrix, Vector
 
 LIMIT_REACHED = 1  # the status that scipy's result then has
-MOST_BRIEF = 3e6  # rows times entries: so many take milliseconds, for which Ctrl-C may wait: a thread adds as many
+# Rows, as at least FEW_ROWS, times entries: so many take milliseconds, for which Ctrl-C may wait as for a thread.
+MOST_BRIEF, FEW_ROWS = 3e6, 100
 EARLIER = 0.9  # of the time that remains, for the solver: if it ends by itself, no thread is left behind
 # What an iteration of the simplex method usually takes, in seconds, besides for each entry and each row and column.
 OF_ITERATION, OF_ENTRY, OF_LINE = 1e-5, 5e-9, 4e-8
@@ -60,7 +61,7 @@ def minimized(objective: Vector, A: Matrix, ends: Pair, bounds: Pair, effort: fl
     """
     with imports:
         highspy = import_module("highspy") if find_spec("highspy") else None
-    run = interruptibly if A.shape[0] * _entries(A) > MOST_BRIEF else lambda call: call()
+    run = interruptibly if max(A.shape[0], FEW_ROWS) * _entries(A) > MOST_BRIEF else lambda call: call()
     if highspy is None:
         found, is_late = _by_scipy(run, objective, A, ends, bounds, _limits(A, effort, "maxiter"))
     else:

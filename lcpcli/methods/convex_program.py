@@ -17,7 +17,7 @@ from lcpcli.linalg.matrices import compressed
 from lcpcli.linalg.programs import convex_minimum
 from lcpcli.linalg.shifted_systems import operations, systems
 from lcpcli.methods.direct import as_sparse
-from lcpcli.methods.interior import EXCHANGE_ROUNDS, FAR_RESIDUAL, LARGER_SHIFT, PROXIMAL_SHIFT, Run
+from lcpcli.methods.interior import CLOSE_MERIT, EXCHANGE_ROUNDS, FAR_RESIDUAL, LARGER_SHIFT, PROXIMAL_SHIFT, Run
 from lcpcli.methods.stages import Breakdown, Stage
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, Matrix, Vector
@@ -27,12 +27,13 @@ MOST_GAP = 1e-11  # between its objectives, which rounding may keep from falling
 MOST_PER_ENTRY = 4.0  # numbers of dense matrices for each entry, up to which PIQP is faster with these
 INFINITE = 1e30  # to PIQP, and what is larger
 MOST_STEPS = 60  # of PIQP: about twice as many as it usually takes
-MOST_LINEAR_STEPS = 40  # for linear programs, for which the simplex method then takes milliseconds
+MOST_LINEAR_STEPS = 40  # of linear programs, for which the simplex method is the other choice
 MOST_OPERATIONS = 6e7  # of a factorization: PIQP, which cannot be interrupted, then ends in a few tenths of a second
 
 
 def convex_program(problem: Problem) -> Stage:
-    """Yield the basic solutions of the states that PIQP finds, and those after exchanges of wrong signs.
+    """Yield PIQP's point, if only rounding keeps it from solving the problem, then the basic solutions of its states,
+    and those after exchanges of wrong signs.
 
     Finished : one of them violates no sign beyond rounding. Breakdown : the problem is not that of a convex program, or
     too large for PIQP, or PIQP finds no minimum. Stalled : no basic solution solves it.
@@ -48,8 +49,11 @@ def convex_program(problem: Problem) -> Stage:
             return Breakdown("a factorization takes long")
     except (ProblemError, SingularMatrix):
         return Breakdown("no factorization succeeded")
-    z = _minimizer(problem, S)
-    if z is None:
+    found = _minimizer(problem, S)
+    if found is None:
+        return Breakdown("PIQP found no minimum")
+    z, is_accurate = found
+    if not (is_accurate or run.residual(z) <= CLOSE_MERIT):
         return Breakdown("PIQP found no minimum")
     x = (z - problem.w(z)) / 2
     for shift in (LARGER_SHIFT, PROXIMAL_SHIFT):  # the first stays nearer to z where there are several solutions
@@ -93,9 +97,9 @@ def _has_others(problem: Problem, is_row: Mask) -> bool:
     return problem.program_origin is None and block(problem.M, multipliers, multipliers)[1].size > 0
 
 
-def _minimizer(problem: Problem, S: Vector) -> Vector | None:
-    """Return the minimizer and the multipliers, both approximate; None if there are none, or M has more entries than
-    that of a program, or PIQP would take a bound for none."""
+def _minimizer(problem: Problem, S: Vector) -> tuple[Vector, bool] | None:
+    """Return the minimizer and the multipliers, both approximate, and whether PIQP reached its tolerance; None if there
+    are none, or M has more entries than that of a program, or PIQP would take a bound for none."""
     M, q, lower, upper = conditions_of(problem)
     is_row, is_equation = S < 0, (S < 0) & np.isinf(lower) & np.isinf(upper)
     sides = lower[is_row], upper[is_row]
@@ -122,4 +126,5 @@ def _minimizer(problem: Problem, S: Vector) -> Vector | None:
     limits = TOLERANCE, MOST_LINEAR_STEPS if is_linear else MOST_STEPS, MOST_GAP
     ended = convex_minimum(Q, q[x], (A, -q[equations]), of_rows, (lower[x], upper[x]), *limits)
     z[x], z[equations], z[rows] = ended[:3]
-    return None if "INFEASIBLE" in ended.status or not np.isfinite(z).all() else z
+    is_found = "INFEASIBLE" not in ended.status and bool(np.isfinite(z).all())
+    return (z, ended.status == "PIQP_SOLVED") if is_found else None

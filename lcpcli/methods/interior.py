@@ -30,7 +30,7 @@ from lcpcli.model.box import BASIC, of_masks
 from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector
 
-FINISH, BEST, NOT_NEAR = "finish", "best", "the given point has not the states of a solution"
+FINISH, BEST = "finish", "best"
 MOST_INTERIOR_STEPS = 150  # of an attempt: a few times the tens that it usually takes
 WARM_UP_STEPS = 8  # after which an attempt may be given up for short steps
 RECENT_STEPS, SLOW_LENGTH = 7, 0.4  # it is given up if the mean length of so many steps is below that
@@ -41,7 +41,7 @@ MERIT_DROP = 1e-2  # the factor by which the merit has to fall before the active
 SMALL_MU, VANISHED_MU = 1e-24, 1e-30  # where z_i and w_i are both 0, they are as large as the root of mu
 PROOF_EVERY = 5  # steps between searches for a proof that there is no solution: one costs less than a step
 PROXIMAL_SHIFT = 3e-8  # eps of the proximal iteration: of 1e-8, rounding leaves no pivot in one of four programs
-LARGER_SHIFT = 1e-6  # where factors fail
+LARGER_SHIFT = 1e-6  # where factors fail, and first from a point that is near a solution
 PROXIMAL_STEPS, SLOW_PROXIMAL = 15, 0.7  # at most; it ends if w_B falls by less than that factor
 LEAST_STEPS = 2  # before that, so that rows with small terms are solved as accurately
 EXCHANGE_ROUNDS = 5  # of wrong signs: a nearly right active set needs one or two
@@ -128,6 +128,7 @@ class Run:
         self, settings: Sequence[InteriorAttempt], start_slack: float = 1.0, regularization: float = 1e-8
     ) -> Stage:
         ending: Ending = Breakdown("no factorization succeeded")
+        self._count = 0
         for attempt in settings:
             rho = [factor * regularization for factor in attempt.rho]
             ending = yield from self._attempt(attempt, attempt.slack * start_slack, rho)
@@ -178,6 +179,11 @@ class Run:
         yield self._shown(best.z, BEST)
         return Stalled("its steps no longer reduce the residual")
 
+    def residual(self, z: Vector) -> float:
+        """Return the natural residual of a z of the given problem, in scaled units."""
+        inner, z = self.within.problem, z[self.within.kept] / self.within.units
+        return largest(inner.box.gaps(z, multiplier(inner.M)(z) + inner.q))
+
     def at_point(
         self,
         x: Vector,
@@ -186,30 +192,25 @@ class Run:
         near: Vector | None = None,
         shift: float = PROXIMAL_SHIFT,
     ) -> Stage:
-        """Yield the basic solutions of the states of an x in the given units; before them the point with these states
-        where they start, if no more than rounding is left to solve.
+        """Yield the basic solutions of the states of an x in the given units. The first iterate of the run is the point
+        where they start, put on the bounds of these states, if no more than rounding keeps it from solving the problem.
 
         rounds : of exchanges, at most. far : the residual, in scaled units, up to which they go on if it has grown.
-        near : where they start, by default at the z of x; not if more than CLOSE_MERIT is left there. shift : eps of
-            the proximal iteration.
+        near : where they start, by default at the z of x. shift : eps of the proximal iteration.
         """
         within, inner, times = self.within, self.within.problem, multiplier(self.within.problem.M)
         z = self._given.box.z_of(x)
         start, z = (v[within.kept] / within.units for v in (z if near is None else near, z))
         states = inner.box.basis_of((z - times(z) - inner.q) / 2)
         z = np.where(states == BASIC, inner.box.project(start), inner.box.nonbasic(states))
-        left = largest(inner.box.gaps(z, times(z) + inner.q))
-        if near is not None and not left <= CLOSE_MERIT:
-            return Stalled(NOT_NEAR)
-        if left <= SOLVED_RESIDUAL:
+        if not self._count and largest(inner.box.gaps(z, times(z) + inner.q)) <= SOLVED_RESIDUAL:
             self._count += 1
             yield self._shown(z, FINISH)._replace(signs_final=False)
         for point in islice(self._exchanged(start, states, far=far, shift=shift), rounds):
             yield point._replace(signs_final=point.signs_final or self._is_solved)
             if self._is_solved:
                 return Finished()
-        self._count = 0
-        return Stalled(NOT_NEAR)
+        return Stalled("the given point has not the states of a solution")
 
     def _exchanged(
         self,
@@ -259,6 +260,8 @@ class _ProximalSolutions:
             try:
                 own.factorize(np.full(basic.size, self._shift))
             except SingularMatrix:  # rounding has made a pivot 0
+                if not self._shift < LARGER_SHIFT:
+                    raise
                 own.factorize(np.full(basic.size, LARGER_SHIFT))
         for step in range(PROXIMAL_STEPS if basic.size else 0):
             z = z.copy()

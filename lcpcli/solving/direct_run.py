@@ -162,12 +162,13 @@ class Session:
 
 @np.errstate(all="ignore")
 def solved_as_program(session: Session) -> Result | None:
-    """Return the result of a convex program whose solution PIQP and one basic solution lead to; else None."""
+    """Return the result of a convex program to whose solution PIQP and a few basic solutions lead; else None."""
     with imports:
         from lcpcli.methods.convex_program import convex_program
         from lcpcli.methods.stages import FAULTS, Breakdown, Iterate, advance, ended
     limits, stopwatch, box, point, steps = session.limits, session.stopwatch, session.problem.box, None, 0
     stopwatch.count("setup")
+    points: list[Point] = []  # of the last iterate, without rounding of 0 and as it is, unless they have been tried
     try:
         with within(limits.time_limit - stopwatch.elapsed()):
             stage = convex_program(session.problem)
@@ -177,10 +178,11 @@ def solved_as_program(session: Session) -> Result | None:
                 rounded = without_rounding(z, np.exp2(-session.problem.units.columns), ELIMINATED_ZERO)
                 points = [session.point(each) for each in (box.project(rounded), z)]
                 if step.signs_final:
-                    point = next((found for each in points if (found := each.solution()) is not None), None)
-                elif Point(Criterion(session.problem, EARLY * limits.tol), points[0].z).solves():
-                    point = Point.of_solution(points[0].criterion, points[0].z)
+                    point, points = _first_solution(points), []
+                elif (early := Point(Criterion(session.problem, EARLY * limits.tol), points[0].z)).solves():
+                    point = early
                 stopwatch.count("verify")
+            point = _first_solution(points) if point is None else point
     except TimeIsUp:
         return None
     except FAULTS:
@@ -188,6 +190,10 @@ def solved_as_program(session: Session) -> Result | None:
     if point is None and session.tried is not None:
         session.tried["piqp"] = [ended(Breakdown("PIQP does not lead to a solution"))]  # it is not tried again
     return session.judged(point, steps, ("piqp",))
+
+
+def _first_solution(points: Sequence[Point]) -> Point | None:
+    return next((found for each in points if (found := each.solution()) is not None), None)
 
 
 def solved_directly(session: Session) -> Result | None:
