@@ -183,7 +183,8 @@ class Bordered:
     def __init__(self, M: Matrix, places: Indices, is_diagonal: bool = False) -> None:
         with imports:
             from lcpcli.linalg.compressed_rows import block, of_arrays
-        self._places, self._rest = places, rest = places, np.delete(np.arange(M.shape[0]), places)
+        rest = np.delete(np.arange(M.shape[0]), places)
+        self._places, self._rest = places, rest
 
         def part(rows: Indices, columns: Indices) -> Matrix:
             return of_arrays((rows.size, columns.size), *block(M, rows, columns))

@@ -172,7 +172,7 @@ def solved_as_program(session: Session) -> Result | None:
     try:
         with within(limits.time_limit - stopwatch.elapsed()):
             stage = convex_program(session.problem)
-            while point is None and isinstance(step := advance(stage), Iterate) and steps < limits.max_iterations:
+            while point is None and steps < limits.max_iterations and isinstance(step := advance(stage), Iterate):
                 stopwatch.count("solve")
                 steps, z = steps + 1, box.z_of(step.x)
                 rounded = without_rounding(z, np.exp2(-session.problem.units.columns), ELIMINATED_ZERO)

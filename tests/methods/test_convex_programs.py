@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from importlib.util import find_spec
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ from scipy.sparse import block_diag, csr_array
 
 import lcpcli
 from lcpcli import Problem, Result
-from lcpcli.methods import interior
+from lcpcli.linalg.programs import Ended
+from lcpcli.methods import convex_program, interior
 from lcpcli.methods.direct import may_be_program
 
 from .programs import Rows, random_program
@@ -156,3 +158,22 @@ def test_a_point_that_only_rounding_separates_from_the_solution_needs_no_factori
     first = next(own.at_point(problem.box.x_of(z, problem.w(z)), near=z * (1 + 1e-15)))
     assert np.abs(problem.box.z_of(first.x) - z).max() <= 1e-14
     assert not first.signs_final
+
+
+@pytest.mark.parametrize(("moved", "is_used"), [(0.0, True), (1.0, False)])
+def test_a_point_at_which_piqp_was_stopped_is_used_if_it_is_near(
+    moved: float, is_used: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problem, usual = sparse(random_program(2001, kind="minimum")), convex_program.convex_minimum
+
+    def stopped(*given: Any) -> Ended:
+        ended = usual(*given)
+        return ended._replace(x=ended.x + moved, status="PIQP_MAX_ITER_REACHED")
+
+    expected = solved(problem)
+    assert expected.route == ("piqp",)
+    monkeypatch.setattr(convex_program, "convex_minimum", stopped)
+    result = solved(problem)
+    assert result.solved
+    assert (result.route == ("piqp",)) == is_used
+    assert result.answer.objective == pytest.approx(expected.answer.objective, rel=1e-9)
