@@ -15,7 +15,8 @@ class _Imports(threading.local):
     It stands around each import in a function that a run may call, also of what a library loads at its first use.
     """
 
-    seconds, _depth, _began = 0.0, 0, 0.0  # of all imports of the thread; of the one under way
+    # Of all imports of the thread; of the one under way.
+    seconds, _depth, _began = 0.0, 0, 0.0
 
     def __enter__(self) -> None:
         if not self._depth:

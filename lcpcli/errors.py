@@ -6,15 +6,20 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-LONGEST_QUOTE = 40  # characters of a text in a message, so that the message stays on one line
+# Characters of a text in a message, so that the message stays on one line.
+LONGEST_QUOTE = 40
 UMLAUTS = {ord(letter): ascii for letter, ascii in {"ä": "ae", "ö": "oe", "ü": "ue", "é": "e", "ú": "u"}.items()}
 SHORTEST_WORD = 5  # letters of a word that is sought in meanings
 REAL = "give real numbers; lcp solves real problems only"
-# What a terminal obeys, what ends a line or turns its direction, and what no text has: half characters, noncharacters
+# What a terminal obeys, what ends a line or turns its direction, and what no text has:
+# half characters, noncharacters
 _LAST = "".join(map(chr, (plane + last for plane in range(0, 0x110000, 0x10000) for last in (0xFFFE, 0xFFFF))))
 UNSEEN = re.compile(f"[\0-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufdd0-\ufdef{_LAST}]")
-VERY_CLOSE = 0.85  # the likeness of words that differ by a letter or two, more telling than a common beginning
-SHORTEST_BEGINNING = 3  # characters of a known word with which an unknown word begins; fewer match by chance
+# The likeness of words that differ by a letter or two, more telling than a common
+# beginning.
+VERY_CLOSE = 0.85
+# Characters of a known word with which an unknown word begins; fewer match by chance.
+SHORTEST_BEGINNING = 3
 
 
 def visible(text: str) -> str:
@@ -95,7 +100,8 @@ class LCPError(ValueError):
         self.where, self.fault, self.hint = where, fault, hint
         super().__init__(visible(": ".join(part for part in (where, "; ".join(p for p in (fault, hint) if p)) if part)))
 
-    def __reduce__(self) -> tuple[type[LCPError], tuple[str, str, str]]:  # so that it passes between processes
+    # So that it passes between processes.
+    def __reduce__(self) -> tuple[type[LCPError], tuple[str, str, str]]:
         return type(self), (self.where, self.fault, self.hint)
 
     def inside(self, place: str) -> LCPError:

@@ -23,7 +23,9 @@ Item = TypeVar("Item")
 REQUESTS = (signal.SIGINT, signal.SIGTERM)  # to end
 NO_LIMIT = sys.float_info.max  # the deadline of a context `within` without a limit
 SOON = 0.001  # seconds until a signal is repeated
-WAIT = 0.2  # seconds between checks for Ctrl-C: a delay that is hardly noticed, and hardly any work
+# Seconds between checks for Ctrl-C: a delay that is hardly noticed, and hardly any
+# work.
+WAIT = 0.2
 
 
 class TimeIsUp(Exception):
@@ -31,10 +33,12 @@ class TimeIsUp(Exception):
 
 
 abandoned: list[threading.Thread] = []  # threads of calls that are no longer waited for
-received: list[int] = []  # signals that have asked this run to end, where a context below was open
+# Signals that have asked this run to end, where a context below was open.
+received: list[int] = []
 _LOADING = {ExtensionFileLoader.create_module.__code__, ExtensionFileLoader.exec_module.__code__}
 _stops: list[int] = []  # those that work within `stopping` has to react to
-_deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)  # by `clock.seconds`
+# By `clock.seconds`
+_deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)
 _watch: ContextVar[Callable[[], None] | None] = ContextVar("watch", default=None)
 
 
@@ -68,7 +72,8 @@ def remaining() -> float:
 def check() -> None:
     """Raise TimeIsUp if the time of the context `within` is up, or if a signal in a context `stopping` ends it."""
     end = _deadline.get()
-    if end < math.inf and (_stops or (end < NO_LIMIT and clock.seconds() > end)):  # some calls come with every number
+    # Some calls come with every number.
+    if end < math.inf and (_stops or (end < NO_LIMIT and clock.seconds() > end)):
         raise TimeIsUp
 
 
@@ -153,7 +158,8 @@ def deferring_signals() -> Iterator[None]:
     try:
         with ExitStack() as stack:
             for number in REQUESTS:
-                if signal.getsignal(number) is not None:  # else it was not set from Python, and could not be restored
+                # Else it was not set from Python, and could not be restored.
+                if signal.getsignal(number) is not None:
                     stack.enter_context(handling(number, lambda number, _: late.append(number)))
             yield
     finally:
@@ -194,9 +200,10 @@ def interruptibly(call: Callable[[], Any]) -> Any:
             if watch is not None:
                 watch()
     except BaseException:
-        # Compiled code must not outlive the interpreter: HiGHS and SuperLU call back into it, and when it refuses,
-        # unwinding C++ aborts the process. A thread that is not a daemon would be waited for too, but Ctrl-C during
-        # that wait would then print a traceback and end in the same abort.
+        # Compiled code must not outlive the interpreter: HiGHS and SuperLU call back
+        # into it, and when it refuses, unwinding C++ aborts the process. A thread that
+        # is not a daemon would be waited for too, but Ctrl-C during that wait would
+        # then print a traceback and end in the same abort.
         abandoned[:] = [*filter(threading.Thread.is_alive, abandoned), thread]
         atexit.unregister(_await_abandoned)
         atexit.register(_await_abandoned)
@@ -211,7 +218,8 @@ def flush_compiled() -> None:
     if "numpy" in sys.modules:
         import ctypes
 
-        with suppress(OSError, TypeError, AttributeError):  # Windows has no library of that name
+        # Windows has no library of that name.
+        with suppress(OSError, TypeError, AttributeError):
             ctypes.CDLL(None).fflush(None)
 
 
@@ -241,7 +249,8 @@ def silent() -> Iterator[int | None]:
 def _await_abandoned() -> None:
     """Wait for abandoned calls. Ctrl-C then ends the process silently, unless the program has a handler of its own."""
     for stream in (sys.stdout, sys.stderr):
-        with suppress(OSError, ValueError, AttributeError):  # AttributeError: closed by the caller
+        # AttributeError: closed by the caller.
+        with suppress(OSError, ValueError, AttributeError):
             stream.flush()
     with handling(signal.SIGINT, signal.SIG_DFL, signal.default_int_handler):
         for thread in abandoned:

@@ -13,9 +13,11 @@ from typing import Any, NamedTuple
 from lcpcli.clock import imports
 from lcpcli.errors import OptionError, ParameterError, quoted
 
-INSPECTION_SECONDS = 2.0  # after which an inspection starts no further step by default: a short wait
+# After which an inspection starts no further step by default: a short wait.
+INSPECTION_SECONDS = 2.0
 AUTO = "auto"  # the value of an option that is to be derived from the problem
-KERNELS = "LCPCLI_KERNELS"  # the environment variable with which all calls of a process use the compiled kernels
+# The environment variable with which all calls of a process use the compiled kernels.
+KERNELS = "LCPCLI_KERNELS"
 NUMBA = "numba"  # the package that compiles them
 MISSING = f"needs {NUMBA}", "pip install 'linear-complementarity[fast]'"
 

@@ -15,7 +15,8 @@ Vector: TypeAlias = "NDArray[np.float64]"
 Indices: TypeAlias = "NDArray[np.intp]"
 States: TypeAlias = "NDArray[np.int8]"  # LOWER, BASIC or UPPER of model/box.py
 Mask: TypeAlias = "NDArray[np.bool_]"
-Matrix: TypeAlias = Any  # a dense float64 array or a scipy.sparse.csr_array; scipy ships no annotations
+# A dense float64 array or a scipy.sparse.csr_array; scipy ships no annotations.
+Matrix: TypeAlias = Any
 VectorLike: TypeAlias = "ArrayLike | Sequence[float | Fraction]"
 BoundLike: TypeAlias = "ArrayLike | Fraction | Sequence[float | Fraction | None] | None"
 Interrupts: TypeAlias = Literal["raise", "return"]

@@ -23,16 +23,19 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import KERNELS, wants_kernels
 from lcpcli.rational.exact_problem import ExactProblem
 
-# the same examples every time, so that a change is what makes a test fail; HYPOTHESIS_PROFILE=searching tries new ones
+# the same examples every time, so that a change is what makes a test fail;
+# HYPOTHESIS_PROFILE=searching tries new ones
 settings.register_profile("steady", derandomize=True, deadline=None)
 settings.register_profile("searching", deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "steady"))
 
-# the width of pipes is not that of whoever runs the tests; readline sets it where only processes started here see it
+# the width of pipes is not that of whoever runs the tests; readline sets it where only
+# processes started here see it
 os.environ.pop("COLUMNS", None)
 os.unsetenv("COLUMNS")
 
-# a shell that starts the tests in the background has them, and all that they start, ignore Ctrl-C
+# a shell that starts the tests in the background has them, and all that they start,
+# ignore Ctrl-C
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
@@ -61,10 +64,13 @@ def lcp(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> C
 
     def run(*arguments: str) -> Outcome:
         monkeypatch.setattr("sys.argv", ["lcp", *arguments])
-        monkeypatch.setattr("lcpcli.report.outcome.WIDE_SPREAD", math.inf)  # a busy machine adds no line to tables
-        monkeypatch.setattr("lcpcli.cli.main.leave", sys.exit)  # a call that was abandoned must not end the tests
+        # A busy machine adds no line to tables.
+        monkeypatch.setattr("lcpcli.report.outcome.WIDE_SPREAD", math.inf)
+        # A call that was abandoned must not end the tests.
+        monkeypatch.setattr("lcpcli.cli.main.leave", sys.exit)
         with pytest.MonkeyPatch.context() as passing:
-            passing.setattr("os.environ", os.environ.copy())  # the command sets the number of threads there
+            # The command sets the number of threads there.
+            passing.setattr("os.environ", os.environ.copy())
             with pytest.raises(SystemExit) as ending:
                 cli.main()
         out, err = capfd.readouterr()

@@ -36,7 +36,8 @@ def typed_in(name: str) -> Iterator[Typed]:
             elif program == "cat":
                 yield Typed(line, [], None, words[0])
             else:
-                _, text, sign, last, *arguments = words  # printf %b TEXT > FILE, or | lcp ARGUMENTS
+                # Printf %b TEXT > FILE, or | lcp ARGUMENTS.
+                _, text, sign, last, *arguments = words
                 content = text.encode().decode("unicode_escape").encode("latin-1")
                 yield Typed(line, arguments, content, last if sign == ">" else "")
 
@@ -57,6 +58,8 @@ def _rounded(number: re.Match[str]) -> str:
 
 def _kept(line: str) -> str:
     line = re.sub(r"-?\d+\.\d{10,}(e-\d+)?", _rounded, line)
-    line = re.sub(r"\d\.\de\+1[6-9]", "HUGE", line)  # condition numbers of matrices that are singular up to rounding
-    line = re.sub(r"\b\d\.\de-1[4-9]\b", "TINY", line)  # residuals and bounds that are last digits
+    # Condition numbers of matrices that are singular up to rounding.
+    line = re.sub(r"\d\.\de\+1[6-9]", "HUGE", line)
+    # Residuals and bounds that are last digits.
+    line = re.sub(r"\b\d\.\de-1[4-9]\b", "TINY", line)
     return line.replace(VERSION, "VERSION")

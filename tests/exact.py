@@ -286,7 +286,8 @@ def random_problem(seed: int, largest: int = 6, kind: str | None = None) -> Prob
     random = np.random.default_rng(seed)
     n = int(random.integers(1, largest + 1))
     name = kind or list(CLASSES)[seed % len(CLASSES)]
-    M = np.rint(4096 * CLASSES[name](random, n)) / 4096  # so that no product M z with integers z is rounded
+    # So that no product M z with integers z is rounded.
+    M = np.rint(4096 * CLASSES[name](random, n)) / 4096
     q = [
         lambda: random.integers(-3, 3, size=n).astype(float),
         lambda: random.normal(size=n) - 0.3,

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 
 Parts = dict[str, Any]
-FAR = {  # a program with bounds of 1e20 and more, six of them none by the convention of MPS files
+# A program with bounds of 1e20 and more, six of them none by the convention of MPS
+# files.
+FAR = {
     "Q": [[2, 0], [0, 2]],
     "c": [-3, 1],
     "A": [[1, 1], [1, -1], [0, 1], [1, 2]],
@@ -24,9 +26,11 @@ def random_program(seed: int, variables: int) -> Parts:
     rows = variables // 2
     A = np.where(random.random((rows, variables)) < 0.4, random.integers(-3, 4, (rows, variables)), 0).astype(float)
     inside = random.integers(0, 3, variables).astype(float)
-    at, kinds = A @ inside, random.integers(0, 4, rows)  # from below, from above, a range, an equation
+    # From below, from above, a range, an equation.
+    at, kinds = A @ inside, random.integers(0, 4, rows)
     below, above = (np.where(kinds == 3, 0, random.integers(0, 3, rows)) for _ in range(2))
-    y = random.integers(0, 3, rows) * np.select([kinds == 1, kinds == 2], [-1, 0], 1)  # the multipliers of a minimum
+    # The multipliers of a minimum.
+    y = random.integers(0, 3, rows) * np.select([kinds == 1, kinds == 2], [-1, 0], 1)
     lower = np.where(random.random(variables) < 0.15, -np.inf, 0.0)
     slope = np.where(np.isinf(lower), 0, random.integers(0, 3, variables))
     F = random.integers(-2, 3, (variables, random.integers(1, variables + 1))) / 2

@@ -13,7 +13,8 @@ from pathlib import Path
 
 import lcpcli
 
-# modules that use none of each other, those that take longest first: each is compiled by whoever comes first
+# modules that use none of each other, those that take longest first: each is compiled
+# by whoever comes first
 MODULES = "mixed_kernels", "pivoting_kernels", "kernels", "measure_kernels"
 
 

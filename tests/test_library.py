@@ -63,7 +63,8 @@ def test_check_reports_what_the_command_does_and_verifies_proofs(lcp: Callable[.
     assert certificate is not None
     assert lcpcli.check(INFEASIBLE, y=certificate.vector).accepted
     assert not lcpcli.check(lcpcli.Problem(M, Q), y=[1.0, 1.0]).accepted
-    assert str(lcpcli.check(lcpcli.Problem(M, Q), [4 / 3, 7 / 3])).startswith("n = 2\n")  # without a name
+    # Without a name.
+    assert str(lcpcli.check(lcpcli.Problem(M, Q), [4 / 3, 7 / 3])).startswith("n = 2\n")
 
 
 def test_what_cannot_be_used_is_refused_as_before() -> None:
@@ -86,7 +87,8 @@ def test_plot_writes_a_file_or_shows_in_a_notebook(tmp_path: Path) -> None:
     results += [lcpcli.solve(csr_array(M), Q, "shi", trace=True), lcpcli.solve([[1.0]], [-1.0], trace=True)]
     picture = lcpcli.plot(results, tmp_path / "errors.png")
     assert (tmp_path / "errors.png").read_bytes().startswith(b"\x89PNG")
-    assert [len(panel.curves) for panel in picture.data[0]] == [3, 1]  # dense and sparse M are the same problem
+    # Dense and sparse M are the same problem.
+    assert [len(panel.curves) for panel in picture.data[0]] == [3, 1]
     runs = [lcpcli.solve(M, Q, "shi", trace=True, **options) for options in ({}, {"k_star": 5, "scale": True})]
     labels = [curve.label for curve in lcpcli.plot(runs).data[0][0].curves]
     assert labels == ["shi:k_star=100", "shi:k_star=5,scale=True"]
@@ -137,7 +139,8 @@ def test_solves_leave_no_garbage_in_cycles_which_the_command_searches_for_seldom
     found = []
     gc.disable()
     try:
-        for _ in range(3):  # what other threads of the tests leave is not there each time
+        # What other threads of the tests leave is not there each time.
+        for _ in range(3):
             gc.freeze()  # only what is made from here on is searched
             for problem in problems:
                 lcpcli.run(problem, method)
@@ -154,7 +157,8 @@ def test_errors_pass_between_processes() -> None:
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
 
 
-USES = {  # what is done with an object of each class, and the beginning of what that says
+# What is done with an object of each class, and the beginning of what that says.
+USES = {
     "Result": (
         "repr(it), it.to_dict()['status'], it.to_json()[:1], it._repr_html_()[:6], it.z.tolist()",
         "<Result: solved by newton, n = 2",

@@ -43,7 +43,8 @@ BLOCKS: dict[str, list[tuple[str, str]]] = {page: BLOCK.findall(text) for page, 
 DISTURBED = "x between repeats"
 WRITING = re.compile("-o|--(plot|paths|trace)")  # options that name a file to write
 VERDICT = r"(lcp: .*(solved|solves|solutions?|optimal|reaches|positive|succeeded|wrote).*\n)*"  # of what goes to a file
-ROUNDING = re.compile(r"\b\d\.\de-1[5-9]\b")  # of a residual, whose digits depend on the machine
+# Of a residual, whose digits depend on the machine.
+ROUNDING = re.compile(r"\b\d\.\de-1[5-9]\b")
 TIMES = re.compile(r"\d[\d.]*(e[-+]\d+)? ?(us|ms|s)\b|time/\w+")
 
 Lcp = Callable[..., Any]

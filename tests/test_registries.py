@@ -107,7 +107,8 @@ def toy(context):
     return Verdict(NO, "an entry is negative") if (context.M < 0).sum() else Verdict(YES, "no entry is negative")
 '''
 PAGE = "# What a toy is\n\nIt is what a test adds to a copy of this package, to see what an addition takes.\n"
-# The file that is new, its text, the file and the table with one more line, and that line.
+# The file that is new, its text, the file and the table with one more line, and that
+# line.
 ADDITIONS = {
     "method": ("methods/toy.py", METHOD, "methods/registry.py", "METHODS", f'"toy": {DECLARED}'),
     "family": ("gallery/toy.py", FAMILY, "gallery/families.py", "TABLE", "toy:\ntoy | the identity | P | this test"),
@@ -164,7 +165,8 @@ def register(registry: Path, table: str, line: str) -> None:
 
 def run(path: Path, folder: Path, *command: str, given: str = "") -> str:
     """The output of Python with that path in a folder, which is to succeed."""
-    own = os.environ | {"PYTHONPATH": str(path), "NUMBA_DISABLE_JIT": "1"}  # no kernels are compiled for a copy
+    # No kernels are compiled for a copy.
+    own = os.environ | {"PYTHONPATH": str(path), "NUMBA_DISABLE_JIT": "1"}
     done = subprocess.run(
         [sys.executable, *command], input=given, capture_output=True, text=True, check=False, cwd=folder, env=own
     )
@@ -181,7 +183,8 @@ def test_what_is_added_passes_the_tests_of_all_of_its_kind(copy: Path) -> None:
     files = {path.name: str(path) for path in (copy / "tests").rglob("test_*.py")}
     tests = [files[f"test_{name}.py"] for name in GENERAL]
     tests += [f"{files[f'test_{name}']}::{test}" for name, _, test in (one.partition("::") for one in OF_ALL)]
-    compiling = "--deselect=tests/cli/test_help.py::test_examples_run[kernels]"  # which is disabled for a copy
+    # Which is disabled for a copy.
+    compiling = "--deselect=tests/cli/test_help.py::test_examples_run[kernels]"
     run(copy, copy, "-m", "pytest", "-n", "0", "-m", "", "-p", "no:cacheprovider", compiling, *tests)
 
 

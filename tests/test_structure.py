@@ -48,7 +48,8 @@ LONG = {
 }
 LOOSE = 9  # modules at the root of the package, which every room may use
 
-# Each room of the package with the rooms that it uses, all of them above it in this table.
+# Each room of the package with the rooms that it uses, all of them above it in this
+# table.
 ROOMS = {
     "linalg": "",
     "expressions": "",
@@ -163,7 +164,8 @@ def test_no_function_is_long() -> None:
 
 
 def test_no_modules_import_each_other_in_a_circle_imports_in_functions_and_for_annotations_counted() -> None:
-    assert "lcpcli.verify.error_theorems" in imports()["lcpcli.solving.result"]  # for annotations alone
+    # For annotations alone.
+    assert "lcpcli.verify.error_theorems" in imports()["lcpcli.solving.result"]
     try:
         TopologicalSorter(imports()).prepare()
     except CycleError as error:
@@ -281,7 +283,8 @@ def test_errors_in_options_name_them_as_python_does() -> None:
 IN_RUNS = ("linalg", "model", "rational", "verify", "methods", "inspection", "solving", "enumeration", "parametric")
 AFTER_RUNS = {"lcpcli.solving.solve_qp"}  # whose functions are called after a run
 LOADING = {"import_module", "find_spec"}
-LATE_IN_NUMPY = {"np.random", "np.union1d", "np.setdiff1d", "np.setxor1d"}  # load parts of numpy, as np.unique does
+# Load parts of numpy, as np.unique does.
+LATE_IN_NUMPY = {"np.random", "np.union1d", "np.setdiff1d", "np.setxor1d"}
 
 
 def timed_loading(node: ast.AST, in_function: bool = False) -> Iterator[str]:

@@ -39,25 +39,44 @@ if TYPE_CHECKING:
     from lcpcli.methods.bimatrix import Costs
     from lcpcli.methods.lemke import Follow
 
-MOST_EARLY_LINEAR = 1000  # unknowns up to which an LP takes no longer than a few attempts of the interior point method
-MOST_SURELY_LINEAR = 100  # unknowns up to which an LP takes no more than the iterations of the earlier attempts
+# Unknowns up to which an LP takes no longer than a few attempts of the interior point
+# method.
+MOST_EARLY_LINEAR = 1000
+# Unknowns up to which an LP takes no more than the iterations of the earlier attempts.
+MOST_SURELY_LINEAR = 100
 MOST_REFLECTED = METHODS["reflections"].max_unknowns or 0
-LOOKS = 40  # at the reflections in the first round: by then half are found that are found
-MOST_PIVOTED_GAME = 60  # unknowns of a game up to which Lemke's path takes less time than those of several labels
-MOST_HELD = 4000  # unknowns up to which a suspended attempt may keep its dense matrices, at most 300 MB
-ROUNDS, ROUNDS_BEFORE_MILP = 6, 5  # fewer where milp, which comes after them, can do more
+# At the reflections in the first round: by then half are found that are found.
+LOOKS = 40
+# Unknowns of a game up to which Lemke's path takes less time than those of several
+# labels.
+MOST_PIVOTED_GAME = 60
+# Unknowns up to which a suspended attempt may keep its dense matrices, at most 300 MB.
+MOST_HELD = 4000
+# Fewer where milp, which comes after them, can do more.
+ROUNDS, ROUNDS_BEFORE_MILP = 6, 5
 MOST_FOR_MILP = 100  # unknowns up to which it does
-# Iterations of the simplex method, by the seconds that so many usually take: for each entry of M, for a linear program
-# before the interior point method has its turn; after first attempts of that, by the order of M; and at least.
+# Iterations of the simplex method, by the seconds that so many usually take: for each
+# entry of M, for a linear program before the interior point method has its turn; after
+# first attempts of that, by the order of M; and at least.
 SIMPLEX_EFFORT, SIMPLEX_EFFORT_BY_ORDER, LEAST_SIMPLEX_EFFORT = 4e-5, 1e-9, 0.1
-NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relative to the last step, if it is to go on
+# Most changes of state in a step of newton, relative to the last step, if it is to go
+# on.
+NEWTON_SETTLING_FACTOR = 0.2
 SETTLED_CHANGES = 3  # of state in a step of newton: so few do not end it
-MOST_BAND_STEPS = 5  # of newton with factors of a band: it settles in these, or takes as many as there are unknowns
+# Of newton with factors of a band: it settles in these, or takes as many as there are
+# unknowns.
+MOST_BAND_STEPS = 5
 CHANDRASEKARAN = "Chandrasekaran's method"
-MOST_SMALL_BAND_STEPS = 25  # the same for a small M, or from zeros of q, where other attempts take longer
-FEWEST_FRICTIONAL = 35  # unknowns from which interior is tried on M with some zeros on the diagonal, as of contact
-MOST_PIVOTED_BY_NUMPY = 150  # unknowns from which on interior takes less time, if M + M' is semidefinite
-SHORT = 20  # unknowns up to which Lemke's path is so short that it is followed where no theorem says how it ends
+# The same for a small M, or from zeros of q, where other attempts take longer.
+MOST_SMALL_BAND_STEPS = 25
+# Unknowns from which interior is tried on M with some zeros on the diagonal, as of
+# contact.
+FEWEST_FRICTIONAL = 35
+# Unknowns from which on interior takes less time, if M + M' is semidefinite.
+MOST_PIVOTED_BY_NUMPY = 150
+# Unknowns up to which Lemke's path is so short that it is followed where no theorem
+# says how it ends.
+SHORT = 20
 MOST_UNFILLED = 100  # unknowns up to which sparse factors cost no less than dense ones
 
 
@@ -96,13 +115,15 @@ class Structure:
     def program(self) -> str:
         """Return "linear" or "quadratic" if M is large, sparse and that of a convex program; else ""."""
         M = self.problem.M
-        if not (self.is_large_and_sparse and self.is_no_p_matrix):  # there are zeros for the rows of a program
+        # There are zeros for the rows of a program.
+        if not (self.is_large_and_sparse and self.is_no_p_matrix):
             return ""
         with imports:
             from lcpcli.methods.linear import is_skew
         if is_skew(M):
             return "linear"
-        S = self.problem.signs  # of rows, but for which M is symmetric: of a program there are both kinds
+        # Of rows, but for which M is symmetric: of a program there are both kinds.
+        S = self.problem.signs
         return "quadratic" if S is not None and (S[0] != S).any() and is_semidefinite(M) else ""
 
     @cached_property
@@ -381,7 +402,8 @@ LATER = (
         *("newton", "from w = 0", "no known property of M excludes it"),
         lambda s: not (s.program or s.game or _is_first_basic(s) or (s.is_no_p_matrix and s.is_semidefinite)),
         all_basic,
-        lambda s: MOST_SMALL_BAND_STEPS if s.is_z_matrix else math.inf,  # newton, whose basis then only grows, follows
+        # Newton, whose basis then only grows, follows.
+        lambda s: MOST_SMALL_BAND_STEPS if s.is_z_matrix else math.inf,
     ),
     Row(
         *("newton", "", "M is large and sparse; it takes a few steps where M is a P-matrix"),

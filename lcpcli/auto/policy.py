@@ -43,17 +43,20 @@ from lcpcli.verify.farkas import farkas_vector
 from lcpcli.verify.point import Criterion, Point
 
 REFINED = "refined"
-MOST_REFINEMENTS = 3  # of one point: each may change states that those before it have left wrong
-# How long a solution is sought after a proof up to rounding, or after a point that violates rows only by what may be
-# rounding: a part of the evaluations so far, and at least so many; for a sparse M four for each unknown, up to so many.
+# Of one point: each may change states that those before it have left wrong.
+MOST_REFINEMENTS = 3
+# How long a solution is sought after a proof up to rounding, or after a point that
+# violates rows only by what may be rounding: a part of the evaluations so far, and at
+# least so many; for a sparse M four for each unknown, up to so many.
 PATIENCE, LEAST_PATIENCE, MOST_SPARSE_PATIENCE = 2, 200, 2000
 EXCLUDED = "each complementary set is excluded in exact arithmetic"
 OUT_OF_RANGE = "there is a solution, but doubles cannot represent it: its numbers are too large or too small"
 LOST_BY_ROUNDING = "there is a solution, but its nearest doubles do not solve the problem"
 UNDECIDED_IN_TIME = "exact arithmetic did not decide the problem in time"
 NOTHING = list[Fraction]()  # after all nodes of a tree without a solution
-# Of the tree, in counted work: what it does at first, in which it decides nearly all problems; after turns of other
-# methods it goes on, each time with twice that or the largest share, up to the most in all.
+# Of the tree, in counted work: what it does at first, in which it decides nearly all
+# problems; after turns of other methods it goes on, each time with twice that or the
+# largest share, up to the most in all.
 FIRST_EFFORT, LARGEST_EFFORT, MOST_EFFORT = 0.25, 2.0, 16.0
 
 
@@ -91,7 +94,8 @@ def auto(
     search = partial(_searched, presolve=presolve, near=near)
     if problem.may_have_far_bounds:
         return _relaxed_first(problem, x0, search, states)
-    if tried and problem.reference_z is not None:  # iterates would be in other variables; but piqp has ended
+    # Iterates would be in other variables; but piqp has ended.
+    if tried and problem.reference_z is not None:
         tried = {name: made for name, made in tried.items() if name == "piqp"}
     return small(problem, x0, search, states, tried)
 
@@ -154,7 +158,8 @@ def _search(
     left = math.inf  # evaluations, once it is known with what the search is to end
     least_patience = max(LEAST_PATIENCE, min(4 * problem.n, MOST_SPARSE_PATIENCE) if is_sparse(problem.M) else 0)
     for name, stage in chain(first, all_stages(problem, x0, presolve, tried, begun)):
-        if (name == "milp" and not milp) or (left <= 0 and name != "linear"):  # which may have a proof
+        # Which may have a proof.
+        if (name == "milp" and not milp) or (left <= 0 and name != "linear"):
             continue
         before = turns.last
         ending = yield from turns.take(name, stage if last is None else stages.limited(stage, max(left, 1)))
@@ -171,9 +176,11 @@ def _search(
             continue  # at a point that has been judged
         point = Point(criterion(), problem.box.z_of(turns.last.x))
         if isinstance(ending, Finished) and point.solves():
-            return ending  # although rounding to the given variables may leave a larger residual
+            # Although rounding to the given variables may leave a larger residual.
+            return ending
         if point.nearly_solves():
-            yield turns.last._replace(F=None, signs_final=True)  # it may be all that doubles can do
+            # It may be all that doubles can do.
+            yield turns.last._replace(F=None, signs_final=True)
             if (yield from _improved(problem, turns, criterion().tol)):
                 return Finished()
             if last is None and problem.n > measure.FEW_UNKNOWNS and point.size <= SMALL_DISTANCE:
@@ -196,7 +203,8 @@ def _improved(problem: Problem, turns: Turns, tol: float) -> Generator[Iterate, 
         turns.last = turns.last._replace(x=x, F=None, step=REFINED, signs_final=True)
         yield turns.last
         return True
-    if is_rounded_solution(problem, box.z_of(turns.last.x)):  # which refinement in doubles might move
+    # Which refinement in doubles might move.
+    if is_rounded_solution(problem, box.z_of(turns.last.x)):
         return True
     for _ in range(MOST_REFINEMENTS):
         before, basis = turns.last.x, box.basis_of(turns.last.x)
@@ -210,8 +218,11 @@ def _improved(problem: Problem, turns: Turns, tol: float) -> Generator[Iterate, 
     return is_rounded_solution(problem, problem.box.z_of(turns.last.x))
 
 
-MANY_SHORT_ROWS = 0.2  # of all rows: with no more than one entry, from which on presolve may help the best methods too
-MUCH_SMALLER = 0.8  # of the unknowns: what presolve may leave if milp is to begin with that
+# Of all rows: with no more than one entry, from which on presolve may help the best
+# methods too.
+MANY_SHORT_ROWS = 0.2
+# Of the unknowns: what presolve may leave if milp is to begin with that.
+MUCH_SMALLER = 0.8
 
 
 def all_stages(

@@ -13,11 +13,16 @@ from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import generator
 from lcpcli.typing import Vector
 
-MARGIN = 2e-9  # usually added to A, in units of the largest |A_ij|: most proofs y then have A'y < 0 beyond rounding
+# Usually added to A, in units of the largest |A_ij|: most proofs y then have A'y < 0
+# beyond rounding.
+MARGIN = 2e-9
 MOST_DENSE = 300  # rows or columns up to which a dense dictionary is pivoted
 NEGLIGIBLE = 1e-6  # of the largest |b_i|: what the margin may add to A z
-ZERO = 1e-11  # up to which coefficients and violations count as 0, for A and b with entries of size 1
-MOST_PIVOTS = 5  # per unknown, before a system is given up: most take a few pivots in all
+# Up to which coefficients and violations count as 0, for A and b with entries of size
+# 1.
+ZERO = 1e-11
+# Per unknown, before a system is given up: most take a few pivots in all.
+MOST_PIVOTS = 5
 
 
 class DualSimplex:
@@ -33,10 +38,12 @@ class DualSimplex:
         m, n = A.shape
         self._size = float(np.abs(b).max(initial=0.0)) or 1.0
         self._margin = margin * float(np.abs(A).max(initial=0.0))
-        cost = np.append(0.0, generator(0).uniform(1.0, 2.0, (n,)))  # the last row, whose constant does not count
+        # The last row, whose constant does not count.
+        cost = np.append(0.0, generator(0).uniform(1.0, 2.0, (n,)))
         self._dictionary = np.vstack((np.column_stack((b / self._size, A + self._margin)), cost))
         self._basic, self._cobasic = np.arange(n, n + m), np.arange(n)
-        self._varies = np.ones(n, dtype=bool)  # the cobasic forms that are not restricted to 0
+        # The cobasic forms that are not restricted to 0.
+        self._varies = np.ones(n, dtype=bool)
 
     @property
     def _rows(self) -> Vector:

@@ -117,7 +117,9 @@ class System(ABC):
                 break
             size = np.abs(residual)
             if np.count_nonzero(size <= ROW_ROUNDING * np.abs(self.q[indices])) == indices.size:
-                break  # within the rounding error of their terms, of which q alone is a lower bound
+                # Within the rounding error of their terms, of which q alone is a lower
+                # bound.
+                break
             if self.has_terms and np.count_nonzero(size <= ROW_ROUNDING * self.terms(z)[indices]) == indices.size:
                 break
             z[indices] -= solve(residual)
@@ -134,7 +136,9 @@ class System(ABC):
         worst = int(violations.argmax())
         violation = float(violations[worst]) * (self.row_maxima[worst] if basis[worst] == BASIC else 1.0)
         if violation > ROW_ROUNDING * (abs(self.q[worst]) + self.largest * float(np.abs(z).sum())):
-            return found  # as this bound on the rounding error of its row needs no more of M than the sizes of its rows
+            # As this bound on the rounding error of its row needs no more of M than the
+            # sizes of its rows.
+            return found
         return found._replace(is_solution=not self.violated(found).any())
 
     def count_violations(self, found: BasicSolution) -> int:
@@ -184,8 +188,10 @@ def in_units_of_state(terms: Vector, maxima: Vector, basic: Mask) -> Vector:
     return np.where(basic, in_z, terms)
 
 
-CORRECTIONS = 3  # of a basic solution: the first computes it, the others make small rows exact too
-SINGULAR = 1e-13  # relative: M_BB whose inverse is larger than 1 over this counts as singular
+# Of a basic solution: the first computes it, the others make small rows exact too.
+CORRECTIONS = 3
+# relative: M_BB whose inverse is larger than 1 over this counts as singular.
+SINGULAR = 1e-13
 DEPENDENT = 1e-11  # relative: singular values of such an M_BB that count as 0
 
 

@@ -30,9 +30,12 @@ from lcpcli.model.box import BASIC, LOWER, Box, of_masks
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, States, Vector
 
-NEAR_UNITS = 2.0**20  # ratio of the units of rows to those of columns up to which they are made the same
+# Ratio of the units of rows to those of columns up to which they are made the same.
+NEAR_UNITS = 2.0**20
 SMALLEST = 1e-9  # relative: singular values that count as 0, in equilibrated units
-CANCELLED = 1e-13  # relative to the largest entry: what elimination leaves of zeros, as of redundant equations
+# Relative to the largest entry: what elimination leaves of zeros, as of redundant
+# equations.
+CANCELLED = 1e-13
 DEPENDENT = 1e-12  # relative: singular values of rows of G that count as 0
 
 
@@ -224,7 +227,9 @@ def given_states(own: Kept, n: int, states: States) -> States:
     return found
 
 
-NEAR_ONE = 2.0**8  # largest entries of rows and columns up to this, and from its inverse on, are not scaled
+# Largest entries of rows and columns up to this, and from its inverse on, are not
+# scaled.
+NEAR_ONE = 2.0**8
 
 
 def exponents(A: Vector) -> Vector:
@@ -313,7 +318,9 @@ class Reduction:
 
 
 MOST_REDUCED = 500  # bounded variables: their K is dense
-LARGEST = 1e10  # relative to the entries of M: those of M_FF^{-1} M_FB, above which M_FF counts as singular
+# Relative to the entries of M: those of M_FF^{-1} M_FB, above which M_FF counts as
+# singular.
+LARGEST = 1e10
 
 
 class WithoutFree:

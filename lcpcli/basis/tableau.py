@@ -18,10 +18,14 @@ from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.typing import Indices, Mask, States, Vector
 
 SOLVED, RAY, PAUSED = 1, 2, 3
-NO_ROW, UNBOUNDED = -1, -2  # in place of a row: the variable goes over to its other bound, or moves for ever
-NOISE = 1e-12  # relative to its largest term so far: the error of the value of a basic variable
+# In place of a row: the variable goes over to its other bound, or moves for ever.
+NO_ROW, UNBOUNDED = -1, -2
+# Relative to its largest term so far: the error of the value of a basic variable.
+NOISE = 1e-12
 ZERO = 1e-3  # times the noise: values up to this size count as 0
-SMALL = 1e-12  # relative to the largest term of an entry of T so far: entries of this size count as rounding of 0
+# Relative to the largest term of an entry of T so far: entries of this size count as
+# rounding of 0.
+SMALL = 1e-12
 TIE = 1e-9  # relative: entries of the lexicographic rule that differ by less are equal
 
 
@@ -169,7 +173,8 @@ def begin(tableau: Tableau, d: Vector, cover: Vector, lexicographic: bool) -> tu
     """Let z_0 enter at its least value with all w_i >= 0; return its row, and what enters next with its way."""
     ratios = tableau.values / cover
     least = ratios.min()
-    tied = ~(ratios > least + (TIE * abs(least) if lexicographic else 0.0))  # some row, also where numbers overflow
+    # Some row, also where numbers overflow.
+    tied = ~(ratios > least + (TIE * abs(least) if lexicographic else 0.0))
     row = int(tied.nonzero()[0][-1])  # the last one is the lexicographic minimum
     entering, way = move(tableau, d, d.size, 1.0, row, -float(ratios[row]))
     return row, entering, way

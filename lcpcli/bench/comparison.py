@@ -19,12 +19,17 @@ from lcpcli.files.contents import content_of, decode, place, within
 from lcpcli.report import document, result_formats, wording
 from lcpcli.solving.result import Status
 
-ALIKE = 1.1  # medians within this factor are as before, as from one process to the next they differ by as much
-ALIKE_ONCE = 2.0  # the same for runs that were made once, which other programs may have disturbed
+# Medians within this factor are as before, as from one process to the next they differ
+# by as much.
+ALIKE = 1.1
+# The same for runs that were made once, which other programs may have disturbed.
+ALIKE_ONCE = 2.0
 WORSE, SLOWER, BETTER, FASTER, OTHER, SAME = "worse", "slower", "better", "faster", "other status", "as before"
 GONE, NEW, CHANGED = "gone", "new", "another problem"
-CONTRADICTION = "contradiction"  # one run solved the problem, the other one proved that it has no solution
-UNREAD = "bad_input"  # the status of a problem that could not be read, whose digest is that of another text
+# One run solved the problem, the other one proved that it has no solution.
+CONTRADICTION = "contradiction"
+# The status of a problem that could not be read, whose digest is that of another text.
+UNREAD = "bad_input"
 SOLVED = Status.SOLVED.word
 NAMES = ("problem", "method", "verdict", "status", "iterations", "seconds", "ratio")
 EXPECTED = "name a file of lcp bench -o FILE.json, or results of lcp solve or compare in JSON"

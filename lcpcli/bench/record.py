@@ -23,7 +23,8 @@ from lcpcli.report.plotting import Growth, Power
 
 EXCLUDED = "excluded"
 EXPECTED = "name a .json file written by lcp bench -o"
-GONE = {"rate", "milestones", "condition", "forward_error"}  # fields of records of earlier versions
+# Fields of records of earlier versions.
+GONE = {"rate", "milestones", "condition", "forward_error"}
 
 
 @dataclass(frozen=True)
@@ -170,7 +171,9 @@ def _decode(name: str, value: Any, kind: Any) -> Any:
 CONFIDENCE = 0.95  # the customary level of confidence intervals
 SHIFT = 1e-3  # seconds, so that times of microseconds do not dominate a geometric mean
 RESOLUTION = 1e-9  # seconds; a clock may show 0, which has no ratios and no logarithm
-LEAST_SIZES = 4  # sizes n for a fit of two parameters, so that two degrees of freedom remain for its interval
+# Sizes n for a fit of two parameters, so that two degrees of freedom remain for its
+# interval.
+LEAST_SIZES = 4
 
 
 class Summary(NamedTuple):

@@ -22,8 +22,11 @@ from lcpcli.report.wording import PIPE_WIDTH
 
 COLUMNS = ((RELATIVE, 1e-6), (RELATIVE, 1e-9), (ABSOLUTE, 1e-6), (ABSOLUTE, 1e-9), (NATURAL, 1e-9))
 NAMES = {RELATIVE: "rel.", ABSOLUTE: "abs.", NATURAL: "natural"}
-SOLVED_TO = 1e-6  # relative residual of a program up to which a time counts: about the default tolerance of the peers
-PROGRAM_SHIFT = 1e-2  # seconds, as programs take longer than complementarity problems of a few unknowns
+# Relative residual of a program up to which a time counts: about the default tolerance
+# of the peers.
+SOLVED_TO = 1e-6
+# Seconds, as programs take longer than complementarity problems of a few unknowns.
+PROGRAM_SHIFT = 1e-2
 
 
 TEXTS = ("how it ended", "why")  # headings of texts, and of words:
@@ -194,7 +197,9 @@ def _growth(record: BenchRecord) -> Section:
 
 
 PANELS_OF_A_KIND = 4  # in the figure at most, so that all axes fit on a page
-LEAST_PROBLEMS = 5  # for a performance profile, whose steps are shares of the problems: fewer steps say little
+# For a performance profile, whose steps are shares of the problems: fewer steps say
+# little.
+LEAST_PROBLEMS = 5
 
 
 def draw_figure(record: BenchRecord, form: str) -> bytes:

@@ -85,7 +85,8 @@ def series(family: str, parameters: dict[str, Any]) -> str:
 
 
 def method_of(solver: str) -> str:
-    return solver.partition(":")[0]  # shi of shi:p=10, which decides how the solver is drawn
+    # Shi of shi:p=10, which decides how the solver is drawn.
+    return solver.partition(":")[0]
 
 
 SUITES = {
@@ -109,7 +110,8 @@ SUITES = {
         "contact 50 100 200; lp 50 100 200; qp 50 100 200; degenerate 50 100 200",
     ),
     "sparse": Suite(
-        "sparse problems up to n = 100,000",  # dominant ones fill in, and the time limit stops no factorization
+        # Dominant ones fill in, and the time limit stops no factorization.
+        "sparse problems up to n = 100,000",
         "obstacle 900 2500 10000 40000; journal-bearing 900 2500 10000; american-put 1000 3000 10000;"
         "tridiagonal 1000 10000 100000; dominant 300 1000 3000",
     ),
@@ -211,7 +213,8 @@ def _files(asked: Sequence[str], tell: Tell, infinity: float | None) -> Sequence
     path, known = asked[0], (*SUITES, ALL)
     if path == "-":
         raise OptionError("standard input", "cannot be read again for a resumed bench", "name a file")
-    is_file = os.path.lexists(path) or os.sep in path or Path(path).suffix  # reading reports what is wrong with it
+    # Reading reports what is wrong with it.
+    is_file = os.path.lexists(path) or os.sep in path or Path(path).suffix
     if not is_file and path not in contents.shipped_problems():
         hint = likely(path, (*known, *contents.shipped_problems()), f"choose one of {', '.join(known)}, or name a file")
         raise OptionError(path, "is neither a suite nor a file", GONE.get(path, hint))

@@ -43,10 +43,16 @@ from lcpcli.verify.nonlinear_point import NonlinearCriterion
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.version import VERSION
 
-MOST_POINTS = 200  # of a curve in the record: enough for a figure, few enough for a small file
-LEAST_REPEATS, MOST_REPEATS = 3, 25  # a median of fewer may be an outlier; after more it hardly changes
-NARROW = 0.05  # half-width of the median's interval, relative to the median, at which the median counts as known
-WARM_UP = 0.02  # seconds of untimed runs before brief runs are measured, while caches and clock rates settle
+# Of a curve in the record: enough for a figure, few enough for a small file.
+MOST_POINTS = 200
+# A median of fewer may be an outlier; after more it hardly changes.
+LEAST_REPEATS, MOST_REPEATS = 3, 25
+# half-width of the median's interval, relative to the median, at which the median
+# counts as known.
+NARROW = 0.05
+# Seconds of untimed runs before brief runs are measured, while caches and clock rates
+# settle.
+WARM_UP = 0.02
 CURVES = 5  # runs of which the fastest has the curve, as it is disturbed the least
 REST = 0.05  # seconds after which idle BLAS threads have stopped spinning
 
@@ -123,7 +129,8 @@ def measure(
         return first, [first.seconds]
     warm = clock() + WARM_UP
     for _ in range(int(WARM_UP / first.seconds) if first.seconds else 0):
-        if clock() >= warm:  # a process of its own takes longer than the seconds of its answer
+        # A process of its own takes longer than the seconds of its answer.
+        if clock() >= warm:
             break
         solve(False)
     began, times = clock(), list[float]()
@@ -134,7 +141,9 @@ def measure(
         if len(times) < LEAST_REPEATS:
             continue
         if clock() - began >= budget or (len(times) % LEAST_REPEATS == 0 and is_stable(times)):
-            break  # the median is looked at seldom, as the next run finds the caches full of that
+            # The median is looked at seldom, as the next run finds the caches full of
+            # that.
+            break
     if not first.curve:
         return first, times
     fastest = min((rested(True) for _ in range(CURVES)), key=lambda run: run.seconds)
@@ -149,7 +158,9 @@ def _lasting(seconds: float, run: Claim) -> Claim:
 
 
 ABSOLUTE, RELATIVE, NATURAL = "absolute", "relative", "natural"
-LEAST_TERMS = 1e-6  # of the largest of the three: smaller terms are mere rounding of the solvers' tolerances
+# Of the largest of the three: smaller terms are mere rounding of the solvers'
+# tolerances.
+LEAST_TERMS = 1e-6
 
 
 @np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite
@@ -170,7 +181,8 @@ def checked(problem: Problem | NonlinearProblem, answer: Claim, accept: float) -
         F = problem.values(z)
         if not is_finite(F):
             return {"success": False, "false_success": claimed}
-        problem = NonlinearCriterion(Evaluations(problem), accept).linearization(z, F)  # z solves it if it solves this
+        # z solves it if it solves this.
+        problem = NonlinearCriterion(Evaluations(problem), accept).linearization(z, F)
     hopeless = problem.verdict in WITHOUT_SOLUTION
     point = Point(Criterion(problem), z, is_admissible=False)
     terms = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)

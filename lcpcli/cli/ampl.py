@@ -26,20 +26,25 @@ from lcpcli.version import VERSION
 
 ENVIRONMENT = "lcp_options"
 OPTIONS = {option.name: option for option in (*LIMITS, THREADS, RESTARTS)}
-NUMBERED = (  # solve_result_num: 0 solved, 200 to 299 no solution, 400 to 499 a point that is not verified
+# solve_result_num: 0 solved, 200 to 299 no solution, 400 to 499 a point that is not
+# verified.
+NUMBERED = (
     "SOLVED 0, INFEASIBLE 200, UNSOLVABLE 201, ILL_POSED 202, ITERATION_LIMIT 400, TIME_LIMIT 401, INTERRUPTED 402, "
     "STALLED 403, DIVERGED 404, BREAKDOWN 405, RAY 406"
 )
 NUMBERS = {Status[name]: int(number) for name, number in map(str.split, NUMBERED.split(", "))}
-OPTIMA = {"optimal": 0, "unsolvable": 201, "unbounded": 300, "time_limit": 401}  # with an objective
-NO_POINT = 500  # of a run without a finite point, unless it proves that there is no solution
+# With an objective.
+OPTIMA = {"optimal": 0, "unsolvable": 201, "unbounded": 300, "time_limit": 401}
+# Of a run without a finite point, unless it proves that there is no solution.
+NO_POINT = 500
 
 
 def run(stub: str, words: Sequence[str]) -> int:
     """Solve the model in a file, write the answer beside it, and return 0. words : options, each NAME=VALUE."""
     stem = stub.removesuffix(".nl")
     path, written = f"{stem}.nl", f"{stem}.sol"
-    if os.path.isfile(written):  # which would stand for the answer if this run is refused or killed
+    # Which would stand for the answer if this run is refused or killed.
+    if os.path.isfile(written):
         with suppress(OSError):
             os.unlink(written)
     given = _options([*os.environ.get(ENVIRONMENT, "").split(), *words])

@@ -131,7 +131,8 @@ def _run(request: Request, destination: output.Destination) -> int:
         for path in files:
             output.show(report.render(record, "json", None, False), path)
 
-    def starting(case: Case, solver: str) -> None:  # between measurements, whose times it would disturb
+    # Between measurements, whose times it would disturb.
+    def starting(case: Case, solver: str) -> None:
         if shows_progress(request.quiet):
             line.show(f"{len(rows) - before}/{left}  {case.name}: {solver}")
 

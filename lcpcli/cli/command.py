@@ -19,9 +19,11 @@ from lcpcli.version import VERSION
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
-VARIABLE = "_LCP_COMPLETE"  # environment variable that holds a shell's request, such as `bash_complete`
+# Environment variable that holds a shell's request, such as `bash_complete`
+VARIABLE = "_LCP_COMPLETE"
 OPTIONAL = "--trace"  # the option whose value may be left out
-ELSEWHERE = {"maxiter": "max-iterations"}  # options of other tools whose names resemble other ones here
+# Options of other tools whose names resemble other ones here.
+ELSEWHERE = {"maxiter": "max-iterations"}
 GONE = {  # options of earlier versions
     "warm": "it has gone: give a start near the solution by --z0",
     "stop": "it has gone: in Python a callback= ends a run",
@@ -29,9 +31,11 @@ GONE = {  # options of earlier versions
 WHOLE = "lcpcli.whole"  # in the context: help shows all options
 HELP = "Help"  # the heading of options that click declares
 WIDEST = 100  # columns of help on a wide terminal, as longer lines are hard to read
-NEGATIVE = re.compile(r"-[.\d]")  # the beginning of a negative number, which is no option
+# The beginning of a negative number, which is no option.
+NEGATIVE = re.compile(r"-[.\d]")
 SIGNALS = 128  # exit codes above it follow a signal
-WIDEST_TERM = 26  # columns, a quarter of a line; the meaning of a longer term begins on the next line
+# Columns, a quarter of a line; the meaning of a longer term begins on the next line.
+WIDEST_TERM = 26
 EXITS = {  # of the commands that solve
     0: "solved",
     1: "not solved",
@@ -69,14 +73,17 @@ class Command(click.Command):
         if ctx.allow_interspersed_args and "--all" in args and not {"-h", "--help"}.isdisjoint(args):
             ctx.meta[WHOLE], args = True, ["--help"]
         options = {flag for param in self.get_params(ctx) for flag in param.opts}
-        for word in args if ctx.allow_interspersed_args else []:  # -max-iterations is not -m ax-iterations
+        # -max-iterations is not -m ax-iterations.
+        for word in args if ctx.allow_interspersed_args else []:
             if word[:2] != "--" and word.startswith("-") and word not in options and f"-{word}" in options:
                 raise OptionError(word, unknown, f"did you mean -{word}?")
         if ctx.allow_interspersed_args:  # otherwise the words belong to another command
-            args = [" " * bool(NEGATIVE.match(word)) + word for word in args]  # with a blank, a number is no option
+            # With a blank, a number is no option.
+            args = [" " * bool(NEGATIVE.match(word)) + word for word in args]
         try:
             for param, times in Counter(self.make_parser(ctx).parse_args(list(args))[2]).items():
-                is_yes = getattr(param, "is_flag", False) and not param.secondary_opts  # which may be repeated
+                # Which may be repeated.
+                is_yes = getattr(param, "is_flag", False) and not param.secondary_opts
                 if times > 1 and isinstance(param, click.Option) and not (param.multiple or is_yes):
                     raise OptionError(param.opts[-1], f"is given {times} times", "give it once")
             return super().parse_args(ctx, args)
@@ -111,7 +118,8 @@ class Command(click.Command):
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Examples"):
             room = formatter.width - formatter.current_indent
-            for line in self.examples:  # a line that is too wide continues after a backslash
+            # A line that is too wide continues after a backslash.
+            for line in self.examples:
                 parts = [line]
                 if len(line) > room:
                     parts = wrap(line, room - 2, subsequent_indent="  ", break_on_hyphens=False)
@@ -168,7 +176,8 @@ class Candidates(NamedTuple):
         from click.shell_completion import CompletionItem
 
         words = [CompletionItem(word, help=text) for word, text in self.words.items() if word.startswith(incomplete)]
-        return [CompletionItem(incomplete, type="file")] * self.files + words  # bash forgets words before files
+        # Bash forgets words before files.
+        return [CompletionItem(incomplete, type="file")] * self.files + words
 
 
 class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]

@@ -26,9 +26,12 @@ STARTS = {
     "basis": "Starting point given by states: lower,basic,upper, a list in JSON, or a result.  [default: see --x0]",
 }
 
-OF_METHODS = (*OPTIONS, *STARTS, *ADDITIONS, *SWITCHES)  # the options of methods, by name
+# The options of methods, by name.
+OF_METHODS = (*OPTIONS, *STARTS, *ADDITIONS, *SWITCHES)
 SWEEP = "--sweep"
-COMMON = (  # options of a command that solves which its help shows on one screen: the paper's, limits and output
+# Options of a command that solves which its help shows on one screen: the paper's,
+# limits and output.
+COMMON = (
     *("--q", "--lower", "--upper", "--method", "--p", "--k-star", "--rho", "--sigma", "--tol", "--max-iterations"),
     *("--time-limit", "--format", "--every", "--plot", "--output", "--quiet"),
 )
@@ -51,7 +54,8 @@ def option(heading: str, *rows: str | Option, **attributes: Any) -> Declaration:
         *flags, last = names.split()
         if last.isupper():
             how["metavar"] = last
-        elif "type" not in how:  # is_flag=False would let an option stand without its value
+        # is_flag=False would let an option stand without its value.
+        elif "type" not in how:
             how["is_flag"] = True
         how |= {"shell_complete": FILES} if "FILE" in last else {}
         made.append(click.Option([*flags, *[last] * (not last.isupper())], help=meaning, **how))
@@ -112,7 +116,8 @@ def reporting(
     )
 
 
-METHOD = Choice(meanings(), parse=registry.parse)  # a method, with or without options of its own, as in shi:p=10
+# A method, with or without options of its own, as in shi:p=10.
+METHOD = Choice(meanings(), parse=registry.parse)
 METHOD_NAMES = listed(METHOD.meanings, "or")
 show_option = option(
     "Output",
@@ -165,14 +170,18 @@ def _columns(_: click.Context, __: click.Parameter, text: str | None) -> tuple[s
 BOUND = "a number, none, a list or a file.  [default: the problem's]"
 M_AND_Q = "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; M alone, also as .mtx or .npy"
 BESIDES_FILES = "- is standard input, and the name of a shipped problem stands for it."
-OTHERS = "Programs: .mps, .qps, .lp; models: .nl; games: .nfg, .efg."  # that a file may hold
+# That a file may hold.
+OTHERS = "Programs: .mps, .qps, .lp; models: .nl; games: .nfg, .efg."
 bounds_options = option(
     "Problem", *(f"--{name} NUMBER|FILE  {name.capitalize()} bound of z: {BOUND}" for name in BOUNDS), INFINITY
 )
 q_option = option("Problem", "--q FILE  The same as Q_FILE.  [default: none]")
 game_option = option("Problem", "--game  The two files are tables of the payoffs A and B of a game.")
-with_bounds = declared(q_option, bounds_options, game_option)  # the options of a command that reads problems
-problem_file = declared(  # the problem of a command that takes one: its file, and the file of q if it is separate
+# The options of a command that reads problems.
+with_bounds = declared(q_option, bounds_options, game_option)
+# The problem of a command that takes one: its file, and the file of q if it is
+# separate.
+problem_file = declared(
     argument("Problem", "file", {"FILE": f"{M_AND_Q}. {OTHERS} {BESIDES_FILES}"}, shell_complete=FILES),
     argument(
         "Problem",
@@ -209,7 +218,8 @@ def _methods(kind: str, own: Any) -> str:
 
 
 ITERATING = listed([name for name, method in METHODS.items() if method.iterates])
-solving = declared(  # the options of the methods, the limits and the output of a command that solves
+# The options of the methods, the limits and the output of a command that solves.
+solving = declared(
     *(option(_methods("options", own), own) for own in OPTIONS.values()),
     *(
         option(f"Methods {ITERATING}", f"--{name}/--no-{name}  {meaning}  [default: --no-{name}]", default=None)

@@ -16,7 +16,8 @@ from lcpcli.errors import OptionError, count, folded, quoted
 from lcpcli.methods.registry import METHODS, NONLINEAR, OTHER_NAMES, known_options, suggestion
 from lcpcli.options import MISSING, has_numba
 
-FOLDER = Path(__file__).parent.parent / "topics"  # one page per topic, in Markdown; its title is shown as its meaning
+# One page per topic, in Markdown; its title is shown as its meaning.
+FOLDER = Path(__file__).parent.parent / "topics"
 PAGES = {page.stem: page.read_text(encoding="utf-8") for page in sorted(FOLDER.glob("*.md"))}
 TOPICS = {name: page.partition("\n")[0].removeprefix("# ").strip() for name, page in PAGES.items()}
 OF_THE_SOURCE = {"development": "lcpcli/development.md"}  # pages that are not installed
@@ -72,7 +73,8 @@ def help(context: click.Context, topic: str | None, section: str | None, whole: 
             named.meta[WHOLE] = True
         click.echo(named.command.get_help(named))
     elif (page := PAGES.get(topic, PAGES.get(OTHER_WORDS.get(topic, "")))) is not None:
-        if topic not in PAGES or section is not None:  # the sections, without the title, whose headings have the word
+        # The sections, without the title, whose headings have the word.
+        if topic not in PAGES or section is not None:
             has_word, (_, _, *parts) = _pattern(section or topic), SECTIONS.split(page)
             own = [part for part in parts if has_word.search(folded(part.partition("\n")[0]))]
             page = "\n".join(part.strip("\n") + "\n" for part in own) or page

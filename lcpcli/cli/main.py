@@ -27,12 +27,16 @@ NO_SOLUTION = 3
 INTERRUPTED = 130  # as shells report SIGINT
 TERMINATED = 143  # as shells report SIGTERM
 CLOSED_PIPE = 141  # as shells report SIGPIPE
-MOST_UNCOLLECTED = 100_000  # objects before garbage is searched for, more than modules make; solves leave none
-BY_PRECEDENCE = (INTERRUPTED, BAD_INPUT, NOT_SOLVED, NO_SOLUTION, SOLVED)  # a run of several problems has the first
+# Objects before garbage is searched for, more than modules make; solves leave none.
+MOST_UNCOLLECTED = 100_000
+# A run of several problems has the first.
+BY_PRECEDENCE = (INTERRUPTED, BAD_INPUT, NOT_SOLVED, NO_SOLUTION, SOLVED)
 
-AMPL = "-AMPL"  # behind the name of a model: the program is called as AMPL calls solvers
+# Behind the name of a model: the program is called as AMPL calls solvers.
+AMPL = "-AMPL"
 
-reading: list[threading.Thread] = []  # threads that may wait for input for ever; the process ends without them
+# Threads that may wait for input for ever; the process ends without them.
+reading: list[threading.Thread] = []
 
 
 def of_end(solved: bool, has_no_solution: bool = False, interrupted: bool = False) -> int:
@@ -61,18 +65,23 @@ def main() -> None:
         try:
             from lcpcli import interrupts
 
-            # Ctrl-C ends the process silently while there is nothing to report or to clean up.
+            # Ctrl-C ends the process silently while there is nothing to report or to
+            # clean up.
             with interrupts.handling(signal.SIGINT, lambda *_: os._exit(INTERRUPTED), signal.default_int_handler):
                 from lcpcli.cli.command import lcp as lcp
         except (ImportError, MemoryError) as error:
             sys.exit(_complain_of_loading(error))
-        if sys.stdout is None:  # closed by the caller: what is written to a file that is only read raises an error
+        # Closed by the caller: what is written to a file that is only read raises an
+        # error.
+        if sys.stdout is None:
             os.dup2(os.open(os.devnull, os.O_RDONLY), 1)
-            sys.stdout = sys.__stdout__ = open(1, "w")  # type: ignore[misc]  # noqa: SIM115
+            # noqa: SIM115.
+            sys.stdout = sys.__stdout__ = open(1, "w")  # type: ignore[misc]
         for stream in (sys.stdout, sys.stderr):
             if hasattr(stream, "reconfigure"):
                 stream.reconfigure(errors="backslashreplace")
-        os.environ.pop("MPLBACKEND", None)  # figures need no window, and matplotlib would not load with a wrong one
+        # Figures need no window, and matplotlib would not load with a wrong one.
+        os.environ.pop("MPLBACKEND", None)
         sys.unraisablehook = _interrupt_again
         received = interrupts.received
         with _output_alone(), interrupts.terminable():
@@ -111,7 +120,8 @@ def leave(code: int) -> NoReturn:
             sys.exit(code)
         atexit._run_exitfuncs()  # as in children of multiprocessing, which end alike
     for stream in (sys.stdout, sys.stderr):
-        with contextlib.suppress(OSError, ValueError, AttributeError):  # AttributeError: closed by the caller
+        # AttributeError: closed by the caller.
+        with contextlib.suppress(OSError, ValueError, AttributeError):
             stream.flush()
     os._exit(code)
 

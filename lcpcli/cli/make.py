@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from lcpcli.rational.numbers import Doubles, Written
 
 BOOLEANS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
-PARTS = {"qp": ["objective"], "game": ["payoffs"], "efg": ["game tree"]}  # of an origin, as users call them
+# Of an origin, as users call them.
+PARTS = {"qp": ["objective"], "game": ["payoffs"], "efg": ["game tree"]}
 CONDITIONS = {
     "qp": "written as the program's optimality conditions,",
     "game": "written as the game's LCP,",
@@ -143,7 +144,8 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
 
     written = read_written(inputs)
     inputs.hint_at_option(inputs.files)
-    if written.rounded.name == reading.name_of(file):  # the problem has no name of its own
+    # The problem has no name of its own.
+    if written.rounded.name == reading.name_of(file):
         written = replace(written, rounded=written.rounded.named(""), own=written.own.named(""))
     written = writing.with_costs(written, output or "")
     write(written, output, inputs.quiet, as_program=True)

@@ -19,8 +19,10 @@ if TYPE_CHECKING:
     from lcpcli.solving.trace import Trace
     from lcpcli.typing import Indices
 
-MOST_ROWS = 60  # of one method in a table, about a page of paper, unless --every is given
-FEWEST_ROWS, SUMMARY_LINES = 8, 12  # rows shown even on a small screen; lines that the summary and the prompt take
+# Of one method in a table, about a page of paper, unless --every is given.
+MOST_ROWS = 60
+# Rows shown even on a small screen; lines that the summary and the prompt take.
+FEWEST_ROWS, SUMMARY_LINES = 8, 12
 MOST_POINTS = 400  # of one method in a figure, about one for each pixel across an axis
 
 
@@ -33,7 +35,8 @@ class Destination:
 
     def __init__(self, form: str | None, path: str | None, quiet: bool = False) -> None:
         hint = f"give --format {path}, or a name with a suffix"
-        refuse(path in FORMATS, "--output", f"{path} is a format", hint)  # -o json would write a table to a file json
+        # -o json would write a table to a file json.
+        refuse(path in FORMATS, "--output", f"{path} is a format", hint)
         if form is None:  # it is that of the file's suffix; without a suffix, the table
             ending = os.path.splitext(path or "")[1].lower()
             suffixes = f"use {', '.join(filter(None, SUFFIXES))} or give --format"
@@ -85,8 +88,10 @@ class Output(Destination):
             "no unknowns": bool(request.sweep) and self.form == "csv" and not self.with_iterates,
             "csv": self.form == "csv",
         }
-        refuse_beside(modes, request.given | {"--trace": request.trace == ITERATES})  # not to a file
-        if (path := self.trace_path) is not None:  # --trace may have taken the file of a problem
+        # Not to a file.
+        refuse_beside(modes, request.given | {"--trace": request.trace == ITERATES})
+        # --trace may have taken the file of a problem.
+        if (path := self.trace_path) is not None:
             from lcpcli.report.result_csv import OPENING
 
             hint = "name a .csv file, or put --trace last"
@@ -151,7 +156,8 @@ class Output(Destination):
         if self.form == "html":
             return 1, MOST_POINTS, components
         most = MOST_ROWS
-        if self.form == "table" and self.width is not None and not self.request.levels:  # a screen has room for them
+        # A screen has room for them.
+        if self.form == "table" and self.width is not None and not self.request.levels:
             most = min(MOST_ROWS, max(FEWEST_ROWS, size().lines - SUMMARY_LINES))
         return int(EVERY.value), most, components
 

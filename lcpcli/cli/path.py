@@ -109,7 +109,8 @@ def path(
     if names:
         from lcpcli.report.path_formats import Ends
 
-        wording.places(Ends(*(each.problem for each in ends)).names(), names)  # refuses a name of none
+        # Refuses a name of none.
+        wording.places(Ends(*(each.problem for each in ends)).names(), names)
     found, code = _followed(ends, file, span, **given)
     from lcpcli.report import path_formats, plotting
 

@@ -21,10 +21,14 @@ from lcpcli.errors import OptionError
 from lcpcli.interrupts import REQUESTS, deferring_signals
 
 TASKS = "/proc/self/task"  # on Linux, the threads of this process
-MOST_COPIES = 32  # that are made at once, as they are all made before the first one works
-SECONDS_TO_CONNECT = 10  # to a scheduler, which answers within a second unless the address is wrong
-SECONDS_BETWEEN_COUNTS = 4.0  # of a scheduler's workers, which come and go seldom; a count costs a message
-SECONDS_ALONE = 9.0  # without workers until a warning: two counts, as workers that start connect late
+# That are made at once, as they are all made before the first one works.
+MOST_COPIES = 32
+# To a scheduler, which answers within a second unless the address is wrong.
+SECONDS_TO_CONNECT = 10
+# Of a scheduler's workers, which come and go seldom; a count costs a message.
+SECONDS_BETWEEN_COUNTS = 4.0
+# Without workers until a warning: two counts, as workers that start connect late.
+SECONDS_ALONE = 9.0
 
 
 class Local:
@@ -42,7 +46,8 @@ class Local:
 
     def __init__(self, size: int) -> None:
         are_safe = os.path.isdir(TASKS) and len(os.listdir(TASKS)) == 1 and size <= MOST_COPIES
-        self.size = min(size, 61) if sys.platform == "win32" else size  # as Windows waits for no more
+        # As Windows waits for no more.
+        self.size = min(size, 61) if sys.platform == "win32" else size
         try:
             self._executor = self._started("fork" if are_safe else "spawn")
             self.submit(int)
@@ -73,7 +78,9 @@ class Local:
         for each in active_children():
             each.kill()
         results: Any = self._executor._result_queue
-        results._writer.close()  # where a process has written the beginning of a result, the rest is missing for ever
+        # Where a process has written the beginning of a result, the rest is missing for
+        # ever.
+        results._writer.close()
 
 
 def _leave_signals_to_parent() -> None:
@@ -99,8 +106,10 @@ class Cluster:
     end_errors: tuple[type[Exception], ...] = (OSError, CancelledError, RuntimeError)
 
     def __init__(self, address: str) -> None:
-        logging.disable(logging.ERROR)  # distributed reports every worker that comes or goes
-        warnings.simplefilter("ignore")  # and warns of versions, ports and blocked loops
+        # Distributed reports every worker that comes or goes.
+        logging.disable(logging.ERROR)
+        # And warns of versions, ports and blocked loops.
+        warnings.simplefilter("ignore")
         try:
             from distributed import Client
             from distributed.comm.addressing import get_address_host_port
@@ -113,7 +122,8 @@ class Cluster:
             hint = "set distributed.comm.tls.ca-file, client.cert and client.key there; see Dask's documentation on TLS"
             raise OptionError("--cluster", f"{address} needs certificates, and Dask's configuration names none", hint)
         try:
-            get_address_host_port(address)  # a client for an address of another form would take long to end
+            # A client for an address of another form would take long to end.
+            get_address_host_port(address)
             self._client = Client(address, set_as_default=False, timeout=SECONDS_TO_CONNECT)
         except (OSError, ValueError):
             hint = "start dask scheduler, and give its address"

@@ -40,7 +40,8 @@ if TYPE_CHECKING:
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace
 
-LARGE_FILE = 8 * MANY_ROWS**2  # bytes: a dense matrix of that many rows as .npz; text takes 2 or 3 times as many
+# bytes: a dense matrix of that many rows as .npz; text takes 2 or 3 times as many.
+LARGE_FILE = 8 * MANY_ROWS**2
 
 
 class InputProblem(NamedTuple):
@@ -109,7 +110,8 @@ class Inputs(NamedTuple):
                 raise OptionError(output, fault, "choose another file for the output")
             earlier = written.setdefault(os.path.abspath(output), option)
             refuse(earlier != option, option, f"goes to the same file as {earlier}", "choose another file for one")
-            if output != STANDARD and option != "--resume":  # a log that is there is written at its end
+            # A log that is there is written at its end.
+            if output != STANDARD and option != "--resume":
                 from lcpcli.files.atomic_write import refuse_unwritable
 
                 refuse_unwritable(output)
@@ -163,7 +165,8 @@ class Inputs(NamedTuple):
         if isinstance(first[0], QColumns) and not self.has_q and first[0].names[0] == FIRST_NAME:
             own, columns = first[0].sources[0].file, len(first[0].names)
             means = f"its {columns} columns are {columns} q, as --q would say; if they are M and q, name it alone"
-            self.tell([f"{own}: {means}"] * (columns == len(first[0].Q) + 1))  # it may have been meant as [M | q]
+            # It may have been meant as [M | q]
+            self.tell([f"{own}: {means}"] * (columns == len(first[0].Q) + 1))
         self.hint_at_option(first[0].paths if len(first) == 1 else ())
         return chain(first, each), len(first) > 1 or isinstance(first[0], QColumns)
 
@@ -205,7 +208,8 @@ class Inputs(NamedTuple):
 
             changed = beside.with_bounds(original, self.bounds, fetch)
         problem, remarks = without_wrong_solutions(changed, work.paths[0])
-        notes = [problem.note] if work.paths[0].casefold().endswith(".nl") else []  # on what has been read
+        # On what has been read.
+        notes = [problem.note] if work.paths[0].casefold().endswith(".nl") else []
         if problem.may_have_far_bounds and self.infinity is None:
             from lcpcli.model import changes
 
@@ -240,7 +244,8 @@ def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[
         from lcpcli.verify.point import without_wrong_solutions
 
         vetted, faults = without_wrong_solutions(problem)
-    if os.path.splitext(file)[1] and contents.shipped_file(file):  # perhaps the user meant a file
+    # Perhaps the user meant a file.
+    if os.path.splitext(file)[1] and contents.shipped_file(file):
         faults.insert(0, "no such file; the problem that ships under this name is read")
     return vetted, [f"{place(file)}: {fault}" for fault in faults]
 
@@ -311,7 +316,8 @@ class Request(SimpleNamespace):
         inputs = Inputs.of(found, **how, quiet=given["quiet"], of_folders=of_folders, others=starts)
         own, numbers = taken(given, OF_METHODS), taken(given, [limit.name for limit in LIMITS])
         request = cls(inputs=inputs, own=own, numbers=numbers, **given)
-        path = request.output if request.resume is None else None  # with --resume there is no other output
+        # With --resume there is no other output.
+        path = request.output if request.resume is None else None
         outputs = {"--output": path, "--trace": request.trace or None, "--plot": request.plot, "--paths": request.paths}
         inputs.prepare({**outputs, "--resume": request.resume}, request.threads)
         return request

@@ -34,7 +34,8 @@ def run(request: Request, of_one: Callable[[Request, Work, Output], int] | None 
         require()
     output = Output(request)
     prints = request.output is None and request.resume is None and not output.silent
-    if prints and any(same_file(STANDARD, path) for path in inputs.paths):  # the run would read its own output for ever
+    # The run would read its own output for ever.
+    if prints and any(same_file(STANDARD, path) for path in inputs.paths):
         raise OptionError("standard output", "goes to a file of problems", "choose another file for the output")
     are_many = request.output is not None and request.output.casefold().endswith(formats.LINES)
     are_many |= request.sequence or any(value is not None for value in (request.jobs, request.cluster, request.resume))
@@ -122,7 +123,8 @@ def _read(inputs: Inputs, works: Sequence[Work]) -> tuple[list[InputProblem], li
             if len(works) == 1:
                 raise
             fault = as_written(error)
-            if str(fault) not in {str(other) for _, other in faults}:  # as that of an option may be for all
+            # As that of an option may be for all.
+            if str(fault) not in {str(other) for _, other in faults}:
                 tell(str(fault))
             faults.append((work.sources[0], fault))
             continue

@@ -79,13 +79,15 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
     past_ends = Counter[Kind]()  # of problems with records, by the thread that reads
     with ExitStack() as stack:
         pool: Pool | None = None
-        if request.cluster is not None or (request.jobs or 1) > 1:  # processes would keep files that are open
+        # Processes would keep files that are open.
+        if request.cluster is not None or (request.jobs or 1) > 1:
             from lcpcli.cli import pools
 
             pool = pools.Local(request.jobs or 1) if request.cluster is None else pools.Cluster(request.cluster)
             stack.enter_context(closing(pool))
         left, write = works, cast(Write, len if output.silent else partial(emit, color=False))
-        if log_path is not None:  # each record as soon as it is known, but for problems that have one
+        # Each record as soon as it is known, but for problems that have one.
+        if log_path is not None:
             book = stack.enter_context(open_log(log_path, anew=not request.resume))
             given, write = options_of(request), book.add
             past = dict(_known(record, given) for record in book.records()) if request.resume else {}
@@ -126,11 +128,15 @@ def _written(records: Iterator[TaskRecord], write: Write, with_progress: bool) -
     return ends, False
 
 
-OF_RUN = (*BOUND_OPTIONS, "game", "exact", "bound", "sequence", "trace", "every")  # options on which records depend
-MARKED_TOGETHER = 4096  # q of one M whose marks are made at once: many, to share the cost; few, not to delay the first
+# Options on which records depend.
+OF_RUN = (*BOUND_OPTIONS, "game", "exact", "bound", "sequence", "trace", "every")
+# q of one M whose marks are made at once: many, to share the cost; few, not to delay
+# the first.
+MARKED_TOGETHER = 4096
 HINT = "give the same files, delete its line to solve it again, or begin a new log"
 
-Past = dict[int, tuple[str, Kind, Source]]  # by the number of a problem, its digest, how its run ended, and its place
+# By the number of a problem, its digest, how its run ended, and its place.
+Past = dict[int, tuple[str, Kind, Source]]
 
 
 def options_of(request: Request) -> dict[str, str]:
@@ -199,7 +205,9 @@ def _known(record: Mapping[str, Any], given: Mapping[str, str]) -> tuple[int, tu
         raise OptionError("--resume", fault, "begin a new log") from None
 
 
-PIECE_SECONDS = 0.1  # of work that is handed over: long against the milliseconds that this costs, short for the user
+# Of work that is handed over: long against the milliseconds that this costs, short for
+# the user.
+PIECE_SECONDS = 0.1
 LOST = "breakdown"
 
 
@@ -217,7 +225,8 @@ class TaskRecord(NamedTuple):
     interrupted: bool = False
 
 
-Records: TypeAlias = tuple[list[list[TaskRecord]], float]  # of several inputs, and the seconds that they took
+# Of several inputs, and the seconds that they took.
+Records: TypeAlias = tuple[list[list[TaskRecord]], float]
 
 
 class Task(NamedTuple):
@@ -250,7 +259,8 @@ class Task(NamedTuple):
             for source, (result, remarks) in zip(work.sources, made, strict=False):
                 try:
                     text = self._text(result, source)
-                except KeyboardInterrupt:  # without the conclusions that the text asks for
+                # Without the conclusions that the text asks for.
+                except KeyboardInterrupt:
                     result = replace(result, interrupted=True)
                     text = self._text(result, source)
                 yield TaskRecord(text, result.word, of_result(result), tuple(remarks), result.interrupted)
@@ -299,14 +309,22 @@ class Task(NamedTuple):
         return TaskRecord(text, word, exit_code, (message,))
 
 
-MOST_BYTES = 2**25  # of waiting inputs and records, 32 MiB: memory must not grow with the number of problems
+# Of waiting inputs and records, 32 MiB: memory must not grow with the number of
+# problems.
+MOST_BYTES = 2**25
 READ_AHEAD = 512  # inputs that wait for a process: two of the largest pieces
-PIECE_BYTES = 2**19  # at which a piece takes no further input, 512 KiB: large inputs are work enough one by one
+# At which a piece takes no further input, 512 KiB: large inputs are work enough one by
+# one.
+PIECE_BYTES = 2**19
 COLUMNS_TOGETHER = 64  # q of one M that are solved together
-MOST_IN_A_PIECE = 256  # problems, so that even the smallest ones are shown after at most that many
-PIECES_EACH = 3  # pieces that each process has or finds next, so that none waits for the reader
+# Problems, so that even the smallest ones are shown after at most that many.
+MOST_IN_A_PIECE = 256
+# Pieces that each process has or finds next, so that none waits for the reader.
+PIECES_EACH = 3
 RECORD_BYTES = 500  # of a record besides its text, about, as the interpreter stores it
-SECONDS_BETWEEN = 5.0  # looks at the processes while no record comes: only a cluster without workers waits so long
+# Looks at the processes while no record comes: only a cluster without workers waits so
+# long.
+SECONDS_BETWEEN = 5.0
 KILLED = "the process that solved this problem was killed twice"
 
 
@@ -369,7 +387,8 @@ def all_records(task: Task, works: Iterable[Work], pool: Pool | None, in_order: 
     if pool is None:
         yield from chain.from_iterable(map(task.records, works))
         return
-    news, pieces, size = Event(), list[_Piece](), 1  # in the order of the inputs; problems of the next one
+    # In the order of the inputs; problems of the next one.
+    news, pieces, size = Event(), list[_Piece](), 1
     inputs = Ahead(works, news)
 
     def hand_over(taken: Sequence[Work], place: int) -> None:
@@ -383,13 +402,16 @@ def all_records(task: Task, works: Iterable[Work], pool: Pool | None, in_order: 
             running = [piece for piece in pieces if piece.records is None]
             done = [piece for piece in running if piece.future.done()]
             if any(isinstance(piece.future.exception(), pool.kill_error) for piece in done):
-                _await([piece.future for piece in running], pool)  # the others may have been killed with it
+                # The others may have been killed with it.
+                _await([piece.future for piece in running], pool)
                 done = running
-            outcomes, suspects = list[Records](), pool.size  # the first pieces of those that were killed
+            # The first pieces of those that were killed.
+            outcomes, suspects = list[Records](), pool.size
             for piece in done:
                 try:
                     outcomes.append(piece.future.result())
-                except pool.kill_error:  # the problems of a suspect get a second attempt, each alone
+                # The problems of a suspect get a second attempt, each alone.
+                except pool.kill_error:
                     outcomes.append(([_alone(task, work, pool) for work in piece.works] if suspects > 0 else [], 0.0))
                     suspects -= 1
             for piece, (records, seconds) in zip(done, outcomes, strict=True):

@@ -14,11 +14,14 @@ from lcpcli.cli.main import CLOSED_PIPE
 from lcpcli.errors import visible
 
 STANDARD = "-"  # as a file: standard output, or standard input where it is read
-NAMES_OF_OUTPUT = (STANDARD, "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1")  # as only `sys.stdout` writes there
+# As only `sys.stdout` writes there.
+NAMES_OF_OUTPUT = (STANDARD, "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1")
 ITERATES = ""  # as the file of --trace: add the iterates to the output
 DIGITS = 4  # of the width of a terminal that are read: more than any table needs
-PATIENCE = 1.0  # seconds before a run shows progress, as nobody wonders about a shorter wait
-INTERVAL = 0.2  # seconds between two numbers of problems, which could not be read faster
+# Seconds before a run shows progress, as nobody wonders about a shorter wait.
+PATIENCE = 1.0
+# Seconds between two numbers of problems, which could not be read faster.
+INTERVAL = 0.2
 ERASE = "\r\x1b[K"  # the control sequence that empties the line of a terminal
 
 

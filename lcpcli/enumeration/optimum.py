@@ -99,7 +99,8 @@ def _with_costs(data: ExactProblem, game: Game) -> ExactProblem:
 
 OPTIMAL, UNBOUNDED = "optimal", "unbounded"
 LEAST_SECONDS = 1e-6  # of that run, if the time is up already
-MOST_ITERATIONS, FIRST_EFFORT = 1000, 5.0  # of the run that finds a first solution, and of its proof
+# Of the run that finds a first solution, and of its proof.
+MOST_ITERATIONS, FIRST_EFFORT = 1000, 5.0
 WORDS = {"min": ("smaller", "lower"), "max": ("larger", "upper")}
 
 
@@ -196,7 +197,8 @@ def optimum(
     data = in_exact_numbers(problem)
     sign, constant, searched = int(SENSES[sense_of(sense)]), Fraction(0), data
     if isinstance(objective, str):
-        is_name = objective.strip() in data.problem.names  # which may have blanks, or be like a number
+        # Which may have blanks, or be like a number.
+        is_name = objective.strip() in data.problem.names
         objective = {objective.strip(): 1} if is_name else coefficients(objective)
     if isinstance(objective, Mapping):
         own = dict(zip(objective, _fractions(list(objective.values()), len(objective)), strict=True))

@@ -24,11 +24,17 @@ if TYPE_CHECKING:
     from lcpcli.typing import Vector
 
 QUICK_UNKNOWNS = 10  # a search among so few takes up to 5 milliseconds
-QUICK_EFFORT = 0.5  # of the search, by the seconds that it usually takes: it ends where numbers have very many digits
+# Of the search, by the seconds that it usually takes: it ends where numbers have very
+# many digits.
+QUICK_EFFORT = 0.5
 MOST_UNKNOWNS = 50  # up to which the theorem takes less than a millisecond
-MOST_TEXT_BYTES = 200_000  # as there is no limit on digits: longer texts may take seconds to compute with
-MOST_REFERENCES = 16  # solutions that errors refer to: each iterate is compared with each
-AGREEMENT = 1e-7  # of the largest component: two points that are this close are the same as they are printed
+# As there is no limit on digits: longer texts may take seconds to compute with.
+MOST_TEXT_BYTES = 200_000
+# Solutions that errors refer to: each iterate is compared with each.
+MOST_REFERENCES = 16
+# Of the largest component: two points that are this close are the same as they are
+# printed.
+AGREEMENT = 1e-7
 
 
 class Findings(NamedTuple):
@@ -72,7 +78,8 @@ def search_others(
     with imports:
         from lcpcli.rational.numbers import rounded
     exact = rounded(pieces[0].vertices[0])
-    agree = size(exact - z) <= AGREEMENT * max(size(exact), size(z))  # when they are printed
+    # When they are printed.
+    agree = size(exact - z) <= AGREEMENT * max(size(exact), size(z))
     return Findings(others=False if search.complete and agree else None, solvable=True)
 
 

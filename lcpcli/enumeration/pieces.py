@@ -36,14 +36,20 @@ from lcpcli.verify.error_theorems import row_scalings, scaling
 
 FIXED = "fixed"
 SHOWN_PARTS = 6  # numbers of a point, and points, that are printed: they fit on a line
-# Vertices whose states are remembered, as they may be of several pieces: so many need little memory.
+# Vertices whose states are remembered, as they may be of several pieces: so many need
+# little memory.
 MOST_REMEMBERED = 10_000
-MOST_BASES_AT_FIRST = 1000  # a piece that takes more of them is listed after all other pieces
-MOST_FOR_TREE = 10  # unknowns up to which the tree finds a first solution as fast as a method does
-MOST_FOR_TREE_OF_GAME = 30  # the same for games, of which all solutions are sought and which are known to have one
+# A piece that takes more of them is listed after all other pieces.
+MOST_BASES_AT_FIRST = 1000
+# Unknowns up to which the tree finds a first solution as fast as a method does.
+MOST_FOR_TREE = 10
+# The same for games, of which all solutions are sought and which are known to have one.
+MOST_FOR_TREE_OF_GAME = 30
 POINT, PIECE = "a point", "a piece"
-MOST_WITHOUT_THEOREM = 10  # unknowns up to which the tree is faster than a search for parts and multipliers
-MULTIPLIER_BITS = 30  # binary digits of the smallest component of d: integers stay short
+# Unknowns up to which the tree is faster than a search for parts and multipliers.
+MOST_WITHOUT_THEOREM = 10
+# Binary digits of the smallest component of d: integers stay short.
+MULTIPLIER_BITS = 30
 
 Rows = list[list[int]]
 Words = tuple[tuple[str, ...], ...]  # of the states that hold, for each unknown
@@ -100,7 +106,8 @@ def states_of(data: ExactProblem, z: Point, is_direction: bool = False) -> Words
         lower, upper = ([None if bound is None else Fraction(0) for bound in own] for own in (lower, upper))
     states = []
     for k, (row, value, low, high) in enumerate(zip(data.rows, z, lower, upper, strict=True)):
-        w = sum(row.get(j, 0) * factor for j, factor in used) + constants[k] * d  # up to a positive factor
+        # Up to a positive factor.
+        w = sum(row.get(j, 0) * factor for j, factor in used) + constants[k] * d
         if low is not None and data.lower[k] == data.upper[k]:
             states.append((FIXED,) * (value == low))
             continue
@@ -164,7 +171,8 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
         yield Piece.of([states_of(data, tuple(z))], (tuple(z),))
         return
     unknowns = Unknowns(data, check)
-    unknowns.allow([states[::-1] for states in unknowns.choices])  # takes fewer nodes where pieces are many
+    # Takes fewer nodes where pieces are many.
+    unknowns.allow([states[::-1] for states in unknowns.choices])
     root = unknowns.root()
     if root is None:
         return
@@ -260,7 +268,8 @@ def shape_of(data: ExactProblem, check: Callable[[], None]) -> str:
         return PIECE if len({a + b for own, other in rows for a, b in zip(own, other, strict=True)}) == 1 else ""
     common, doubles = math.lcm(*data.scales), matrices.dense(data.problem.M)
     own = zip(data.rows, (common // scale for scale in data.scales), strict=True)
-    M = [[row.get(j, 0) * k for j in range(data.n)] for row, k in own]  # integers, a multiple of M
+    # Integers, a multiple of M.
+    M = [[row.get(j, 0) * k for j in range(data.n)] for row, k in own]
     indices = _strong_parts(data) if all(M[i][i] > 0 for i in range(data.n)) else []
     parts = [([[M[i][j] for j in part] for i in part], doubles[np.ix_(part, part)]) for part in indices]
     if parts and all(_is_dominant(*part) for part in parts):

@@ -33,17 +33,21 @@ from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import over_one_denominator
 
-MOST_BLOCK_UNKNOWNS = 500  # that depend on each other: the search among more would practically never end
+# That depend on each other: the search among more would practically never end.
+MOST_BLOCK_UNKNOWNS = 500
 SHOWN_PIECES = 4  # pieces that are printed: they fit on a few lines
-COMPLETE, UNSOLVABLE = "complete", "unsolvable"  # proved to be all; proved that there are none
-ENOUGH, TIME_LIMIT, INTERRUPTED = "max_solutions", "time_limit", "interrupted"  # what ended the search before
+# Proved to be all; proved that there are none.
+COMPLETE, UNSOLVABLE = "complete", "unsolvable"
+# What ended the search before.
+ENOUGH, TIME_LIMIT, INTERRUPTED = "max_solutions", "time_limit", "interrupted"
 UNLISTED = {
     ENOUGH: ", as many as were asked for",
     TIME_LIMIT: " by the time limit",
     INTERRUPTED: " before the search was interrupted",
 }
 OTHERS_WORDING = {True: "there are others", None: "there may be others"}
-LEAST_FURTHER_STEPS = 1000  # to look for one more piece than were asked for, if these took fewer
+# To look for one more piece than were asked for, if these took fewer.
+LEAST_FURTHER_STEPS = 1000
 
 
 @np.errstate(all="ignore")
@@ -129,7 +133,8 @@ class Solutions(Iterator[Piece]):
             self.problem = ExactProblem.of_decimals(problem.problem)
             self._players = Players(self.problem, origin)
         edges = ((i, j) for i, row in enumerate(self.problem.rows) for j in row)
-        self._blocks = sorted(connected(self.problem.n, edges), key=len)  # of M, the small ones first
+        # Of M, the small ones first.
+        self._blocks = sorted(connected(self.problem.n, edges), key=len)
         self.pieces: list[Piece] = []
         self.others: bool | None = None
         self._time_limit, self._most, self._deadline = time_limit, most, math.inf
@@ -291,7 +296,8 @@ class Players:
         self._data, self._rows = data, game.A.shape[0]
         self._constants = game.cost_constants()
         self._found: dict[Point, ExactEquilibrium] = {}
-        self._strategies: dict[Vertex, Vertex] = {}  # each once, as many equilibria may share it
+        # Each once, as many equilibria may share it.
+        self._strategies: dict[Vertex, Vertex] = {}
 
     def take(self, solutions: Sequence[Point], check: Callable[[], None]) -> None:
         """Make equilibria of extreme solutions. `check` is called before each."""

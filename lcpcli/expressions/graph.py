@@ -24,7 +24,8 @@ from lcpcli.errors import ProblemError
 from lcpcli.typing import Indices, Mask, Vector
 
 Functions: TypeAlias = Mapping[str, Callable[..., Any]]
-BRANCHES = {"if", "min", "max", "abs"}  # with derivatives that are 0 whatever becomes of an argument
+# With derivatives that are 0 whatever becomes of an argument.
+BRANCHES = {"if", "min", "max", "abs"}
 EPS = float(np.finfo(float).eps)
 ERROR = 8 * EPS  # relative, of functions that are not rounded correctly
 LARGEST_ANGLE = 1e8  # whose place between extrema of the sine is known to six digits
@@ -198,7 +199,8 @@ def _of_angle(g: Graph, a: int, b: int, _: int) -> list[int]:
 
 OPERATORS = {
     "product": Operator(np.multiply, product, lambda _, a, b, __: [b, a]),
-    "times": Operator(  # of derivatives where 0 makes it 0 whatever the second factor is
+    # Of derivatives where 0 makes it 0 whatever the second factor is.
+    "times": Operator(
         lambda a, b: np.where(a == 0, 0.0, a * b), lambda a, b: np.where(np.all(a == 0, axis=0), 0.0, product(a, b))
     ),
     "quotient": Operator(np.divide, quotient, lambda g, _, b, v: [*_over(g, b), _minus(g, g.apply("quotient", v, b))]),
@@ -284,7 +286,8 @@ class Intervals(Arithmetic):
 
 
 Constant = Any  # a float, or a Fraction in a graph that keeps all digits
-RESTRICTED = {"quotient", "^", "log", "log10", "sqrt", "asin", "acos", "acosh", "atanh"}  # not defined everywhere
+# Not defined everywhere.
+RESTRICTED = {"quotient", "^", "log", "log10", "sqrt", "asin", "acos", "acosh", "atanh"}
 LARGEST_POWER = 2**31  # of integer exponents
 
 
@@ -430,7 +433,8 @@ class Graph:
         if all(part < self.n for part, _ in self.parts(row).terms):
             return {x: self.constant(factor) for x, factor in self.parts(row).terms}
         terms = defaultdict[int, list[tuple[int, Constant]]](list, {row: [(self.constant(1), 1)]})
-        for number in sorted(self.below([row]), reverse=True):  # each one behind all of which it is an argument
+        # Each one behind all of which it is an argument.
+        for number in sorted(self.below([row]), reverse=True):
             if number < self.n or number not in terms:
                 continue
             adjoint = self.share(self.sum(terms.pop(number)))

@@ -45,10 +45,12 @@ class Tape:
         below = graph.below(part for own in parts for part, _ in own.terms)
         needed = sorted(number for number in below if number >= graph.n)
         fixed = [number for number in needed if graph.value(number) is not None]
-        self._constants = arithmetic.constants([1, *map(graph.value, fixed)])  # the first one is for sums
+        # The first one is for sums.
+        self._constants = arithmetic.constants([1, *map(graph.value, fixed)])
         self.places = {number: place for place, number in enumerate(chain(range(graph.n), [-1], fixed))}
         self._values_known = len(self.places)
-        levels: dict[int, tuple[int, str, int]] = {}  # of the others, with what those of a group have in common
+        # Of the others, with what those of a group have in common.
+        levels: dict[int, tuple[int, str, int]] = {}
         for number in needed:
             if graph.value(number) is None:
                 level = 1 + max((levels[part][0] for part in graph.arguments(number) if part in levels), default=0)

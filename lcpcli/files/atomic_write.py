@@ -92,7 +92,8 @@ def gradual_writing(path: str) -> Iterator[Callable[[str], object]]:
                 file.seek(0)  # which writes the rest
             write_whole(path, file)
         finally:
-            with suppress(OSError):  # closing tries again to write what could not be written
+            # Closing tries again to write what could not be written.
+            with suppress(OSError):
                 file.close()
 
 
@@ -113,7 +114,8 @@ def _put(content: Content, file: IO[bytes]) -> None:
 def _target(path: str) -> Path:
     if _is_special(path):
         return Path(path)
-    with suppress(RuntimeError):  # raised by pathlib for a link to itself before Python 3.13
+    # Raised by pathlib for a link to itself before Python 3.13.
+    with suppress(RuntimeError):
         target = Path(path).resolve()
         if not target.is_symlink():  # the result for such a link since then
             return target
@@ -145,11 +147,13 @@ def open_alone(path: str | Path, name: str) -> IO[bytes]:
     """Open a file, created if it is missing, that this run alone reads and writes until the file is closed; a device or
     a pipe is only written. Raise OptionError, with the name of the file, if another run holds it."""
     while not _is_special(path):
-        with ExitStack() as stack:  # which closes the file but for the one that is returned
+        # Which closes the file but for the one that is returned.
+        with ExitStack() as stack:
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666)
             file = stack.enter_context(os.fdopen(descriptor, "r+b"))
             _lock(file, name)
-            with suppress(FileNotFoundError):  # the run that had the lock may have removed or replaced the file
+            # The run that had the lock may have removed or replaced the file.
+            with suppress(FileNotFoundError):
                 if os.path.samestat(os.fstat(file.fileno()), Path(path).stat()):
                     stack.pop_all()
                     return file
@@ -163,9 +167,11 @@ def reserve(paths: Iterable[str]) -> Iterator[None]:
     with ExitStack() as locks:
         for target, path in {Path(path).resolve(): path for path in paths if not _is_special(path)}.items():
             beside = target.with_name(f".{target.name}.lock")
-            with suppress(OSError):  # a folder that cannot be written, where nothing is going to be replaced
+            # A folder that cannot be written, where nothing is going to be replaced.
+            with suppress(OSError):
                 locks.enter_context(open_alone(beside, path))
-                locks.enter_context(suppress(OSError))  # as some systems keep a file that is open
+                # As some systems keep a file that is open.
+                locks.enter_context(suppress(OSError))
                 locks.callback(beside.unlink)  # before it is closed
         yield
 

@@ -42,7 +42,8 @@ NUMBER = r"(?:[-+.eE/]*\d[-+\d.eE/]*|[-+]?inf|nan)"
 PARTING = r"(?:\s*[,;]\s*|\s+)"
 LIST = re.compile(rf"\s*\[?\s*{NUMBER}(?:{PARTING}{NUMBER})*\s*\]?\s*")
 STATES_HINT = "give a JSON list of lower, basic and upper, or a result of lcp solve in JSON or CSV"
-REFUSALS = {  # of bounds for a problem made from a program or a game: what this is, and the hint
+# Of bounds for a problem made from a program or a game: what this is, and the hint.
+REFUSALS = {
     "qp": ("a program", "give the bounds of its variables in the file"),
     "game": ("a game", "leave it out"),
 }
@@ -77,7 +78,8 @@ def with_bounds(
 
 def with_exact_bounds(data: ExactProblem, problem: Problem, given: Mapping[str, Any], fetch: Fetch) -> ExactProblem:
     """Return the exact data of the problem that `with_bounds` returned, with the bounds as written."""
-    if problem.origin is not None and problem is not data.problem:  # whose rows' sides may be in M and q
+    # Whose rows' sides may be in M and q.
+    if problem.origin is not None and problem is not data.problem:
         return (data.of_floats if data.are_floats() else data.of_decimals)(problem)
     for name in BOUNDS:
         bounds: Bounds = getattr(data, name)
@@ -232,8 +234,10 @@ def _first_in(content: bytes) -> Any:
 
 
 EXPECTED_RESULT = "give a list of numbers, or what lcp solve --format json prints"
-VERTEX = {"piece", "kind", "number", "component", "z"}  # the columns of a table of all solutions
-STRATEGY = {"equilibrium", "player", "strategy", "probability"}  # the columns of a table of all equilibria
+# The columns of a table of all solutions.
+VERTEX = {"piece", "kind", "number", "component", "z"}
+# The columns of a table of all equilibria.
+STRATEGY = {"equilibrium", "player", "strategy", "probability"}
 HINT = "give one row or one column, a table with a column headed z, or a result in JSON"
 
 Lengths = Mapping[int, str]  # what may be given, by its length
@@ -250,10 +254,14 @@ class Candidate(NamedTuple):
     kind: Literal["solution", "answer", "farkas"]
     values: list[Fraction]  # the entries, with all digits
     exact: bool = False  # whether the values come from exact arithmetic, unrounded
-    w: list[Fraction] | None = None  # which is given with z; with values that are not exact, only in CSV
-    claim: str = ""  # of the result, which the vector cannot verify; "" if there is none
-    rows: int | None = None  # the number of values of the row player's strategy, where it is given separately
-    remark: str = ""  # which of several results this is, if another one may have been meant
+    # Which is given with z; with values that are not exact, only in CSV.
+    w: list[Fraction] | None = None
+    # Of the result, which the vector cannot verify; "" if there is none.
+    claim: str = ""
+    # The number of values of the row player's strategy, where it is given separately.
+    rows: int | None = None
+    # Which of several results this is, if another one may have been meant.
+    remark: str = ""
 
 
 Sought = tuple[str, str]  # the file and the name of the problem whose result is sought

@@ -18,16 +18,21 @@ if TYPE_CHECKING:
 
 STANDARD_INPUT = "-"
 PAPER_EXAMPLES = ("paper-example-1.json", "paper-example-2.json")
-FEW_ABSENT, MOST_ABSENT = 2**22, 1000  # numbers that are not given: always allowed, and for each one that is given
+# Numbers that are not given: always allowed, and for each one that is given.
+FEW_ABSENT, MOST_ABSENT = 2**22, 1000
 
 T = TypeVar("T")
-Fetch = Callable[[str, str], bytes]  # returns the content of a file; the second argument is the hint for an empty one
+# Returns the content of a file; the second argument is the hint for an empty one.
+Fetch = Callable[[str, str], bytes]
 
 
 class Source(NamedTuple):
     file: str | None = None  # the file of the problem, or of q
-    item: int | None = None  # in a file with several problems, the number of the line or of the column of q, from 1
-    mark: Mapping[str, Any] | None = None  # the further fields of its record in a log (`files/atomic_write.py`)
+    # In a file with several problems, the number of the line or of the column of q,
+    # from 1.
+    item: int | None = None
+    # The further fields of its record in a log (`files/atomic_write.py`)
+    mark: Mapping[str, Any] | None = None
 
     def __str__(self) -> str:
         return f"{self.file}{'' if self.item is None else f':{self.item}'}"
@@ -75,11 +80,13 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
         inside = [entry for entry in sorted(Path(folder).iterdir()) if not entry.name.startswith(".")]
     named = [entry for entry in inside if entry.name.casefold().endswith(PROBLEMS)]
     files = [file for file in named if file.is_file() or file.is_symlink()]
-    of_models = (".row", ".col", ".sol")  # the suffixes of files that stand beside a model
+    # The suffixes of files that stand beside a model.
+    of_models = (".row", ".col", ".sol")
     others = [entry for entry in inside if entry not in files and entry.suffix not in of_models]
     results = []
     for file in files:
-        with suppress(OSError), file.open("rb") as content:  # an error is reported when the file is read
+        # An error is reported when the file is read.
+        with suppress(OSError), file.open("rb") as content:
             results += [file] * is_result(content.read(HEAD))
     kinds = ("entry", "folders, or without the suffix of a problem"), ("file", "results of lcp, not problems")
     for left, (noun, kind) in zip((others if files else [], results), kinds, strict=True):

@@ -26,24 +26,32 @@ from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import RATIO, decimal
 
-NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, so it is not a name in a header
-DECIMALS = re.compile(r"\s*[-+]?\d+,\d+(e[-+]?\d+)?\s*", re.IGNORECASE)  # two numbers, or one with a decimal comma
-HEADING = re.compile(r"[^\W\d][\w .()-]*|\d+")  # a name of an unknown that a header may have as it is
-RESERVED = {"q", *BOUNDS, *OTHER_NAMES, "none", "null", "nan", "inf", "infinity"}  # headings of another meaning
+# Begins like a number, so it is not a name in a header.
+NUMERIC = re.compile(r"\s*[-+]?\.?\d")
+# Two numbers, or one with a decimal comma.
+DECIMALS = re.compile(r"\s*[-+]?\d+,\d+(e[-+]?\d+)?\s*", re.IGNORECASE)
+# A name of an unknown that a header may have as it is.
+HEADING = re.compile(r"[^\W\d][\w .()-]*|\d+")
+# Headings of another meaning.
+RESERVED = {"q", *BOUNDS, *OTHER_NAMES, "none", "null", "nan", "inf", "infinity"}
 NAME = r"[^\W\d]"  # begins like a name
 NUMBERED = re.compile(r"[MmZzXx]?_?\d+")  # a heading that only numbers a column
-COMMENT = re.compile(r"\s*#(?![A-Z][A-Z0-9/]*[!?]?\s*([;,\t]|$))")  # not an error such as #N/A or #REF!
+# Not an error such as #N/A or #REF!
+COMMENT = re.compile(r"\s*#(?![A-Z][A-Z0-9/]*[!?]?\s*([;,\t]|$))")
 SHAPE = "give n rows of n + 1 columns (M and q) or of n columns (M alone)"
 
 
 class Table(NamedTuple):
     top: int  # the first line
-    header: list[str]  # the names in it, none if it is no header; where the numbers are read, without that of an index
+    # The names in it, none if it is no header; where the numbers are read, without that
+    # of an index.
+    header: list[str]
     lines: list[tuple[int, list[str]]]  # the cells below it, by line
     indexed: bool  # whether the first column is an index
     commas: bool  # whether commas are decimal marks
     rows: list[list[Any]]  # the numbers; in columns of bounds, None stands for no bound
-    places: dict[str, int]  # the columns of q, lower and upper, from 0, if the header names bounds
+    # The columns of q, lower and upper, from 0, if the header names bounds.
+    places: dict[str, int]
 
     @property
     def labels(self) -> list[str]:
@@ -58,7 +66,8 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     refuse_other_order(table.labels, unknowns)
     n, first = len(rows), [row[0] for row in rows]
     is_long = bool(header) and 0 not in places.values() and len(rows[0]) == n + (len(places) or 1) + 1
-    if is_long and first in (list(range(n)), list(range(1, n + 1))):  # the column only counts rows
+    # The column only counts rows.
+    if is_long and first in (list(range(n)), list(range(1, n + 1))):
         rows, places = [row[1:] for row in rows], {name: i - 1 for name, i in places.items()}
         header = header[1:]
     columns = len(rows[0])
@@ -142,7 +151,8 @@ def lines_of(content: bytes) -> list[tuple[int, str]]:
 
 
 def delimiter_of(line: str) -> str:
-    return next((mark for mark in (";", "\t", ",") if mark in line), "")  # "" for blanks
+    # "" for blanks.
+    return next((mark for mark in (";", "\t", ",") if mark in line), "")
 
 
 def is_header(cells: list[str]) -> bool:
@@ -168,7 +178,8 @@ def grid_of(content: bytes, all_bounds: bool = False) -> Table:
     refuse(not rows, "", "contains a header and no numbers", "give one row per line below it")
     commas = delimiter != "," and any("," in line for _, line in lines[len(lines) - len(rows) :])
     widths = [(number, len(row)) for number, row in rows]
-    for line, columns in [*widths[:1], *[(top, len(first))] * indexed]:  # the header is asked last
+    # The header is asked last.
+    for line, columns in [*widths[:1], *[(top, len(first))] * indexed]:
         number, own = next((width for width in widths if width[1] != columns), (0, columns))
         fault = f"has {count(own, 'column')} where line {line} has {columns}"
         refuse(own != columns, f"line {number}", fault, "give every line the same number of columns")
@@ -186,10 +197,12 @@ def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds
         raise ProblemError(place, "is headed q, which must be the last column", "reorder the columns")
     columns = len(below[0][1]) - indexed
     fault = f"has {count(len(header), 'name')} above {count(columns, 'column')}"
-    one_more = len(header) == columns + 1  # of one more name than columns one is a title
+    # Of one more name than columns one is a title.
+    one_more = len(header) == columns + 1
     refuse((places and len(header) != columns) or one_more, f"line {top}", fault, "give each column one name")
     bounds = {i + indexed + 1 for i in (range(columns) if all_bounds else map(places.get, BOUNDS)) if i is not None}
-    may_be_plain = number_of is float and not commas and b"_" not in content  # float reads 1_000
+    # Float reads 1_000.
+    may_be_plain = number_of is float and not commas and b"_" not in content
     rows: list[list[Any]] = []
     for number, row in below:
         cells = row[indexed:]
@@ -243,13 +256,15 @@ def _heads_an_index(header: list[str], below: list[str]) -> bool:
     is_named = bool(first)
     if not others or (is_named and not (below and all(map(is_name, (first, *below))))):
         return False
-    may_be_numbered = not is_named or len(others) > 1  # as A,0 may be a label and a number
+    # As A,0 may be a label and a number.
+    may_be_numbered = not is_named or len(others) > 1
     return all((may_be_numbered and name == str(i)) or re.match(NAME, name) for i, name in enumerate(others))
 
 
 def remark(problem: Problem) -> str:
     n = problem.n
-    first = [] if any(problem.names) or n < 3 else problem.M[:, 0].tolist()  # fewer are 1, 2, ... by chance
+    # Fewer are 1, 2, ... by chance.
+    first = [] if any(problem.names) or n < 3 else problem.M[:, 0].tolist()
     numbers = ", ".join(f"{x:g}" for x in first[:3])
     line = f"the first column of M is {numbers}, ...; if it numbers the rows, add a header with an empty first cell"
     return line if first and first in (list(range(n)), list(range(1, n + 1))) else ""
@@ -261,7 +276,8 @@ def require_order(content: bytes, names: Callable[[], Sequence[str]]) -> None:
     first = lines_of(content[:HEAD])[:1]
     header = cells_of(*first[0], delimiter_of(first[0][1])) if first else []
     if len(header) > 1 and is_header(header) and "component" not in header and (own := names()):
-        words = any(is_absent(cell) for cell in header if cell.strip())  # a row of bounds, which is no header
+        # A row of bounds, which is no header.
+        words = any(is_absent(cell) for cell in header if cell.strip())
         grid = grid_of(content, all_bounds=words)
         refuse_other_order([row[0] for _, row in grid.lines], own)
         refuse_other_order(grid.header[grid.indexed :] * (len(grid.lines) == 1), own)

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.typing import Matrix
 
-LARGEST_DENSE = 200  # unknowns up to which matrices are kept dense: 320 kB each, for which dense arithmetic is faster
+# Unknowns up to which matrices are kept dense: 320 kB each, for which dense arithmetic
+# is faster.
+LARGEST_DENSE = 200
 TEXTS = ("name", "source", "note")
 BOUNDS = ("lower", "upper")
 BOUND_OPTIONS = (*BOUNDS, INFINITY.name)  # the options that say what the bounds are
@@ -68,7 +70,9 @@ def refuse_unknown(field: str, given: Collection[str], known: tuple[str, ...], w
     errors.refuse_unknown(field, given, known, whole, {k: v for k, v in OTHER_NAMES.items() if v in known})
 
 
-FORMS = {  # ways to write a program: what makes the problem, of which keys, the vector and the matrix of the objective
+# Ways to write a program: what makes the problem, of which keys, the vector and the
+# matrix of the objective.
+FORMS = {
     "from_qp": (NATIVE, "c", "Q"),
     "from_qpsolvers": (QPSOLVERS, "q", "P"),
     "from_osqp": (OSQP, "q", "P"),

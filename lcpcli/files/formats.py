@@ -17,18 +17,26 @@ if TYPE_CHECKING:
     from fractions import Fraction
 
 Number: TypeAlias = "Callable[[str], float]"  # converts a number in a text to a double
-Exact: TypeAlias = "Mapping[float, Fraction]"  # the numbers that doubles stand for, if not their shortest decimals
+# The numbers that doubles stand for, if not their shortest decimals.
+Exact: TypeAlias = "Mapping[float, Fraction]"
 
 ALL, BOUNDS, M_AND_Q, PROGRAM = "everything", "M, q and bounds", "M and q", "the program"
 
 
 class Kind(NamedTuple):
-    form: str  # the module that reads and writes them, a `Format`: in lcpcli.files, or with its full name
-    keeps: str  # of a problem: ALL, BOUNDS or M_AND_Q, PROGRAM if only programs are written; "" if they are only read
-    in_decimals: bool = False  # whether numbers are written with any number of digits, rather than as doubles
-    has_arrays: bool = False  # whether numbers are read as arrays of any type, not as texts
+    # The module that reads and writes them, a `Format`: in lcpcli.files, or with its
+    # full name.
+    form: str
+    # Of a problem: ALL, BOUNDS or M_AND_Q, PROGRAM if only programs are written; "" if
+    # they are only read.
+    keeps: str
+    # Whether numbers are written with any number of digits, rather than as doubles.
+    in_decimals: bool = False
+    # Whether numbers are read as arrays of any type, not as texts.
+    has_arrays: bool = False
     is_packed: bool = False  # whether a file with .gz after the suffix is read too
-    beginning: bytes = b""  # what such a file begins with, by which it is recognized whatever its suffix
+    # What such a file begins with, by which it is recognized whatever its suffix.
+    beginning: bytes = b""
     has_no_vector: str = ""  # why such a file holds no vector; "" if it may hold one
 
 
@@ -53,11 +61,14 @@ def _suffixes(*kept: str) -> tuple[str, ...]:
     return tuple(suffix for suffix, kind in FORMATS.items() if kind.keeps in kept)
 
 
-GENERAL_SUFFIXES = _suffixes(ALL, BOUNDS, M_AND_Q)  # the formats that any problem can be written to
-PROGRAM_SUFFIXES = _suffixes(PROGRAM)  # the formats that only programs can be written to
+# The formats that any problem can be written to.
+GENERAL_SUFFIXES = _suffixes(ALL, BOUNDS, M_AND_Q)
+# The formats that only programs can be written to.
+PROGRAM_SUFFIXES = _suffixes(PROGRAM)
 COMPLETE = _suffixes(ALL)
 WITH_BOUNDS = _suffixes(ALL, BOUNDS)
-COMPRESSED = tuple(f"{suffix}.gz" for suffix, kind in FORMATS.items() if kind.is_packed)  # read as if it were not
+# Read as if it were not.
+COMPRESSED = tuple(f"{suffix}.gz" for suffix, kind in FORMATS.items() if kind.is_packed)
 PROBLEMS = (*FORMATS, *COMPRESSED)  # all suffixes of files with one problem
 WRITTEN = f"{', '.join(GENERAL_SUFFIXES)}, or {' or '.join(PROGRAM_SUFFIXES)} for a program"
 LINES = (".jsonl", ".ndjson")  # one problem, or one result, in each line
@@ -100,7 +111,8 @@ def kind_in(form: str) -> Kind:
 
 ZIP, GZIP = b"PK\x03\x04", b"\x1f\x8b"
 COMPRESSIBLE = tuple(ending.removesuffix(".gz") for ending in COMPRESSED)
-# The five numbers with which a MAT file of version 4 begins, in either order of bytes: no text is like them.
+# The five numbers with which a MAT file of version 4 begins, in either order of bytes:
+# no text is like them.
 MAT_4 = rb"(?s)[\0-\x34]\0{3}.{8}[\0\1]\0{3}.{2}\0{2}|\0{2}[\3\4].{9}\0{3}[\0\1]\0{2}.{2}"
 MPS = rb"(?mi)(?:\*[^\n]*\n|\s*\n)*(?:NAME|ROWS|OBJSENSE)\b[^;,{\n]*\r?\n(?s:.){0,1000}?^\s*N\s+\S"
 AS_ARRAYS = "save M and q with numpy.savez"
@@ -108,7 +120,8 @@ SPREADSHEET = ("is a spreadsheet", "save it as CSV")
 PACKED = ("is compressed", "uncompress it first")
 PICKLE = ("is a pickle, which may run any code when it is read", AS_ARRAYS)
 SCRIPT = ("is a script or a model, which lcp does not run", "have it save M and q as .mat, .npz or .csv")
-FOREIGN: tuple[tuple[str, str, str, tuple[bytes, ...]], ...] = (  # fault, hint, suffixes and beginnings of files
+# Fault, hint, suffixes and beginnings of files.
+FOREIGN: tuple[tuple[str, str, str, tuple[bytes, ...]], ...] = (
     (*SPREADSHEET, ".xlsx .xlsm .xls .ods .numbers", (b"\xd0\xcf\x11\xe0",)),
     ("is a MATLAB file of version 7.3", "save it with -v7: save('p.mat', 'M', 'q', '-v7')", "", (b"MATLAB 7.3",)),
     ("is HDF5", f"{AS_ARRAYS}, or in MATLAB with -v7", ".h5 .hdf5", (b"\x89HDF",)),
@@ -121,7 +134,9 @@ FOREIGN: tuple[tuple[str, str, str, tuple[bytes, ...]], ...] = (  # fault, hint,
     (*SCRIPT, ".m .py .ipynb .jl .r .mod .gms", ()),
 )
 
-HEAD = 4096  # bytes of a file that show whether it is a result, whose pattern spans at most 1000 and comments before
+# Bytes of a file that show whether it is a result, whose pattern spans at most 1000 and
+# comments before.
+HEAD = 4096
 RESULT = re.compile(  # of this program, in JSON or CSV
     rb'\s*\{"version": "|\s*\{"problem": .{0,999}?, "n": \d+, "(?:kind|bounds)": |\{\s*"suite": \[|'
     rb"(?:#[^\n]*\n)*(?:(?:problem,(?:method,)?)?component,z,w\b|piece,kind,number,component|equilibrium,player,strategy|"

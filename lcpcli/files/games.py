@@ -31,7 +31,8 @@ HINT = "give the payoffs of the row player and those of the column player"
 Pair = tuple[Fraction, Fraction]
 
 
-def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
+# As in every format.
+def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001
     """Return the game in an .nfg file, or the text of an .efg file: old ones have labels in Latin-1."""
     if content.lstrip().startswith(b"EFG"):
         with suppress(ProblemError):
@@ -48,7 +49,8 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
         raise ProblemError("", f"is a game of {count(fewest, 'player')}", "give one of two players")
     m, k = (len(own) if isinstance(own, list) else _whole(own) for own in sides)
     refuse(not m * k, "", "has a player without strategies", "give each at least one")
-    pairs = _pairs([cell for cell in cells if cell and not _is_text(cell)])  # a text here is a comment
+    # A text here is a comment.
+    pairs = _pairs([cell for cell in cells if cell and not _is_text(cell)])
     refuse(len(pairs) < m * k, "", "ends too early", "is it cut off?")
     refuse(len(pairs) > m * k, "", f"has more than the payoffs of {m} x {k} strategies", "remove the others")
     A, B = ([[payoff_of(pairs[j * m + i][player]) for j in range(k)] for i in range(m)] for player in (0, 1))
@@ -122,7 +124,8 @@ def hint(paths: Sequence[str]) -> str:
     """Return the line that says that two files may be the payoffs of a game, as tables of the same shape that are
     square, or have labels and no q, or have a shape that no problem has; "" for other files."""
     if len(paths) != 2 or not all(Path(path).is_file() and Path(path).stat().st_size < 100_000 for path in paths):
-        return ""  # a larger table is not read again for a mere hint, which would take long
+        # A larger table is not read again for a mere hint, which would take long.
+        return ""
     try:
         (A, rows, columns), (B, _, others) = map(_table, paths)
     except LCPError:

@@ -29,14 +29,16 @@ if TYPE_CHECKING:
     from lcpcli.files.nl_format import Model
     from lcpcli.rational.exact_problem import ExactParts
 
-SHARED = (*BOUNDS, "names")  # the fields of a file without q that belong to each of several q
+# The fields of a file without q that belong to each of several q.
+SHARED = (*BOUNDS, "names")
 FIRST_NAME = "q1"  # of several q without names
 
 
 class Input(NamedTuple):
     paths: tuple[str, ...]  # its file, or the files of M and of q
     contents: tuple[bytes, ...] = ()  # of these files
-    line: int | None = None  # the number of its line, from 1, in a file with a problem in each line
+    # The number of its line, from 1, in a file with a problem in each line.
+    line: int | None = None
     fault: ProblemError | None = None  # the error if its files could not be read
     marks: Sequence[Mapping[str, Any]] = ()  # the mark of the problem in a log, or none
 
@@ -79,7 +81,8 @@ class QColumns(NamedTuple):
     M: Matrix
     Q: Matrix  # of shape (n, k), with a q in each column
     names: Sequence[str]  # of the columns
-    shared: Mapping[str, Any] = {}  # the bounds, and the names of the unknowns, that the file of M has
+    # The bounds, and the names of the unknowns, that the file of M has.
+    shared: Mapping[str, Any] = {}
     first: int = 1  # the number of the first column in the file, from 1
     marks: Sequence[Mapping[str, Any]] = ()  # as in Input, for all problems or none
 
@@ -225,7 +228,8 @@ def _refuse_swapped(path: str, content: bytes, left: list[str]) -> None:
 
 def _without_q(path: str, content: bytes) -> tuple[Matrix | None, Mapping[str, Any] | None]:
     """Return M and what several q share with it in a file; None if it has q, and None twice if it is no problem."""
-    has_q = content.lstrip().startswith(b"{") and b'"q"' in content  # a guess that spares reading it twice
+    # A guess that spares reading it twice.
+    has_q = content.lstrip().startswith(b"{") and b'"q"' in content
     with suppress(ProblemError):
         fields = {} if has_q else reading.fields_in(path, content)
         if not is_whole(fields) and {"M"} <= fields.keys() <= {"M", *SHARED, *TEXTS}:

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from fractions import Fraction
 
 OF_COORDINATES = ("format", "shape", "rows", "cols", "values")
-DIGITS = 15  # decimals with so few digits are always the shortest decimals of their doubles
+# Decimals with so few digits are always the shortest decimals of their doubles.
+DIGITS = 15
 SEVERAL = "lcp solve takes a problem in each line; give other commands one line, as by sed -n 1p FILE | lcp inspect -"
 
 
@@ -146,7 +147,8 @@ def of_coordinates(field: str, values: Vector, rows: Any, cols: Any, shape: tupl
     from lcpcli.linalg.patterns import outside
 
     def refuse_entry(key: str, at: int, fault: str, hint: str) -> None:
-        where = field if first else f"{field}.{key}[{at}]"  # which Matrix Market has not
+        # Which Matrix Market has not.
+        where = field if first else f"{field}.{key}[{at}]"
         raise ProblemError(where, f"has the entry ({rows[at]:.15g}, {cols[at]:.15g}) {fault}", hint)
 
     for key, places, size in (("rows", rows, shape[0]), ("cols", cols, shape[1])):
@@ -187,7 +189,8 @@ def _text(value: Any, number: Callable[[float], str]) -> str:
         return "[" + ", ".join(map(number, value.tolist())) + "]"
     from lcpcli.rational.numbers import decimal, places, text
 
-    payoffs = (json.dumps(text(x)) if places(x) is None else decimal(x) for x in value)  # a text if it is no decimal
+    # A text if it is no decimal.
+    payoffs = (json.dumps(text(x)) if places(x) is None else decimal(x) for x in value)
     return f"[{', '.join(payoffs)}]"
 
 

@@ -29,7 +29,8 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import are_compressed
 
 
-def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
+# As in every format.
+def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001
     variables = _variables(content)
     known = {name: values for name, values in variables.items() if name in KNOWN}
     if "M" not in variables and kind_of(known):
@@ -37,7 +38,8 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
     shown = ", ".join([*variables][:6]) + ", ..." * (len(variables) > 6) or "no variables"
     refuse("M" not in variables, "M", "is missing", f"call the matrix M and the vector q; the file holds {shown}")
     n = math.prod(variables["q"].shape) if "q" in variables else variables["M"].shape[0]
-    for name, values in variables.items():  # variables of the size of bounds with a name that others give bounds
+    # Variables of the size of bounds with a name that others give bounds.
+    for name, values in variables.items():
         is_end = name in ("a", "b") and {"a", "b", "q"} <= variables.keys()
         if name not in KEYS and (is_end or is_for_bounds(name)) and math.prod(values.shape) in (1, n, 2 * n):
             fault = "may hold bounds of z, which are called lower and upper"
@@ -68,7 +70,8 @@ def _variables(content: bytes) -> dict[str, Any]:
 
     hint = "is it cut off? save it again, in MATLAB with -v7"
     with unless_damaged("", "is not a MAT file, or is damaged", hint), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # about variables that cannot be represented, which are ignored
+        # About variables that cannot be represented, which are ignored.
+        warnings.simplefilter("ignore")
         variables = loadmat(io.BytesIO(checked(content)))
     return {name: _array(name, value) for name, value in variables.items() if not name.startswith("__")}
 
@@ -86,10 +89,13 @@ def _array(name: str, value: Any) -> Any:
 
 
 HEADER = 128  # bytes
-SIZES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}  # of the types of numbers, in bytes
-ENCODINGS = {16: "utf-8", 17: "utf-16", 18: "utf-32"}  # the types of texts but for those in one or two bytes
+# Of the types of numbers, in bytes.
+SIZES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}
+# The types of texts but for those in one or two bytes.
+ENCODINGS = {16: "utf-8", 17: "utf-16", 18: "utf-32"}
 INT32, UINT32, MATRIX, COMPRESSED = 5, 6, 14, 15  # types
-CELL, CHAR, SPARSE, NUMBERS = 1, 4, 5, range(6, 16)  # classes of arrays; others, as objects, are left out
+# Classes of arrays; others, as objects, are left out.
+CELL, CHAR, SPARSE, NUMBERS = 1, 4, 5, range(6, 16)
 SIZES_OF_4 = (8, 4, 4, 2, 2, 1)  # of the numbers in version 4, in bytes, by their digit
 
 
@@ -152,7 +158,8 @@ def _is_readable(data: bytes, order: str) -> bool:
     size = math.prod(shape.tolist())
     if kind == CELL:
         _require(len(values) == size and all(value.kind == MATRIX for value in values))
-        return {_is_readable(value.data, order) for value in values} <= {True}  # each is checked
+        # Each is checked.
+        return {_is_readable(value.data, order) for value in values} <= {True}
     if kind == SPARSE:
         _require(len(values) == 3 + is_complex and values[0].kind == values[1].kind == INT32 and shape.size == 2)
         rows, ends = (_integers(part, order) for part in values[:2])

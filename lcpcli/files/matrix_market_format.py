@@ -25,7 +25,8 @@ from lcpcli.typing import Matrix, Vector
 BANNER = "%%MatrixMarket matrix array|coordinate real|integer general|symmetric|skew-symmetric"
 SIGNS = {"general": 0, "symmetric": 1, "skew-symmetric": -1}  # of the mirrored entries
 CHOICES = (("array", "coordinate"), ("real", "double", "integer"), tuple(SIGNS))
-DECIMAL = rb"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"  # unambiguous, so that matching does not backtrack
+# Unambiguous, so that matching does not backtrack.
+DECIMAL = rb"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
@@ -47,7 +48,8 @@ def values(field: str, content: bytes, number: Number = float) -> Any:
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     """Return M as an array or, if it is sparse, by coordinates, and q as an array of one column, with all digits."""
-    q = fields["q"][:, np.newaxis][:, : fields["q"].size]  # not of shape (0, 1), as scipy 1.15 never ends writing that
+    # Not of shape (0, 1), as scipy 1.15 never ends writing that.
+    q = fields["q"][:, np.newaxis][:, : fields["q"].size]
     return {"": _text(fields["M"], exact), ".q": _text(q, exact)}
 
 
@@ -117,7 +119,8 @@ def _header(content: bytes) -> tuple[list[str], tuple[int, int], int, int]:
         raise ProblemError(f"line {number}", f"is {shown}", f"give the numbers of {', '.join(names)}")
     rows, columns, *entries = map(int, sizes)
     sign = SIGNS[words[4]]
-    entries += [rows * columns - abs(sign) * rows * (rows - sign) // 2]  # of an array, which does not say it
+    # Of an array, which does not say it.
+    entries += [rows * columns - abs(sign) * rows * (rows - sign) // 2]
     return words[2:], (rows, columns), entries[0], file.tell()
 
 

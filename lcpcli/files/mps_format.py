@@ -31,21 +31,25 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import Doubles, decimal, fraction, rounded, shortest_decimal
 from lcpcli.typing import Matrix
 
-MPS = re.compile(rb"^(?:ROWS|ENDATA)\b", re.MULTILINE | re.IGNORECASE)  # tells it from the LP format
+# Tells it from the LP format.
+MPS = re.compile(rb"^(?:ROWS|ENDATA)\b", re.MULTILINE | re.IGNORECASE)
 END = re.compile(rb"^ENDATA\b", re.MULTILINE | re.IGNORECASE)
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
 INFINITE = re.compile(r"[-+]?inf(?:inity)?", re.IGNORECASE)
 SENSES = {"MIN": "min", "MINIMIZE": "min", "MAX": "max", "MAXIMIZE": "max"}
 SECTIONS = ("ROWS", "COLUMNS", "RHS", "RANGES", "BOUNDS", "QUADOBJ", "QSECTION", "QMATRIX")
 QUADRATIC = SECTIONS[-3:]
-WITH_WORDS = ("NAME", "OBJSENSE", "QCMATRIX", "QSECTION", "CSECTION")  # headings that words may follow
+# Headings that words may follow.
+WITH_WORDS = ("NAME", "OBJSENSE", "QCMATRIX", "QSECTION", "CSECTION")
 HEADING = f"the sections are {', '.join(SECTIONS)}, ENDATA; quadratic constraints and ordered sets are not read"
 LINE = "is the heading of the next section misspelt, or the first word of the line?"
 CONTINUOUS = "lcp solves programs with continuous variables only"
-ENDS = {"LO": (0,), "UP": (1,), "FX": (0, 1), "MI": (0,), "PL": (1,), "FR": (0, 1)}  # the ends that bounds set
+# The ends that bounds set.
+ENDS = {"LO": (0,), "UP": (1,), "FX": (0, 1), "MI": (0,), "PL": (1,), "FR": (0, 1)}
 NOT_CONTINUOUS = {"BV": "an integer", "LI": "an integer", "UI": "an integer", "SC": "a semicontinuous"}
 NOT_NONE = "has a bound of 1e20 or more, which means no bound, where one is needed", "give a smaller one"
-FIXED = ((1, 3), (4, 12), (14, 22), (24, 36), (39, 47), (49, 61))  # the places of words in fixed format
+# The places of words in fixed format.
+FIXED = ((1, 3), (4, 12), (14, 22), (24, 36), (39, 47), (49, 61))
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
@@ -70,7 +74,8 @@ class _Reader:
         self._bounds: dict[tuple[str, int], float] = {}  # by column and end, as in ENDS
         self._lines: dict[str, int] = {}  # of the last bound of a column
         self._curvature: dict[tuple[str, str], float] = {}
-        self._squared: set[str] = set()  # the columns with a square, which need no entry in COLUMNS
+        # The columns with a square, which need no entry in COLUMNS.
+        self._squared: set[str] = set()
 
     def program(self, text: str) -> dict[str, Any]:
         readers = {"OBJSENSE": self._read_sense, "ROWS": self._read_row, "COLUMNS": self._read_column}
@@ -80,7 +85,8 @@ class _Reader:
         self._squared = _squared(lines)
         for self._line, line in enumerate(lines, 1):
             words = line.split()
-            for place, word in enumerate(words[2:] if "$" in line else (), 2):  # a remark begins with an unknown name
+            # A remark begins with an unknown name.
+            for place, word in enumerate(words[2:] if "$" in line else (), 2):
                 if word.startswith("$") and word not in self._kinds and word not in self._columns:
                     words = words[:place]
                     break
@@ -104,7 +110,8 @@ class _Reader:
                 try:
                     read(words)
                 except ProblemError:
-                    with suppress(ProblemError):  # names in fixed format may have spaces
+                    # Names in fixed format may have spaces.
+                    with suppress(ProblemError):
                         read(_fixed(line))
                         continue
                     raise
@@ -388,7 +395,8 @@ def _columns(
         yield from (f" {name} {rows[i]} {number(value)}" for i, value in zip(places, values.tolist(), strict=True))
 
 
-TOLD = ("inconsistent bounds", "Parser error")  # complaints about faults that are reported elsewhere
+# Complaints about faults that are reported elsewhere.
+TOLD = ("inconsistent bounds", "Parser error")
 HINT = "compare it with a file in the LP format that is read; quadratic constraints and integer variables are not"
 
 
@@ -398,7 +406,8 @@ def as_mps(text: bytes) -> bytes:
     except ModuleNotFoundError:
         hint = "pip install 'linear-complementarity[mps]'"
         raise ProblemError("", "is read by highspy, which is not installed", hint) from None
-    options = {"log_to_console": False, "infinite_bound": math.inf}  # by default, sides of 1e20 or more would be lost
+    # By default, sides of 1e20 or more would be lost.
+    options = {"log_to_console": False, "infinite_bound": math.inf}
     highs, events = solver(highspy, options), list[str]()
     highs.cbLogging.subscribe(lambda event: events.append(event.message))
     with tempfile.TemporaryDirectory() as folder:
@@ -411,11 +420,13 @@ def as_mps(text: bytes) -> bytes:
         for line in events:
             if line.startswith(("WARNING", "ERROR")) and not any(words in line for words in TOLD):
                 first, _, rest = line.partition(":")[2].strip().partition("\n")
-                # line and column after the name of the file, which follow since version 1.16 of HiGHS
+                # line and column after the name of the file, which follow since version
+                # 1.16 of HiGHS
                 place = re.search(r":(\d+):\d+$", rest, re.MULTILINE)
                 where = "" if place is None else f"line {place[1]}: "
                 raise ProblemError("", f"cannot be read ({where}{' '.join(first.split())})", HINT)
         if status == highspy.HighsStatus.kError or not highs.getNumCol():
             raise ProblemError("", "is not a program in MPS or in the LP format", "is it complete?")
         highs.writeModel(str(made))
-        return made.read_bytes().partition(b"\n")[2]  # without the name, which is that of the temporary file
+        # Without the name, which is that of the temporary file.
+        return made.read_bytes().partition(b"\n")[2]

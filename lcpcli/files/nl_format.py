@@ -237,7 +237,8 @@ def paired(n: int, rows: Indices, columns: Indices, values: Vector) -> Indices:
     largest, own = np.full(n, np.log2(LEAST)), np.arange(n)
     np.maximum.at(largest, rows, sizes)
     costs = 1.0 + largest[rows] - sizes
-    unpaired = n * (1.0 + costs.max(initial=0.0))  # of a row, and of a column, without a partner
+    # Of a row, and of a column, without a partner.
+    unpaired = n * (1.0 + costs.max(initial=0.0))
     i = np.concatenate([rows, own, n + own, n + columns])
     j = np.concatenate([columns, n + own, own, n + rows])
     weights = np.concatenate([costs, np.full(2 * n, unpaired), np.ones(len(rows))])
@@ -254,6 +255,7 @@ WITH_TOLERANCE = "3"  # as the second option: a tolerance stands behind the opti
 def solution_text(header: Header, message: str, values: Vector, number: int) -> str:
     """Return the file with the values of all variables, and none of multipliers. number : the solve_result_num."""
     size, *own = header.options
-    size = str(int(size) + 2 * (own[1:2] == [WITH_TOLERANCE]))  # which counts two more if a tolerance follows
+    # Which counts two more if a tolerance follows.
+    size = str(int(size) + 2 * (own[1:2] == [WITH_TOLERANCE]))
     lines = [message, "", "Options", size, *own, header.rows, 0, header.variables, len(values)]
     return "\n".join(map(str, [*lines, *values.tolist(), f"objno 0 {number}", ""]))

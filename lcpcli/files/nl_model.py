@@ -29,9 +29,11 @@ from lcpcli.typing import Vector
 _Parts = list[tuple[int, Any]]  # the nodes of a sum with their coefficients
 
 COMPARING = {"min", "max", "<", "<=", "=", ">=", ">", "!=", "if", "and", "or", "not", "<==>"}  # with infinity, too
-NAMES = {"*": "product", "/": "quotient", "and": "min", "or": "max", "<==>": "="}  # of operators in a graph
+# Of operators in a graph.
+NAMES = {"*": "product", "/": "quotient", "and": "min", "or": "max", "<==>": "="}
 NAMES |= {"square": "^", "less": "max", "not": "="}
-CONSTANTS = {"square": 2, "less": 0, "not": 0}  # the last argument of the operator in a graph
+# The last argument of the operator in a graph.
+CONSTANTS = {"square": 2, "less": 0, "not": 0}
 SQUARE = "lcp solves square systems: rows with a complementing variable, and as many equations as other variables"
 UNCOMPLEMENTED = "lcp needs for each inequality the variable that complements it, as in 0 <= z complements F(z) >= 0"
 LOST = (
@@ -175,7 +177,8 @@ LOST_ENDS = (
     "if it is inequality(l, e, u) of an expression in Pyomo, which loses the bounds, write a variable y with "
     "Var(bounds=(l, u)), the constraint y == e and complements(y >= l, F >= 0); else write an equation"
 )
-SIGNS: dict[int, Ends] = {LOWER: (0, inf), UPPER: (-inf, 0)}  # of the function, by the only bound of its unknown
+# Of the function, by the only bound of its unknown.
+SIGNS: dict[int, Ends] = {LOWER: (0, inf), UPPER: (-inf, 0)}
 
 
 class Affine(NamedTuple):

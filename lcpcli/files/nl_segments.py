@@ -21,7 +21,8 @@ Constant = Callable[[str], Any]  # returns the number that a text stands for
 HEADER_LINES = 10
 CUT_OFF, COUNTS = "is it cut off?", "are the counts before it right?"
 WHOLE = re.compile(r"[-+]?[0-9]{1,18}")
-STORED = {"n": "d", "s": "h", "l": "i"}  # the numbers in a binary file: doubles, and integers of two or four bytes
+# The numbers in a binary file: doubles, and integers of two or four bytes.
+STORED = {"n": "d", "s": "h", "l": "i"}
 
 
 def whole(text: str) -> int:
@@ -39,7 +40,8 @@ class TextTokens:
         for line, words in enumerate((line.partition("#")[0].split() for line in text.split("\n")), HEADER_LINES + 1):
             self._words += words
             self._lines += [line] * len(words)
-        self._next, self._rest = 0, ""  # the next word, and what is left of the last one behind its letter
+        # The next word, and what is left of the last one behind its letter.
+        self._next, self._rest = 0, ""
         self._constant = constant
 
     def error(self, fault: str, hint: str = "") -> ProblemError:
@@ -72,7 +74,8 @@ class TextTokens:
     def integer(self) -> int:
         return int(self._as(whole, "a whole number"))
 
-    def number(self, letter: str = "n") -> Any:  # noqa: ARG002 (how a binary file stores it; all are written alike)
+    # How a binary file stores it; all are written alike.
+    def number(self, letter: str = "n") -> Any:  # noqa: ARG002
         return self._as(self._constant, "a number")
 
     kind = name = _word
@@ -166,20 +169,24 @@ def _names(path: str, suffix: str) -> list[str]:
     return [line.strip() for line in text.removesuffix("\n").split("\n")]
 
 
-Term = tuple[str, Any, int]  # of an expression: its letter, its value or operator, and the number of its arguments
+# Of an expression: its letter, its value or operator, and the number of its arguments.
+Term = tuple[str, Any, int]
 Linear = dict[int, Any]  # the coefficients of variables
 Side = tuple[Any, Any]  # both bounds of a variable or of a row
 
 OPTIONS = re.compile(r"[gb](\d+)((?:\s+-?\d+)*)(?:\s+([-+.\deE]+))?\s*$")
-FEWEST = (5, 2, 2, 3, 3, 3, 2, 2, 5)  # counts in the lines of the header behind the first
-SIDES = {"0": (1, 1), "1": (0, 1), "2": (1, 0), "3": (0, 0), "4": (1, 0)}  # the bounds in the file, by their kind
+# Counts in the lines of the header behind the first.
+FEWEST = (5, 2, 2, 3, 3, 3, 2, 2, 5)
+# The bounds in the file, by their kind.
+SIDES = {"0": (1, 1), "1": (0, 1), "2": (1, 0), "3": (0, 0), "4": (1, 0)}
 ENDS = "ends too early"
 
 
 class Header(NamedTuple):
     """The header of a file, with the numbers of its variables, rows, entries of the Jacobian and common expressions."""
 
-    options: list[str]  # the numbers in the first line, which belong into the solution file
+    # The numbers in the first line, which belong into the solution file.
+    options: list[str]
     variables: int
     rows: int
     entries: int
@@ -211,7 +218,8 @@ def _header(lines: list[bytes]) -> Header:
     for number, noun in ((integers, "integer variable"), (logical, "logical constraint")):
         fault, hint = f"has {count(number, noun)}", "lcp solves complementarity problems of continuous variables"
         refuse(number, "", fault, hint)
-    order = "" if lines[0].startswith(b"g") else ">" if counts[4][2] == 2 else "<"  # of bytes, the highest one first
+    # Of bytes, the highest one first.
+    order = "" if lines[0].startswith(b"g") else ">" if counts[4][2] == 2 else "<"
     options = [first[1], *first[2].split(), *filter(None, [first[3]])]
     return Header(options, n, m, counts[6][0], sum(counts[8]), order)
 
@@ -225,12 +233,16 @@ class Segments:
 
     def __init__(self, header: Header, tokens: Tokens) -> None:
         self.header, self._tokens, self._entries = header, tokens, 0
-        self.common = dict[int, tuple[Linear, list[Term]]]()  # the linear part and the expression, by their numbers
-        self.rows, self.linear = dict[int, list[Term]](), dict[int, Linear]()  # the same of the rows
-        self.objectives = dict[int, tuple[int, list[Term]]]()  # whether one is maximized, and its expression
+        # The linear part and the expression, by their numbers.
+        self.common = dict[int, tuple[Linear, list[Term]]]()
+        # The same of the rows.
+        self.rows, self.linear = dict[int, list[Term]](), dict[int, Linear]()
+        # Whether one is maximized, and its expression.
+        self.objectives = dict[int, tuple[int, list[Term]]]()
         self.slopes = dict[int, Linear]()  # the linear parts of the objectives
         self.sides, self.bounds = list[Side](), list[Side]()  # of rows and of variables
-        self.complements = dict[int, tuple[int, int]]()  # of a variable its row, and which bounds it has, as a number
+        # Of a variable its row, and which bounds it has, as a number.
+        self.complements = dict[int, tuple[int, int]]()
         self.start = Linear()  # values of variables
         while code := tokens.code():
             self._read(code)

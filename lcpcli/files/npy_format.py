@@ -24,7 +24,8 @@ UNREAD = "of numbers or texts, or is damaged"
 NAME_FIELDS = ("rows", "columns", "names")
 
 
-def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
+# As in every format.
+def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001
     """Return M and q from an array of n rows and n + 1 columns, or M from an array of any other shape."""
     return of_table(_array(content))
 
@@ -50,9 +51,11 @@ def flat(array: Any) -> Any:
 def array_in(file: IO[bytes]) -> Any:
     """Return the array in a file. One that declares more than the file holds takes no memory before it is refused."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # about files written by Python 2, which are fine
+        # About files written by Python 2, which are fine.
+        warnings.simplefilter("ignore", UserWarning)
         array = npy.read_array(file, allow_pickle=False)
-    if file.read(1) or (array.size > 1 and not array.itemsize):  # as no memory is needed for any number of empty texts
+    # As no memory is needed for any number of empty texts.
+    if file.read(1) or (array.size > 1 and not array.itemsize):
         raise ValueError
     if array.dtype.kind == "U":
         array.tolist()  # which raises ValueError for characters that do not exist

@@ -28,7 +28,8 @@ PARTS = dict.fromkeys(("csr", "csc", "bsr"), COMPRESSED) | {"coo": ("data", "row
 SPARSE_FIELDS = ("data", "indices", "indptr", "row", "col", "offsets", "shape", "format", "_is_array")
 
 
-def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
+# As in every format.
+def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001
     data = _arrays(content)
     for key in ("M", *MATRICES):  # such as A.data
         names = {part: f"{key}.{part}" for part in (*COMPRESSED, "shape") if f"{key}.{part}" in data}

@@ -23,9 +23,11 @@ if TYPE_CHECKING:
 
     from lcpcli.rational.exact_problem import ExactParts
 
-Names: TypeAlias = "Callable[[], Sequence[str]]"  # returns the names of the unknowns, if they are needed
+# Returns the names of the unknowns, if they are needed.
+Names: TypeAlias = "Callable[[], Sequence[str]]"
 NOT_SECOND = "leave it out; give a second problem a run of its own, and for an index see lcp help formats"
-WHOLE, LINE = "give M and q, as JSON or CSV", "give one row or one column of numbers"  # hints for an empty file
+# Hints for an empty file.
+WHOLE, LINE = "give M and q, as JSON or CSV", "give one row or one column of numbers"
 
 
 def read(

@@ -54,8 +54,10 @@ def contents_of(found: Written[Problem], path: str, ending: str, as_program: boo
     fault, hint = "is for programs, and the problem is not made from one", f"use {listed(formats.COMPLETE, 'or')}"
     refuse(is_for_programs and kind_of(problem) != "qp", path, fault, hint)
     others = problem.solutions or problem.verdict or problem.x0 is not None or problem.x1 is not None
-    is_whole = as_program and kind.keeps == formats.ALL and not others  # its origin has a key for all that it holds
-    kinds = (Program, Game, ExtensiveGame)[: 3 if in_text else 2]  # an array holds no text of a game tree
+    # Its origin has a key for all that it holds.
+    is_whole = as_program and kind.keeps == formats.ALL and not others
+    # An array holds no text of a game tree.
+    kinds = (Program, Game, ExtensiveGame)[: 3 if in_text else 2]
     is_origin = is_for_programs or (is_whole and isinstance(problem.origin, kinds))
     fields: dict[str, Any] = {key: getattr(problem, key) for key in TEXTS if getattr(problem, key)}
     fields |= (_fields_of_origin if is_origin else _fields)(problem, in_text)
@@ -120,7 +122,8 @@ def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
     """Return the problem of a game for a file with M and q, with its costs computed exactly from the payoffs as
     written. The problem stays as it is if some costs are not decimals, and for any other file."""
     problem, game = found.rounded, found.rounded.origin
-    kind = formats.FORMATS.get(Path(path).suffix.casefold())  # which is written in decimals, and does not keep all?
+    # Which is written in decimals, and does not keep all?
+    kind = formats.FORMATS.get(Path(path).suffix.casefold())
     is_brief = kind is not None and kind.in_decimals and kind.keeps != formats.ALL
     costs = game.exact_conditions()[0] if isinstance(game, Game) and is_brief else []
     if not costs or any(places(cost) is None for row in costs for cost in row.values()):

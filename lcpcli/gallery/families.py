@@ -32,7 +32,8 @@ class Entry(NamedTuple):
     size: int | None = None
 
 
-# In the file of each heading the families: name | meaning | class of the matrices | source.
+# In the file of each heading the families: name | meaning | class of the matrices |
+# source.
 TABLE = """
 random_problems:
 harker-pang | random, dense (Harker and Pang 1990) | positive definite | Harker and Pang 1990

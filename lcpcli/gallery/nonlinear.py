@@ -33,7 +33,8 @@ def josephy() -> NonlinearProblem:
 
 def _polynomials(name: str, numbers: tuple[float, float, float], solutions: list[list[float]]) -> NonlinearProblem:
     a, b, c = numbers
-    squares = _rows("3 2 2; 2 0 1; 3 1 2; 1 0 3")  # the coefficients of z_1^2, z_1 z_2 and z_2^2
+    # The coefficients of z_1^2, z_1 z_2 and z_2^2.
+    squares = _rows("3 2 2; 2 0 1; 3 1 2; 1 0 3")
     linear = _rows(f"0 0 1 3; 1 0 {a} 2; 0 0 2 {b}; 0 0 2 3")
 
     def F(z: Vector) -> Vector:
@@ -174,5 +175,6 @@ FAMILIES: dict[str, Callable[..., NonlinearProblem]] = {
 
 def make(family: str, n: int) -> NonlinearProblem:
     """Return the problem of a family with n unknowns, for each of its numbers of unknowns."""
-    sizes = {"nash-cournot": n, "bratu": isqrt(n), "elastohydrodynamic": n - 1}  # as the functions count them
+    # As the functions count them.
+    sizes = {"nash-cournot": n, "bratu": isqrt(n), "elastohydrodynamic": n - 1}
     return FAMILIES[family](sizes[family]) if family in sizes else FAMILIES[family]()

@@ -11,7 +11,9 @@ from lcpcli.model import program, reductions
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
-UNITS = 16  # random numbers of frontier and lasso are multiples of 1/16, so that products are free of rounding
+# Random numbers of frontier and lasso are multiples of 1/16, so that products are free
+# of rounding.
+UNITS = 16
 STEP = 0.25  # seconds between the inputs of control, a fraction of the springs' period
 
 
@@ -162,7 +164,8 @@ def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Pro
     start = np.concatenate((random.uniform(-2.0, 2.0, masses), np.zeros(masses)))
     springs = diags_array([np.ones(masses - 1), np.full(masses, -2.0), np.ones(masses - 1)], offsets=[-1, 0, 1])
     one = eye_array(masses)
-    drift = block_array([[one + STEP**2 * springs, STEP * one], [STEP * springs, one]])  # of a state over one step
+    # Of a state over one step.
+    drift = block_array([[one + STEP**2 * springs, STEP * one], [STEP * springs, one]])
     push = block_array([[STEP**2 * one], [STEP * one]])
     now, before = eye_array(steps), diags_array([np.ones(steps - 1)], offsets=[-1], shape=(steps, steps))
     state = kron(now, hstack([eye_array(size), -push])) - kron(before, hstack([drift, csr_array((size, masses))]))

@@ -187,7 +187,9 @@ def complementary(size: Vector, inside: Mask) -> tuple[Vector, Vector]:
     return np.where(inside, size, 0), np.where(inside, 0, size)
 
 
-LARGEST_EXACT = 18  # the largest Hilbert matrix for which all numbers are integers representable in double precision
+# The largest Hilbert matrix for which all numbers are integers representable in double
+# precision.
+LARGEST_EXACT = 18
 
 
 def murty(n: int, _seed: int) -> Problem:
@@ -287,7 +289,8 @@ def hilbert(n: int, _seed: int, *, degenerate: bool = False) -> Problem:
     return Problem(M, -M @ z, solutions=[z] * (n <= LARGEST_EXACT), note=note)
 
 
-STEPS_OF_M, STEPS_OF_Z = 2.0**20, 2.0**10  # M and z are multiples of their inverses: products have 53 bits at most
+# M and z are multiples of their inverses: products have 53 bits at most.
+STEPS_OF_M, STEPS_OF_Z = 2.0**20, 2.0**10
 
 
 def planted(n: int, seed: int, *, entries: int = 0) -> Problem:

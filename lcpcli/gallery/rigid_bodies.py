@@ -20,9 +20,13 @@ from lcpcli.typing import Vector
 STEP, GRAVITY = 0.01, 9.81  # seconds, and their acceleration
 HALF = np.array([0.5, 0.25])  # of the sides of a box, whose mass is 1
 INVERSE_INERTIA = 3 / (HALF @ HALF)
-GROUND = np.array([1000.0, 1.0])  # half of the sides of the floor and of the ceiling, which no impulse moves
-NEAR = 0.02  # the largest gap, beyond what two bodies approach in a step, at which they count as in contact
-SLIDING, DESCENT = 1.5, 1.0  # the largest speed of a box at the beginning, and the speed of the ceiling
+# Half of the sides of the floor and of the ceiling, which no impulse moves.
+GROUND = np.array([1000.0, 1.0])
+# The largest gap, beyond what two bodies approach in a step, at which they count as in
+# contact.
+NEAR = 0.02
+# The largest speed of a box at the beginning, and the speed of the ceiling.
+SLIDING, DESCENT = 1.5, 1.0
 KINDS = {
     "tower": "boxes on top of each other, which slide at first",
     "pyramid": "rows of boxes, each on two others",
@@ -138,7 +142,8 @@ class Scene:
         along, width = self._half[second, 1 - k] * self._axes[second, 1 - k], self._half[first, 1 - axis]
         side, ends = self._axes[first, 1 - axis], np.array([-1.0, 1.0])
         at, per = side @ (middle - self.centres[first]), side @ along
-        if abs(per) > 1e-9:  # the points middle + t along above the side of the first body
+        # The points middle + t along above the side of the first body.
+        if abs(per) > 1e-9:
             low, high = sorted(((-width - at) / per, (width - at) / per))
             ends = np.array([max(low, -1.0), min(high, 1.0)])
         points = middle + np.outer(ends, along)

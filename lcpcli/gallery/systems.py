@@ -19,9 +19,13 @@ from lcpcli.games.problems import from_efg
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Matrix, Vector
 
-UNITS = 16  # random numbers are multiples of 1/16, so that their sums and products are free of rounding
-NODES, DIODES = 4, ((0, 2), (1, 2), (3, 0), (3, 1))  # of a bridge: two poles of its source, then plus and minus
-INNER, LOAD, LEAK, COUPLING = 1.0, 0.25, 0.0625, 0.5  # conductances: powers of two, so that sums are exact
+# Random numbers are multiples of 1/16, so that their sums and products are free of
+# rounding.
+UNITS = 16
+# Of a bridge: two poles of its source, then plus and minus.
+NODES, DIODES = 4, ((0, 2), (1, 2), (3, 0), (3, 1))
+# conductances: powers of two, so that sums are exact.
+INNER, LOAD, LEAK, COUPLING = 1.0, 0.25, 0.0625, 0.5
 
 
 def contact(n: int, seed: int, *, friction: float = 0.5, compliance: float = 0.0) -> Problem:
@@ -148,7 +152,8 @@ def spatial_prices(n: int, seed: int, *, capacity: float = 3.0, tax: float = 0.0
     a, b, d, e = (random.integers(low, high, m).astype(float) for low, high in ((1, 6), (1, 4), (10, 21), (1, 4)))
     costs = random.integers(1, 10, m * m).astype(float)
     one, ones = eye_array(m), np.ones((1, m))
-    sums = vstack((-kron(one, ones), kron(ones, one)))  # minus what leaves a region, plus what arrives
+    # Minus what leaves a region, plus what arrives.
+    sums = vstack((-kron(one, ones), kron(ones, one)))
     slopes = diags_array(np.concatenate((b, e)))
     prices, regions = np.full(2 * m, np.inf), range(1, m + 1)
     flows = [f"flow{i}-{j}" for i in regions for j in regions]
@@ -223,7 +228,8 @@ def unknowns_of(k: int) -> int:
 def _offers(k: int, i: int, j: int, discount: Fraction) -> Iterator[str]:
     prices = range(1, k + 1)
     asked, offered = (" ".join(f'"{verb} {price}"' for price in prices) for verb in ("ask", "offer"))
-    numbers = count_from(2 * k * k * k * (k * (i - 1) + j - 1) + 1)  # of outcomes: larger than those before
+    # Of outcomes: larger than those before.
+    numbers = count_from(2 * k * k * k * (k * (i - 1) + j - 1) + 1)
 
     def end(price: int, factor: Fraction) -> str:
         return f't "" {next(numbers)} "" {{ {factor * (price - i + 1)} {factor * (j - price)} }}'
@@ -330,7 +336,8 @@ def american_put(
     strike : E, which moves q alone. A path between two strikes passes the puts whose payoffs are means of both.
     """
     k, t = 2 * rate / volatility**2, volatility**2 * years / 2
-    x = np.linspace(-2.0, 2.0, n + 2)  # prices so far from a strike of 1 that z is 0 at both ends
+    # Prices so far from a strike of 1 that z is 0 at both ends.
+    x = np.linspace(-2.0, 2.0, n + 2)
     growth = (k + 1) ** 2 * t / 4
     require("rate", rate, k <= 100 and growth <= 500, "small compared with the square of the volatility")
     expiry = np.maximum(strike * np.exp((k - 1) * x / 2) - np.exp((k + 1) * x / 2), 0)

@@ -15,9 +15,13 @@ from lcpcli.model.extensive import ExtensiveGame, GameTree, Player, distinct_lab
 from lcpcli.model.origins import Game
 from lcpcli.typing import Vector
 
-PER_UNKNOWN = 10  # times n tol: the largest gain, relative to its terms, that counts as none, as M is rounded
+# Times n tol: the largest gain, relative to its terms, that counts as none, as M is
+# rounded.
+PER_UNKNOWN = 10
 
-Plan = list[Any]  # a realization plan: for each sequence of the player the product of the probabilities of its moves
+# A realization plan: for each sequence of the player the product of the probabilities
+# of its moves.
+Plan = list[Any]
 Strategy = list[list[Any]]  # for each information set the probabilities of its actions
 
 

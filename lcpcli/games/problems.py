@@ -78,4 +78,5 @@ def from_efg(text: str, *, name: str = "", source: str = "", note: str = "") -> 
     game = ExtensiveGame.of(text)
     M, q, lower, upper = game.conditions()
     problem = Problem(M, q, name=name or game.tree.title, source=source, note=note, lower=lower, upper=upper)
-    return problem.knowing(origin=game)  # `Problem` would check whether it fits, but it has just made them
+    # `Problem` would check whether it fits, but it has just made them.
+    return problem.knowing(origin=game)

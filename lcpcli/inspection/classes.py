@@ -49,9 +49,13 @@ from lcpcli.rational import elimination, numbers
 from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.error_theorems import proof_of_definiteness, scaling
 
-EXACT_MINORS = 64  # n up to which the leading minors of C are computed exactly, in about a second
-STEPS = 300  # of power iteration for a v that rules out d, which is verified whatever its accuracy
-ZERO = 1e-9  # of the largest component of v, below which a component has not converged and is treated as zero
+# n up to which the leading minors of C are computed exactly, in about a second.
+EXACT_MINORS = 64
+# Of power iteration for a v that rules out d, which is verified whatever its accuracy.
+STEPS = 300
+# Of the largest component of v, below which a component has not converged and is
+# treated as zero.
+ZERO = 1e-9
 
 
 def h_plus(context: Context) -> Verdict:
@@ -79,7 +83,9 @@ def scaled_dominance(M: Matrix, check: verdict.Check) -> Verdict:
         evidence = f"scaling the columns of M by d = {text_of(d)} makes it strictly diagonally dominant"
         return Verdict(YES, evidence, vector=d)
     v, diagonal = e, C.diagonal()
-    for _ in range(STEPS):  # power iteration on I + J, which may lead to a Perron vector v >= 0 of J = I - D^-1 C
+    # Power iteration on I + J, which may lead to a Perron vector v >= 0 of J = I - D^-1
+    # C.
+    for _ in range(STEPS):
         check()
         v = 2 * v - matrices.product(C, v) / diagonal
         if not np.isfinite(v).all() or not v.max() > 0:
@@ -102,12 +108,19 @@ def _not_dominant(v: Vector) -> Verdict:
     return Verdict(NO, f"M_ii v_i <= sum of |M_ij| v_j, j != i, in every row for v = {text_of(v)}", vector=v)
 
 
-ALL_MINORS = 14  # n up to which all 2^n - 1 = 16383 minors are computed, in half a second
+# n up to which all 2^n - 1 = 16383 minors are computed, in half a second.
+ALL_MINORS = 14
 ALL_PAIRS = 8  # n up to which all 3^n pairs of index sets are examined, 6561
-MOST_WITH_VECTORS = 300  # unknowns up to which eigenvectors are tried, in a fraction of a second
-PAIRS = 2000  # n up to which all pairs of a dense matrix are examined: 32 MB for each n x n array
-CANDIDATES = 10  # pairs whose minor is computed exactly: one of the least minors in doubles is negative if any is
-NOISE = 1e-13  # of the largest component of an eigenvector, below which a component is rounding and treated as zero
+# Unknowns up to which eigenvectors are tried, in a fraction of a second.
+MOST_WITH_VECTORS = 300
+# n up to which all pairs of a dense matrix are examined: 32 MB for each n x n array.
+PAIRS = 2000
+# Pairs whose minor is computed exactly: one of the least minors in doubles is negative
+# if any is.
+CANDIDATES = 10
+# Of the largest component of an eigenvector, below which a component is rounding and
+# treated as zero.
+NOISE = 1e-13
 
 
 def p_matrix(context: Context) -> Verdict:
@@ -210,7 +223,8 @@ def column_sufficient(context: Context, product: str = "Mz") -> Verdict:
         t = max(abs(v) for row in part for v in row) or 1
         for inside in verdict.index_sets(len(P)):
             context.check()
-            # z, not 0 on I, with (A + t diag(1_I)) z = 0: z_i (Az)_i = -t z_i^2 on I, 0 elsewhere
+            # z, not 0 on I, with (A + t diag(1_I)) z = 0: z_i (Az)_i = -t z_i^2 on I, 0
+            # elsewhere
             shifted = [[v + t * (i == j and i in inside) for j, v in enumerate(row)] for i, row in enumerate(part)]
             _, free = elimination.solve(shifted, [0] * len(part))
             u = next((z for z in free if any(z[i] for i in inside)), None)
@@ -222,12 +236,20 @@ def column_sufficient(context: Context, product: str = "Mz") -> Verdict:
     return Verdict(YES, f"no z on any of {2**context.n - 1} index sets is a counterexample, in exact arithmetic")
 
 
-EXACT_FIRST = 20  # n up to which exact elimination, in milliseconds, precedes floating-point arithmetic
-EXACT_LAST = 200  # n up to which exact elimination is tried while time is left; beyond, its integers are too long
-RATIONAL = 16  # pivots up to which the vector of a pivot is computed exactly: its fractions stay short
-MOST_SINGULAR = 500  # n up to which a dense factorization of a singular matrix takes hundredths of a second
-DENOMINATOR = 60.0  # of which the denominators of a null space of small integers are divisors
-RANK_TOLERANCE = 1e-10  # of the largest pivot: a pivot of singular matrices below it is rounding
+# n up to which exact elimination, in milliseconds, precedes floating-point arithmetic.
+EXACT_FIRST = 20
+# n up to which exact elimination is tried while time is left; beyond, its integers are
+# too long.
+EXACT_LAST = 200
+# Pivots up to which the vector of a pivot is computed exactly: its fractions stay
+# short.
+RATIONAL = 16
+# n up to which a dense factorization of a singular matrix takes hundredths of a second.
+MOST_SINGULAR = 500
+# Of which the denominators of a null space of small integers are divisors.
+DENOMINATOR = 60.0
+# Of the largest pivot: a pivot of singular matrices below it is rounding.
+RANK_TOLERANCE = 1e-10
 
 
 def positive_definite(context: Context) -> Verdict:
@@ -382,7 +404,9 @@ def semidefinite_rank(S: Matrix) -> int | None:
     return int(rank) if proof_of_definiteness(A[:rank, :rank])[0] else None
 
 
-ALL_SETS = 9  # n up to which all 2^n - 1 index sets are examined, each by a linear system in exact arithmetic
+# n up to which all 2^n - 1 index sets are examined, each by a linear system in exact
+# arithmetic.
+ALL_SETS = 9
 
 
 def copositive(context: Context) -> Verdict:
@@ -392,7 +416,8 @@ def copositive(context: Context) -> Verdict:
     if context.symmetric_part.min() >= 0:
         return Verdict(YES, "no entry of M + M' is negative")
     S, n = context.symmetric_part, context.n
-    vectors = [np.ones(n), np.zeros(n), np.zeros(n)]  # e, and a sum of one or two unit vectors
+    # E, and a sum of one or two unit vectors.
+    vectors = [np.ones(n), np.zeros(n), np.zeros(n)]
     vectors[1][int(context.diagonal.argmin())] = vectors[2][list(np.unravel_index(int(S.argmin()), S.shape))] = 1.0
     for v in vectors:
         if context.form_is_low(v, strict=False):

@@ -70,7 +70,8 @@ def plan(problem: Problem) -> list[Attempt]:
     >>> [attempt.method for attempt in lcpcli.plan(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]))][:3]
     ['newton', 'newton', 'lemke']
     """
-    problem = composed(as_problem(problem), relaxed, shifted).problem  # as auto searches
+    # As auto searches.
+    problem = composed(as_problem(problem), relaxed, shifted).problem
     structure = Structure(problem, problem.q)
 
     def attempts(rows: tuple[Row, ...]) -> list[Attempt]:
@@ -87,7 +88,8 @@ def plan(problem: Problem) -> list[Attempt]:
     return [*first, *presolve, *others, MILP]
 
 
-ASYMMETRY = 1e-12  # relative to the largest entry: a smaller difference of M and M' looks like rounding
+# Relative to the largest entry: a smaller difference of M and M' looks like rounding.
+ASYMMETRY = 1e-12
 
 
 @dataclass(eq=False)
@@ -191,7 +193,8 @@ def inspect(
     with suppress(TimeIsUp), within(end - clock.seconds()):
         check()
         left = presolved(problem) if problem.is_mixed else None
-        if not isinstance(left, Refuted) or clearly_refutes(problem, left.y):  # else this may be due to rounding
+        # Else this may be due to rounding.
+        if not isinstance(left, Refuted) or clearly_refutes(problem, left.y):
             found.presolve = left
         check()
         found.plan = plan(problem)
@@ -250,7 +253,9 @@ def _hints(own: Inspection) -> list[str]:
 
 
 SAMPLES = 2  # points beside the start
-NEARER = 0.5**3  # by which another point is moved towards the start where J is not finite, MOST_MOVES times
+# By which another point is moved towards the start where J is not finite, MOST_MOVES
+# times.
+NEARER = 0.5**3
 MOST_MOVES = 10
 LAST_CLASS = "positive_semidefinite"  # of those that are decided: all that are cheap
 MOST_NAMED = 5  # rows or unknowns in a hint

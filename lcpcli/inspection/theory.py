@@ -43,8 +43,12 @@ from lcpcli.model.problem import Problem
 from lcpcli.options import AUTO, TOL
 from lcpcli.typing import Matrix
 
-SETTLED = 12  # unknowns up to which the exhaustive search of milp always terminates, see milp.MAX_NODES
-MOST_WITH_NORM = 500  # unknowns up to which the iteration matrix T is formed for its norm alone, which costs O(n^3)
+# Unknowns up to which the exhaustive search of milp always terminates, see
+# milp.MAX_NODES.
+SETTLED = 12
+# Unknowns up to which the iteration matrix T is formed for its norm alone, which costs
+# O(n^3)
+MOST_WITH_NORM = 500
 
 
 class Guarantee(NamedTuple):
@@ -67,7 +71,8 @@ class Rate:
 def guarantees(classes: Mapping[str, Verdict], problem: Problem) -> dict[str, Guarantee]:
     """Return for each of `methods.registry.METHODS` whether its success is guaranteed by the known classes of M."""
     found = {name: _guarantee(method, classes, problem) for name, method in METHODS.items()}
-    if problem.n > SETTLED and found["interior"].word == YES:  # whose turn alone has no limit
+    # Whose turn alone has no limit.
+    if problem.n > SETTLED and found["interior"].word == YES:
         found[AUTO] = Guarantee(YES, f"as interior: {found['interior'].reason}")
     elif problem.n > SETTLED:
         named = " and ".join(name for name in ("newton", "lemke") if found[name].word == YES)
@@ -137,8 +142,11 @@ def smoothing(problem: Problem) -> tuple[float, float]:
 
 
 BAD_CONDITION = 1e12  # from which on a hint warns: at most 4 of 16 digits are left
-BAD_SPREAD = 4.0  # decades of the largest entries of rows or columns, from which on a hint advises to scale
-MOST_WITH_SPECTRUM = 500  # unknowns up to which all eigenvalues are computed, in a fraction of a second
+# Decades of the largest entries of rows or columns, from which on a hint advises to
+# scale.
+BAD_SPREAD = 4.0
+# Unknowns up to which all eigenvalues are computed, in a fraction of a second.
+MOST_WITH_SPECTRUM = 500
 
 
 class Spread(NamedTuple):

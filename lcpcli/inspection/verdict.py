@@ -26,7 +26,9 @@ from lcpcli.typing import Matrix, Vector
 
 YES, NO, UNDECIDED = "yes", "no", "not decided"
 MOST_ENTRIES = 6  # of a vector or index set in a sentence, about half a line
-EXACT_SUPPORT = 500  # nonzeros of v up to which the sign of v'Mv is determined exactly: 250000 products of integers
+# Nonzeros of v up to which the sign of v'Mv is determined exactly: 250000 products of
+# integers.
+EXACT_SUPPORT = 500
 
 TITLES = {"h_plus": "H+-matrix", "skew_symmetric": "skew-symmetric", "copositive_plus": "copositive-plus"}
 
@@ -43,7 +45,8 @@ def called(name: str) -> str:
     return ("an " if words[0] in "HM" else "a ") * words.endswith("-matrix") + words
 
 
-Check = Callable[[], None]  # it raises TimeIsUp if the time is used up, as `interrupts.check` does
+# It raises TimeIsUp if the time is used up, as `interrupts.check` does.
+Check = Callable[[], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,7 +246,9 @@ def weak_row(M: Matrix, check: Check) -> int | None:
 
 LARGER = """h_plus m_matrix positive_definite positive_semidefinite p_matrix p0_matrix column_sufficient row_sufficient
 copositive strictly_copositive copositive_plus"""
-CLASSES = {  # the file of each, in which a function of that name decides it; each relies on those before it
+# The file of each, in which a function of that name decides it; each relies on those
+# before it.
+CLASSES = {
     **dict.fromkeys(("symmetric", "skew_symmetric", "z_matrix", "strictly_diagonally_dominant"), "verdict"),
     **dict.fromkeys(LARGER.split(), "classes"),
 }

@@ -17,8 +17,9 @@ ANNOUNCEMENT = "lcpcli: compiling the kernels of the extra fast, once on a machi
 PACKAGE = Path(__file__).parents[1]
 KERNELS = 15  # that `compiled` uses
 ROOMS = ("kernels", "basis", "verify")  # with files of functions that are compiled
-# Files with functions that kernels of other files use, and with what counts as rounding, which compiled kernels keep:
-# numba's cache knows of changes in the file of a kernel alone.
+# Files with functions that kernels of other files use, and with what counts as
+# rounding, which compiled kernels keep: numba's cache knows of changes in the file of a
+# kernel alone.
 USED = ("basis/exchanges", "methods/direct", "linalg/units", "linalg/doubles", "verify/enclosure", "kernels/overloads")
 
 

@@ -22,10 +22,14 @@ from lcpcli.typing import Indices, Mask, States, Vector
 from lcpcli.verify.measure import Rows
 
 Vectors = tuple[Vector, ...]
-NUMBERS_AT_ONCE = 1 << 18  # in the systems that are solved before Ctrl-C can take effect
-COVER = seeded_cover(0, 2 * MOST_COMPILED)  # the covering vector of any number of unknowns is its beginning
-LOWEST, HIGHEST = np.zeros(MOST_COMPILED), np.full(MOST_COMPILED, np.inf)  # bounds of LCPs
-MOST_JUDGED_ENTRIES = 1_000_000  # of a sparse M: for more, Ctrl-C would have to wait for the end of the judgement
+# In the systems that are solved before Ctrl-C can take effect.
+NUMBERS_AT_ONCE = 1 << 18
+# The covering vector of any number of unknowns is its beginning.
+COVER = seeded_cover(0, 2 * MOST_COMPILED)
+# Bounds of LCPs.
+LOWEST, HIGHEST = np.zeros(MOST_COMPILED), np.full(MOST_COMPILED, np.inf)
+# Of a sparse M: for more, Ctrl-C would have to wait for the end of the judgement.
+MOST_JUDGED_ENTRIES = 1_000_000
 
 with announced():
     from lcpcli.kernels.kernels import pivot_blocks, solve_one, solve_rows

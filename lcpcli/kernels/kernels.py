@@ -27,7 +27,8 @@ from lcpcli.verify.measure import FEW_UNKNOWNS
 
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc"}}
 compiled = njit(**OPTIONS)
-inlined = njit(inline="always", **OPTIONS)  # what one kernel calls once: numba takes half as long
+# What one kernel calls once: numba takes half as long.
+inlined = njit(inline="always", **OPTIONS)
 _safeguarded, _is_hopeless, _regular_change = map(compiled, (direct.safeguarded, direct.is_hopeless, regular_change))
 NUMBER, COUNT = types.float64, types.int64
 VECTOR, MATRIX, MATRICES = (types.Array(NUMBER, d, "C", readonly=True) for d in (1, 2, 3))
@@ -254,7 +255,8 @@ def solve_rows(M: Any, Q: Any, largest: Any, tol: float, Z: Any, found: Any) -> 
 
 
 FEW_ROWS = 48  # of M_BB, up to which LAPACK does not pay
-DENSE = 0.2  # of M_BB: from this share of entries other than 0 on it does, if there are more
+# Of M_BB: from this share of entries other than 0 on it does, if there are more.
+DENSE = 0.2
 CORRECTIONS = 2  # of a solution
 PLACES = types.Array(types.uint32, 1, "C", readonly=True)
 
@@ -367,7 +369,8 @@ def pivot_blocks(begin: Any, columns: Any, values: Any, q: Any, lower: Any, uppe
     """Exchange wrong signs, from the states of t = z - w, as `auto` lets `newton` do; return the number of steps and z
     of the solution; if there is none, minus the number of basic solutions, and 0."""
     entries = begin, columns, values
-    order = np.argsort(np.bincount(columns, minlength=q.size), kind="mergesort")  # which keeps factors sparse
+    # Which keeps factors sparse.
+    order = np.argsort(np.bincount(columns, minlength=q.size), kind="mergesort")
     diagonal = np.zeros(q.size)
     n, steps, waiting, most, is_single = q.size, 0, direct.BLOCK_PATIENCE, np.inf, False
     states, last, wrong = np.empty(n, np.int8), np.empty(n, np.int8), np.zeros(n, np.bool_)

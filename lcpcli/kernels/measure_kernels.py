@@ -20,7 +20,8 @@ from lcpcli.verify.measure import DROWNED, FINEST
 
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}
 compiled = njit(**OPTIONS)
-INDICES = types.Array(types.uint32, 1, "C", readonly=True)  # unsigned, as numba tests each signed index for its sign
+# Unsigned, as numba tests each signed index for its sign.
+INDICES = types.Array(types.uint32, 1, "C", readonly=True)
 VECTOR = types.Array(types.float64, 1, "C", readonly=True)
 NUMBERS, PARTS, PLACES = (types.Array(each, 1, "C") for each in (types.float64, types.int64, types.uint32))
 ROWS = INDICES, INDICES, VECTOR
@@ -203,7 +204,8 @@ def _judgement(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper:
             if far_error < error[i]:
                 w[i], error[i] = far_w[i], far_error
             terms[i] = min(given[i], max(far[i], FINEST * given[i]))
-            is_rough[i] = at_reference[i] > CANCELLATION * least[i]  # such rows are summed exactly elsewhere
+            # Such rows are summed exactly elsewhere.
+            is_rough[i] = at_reference[i] > CANCELLATION * least[i]
             if is_rough[i]:
                 least[i] = max(least[i] - q_error[i], 0.0)
     is_closed = is_solution = is_small = True

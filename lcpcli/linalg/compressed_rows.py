@@ -20,7 +20,8 @@ except ImportError:
     unchecked = None
 
 Shape: TypeAlias = tuple[int, int]
-Arrays: TypeAlias = tuple[Indices, Indices, Vector]  # where each row begins, the columns and the values of the entries
+# Where each row begins, the columns and the values of the entries.
+Arrays: TypeAlias = tuple[Indices, Indices, Vector]
 LARGEST_INT32 = 2**31 - 1
 # A copy with other arrays takes a fifth of the time of the constructor.
 EMPTY = {form: form((1, 1)) for form in (csr_array, csc_matrix)}

@@ -22,18 +22,29 @@ End = TypeVar("End")
 Steps: TypeAlias = Callable[..., abc.Generator[Item, None, End]]
 
 EPS = float(np.finfo(np.float64).eps)  # from 1 to the next number
-SMALLEST_NORMAL = float(np.finfo(np.float64).smallest_normal)  # bounds the error of an underflow
+# Bounds the error of an underflow.
+SMALLEST_NORMAL = float(np.finfo(np.float64).smallest_normal)
 LARGEST_DOUBLE = float(np.finfo(np.float64).max)
 # What counts as rounding, in this file alone:
-ROW_ROUNDING = 8 * EPS  # relative to the terms of a row: a bound on the rounding error in w = M z + q
-ROUNDING = 4 * EPS  # relative to a number, or to the terms of a row: what rounding of z, and of w, may leave of it
-SMALL_DISTANCE = 1e-13  # relative to the largest number of its kind: what rounding may have made of 0
+# Relative to the terms of a row: a bound on the rounding error in w = M z + q.
+ROW_ROUNDING = 8 * EPS
+# Relative to a number, or to the terms of a row: what rounding of z, and of w, may
+# leave of it.
+ROUNDING = 4 * EPS
+# Relative to the largest number of its kind: what rounding may have made of 0.
+SMALL_DISTANCE = 1e-13
 ROUNDED_ZERO = 1e-14  # the same of components that exact arithmetic may decide
-SIGN_ROUNDING = 1e-12  # relative to the terms of a row, or the largest z_j: no violation where exact arithmetic looks
-WIDEST = 1020  # binary digits by which doubles may differ and be of full precision, if the largest is near 1
-FAR_FROM_ONE = 2.0**200  # beyond it, or below its inverse, products of a few numbers may over- or underflow
+# Relative to the terms of a row, or the largest z_j: no violation where exact
+# arithmetic looks.
+SIGN_ROUNDING = 1e-12
+# Binary digits by which doubles may differ and be of full precision, if the largest is
+# near 1.
+WIDEST = 1020
+# Beyond it, or below its inverse, products of a few numbers may over- or underflow.
+FAR_FROM_ONE = 2.0**200
 MOST_COPIED_ENTRIES = 10_000  # up to which a copy costs less than a second reduction
-MOST_LOOPED_ENTRIES = 32  # up to which Python's own loop is faster than a reduction by numpy
+# Up to which Python's own loop is faster than a reduction by numpy.
+MOST_LOOPED_ENTRIES = 32
 
 
 def largest(v: Vector) -> float:

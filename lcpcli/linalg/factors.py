@@ -26,15 +26,24 @@ from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric, norm_
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 FEWEST_ROWS = 3  # that scipy's gttrs takes
-MOST_NUMPY_ROWS = 200  # up to which a dense matrix is inverted by numpy: importing scipy costs more than it saves
-MOST_QUICK_ENTRIES = 10_000  # up to which a sparse factorization is too fast to need an interruptible thread
-LONG_LU, LONG_CHOLESKY = 2000, 5000  # rows from which dense factorizations are interruptible; see `_DenseFactors`
-LAPACK = "scipy.linalg.lapack"  # solves small systems in half the time of numpy, but importing it takes longer
-MOST_UPDATED = 1 / 12  # of an index set: changes up to which an update costs clearly less than a factorization
-MODEST_CONDITION = 1e8  # the condition number up to which an inverse has half of the digits of a double
+# Up to which a dense matrix is inverted by numpy: importing scipy costs more than it
+# saves.
+MOST_NUMPY_ROWS = 200
+# Up to which a sparse factorization is too fast to need an interruptible thread.
+MOST_QUICK_ENTRIES = 10_000
+# Rows from which dense factorizations are interruptible; see `_DenseFactors`
+LONG_LU, LONG_CHOLESKY = 2000, 5000
+# Solves small systems in half the time of numpy, but importing it takes longer.
+LAPACK = "scipy.linalg.lapack"
+# Of an index set: changes up to which an update costs clearly less than a
+# factorization.
+MOST_UPDATED = 1 / 12
+# The condition number up to which an inverse has half of the digits of a double.
+MODEST_CONDITION = 1e8
 Solve = Callable[[Vector], Vector]
 TwoWay = Callable[..., Vector]  # solve(b, transposed=False)
-SingularMatrix = np.linalg.LinAlgError  # the matrix is singular, or so nearly that solutions have no correct digit
+# The matrix is singular, or so nearly that solutions have no correct digit.
+SingularMatrix = np.linalg.LinAlgError
 
 
 class Tridiagonal:
@@ -131,7 +140,8 @@ class _DenseFactors:
         takes a third longer."""
         if A.shape[0] >= LONG_CHOLESKY:
             upper = interruptibly(partial(np.linalg.cholesky, A.T)).T
-            return lambda b, transposed=False: self._potrs(upper, b)[0]  # noqa: ARG005 (A is symmetric)
+            # A is symmetric.
+            return lambda b, transposed=False: self._potrs(upper, b)[0]  # noqa: ARG005
         factor, info = self._potrf(A.T, lower=True, clean=False)
         if info > 0:
             raise SingularMatrix
@@ -310,9 +320,13 @@ class PrincipalSolver:
         return updated
 
 
-BATCH = 1 << 16  # numbers in the submatrices and right-hand sides that are solved in one call: they stay in the cache
+# Numbers in the submatrices and right-hand sides that are solved in one call: they stay
+# in the cache.
+BATCH = 1 << 16
 WORD = 64  # bits of a machine word
-LARGE_SHARE = 0.55  # of all indices: from there on the systems of the complements are solved, which cost less
+# Of all indices: from there on the systems of the complements are solved, which cost
+# less.
+LARGE_SHARE = 0.55
 
 
 def solve_principal(M: Matrix, sets: Mask, B: Vector, inverse: Matrix | None = None) -> Vector:
@@ -335,7 +349,8 @@ def solve_principal(M: Matrix, sets: Mask, B: Vector, inverse: Matrix | None = N
             return X
     X = np.zeros(B.shape)
     for indices, rows in _batches(sets):
-        columns = M.T.take(indices, axis=0).transpose(0, 2, 1)  # first, which takes half the time of all at once
+        # First, which takes half the time of all at once.
+        columns = M.T.take(indices, axis=0).transpose(0, 2, 1)
         blocks = columns[np.arange(indices.shape[0])[:, np.newaxis], indices]
         places = rows[:, :, np.newaxis], indices[:, np.newaxis, :]
         X[places] = _solved(blocks, B[places].transpose(0, 2, 1)).transpose(0, 2, 1)

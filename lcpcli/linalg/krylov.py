@@ -20,9 +20,13 @@ from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, definite_solv
 from lcpcli.linalg.matrices import absolute_product, dense, is_symmetric, plus_diagonal, row_maxima, row_parts, scaled
 from lcpcli.typing import Matrix, Vector
 
-EIGENVALUE_STEPS = 8  # of power or inverse iteration from a random vector: enough for a factor 3 in an eigenvalue
-MOST_IN_ONE_THREAD = 10_000  # numbers of an inner product up to which OpenBLAS uses no threads
-# Times n: how far rounding may push eigenvalues of a semidefinite M with diagonal 1 below 0.
+# Of power or inverse iteration from a random vector: enough for a factor 3 in an
+# eigenvalue.
+EIGENVALUE_STEPS = 8
+# Numbers of an inner product up to which OpenBLAS uses no threads.
+MOST_IN_ONE_THREAD = 10_000
+# Times n: how far rounding may push eigenvalues of a semidefinite M with diagonal 1
+# below 0.
 SEMIDEFINITE_ROUNDING = 10 * EPS
 Operator = Callable[[Vector], Vector]
 Measure = Callable[[Vector], float]

@@ -29,10 +29,13 @@ from lcpcli.linalg.doubles import LARGEST_DOUBLE, MOST_COPIED_ENTRIES, ROW_ROUND
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 BLOCK_NUMBERS = 1 << 17  # in a block of rows: it stays in the cache
-MOST_NARROW_ENTRIES = 4  # of the band, times those of M: factors within it cannot have many more
+# Of the band, times those of M: factors within it cannot have many more.
+MOST_NARROW_ENTRIES = 4
 SAMPLED_ROWS = 32  # of a dense M, which tell that it has many entries other than 0
 FEWEST_SHARED_ROWS = 64  # from which a BLAS may use threads
-MODERATE_FACTOR = 2.0**100  # factors between its inverse and this over- or underflow only if the product itself does
+# Factors between its inverse and this over- or underflow only if the product itself
+# does.
+MODERATE_FACTOR = 2.0**100
 
 
 def is_sparse(M: Any) -> bool:
@@ -74,7 +77,8 @@ def row_and_column_maxima(M: Matrix, R: Vector, C: Vector, symmetric: bool = Fal
 def has_no_positive_links(M: Matrix) -> bool:
     """Return whether M is a Z-matrix: whether no entry off the diagonal is positive."""
     entries = M.data if is_sparse(M) else M
-    if entries.ndim > 1 and entries.size and np.count_nonzero(entries[0] > 0) > 1:  # as in the first row of most others
+    # As in the first row of most others.
+    if entries.ndim > 1 and entries.size and np.count_nonzero(entries[0] > 0) > 1:
         return False
     return bool(np.count_nonzero(entries > 0) == np.count_nonzero(M.diagonal() > 0))
 
@@ -367,7 +371,9 @@ def row_multiplier(shape: Shape, indptr: Indices, indices: Indices, data: Vector
     return times
 
 
-TINY_TERMS = 2.0**-900  # of a row: up to here its products may underflow by more than ROW_ROUNDING of its terms
+# Of a row: up to here its products may underflow by more than ROW_ROUNDING of its
+# terms.
+TINY_TERMS = 2.0**-900
 
 
 def row_errors(M: Matrix, z: Vector, terms: Vector) -> Vector:
@@ -401,7 +407,8 @@ def products(M: Matrix, z: Vector) -> Vector:
 SPLITTER = 2.0**27 + 1  # Dekker's, for a mantissa of 53 bits
 FEWEST_ROWS = 200  # of a sparse matrix, from which they are added up together
 MOST_PADDED = 4  # times the entries of a block of rows: those of a table of them
-CANCELLED = 2.0**-80  # of the terms: sums that are smaller need more than three times the precision
+# Of the terms: sums that are smaller need more than three times the precision.
+CANCELLED = 2.0**-80
 
 
 def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:

@@ -21,14 +21,22 @@ from lcpcli.linalg.doubles import distinct
 from lcpcli.linalg.matrices import compressed, is_sparse, mirrored
 from lcpcli.typing import Indices, Matrix, Vector
 
-MOST_DENSE_ROWS = 5000  # up to which factorizing a dense matrix is affordable: seconds, and 200 megabytes
-MAX_ENTRIES = 150_000_000  # of the factors in a band that are affordable: about a gigabyte
-MAX_OPERATIONS = 100_000_000_000  # of the elimination in a band that are affordable: a minute or so
+# Up to which factorizing a dense matrix is affordable: seconds, and 200 megabytes.
+MOST_DENSE_ROWS = 5000
+# Of the factors in a band that are affordable: about a gigabyte.
+MAX_ENTRIES = 150_000_000
+# Of the elimination in a band that are affordable: a minute or so.
+MAX_OPERATIONS = 100_000_000_000
 MOST_ORDERED_ENTRIES = 20_000  # up to which any order is found in no time
-MOST_STEPS = 1e9  # the sum of the squares of the lengths of rows: half a second of minimum degree
-LONG_ROW = 1000  # entries, beyond which their insertion into a sorted list takes more than a millisecond
+# The sum of the squares of the lengths of rows: half a second of minimum degree.
+MOST_STEPS = 1e9
+# Entries, beyond which their insertion into a sorted list takes more than a
+# millisecond.
+LONG_ROW = 1000
 SPREADING_STEPS = 8  # in which most of a graph without small separators is reached
-MUCH_FILL = 10  # entries of L for each of M, beyond which the search for a minimum degree order may take minutes
+# Entries of L for each of M, beyond which the search for a minimum degree order may
+# take minutes.
+MUCH_FILL = 10
 
 
 def affordable(M: Matrix) -> bool:
@@ -67,7 +75,8 @@ class Band:
             from scipy.sparse.csgraph import reverse_cuthill_mckee
         n, symmetric = int(M.shape[0]), _symmetric(M)
         degrees = np.diff(symmetric.indptr)
-        if degrees.max(initial=0) > LONG_ROW:  # scipy sorts the neighbours by insertion, which is quick in this order
+        # Scipy sorts the neighbours by insertion, which is quick in this order.
+        if degrees.max(initial=0) > LONG_ROW:
             order = np.argsort(degrees, kind="stable")
             symmetric = symmetric[order][:, order]
             symmetric.sort_indices()
@@ -117,7 +126,8 @@ def fill(M: Matrix, most: int) -> int:
     lower = tril(pattern[order][:, order], k=-1, format="csc")
     lower.sort_indices()
     columns = np.split(lower.indices, lower.indptr[1:-1])
-    waiting: list[list[Indices]] = [[] for _ in columns]  # from the children of each column
+    # From the children of each column.
+    waiting: list[list[Indices]] = [[] for _ in columns]
     total = 0
     for j, own in enumerate(columns):
         check()

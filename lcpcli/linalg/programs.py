@@ -21,10 +21,14 @@ from lcpcli.linalg.matrices import is_sparse, stack
 from lcpcli.typing import Matrix, Vector
 
 LIMIT_REACHED = 1  # the status that scipy's result then has
-# Rows, as at least FEW_ROWS, times entries: so many take milliseconds, for which Ctrl-C may wait as for a thread.
+# Rows, as at least FEW_ROWS, times entries: so many take milliseconds, for which Ctrl-C
+# may wait as for a thread.
 MOST_BRIEF, FEW_ROWS = 3e6, 100
-EARLIER = 0.9  # of the time that remains, for the solver: if it ends by itself, no thread is left behind
-# What an iteration of the simplex method usually takes, in seconds, besides for each entry and each row and column.
+# Of the time that remains, for the solver: if it ends by itself, no thread is left
+# behind.
+EARLIER = 0.9
+# What an iteration of the simplex method usually takes, in seconds, besides for each
+# entry and each row and column.
 OF_ITERATION, OF_ENTRY, OF_LINE = 1e-5, 5e-9, 4e-8
 Pair = tuple[Vector, Vector]
 TOLERANCES = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
@@ -72,7 +76,8 @@ def minimized(objective: Vector, A: Matrix, ends: Pair, bounds: Pair, effort: fl
         status, known, solution = highs.getModelStatus(), highspy.HighsModelStatus, highs.getSolution()
         optimum = Optimum(np.array(solution.col_value), np.array(solution.row_dual), highs.getObjectiveValue())
         found, is_late = optimum if status == known.kOptimal else None, status == known.kTimeLimit
-    if is_late and remaining() <= 0:  # where calls are direct, the solver's limit is the only one
+    # Where calls are direct, the solver's limit is the only one.
+    if is_late and remaining() <= 0:
         raise TimeIsUp
     return found
 

@@ -22,10 +22,16 @@ from lcpcli.linalg.patterns import order_of
 from lcpcli.typing import Indices, Matrix, Vector
 
 DENSE_FACTOR = 10.0  # times the root of n: the entries from which a row is dense
-MOST_SPLIT_OFF = 30  # dense rows and columns: the border of more would cost more than it saves
-MOST_AT_ONCE = 100.0  # operations for each entry, up to which variables with a diagonal block are eliminated first
-MOST_FILLED = 5.0  # numbers of a dense border for each entry, up to which it takes less time than a sparse one
-MOST_PER_ENTRY = 300.0  # operations of LDL: columns of such a length are handled faster in dense blocks
+# Dense rows and columns: the border of more would cost more than it saves.
+MOST_SPLIT_OFF = 30
+# Operations for each entry, up to which variables with a diagonal block are eliminated
+# first.
+MOST_AT_ONCE = 100.0
+# Numbers of a dense border for each entry, up to which it takes less time than a sparse
+# one.
+MOST_FILLED = 5.0
+# Operations of LDL: columns of such a length are handled faster in dense blocks.
+MOST_PER_ENTRY = 300.0
 Systems: TypeAlias = "SuperLU | LDL | Bordered | _Dense"
 """Systems of one M: factorize(d) factorizes M + diag(d), or raises SingularMatrix; solve(b) solves for the last d."""
 
@@ -118,7 +124,8 @@ class LDL:
 
             from lcpcli.linalg.compressed_rows import of_arrays
         owners = np.repeat(np.arange(S.size), np.diff(M.indptr))
-        below = M.indices < owners  # in the rows of S M, which are the columns above its diagonal
+        # In the rows of S M, which are the columns above its diagonal.
+        below = M.indices < owners
         ends = np.cumsum(np.bincount(owners[below], minlength=S.size) + 1)
         self._places = ends - 1
         data, indices, is_off = np.empty(ends[-1]), np.empty(ends[-1], M.indices.dtype), np.ones(ends[-1], dtype=bool)
@@ -195,7 +202,8 @@ class Bordered:
 
     def factorize(self, d: Vector) -> None:
         self._inner.factorize(d[self._rest])
-        columns = [self._B] if isinstance(self._inner, _Diagonal) else self._B.T  # SuperLU solves for one at a time
+        # SuperLU solves for one at a time.
+        columns = [self._B] if isinstance(self._inner, _Diagonal) else self._B.T
         self._W = np.column_stack([self._inner.solve(each) for each in columns])
         self._inverse = np.linalg.inv(self._E + np.diag(d[self._places]) - self._C @ self._W)
 

@@ -25,10 +25,13 @@ from lcpcli.errors import ParameterError
 GENERAL = "OMP_NUM_THREADS"  # what a library goes by if its own variable is not set
 VARIABLES = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", GENERAL)
 MOST_DIGITS = 9  # of a number in the environment that is read
-FEWEST_THREADED_ROWS = 100  # with fewer than 9216 entries OpenBLAS multiplies by vectors in one thread anyway
-# Rows of a dense matrix from which more threads pay. Measured on two processors, with one thread / two, in seconds:
-# n = 2000 0.16 / 0.11 by auto and 0.27 / 0.21 by fixed-point, 3000 0.46 / 0.40 and 0.79 / 0.60, 5000 1.6 / 1.2 and
-# 2.9 / 2.0. Beside two busy processes two threads took up to 12 times as long as one at n = 3000, 4 times at 5000.
+# With fewer than 9216 entries OpenBLAS multiplies by vectors in one thread anyway.
+FEWEST_THREADED_ROWS = 100
+# Rows of a dense matrix from which more threads pay. Measured on two processors, with
+# one thread / two, in seconds: n = 2000 0.16 / 0.11 by auto and 0.27 / 0.21 by
+# fixed-point, 3000 0.46 / 0.40 and 0.79 / 0.60, 5000 1.6 / 1.2 and 2.9 / 2.0. Beside
+# two busy processes two threads took up to 12 times as long as one at n = 3000, 4 times
+# at 5000.
 MANY_ROWS = 5000
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -78,7 +81,8 @@ def _number(problem: Any, asked: int | None) -> int | None:
 
 
 _lock = threading.Lock()
-_asked: dict[object, int] = {}  # by the calls under way: the number of the process is the least of these
+# By the calls under way: the number of the process is the least of these.
+_asked: dict[object, int] = {}
 _usual: list[int] = []  # those from before the first of them, of each library
 _thread = threading.local()  # is_limited : whether it is within a context of `limited`
 
@@ -118,7 +122,8 @@ def _share(libraries: Sequence[Any], call: object, number: int | None = None) ->
             has_one_of_each_thread = getattr(library, "threading_layer", "") == "openmp"
             is_usual = least is None or (number is None and has_one_of_each_thread)
             library.set_num_threads(usual if is_usual else least)
-            if hasattr(library, "clear_controlling_thread"):  # else threadpoolctl >= 3.8 would refuse other threads
+            # Else threadpoolctl >= 3.8 would refuse other threads.
+            if hasattr(library, "clear_controlling_thread"):
                 library.clear_controlling_thread()
 
 

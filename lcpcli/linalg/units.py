@@ -36,23 +36,38 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 if TYPE_CHECKING:
     from lcpcli.linalg.compressed_rows import Arrays
 
-MOST_SWEEPS = 30  # each of which halves the exponents that are left, so that all settle unless M ties them together
-# Exponent of the ratio of units above which logarithms are balanced first, then the largest entries.
+# Each of which halves the exponents that are left, so that all settle unless M ties
+# them together.
+MOST_SWEEPS = 30
+# Exponent of the ratio of units above which logarithms are balanced first, then the
+# largest entries.
 UNITS_FAR_APART = 40.0
-# Exponent of the ratio of units up to which the exponents of the first sweep limit those of the others.
+# Exponent of the ratio of units up to which the exponents of the first sweep limit
+# those of the others.
 NEAR_UNITS = 4.0
-EXPONENT_MARGIN = 4.0  # binary digits by which exponents may leave the range of those of the first sweep
-LARGEST_POWER = 1000.0  # of two: exponents are limited to it, so that R, C and what they divide stay finite
-# Of the first step of conjugate gradients, or of 1: the last step; for programs, which take few milliseconds.
+# Binary digits by which exponents may leave the range of those of the first sweep.
+EXPONENT_MARGIN = 4.0
+# Of two: exponents are limited to it, so that R, C and what they divide stay finite.
+LARGEST_POWER = 1000.0
+# Of the first step of conjugate gradients, or of 1: the last step; for programs, which
+# take few milliseconds.
 SETTLED_ERROR, SETTLED_PROGRAM = 1e-8, 1e-3
 FEW_CG_STEPS = 100  # after which elimination is tried
-MOST_CG_STEPS = 300  # for so many rows that elimination may take too long, and for few rows that are also the columns
-THIN = 4  # entries in a row of few symmetric ones, on average: elimination takes less then
+# For so many rows that elimination may take too long, and for few rows that are also
+# the columns.
+MOST_CG_STEPS = 300
+# Entries in a row of few symmetric ones, on average: elimination takes less then.
+THIN = 4
 FEW_SYMMETRIC, LARGEST_ELIMINATED = 10_000, 100_000  # rows
-BAND = 5  # how far entries are from the diagonal in a band whose factors take less time than conjugate gradients
-MOST_DENSE = 48  # rows up to which dense normal equations take no longer than conjugate gradients
-FEW_ROWS = 256  # of a dense M, for which products with it are tried without a look at its zeros
-DENSE, DENSE_CG_STEPS = 0.2, 30  # the share of entries from which products with them are dense, and the steps tried
+# How far entries are from the diagonal in a band whose factors take less time than
+# conjugate gradients.
+BAND = 5
+# Rows up to which dense normal equations take no longer than conjugate gradients.
+MOST_DENSE = 48
+# Of a dense M, for which products with it are tried without a look at its zeros.
+FEW_ROWS = 256
+# The share of entries from which products with them are dense, and the steps tried.
+DENSE, DENSE_CG_STEPS = 0.2, 30
 
 
 class Units(NamedTuple):
@@ -75,7 +90,8 @@ class Units(NamedTuple):
         if self.parts == 1:
             return np.asarray(values.max(axis=-1, keepdims=True, initial=-np.inf))
         found = np.full((*values.shape[:-1], self.parts), -np.inf)
-        place: Any = part if values.ndim == 1 else (..., part)  # the first takes a fraction of the time
+        # The first takes a fraction of the time.
+        place: Any = part if values.ndim == 1 else (..., part)
         np.maximum.at(found, place, values)
         return found
 
@@ -146,7 +162,8 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Units:
         M = M.copy()
         M.eliminate_zeros()
     n, ones = M.shape[0], np.ones(M.nnz)
-    index = np.int32 if max(2 * n + 1, M.nnz) < 2**31 else np.int64  # of which scipy would look at each
+    # Of which scipy would look at each.
+    index = np.int32 if max(2 * n + 1, M.nnz) < 2**31 else np.int64
     indptr, indices = (each.astype(index, copy=False) for each in (M.indptr, M.indices))
     rows = indptr, indices, np.log2(np.abs(M.data))
     columns = rows if S is not None else transposed(M.shape, *rows)
@@ -460,8 +477,10 @@ def half_power(sizes: Vector) -> Vector:
     return found
 
 
-LEAST_DIGITS = 1e-3  # the relative change by rounding from which a matrix counts as singular
-LEAST_SINGULAR_VALUE = ROW_ROUNDING / LEAST_DIGITS  # relative to the largest: smaller ones count as 0
+# The relative change by rounding from which a matrix counts as singular.
+LEAST_DIGITS = 1e-3
+# Relative to the largest: smaller ones count as 0.
+LEAST_SINGULAR_VALUE = ROW_ROUNDING / LEAST_DIGITS
 
 
 class PseudoInverse:

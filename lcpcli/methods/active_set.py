@@ -37,9 +37,12 @@ from lcpcli.typing import Mask, Matrix, States, Vector
 REDUCTION = 0.1  # of the residual, by one inexact solve
 FINAL_REDUCTION = 1e-3  # of the residual, once P is unchanged from the last step
 PATIENCE_PRODUCTS = 20  # with M per digit: more indicate an ill-conditioned M
-MAX_STAGNANT_STEPS = 6  # pivoting steps without a new minimum residual that count as cycling
-STAGNATION = 100 * EPS  # relative to the terms: a residual that stagnates below this is at rounding level
-ROUGH_STEPS, FINAL_STEPS = 3, 100  # of a preconditioned method: of a rough solve, and at most of the last one
+# Pivoting steps without a new minimum residual that count as cycling.
+MAX_STAGNANT_STEPS = 6
+# Relative to the terms: a residual that stagnates below this is at rounding level.
+STAGNATION = 100 * EPS
+# Of a preconditioned method: of a rough solve, and at most of the last one.
+ROUGH_STEPS, FINAL_STEPS = 3, 100
 ACCURACY = 1e-12  # relative to the terms of a row: what the last solve leaves
 ROUNDING_REACHED = "the residual has stopped falling at rounding level"
 NO_PROGRESS = "block principal pivoting makes no further progress"
@@ -96,7 +99,8 @@ class Inexact:
         self._operator = operator or Operator(M)
         self.is_symmetric = symmetric
         self._method, self._cost = (conjugate_gradients, 1) if symmetric else (bicgstab, 2)
-        self._image = np.empty(q.size) if symmetric else None  # of the last product, if one at a time is needed
+        # Of the last product, if one at a time is needed.
+        self._image = np.empty(q.size) if symmetric else None
         self._precondition, self.products = precondition, 0
         self._solve: Solve = identity
         self._measure()
@@ -155,10 +159,14 @@ class Inexact:
 
 
 ROUNDS_PATIENCE = 3  # steps without a new minimum of wrong signs
-HOPS = 8  # along entries of M, from wrong signs: the variables that are pivoted by themselves
+# Along entries of M, from wrong signs: the variables that are pivoted by themselves.
+HOPS = 8
 MOST_LOCAL_STEPS = 40  # of pivoting with these
-SETTLED_CHANGES, SETTLED_SIZE = 0.002, 0.03  # of their number, and of the residual at the start, with which that ends
-REUSE_CHANGE = 0.03  # of a set of basic variables: how far it may differ from that whose factors precondition it
+# Of their number, and of the residual at the start, with which that ends.
+SETTLED_CHANGES, SETTLED_SIZE = 0.002, 0.03
+# Of a set of basic variables: how far it may differ from that whose factors
+# precondition it.
+REUSE_CHANGE = 0.03
 
 
 def multilevel(problem: Problem, symmetric: bool) -> Stage:
@@ -256,7 +264,9 @@ class Factors:
         return solve
 
 
-WEAK_DOMINANCE = 0.02  # of a diagonal entry over the others of its row, the median: products alone will not suffice
+# Of a diagonal entry over the others of its row, the median: products alone will not
+# suffice.
+WEAK_DOMINANCE = 0.02
 
 
 def sparse_route(problem: Problem, x0: Vector) -> Stage:
@@ -281,7 +291,8 @@ def sparse_route(problem: Problem, x0: Vector) -> Stage:
 
 def _parts(problem: Problem, x: Vector, symmetric: bool) -> Stage:
     turns, M = Turns(x), problem.M
-    is_z_matrix = np.count_nonzero(M.data > 0) == M.shape[0]  # no positive entry off the diagonal, which is 1
+    # No positive entry off the diagonal, which is 1.
+    is_z_matrix = np.count_nonzero(M.data > 0) == M.shape[0]
     if not (is_z_matrix and np.median(M @ np.ones(M.shape[0])) < WEAK_DOMINANCE):
         ending = yield from turns.take("krylov", krylov(problem, x, symmetric))
         if isinstance(ending, Stalled | Finished):

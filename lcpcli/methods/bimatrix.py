@@ -23,12 +23,15 @@ from lcpcli.model.box import of_masks
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
-# First labels that are tried: lengths of paths differ by orders of magnitude, and the shortest counts. After each round
-# half of them go on, with twice as many pivots, as all paths of a game that is nearly one of zero sum are long.
+# First labels that are tried: lengths of paths differ by orders of magnitude, and the
+# shortest counts. After each round half of them go on, with twice as many pivots, as
+# all paths of a game that is nearly one of zero sum are long.
 LABELS, FEWEST_LABELS = 32, 4
-PIVOTS, ROUNDS = 16, 12  # of the first turn of a path, and how many rounds of turns there are
+# Of the first turn of a path, and how many rounds of turns there are.
+PIVOTS, ROUNDS = 16, 12
 TIE = 1e-11  # relative to the smallest ratio: rows that block within it may be equal
-NO_PIVOT = 1e-11  # relative to the largest entry of a column: entries that may be rounding of 0
+# Relative to the largest entry of a column: entries that may be rounding of 0.
+NO_PIVOT = 1e-11
 
 
 class Costs(NamedTuple):
@@ -91,7 +94,8 @@ def lemke_howson(problem: Problem, game: Costs) -> Stage:
             evaluations += path.pivots - before
             z = path.point()
             if path.is_complete:
-                with suppress(SingularMatrix):  # else all strategies in the supports of z cost the same
+                # Else all strategies in the supports of z cost the same.
+                with suppress(SingularMatrix):
                     z = np.maximum(BasicSolutions(problem).at(of_masks(z > 0.0)).z, 0.0)
             x = problem.box.x_of(z, problem.w(z))
             yield Iterate(x, None, "label", evaluations, signs_final=path.is_complete)
@@ -107,7 +111,8 @@ class _Path:
         m, k = given.R.shape
         self.label = self.entering = label
         self.pivots, self.is_over, self.is_complete = 0, False, False
-        # Row i gives its label to x_i and to the slack of its payoff, column j gives m + j to y_j and to its slack.
+        # Row i gives its label to x_i and to the slack of its payoff, column j gives m
+        # + j to y_j and to its slack.
         rows, columns = np.arange(m), m + np.arange(k)
         weights = generator(label).uniform(0.5, 1.0, m + k)
         self.of_y = _Dictionary(_payoffs(given.R), rows, columns, weights[:m])

@@ -26,10 +26,18 @@ from lcpcli.model.box import BASIC, LOWER, Box
 from lcpcli.model.right_hand_sides import Block
 from lcpcli.typing import Indices, Mask, States, Vector
 
-STRIDE = 16  # problems of which the first is solved first, for the others to start from its solution
-NEIGHBOUR_DISTANCE = 0.25  # of q from another q, relative to its distance from 0, up to which the two are neighbours
-SETTLING_FACTOR = 0.5  # most changes of state between two looks, relative to the last two, for gradients to go on
-SETTLED_CHANGES = 0.1  # changes of state of a problem between two looks, on average, with which pivoting takes over
+# Problems of which the first is solved first, for the others to start from its
+# solution.
+STRIDE = 16
+# Of q from another q, relative to its distance from 0, up to which the two are
+# neighbours.
+NEIGHBOUR_DISTANCE = 0.25
+# Most changes of state between two looks, relative to the last two, for gradients to go
+# on.
+SETTLING_FACTOR = 0.5
+# Changes of state of a problem between two looks, on average, with which pivoting takes
+# over.
+SETTLED_CHANGES = 0.1
 
 
 @dataclass(frozen=True, eq=False)

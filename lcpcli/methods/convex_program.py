@@ -22,13 +22,21 @@ from lcpcli.methods.stages import Breakdown, Stage
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
-TOLERANCE = 1e-13  # of PIQP's residuals: with less of it, the states of a few programs in a hundred are wrong
-MOST_GAP = 1e-11  # between its objectives, which rounding may keep from falling further long before the residuals
-MOST_PER_ENTRY = 4.0  # numbers of dense matrices for each entry, up to which PIQP is faster with these
+# Of PIQP's residuals: with less of it, the states of a few programs in a hundred are
+# wrong.
+TOLERANCE = 1e-13
+# Between its objectives, which rounding may keep from falling further long before the
+# residuals.
+MOST_GAP = 1e-11
+# Numbers of dense matrices for each entry, up to which PIQP is faster with these.
+MOST_PER_ENTRY = 4.0
 INFINITE = 1e30  # to PIQP, and what is larger
 MOST_STEPS = 60  # of PIQP: about twice as many as it usually takes
-MOST_LINEAR_STEPS = 40  # of linear programs, for which the simplex method is the other choice
-MOST_OPERATIONS = 6e7  # of a factorization: PIQP, which cannot be interrupted, then ends in a few tenths of a second
+# Of linear programs, for which the simplex method is the other choice.
+MOST_LINEAR_STEPS = 40
+# Of a factorization: PIQP, which cannot be interrupted, then ends in a few tenths of a
+# second.
+MOST_OPERATIONS = 6e7
 
 
 def convex_program(problem: Problem) -> Stage:
@@ -56,7 +64,8 @@ def convex_program(problem: Problem) -> Stage:
     if not (is_accurate or run.residual(z) <= CLOSE_MERIT):
         return Breakdown("PIQP found no minimum")
     x = (z - problem.w(z)) / 2
-    for shift in (LARGER_SHIFT, PROXIMAL_SHIFT):  # the first stays nearer to z where there are several solutions
+    # The first stays nearer to z where there are several solutions.
+    for shift in (LARGER_SHIFT, PROXIMAL_SHIFT):
         ending = yield from run.at_point(x, EXCHANGE_ROUNDS, FAR_RESIDUAL, z, shift)
     return ending
 
@@ -105,10 +114,12 @@ def _minimizer(problem: Problem, S: Vector) -> tuple[Vector, bool] | None:
     sides = lower[is_row], upper[is_row]
     if not all(((side == 0) | np.isinf(side)).all() for side in sides):
         return None
-    z: Vector = np.where(lower == upper, lower, 0.0)  # fixed variables would have no interior
+    # Fixed variables would have no interior.
+    z: Vector = np.where(lower == upper, lower, 0.0)
     q = problem.w(z) if z.any() else q
     low, high = np.where(upper > 0, -q, -np.inf), np.where(lower < 0, -q, np.inf)
-    has_ends = is_row & ~is_equation & (np.isfinite(low) | np.isfinite(high))  # PIQP prints a line about other rows
+    # PIQP prints a line about other rows.
+    has_ends = is_row & ~is_equation & (np.isfinite(low) | np.isfinite(high))
     is_x = ~is_row & (lower < upper)
     x, equations, rows = (each.nonzero()[0] for each in (is_x, is_equation, has_ends))
     ends = (v[np.isfinite(v)] for v in (lower[x], upper[x]))

@@ -38,23 +38,38 @@ from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 MOST_UNKNOWNS = 100
-MOST_PIVOTED = 300  # unknowns up to which Lemke's path is followed before anything but newton is tried
-MOST_NARROW_AS_DENSE = 150  # unknowns up to which a narrow band is taken dense; its sparse factors cost little
-MOST_OF_BAND = 1.5  # times the entries of M: a band that has no more is full, as for problems in one dimension
-MOST_AS_DENSE = 400  # unknowns: up to here all methods but interior take M dense, in whatever form it is given
-# Of a dense M: entries other than 0, as a part of all, up to which sparse factors may cost less.
+# Unknowns up to which Lemke's path is followed before anything but newton is tried.
+MOST_PIVOTED = 300
+# Unknowns up to which a narrow band is taken dense; its sparse factors cost little.
+MOST_NARROW_AS_DENSE = 150
+# Times the entries of M: a band that has no more is full, as for problems in one
+# dimension.
+MOST_OF_BAND = 1.5
+# unknowns: up to here all methods but interior take M dense, in whatever form it is
+# given.
+MOST_AS_DENSE = 400
+# Of a dense M: entries other than 0, as a part of all, up to which sparse factors may
+# cost less.
 MOST_FILLED, MOST_FILLED_LARGE = 0.1, 0.01
-FAR_FROM_DIAGONAL = 8  # a full band with so few entries has none beyond an eighth of the unknowns from the diagonal
-FEWEST_FOR_PIQP = 50  # unknowns of a program from which on PIQP takes less time than pivoting
+# A full band with so few entries has none beyond an eighth of the unknowns from the
+# diagonal.
+FAR_FROM_DIAGONAL = 8
+# Unknowns of a program from which on PIQP takes less time than pivoting.
+FEWEST_FOR_PIQP = 50
 MOST_COMPILED = 400  # the same for the compiled path of a mixed problem
-NOTHING, CANDIDATE, CERTAIN = 0, 1, 2  # what kernels find: no answer, one to be judged, or a solution beyond doubt
-MOST_WRONG = 0.25  # of all signs at a start: if more are wrong, it is not near a solution's basis
-MOST_STEPS = 12  # of many problems at once, before those that are left are solved one by one
-BLOCK_PATIENCE = 10  # block exchanges without a new minimum of wrong signs, before single ones
-# Of all signs, and exchanges without a new minimum: while that is larger than a part, as of random states, more than a
-# few do not lead to a solution.
+# What kernels find: no answer, one to be judged, or a solution beyond doubt.
+NOTHING, CANDIDATE, CERTAIN = 0, 1, 2
+# Of all signs at a start: if more are wrong, it is not near a solution's basis.
+MOST_WRONG = 0.25
+# Of many problems at once, before those that are left are solved one by one.
+MOST_STEPS = 12
+# Block exchanges without a new minimum of wrong signs, before single ones.
+BLOCK_PATIENCE = 10
+# Of all signs, and exchanges without a new minimum: while that is larger than a part,
+# as of random states, more than a few do not lead to a solution.
 MANY_WRONG, HASTY_PATIENCE = 0.25, 3
-FEW_INDEX_STEPS = 5  # single exchanges where Lemke's path or interior follows: they may take 2^n
+# Single exchanges where Lemke's path or interior follows: they may take 2^n.
+FEW_INDEX_STEPS = 5
 
 Made: TypeAlias = tuple[Vector, Vector, bool]
 """The z and w of a basic solution, each of shape (n,), and whether a single exchange led to it."""
@@ -110,7 +125,8 @@ class Safeguard:
     def choose(self, wrong: Mask, count: Any) -> bool:
         """Leave only the signs to exchange next in `wrong`; `count` is the number of relevant wrong signs, shape (m,)
         for m problems. Return whether it is a new minimum of one problem."""
-        if wrong.ndim == 1 and count < self._fewest:  # as `safeguarded` does, in a tenth of the time
+        # As `safeguarded` does, in a tenth of the time.
+        if wrong.ndim == 1 and count < self._fewest:
             self._fewest, self._waiting, self.single = count, BLOCK_PATIENCE, False
             return True
         before = self._fewest, self._waiting, self.left, self.single
@@ -136,7 +152,8 @@ class Safeguard:
 
 
 FIELDS = {field.name for field in fields(Problem)}
-FIELDS_OF_LCP = {*FIELDS, "reference_z", "q_ref", "q_error"}  # with what follows from z >= 0
+# With what follows from z >= 0.
+FIELDS_OF_LCP = {*FIELDS, "reference_z", "q_ref", "q_error"}
 
 
 def as_dense(problem: Problem) -> Problem:
@@ -238,7 +255,8 @@ def _exchanged(problem: Problem, tol: float, basic: Mask | None, made: list[Made
                 return DirectAnswer(z, True, steps)
             w, is_start = q, False
         else:
-            block = M.take(P, 0).take(P, 1)  # by functions that take a fraction of the time of operators
+            # By functions that take a fraction of the time of operators.
+            block = M.take(P, 0).take(P, 1)
             try:
                 z[P] = np.linalg.solve(block, minus_q[P])
             except np.linalg.LinAlgError:

@@ -23,10 +23,16 @@ from lcpcli.verify.measure import FEW_UNKNOWNS, Measure
 from lcpcli.verify.point import Point
 
 MOST_DECIDED = 10  # unknowns for which all states can be searched in milliseconds
-LONG_NUMBER = 2.0**50  # a number from which on units in the last place are no longer small fractions of one
-HIDDEN_TERM = 1e-8  # relative to the largest term of a row: rounding of the others leaves half of its digits
-SURE_DIGITS = 1e-12  # relative: the largest distance of a component from that of the exact solution
-MOST_LOOKS = 3  # at exact basic solutions whose signs only rounding makes wrong; then the tree decides as fast
+# A number from which on units in the last place are no longer small fractions of one.
+LONG_NUMBER = 2.0**50
+# Relative to the largest term of a row: rounding of the others leaves half of its
+# digits.
+HIDDEN_TERM = 1e-8
+# relative: the largest distance of a component from that of the exact solution.
+SURE_DIGITS = 1e-12
+# At exact basic solutions whose signs only rounding makes wrong; then the tree decides
+# as fast.
+MOST_LOOKS = 3
 
 
 def is_doubtful(problem: Problem, z: Vector) -> bool:
@@ -97,8 +103,9 @@ def confirmed(problem: Problem, z: Vector, basis: States | None = None) -> Confi
         near = rounded(found.z)
         if found.solves:
             return Confirmed(near, basis) if is_finite(near) and is_finite(problem.w(near)) else None
-        # Only rounding: of the largest z_j where a violation is by a basic z_i, else of the terms of the row, or of the
-        # numbers of its part of the problem, beside which rows may be filled by rounding alone.
+        # Only rounding: of the largest z_j where a violation is by a basic z_i, else of
+        # the terms of the row, or of the numbers of its part of the problem, beside
+        # which rows may be filled by rounding alone.
         is_basic, terms = basis == BASIC, np.abs(matrices.dense(problem.M)) @ np.abs(near) + np.abs(problem.q)
         most = SIGN_ROUNDING * np.where(is_basic, np.abs(near).max(), terms)
         if problem.is_moderate and problem.n > MOST_DECIDED:
@@ -120,7 +127,8 @@ def accepted(point: Point, basis: States | None) -> tuple[Point | None, States |
     if problem.n > FEW_UNKNOWNS:
         found = point.solution()
         return None if found is None or found.negligible else found, basis
-    if not point.solves() and point.nearly_solves():  # a row may be filled by rounding alone
+    # A row may be filled by rounding alone.
+    if not point.solves() and point.nearly_solves():
         point = Point(point.criterion, problem.box.project(without_rounding(point.z)))
     settled = confirmed(problem, point.z, basis) if point.solves() else None
     if settled is None:

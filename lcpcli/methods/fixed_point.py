@@ -93,8 +93,10 @@ def best_omega(M: Matrix) -> float:
     return diagonal if diagonal > 0 else matrices.norm_inf(M) or 1.0
 
 
-RESTART_GROWTH = 2.0  # growth of |g - x| over its minimum at which the memory is cleared
-GRAM_RIDGE = 1e-14  # added to the Gram matrix, relative to its trace, against nearly dependent differences
+# Growth of |g - x| over its minimum at which the memory is cleared.
+RESTART_GROWTH = 2.0
+# Added to the Gram matrix, relative to its trace, against nearly dependent differences.
+GRAM_RIDGE = 1e-14
 
 
 class Anderson:
@@ -111,7 +113,8 @@ class Anderson:
         self._restart()
 
     def _restart(self) -> None:
-        self._changes = deque[tuple[Vector, Vector]](maxlen=self._memory)  # of f and of g
+        # Of f and of g.
+        self._changes = deque[tuple[Vector, Vector]](maxlen=self._memory)
         self._last: tuple[Vector, Vector] | None = None
         self._smallest, self._best = math.inf, np.empty(0)
 

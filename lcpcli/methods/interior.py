@@ -33,22 +33,36 @@ from lcpcli.typing import States, Vector
 FINISH, BEST = "finish", "best"
 MOST_INTERIOR_STEPS = 150  # of an attempt: a few times the tens that it usually takes
 WARM_UP_STEPS = 8  # after which an attempt may be given up for short steps
-RECENT_STEPS, SLOW_LENGTH = 7, 0.4  # it is given up if the mean length of so many steps is below that
-PATIENT_STEPS, IMPATIENT_STEPS = 25, 10  # without progress, after which an attempt ends: fewer below NEAR_MERIT
+# It is given up if the mean length of so many steps is below that.
+RECENT_STEPS, SLOW_LENGTH = 7, 0.4
+# Without progress, after which an attempt ends: fewer below NEAR_MERIT.
+PATIENT_STEPS, IMPATIENT_STEPS = 25, 10
 NEAR_MERIT = 1e-8  # relative: the accuracy at which rounding may prevent progress
 CLOSE_MERIT = 1e-5  # relative: the accuracy at which the active set is first tried
-MERIT_DROP = 1e-2  # the factor by which the merit has to fall before the active set is tried again
-SMALL_MU, VANISHED_MU = 1e-24, 1e-30  # where z_i and w_i are both 0, they are as large as the root of mu
-PROOF_EVERY = 5  # steps between searches for a proof that there is no solution: one costs less than a step
-PROXIMAL_SHIFT = 3e-8  # eps of the proximal iteration: of 1e-8, rounding leaves no pivot in one of four programs
-LARGER_SHIFT = 1e-6  # where factors fail, and first from a point that is near a solution
-PROXIMAL_STEPS, SLOW_PROXIMAL = 15, 0.7  # at most; it ends if w_B falls by less than that factor
+# The factor by which the merit has to fall before the active set is tried again.
+MERIT_DROP = 1e-2
+# Where z_i and w_i are both 0, they are as large as the root of mu.
+SMALL_MU, VANISHED_MU = 1e-24, 1e-30
+# Steps between searches for a proof that there is no solution: one costs less than a
+# step.
+PROOF_EVERY = 5
+# eps of the proximal iteration: of 1e-8, rounding leaves no pivot in one of four
+# programs.
+PROXIMAL_SHIFT = 3e-8
+# Where factors fail, and first from a point that is near a solution.
+LARGER_SHIFT = 1e-6
+# At most; it ends if w_B falls by less than that factor.
+PROXIMAL_STEPS, SLOW_PROXIMAL = 15, 0.7
 LEAST_STEPS = 2  # before that, so that rows with small terms are solved as accurately
 EXCHANGE_ROUNDS = 5  # of wrong signs: a nearly right active set needs one or two
-START_ROUNDS = 2  # of exchanges from a given point: more of them cost a large part of a run without it
-WORSE_FACTOR, FAR_RESIDUAL = 1e2, 1e-1  # times the least natural residual so far, and absolute: exchanges end above
-EXACT_RESIDUAL, WRONG_SIGN = 1e-13, 1e-12  # in scaled units: a residual that is rounding, a sign that is not
-SOLVED_RESIDUAL = 100 * EPS  # in scaled units: a residual that a basic solution need not reduce
+# Of exchanges from a given point: more of them cost a large part of a run without it.
+START_ROUNDS = 2
+# Times the least natural residual so far, and absolute: exchanges end above.
+WORSE_FACTOR, FAR_RESIDUAL = 1e2, 1e-1
+# In scaled units: a residual that is rounding, a sign that is not.
+EXACT_RESIDUAL, WRONG_SIGN = 1e-13, 1e-12
+# In scaled units: a residual that a basic solution need not reduce.
+SOLVED_RESIDUAL = 100 * EPS
 
 
 @dataclass(frozen=True)
@@ -160,7 +174,8 @@ class Run:
                 yield from self._exchanged(at.z, _active(self.within, at))
             if lengths:
                 step = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {own.rho:.0e}"
-                yield self._shown(at.z, step)._replace(signs_final=mu < SMALL_MU)  # else the next ones are better
+                # Else the next ones are better.
+                yield self._shown(at.z, step)._replace(signs_final=mu < SMALL_MU)
             due = k % PROOF_EVERY == PROOF_EVERY - 1 and merit > CLOSE_MERIT
             if due and (proof := proof_of(self._given, self.within, (at.z, along.z))):
                 return NoSolution(proof)

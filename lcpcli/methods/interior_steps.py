@@ -32,13 +32,20 @@ from lcpcli.verify.alternative import simplest
 from lcpcli.verify.certificate import Certificate, first_proof
 from lcpcli.verify.farkas import Multiplied
 
-RUIZ_ROUNDS, RUIZ_CLOSE = 12, 0.1  # at most; it ends when the largest entries are so close to 1
-RUIZ_FARTHEST = 1e8  # the factor by which Ruiz's scaling may change the start: half of the digits
+# At most; it ends when the largest entries are so close to 1.
+RUIZ_ROUNDS, RUIZ_CLOSE = 12, 0.1
+# The factor by which Ruiz's scaling may change the start: half of the digits.
+RUIZ_FARTHEST = 1e8
 ENTRIES_FAR_APART = 60.0  # binary digits between entries of M: more than a double has
-DIVERGED_SIZE = 1e2  # in scaled units, in which solutions are about 1: what diverges is at least that large
-COARSE_ENTRY = 1e-3  # relative to the largest entry of y: smaller ones are left out first
-CLEAR_MARGIN = 1e-10  # relative to the sum of |y|: by how much a proof has to be negative, far above rounding
-ROUGHLY_ZERO, NEARLY_ZERO = 1e-2, 1e-5  # relative to the sum of |y|: what counts as 0 before and after rounding y
+# In scaled units, in which solutions are about 1: what diverges is at least that large.
+DIVERGED_SIZE = 1e2
+# Relative to the largest entry of y: smaller ones are left out first.
+COARSE_ENTRY = 1e-3
+# Relative to the sum of |y|: by how much a proof has to be negative, far above
+# rounding.
+CLEAR_MARGIN = 1e-10
+# Relative to the sum of |y|: what counts as 0 before and after rounding y.
+ROUGHLY_ZERO, NEARLY_ZERO = 1e-2, 1e-5
 
 
 @dataclass(eq=False, repr=False)
@@ -92,7 +99,8 @@ def slack_form(problem: Problem, by_units: bool = False) -> SlackForm:
     largest = float(np.exp2(np.rint(np.log2(largest))))
     S = None if problem.signs is None else problem.signs[kept]
     ends = np.flatnonzero(np.isfinite(lower)), np.flatnonzero(np.isfinite(upper))
-    (M.data if is_sparse(M) else M).setflags(write=False)  # so that it is not copied again
+    # So that it is not copied again.
+    (M.data if is_sparse(M) else M).setflags(write=False)
     inner = Problem(M, q / largest, lower=lower / largest, upper=upper / largest)
     return SlackForm(inner, problem, kept, d * largest, S, *ends)
 
@@ -112,7 +120,8 @@ def _ruiz(M: Matrix, symmetric: bool) -> Vector:
         d = np.clip(d / np.sqrt(sizes), start / RUIZ_FARTHEST, start * RUIZ_FARTHEST)
         if (np.abs(sizes - 1) < RUIZ_CLOSE).all():
             break
-    return np.exp2(np.rint(np.log2(d)))  # so that nothing is rounded, and symmetry is kept
+    # So that nothing is rounded, and symmetry is kept.
+    return np.exp2(np.rint(np.log2(d)))
 
 
 def proof_of(problem: Problem, within: SlackForm, directions: Sequence[Vector]) -> Certificate | None:
@@ -125,7 +134,8 @@ def proof_of(problem: Problem, within: SlackForm, directions: Sequence[Vector]) 
             y = np.clip(within.multipliers(part), least, most)
             if not _is_clear(within, y, ROUGHLY_ZERO):
                 continue
-            candidates = list[Vector]()  # integers and fractions near y, and y, first without small entries
+            # Integers and fractions near y, and y, first without small entries.
+            candidates = list[Vector]()
             for small in (COARSE_ENTRY * float(np.abs(y).max()), 0.0):
                 candidates += reversed(list(simplest(np.where(np.abs(y) < small, 0.0, y))))
             found = first_proof(problem, [each for each in candidates if _is_clear(within, each, NEARLY_ZERO)])
@@ -143,9 +153,12 @@ def _is_clear(within: SlackForm, y: Vector, nearly: float) -> bool:
 
 SYSTEM_REFINEMENTS = 8  # each costs a solve; GMRES takes over if they are not enough
 SLOW_REFINEMENT = 0.3  # the factor per refinement above which GMRES takes over
-LEAST_ACCURACY = 1e-13  # of a solution, relative to the right-hand side: more is out of reach in doubles
-DOUBTFUL_RESIDUAL = 1e-5  # relative to the right-hand side: refinement that leaves more calls for a smaller rho
-POOR_FACTORS, USELESS_FACTORS = 1e-7, 1e-2  # the same of the factors: a larger rho next time, or at once
+# Of a solution, relative to the right-hand side: more is out of reach in doubles.
+LEAST_ACCURACY = 1e-13
+# Relative to the right-hand side: refinement that leaves more calls for a smaller rho.
+DOUBTFUL_RESIDUAL = 1e-5
+# The same of the factors: a larger rho next time, or at once.
+POOR_FACTORS, USELESS_FACTORS = 1e-7, 1e-2
 GMRES_STEPS = 8  # at most
 
 
@@ -172,7 +185,8 @@ class AccurateSystems:
         goal = max(LEAST_ACCURACY * size, target)
         x, r, of_factors = self._first(b)
         while not of_factors <= USELESS_FACTORS * size and self.rho < self._most:
-            self.rho = self._least = min(self.rho * 10, self._most)  # from now on the least one
+            # From now on the least one.
+            self.rho = self._least = min(self.rho * 10, self._most)
             self._systems.factorize(self._D + self.rho)
             x, r, of_factors = self._first(b)
         if not np.isfinite(of_factors):
@@ -225,16 +239,24 @@ class AccurateSystems:
         return float(np.abs(self._weights * v).max(initial=0.0))
 
 
-LEAST_SIGMA = 1e-6  # of mu: the smallest target of a step, so that products s w do not vanish one before another
+# Of mu: the smallest target of a step, so that products s w do not vanish one before
+# another.
+LEAST_SIGMA = 1e-6
 CORRECTORS = 2  # of Gondzio's, at most
-WORTH_GAIN, ASPIRED_GAIN = 0.01, 0.3  # the least gain in step length that a corrector is worth, and the one aimed at
-PRODUCT_SPREAD = 10.0  # the factor between products s w and their target beyond which they are corrected
-GOOD_LENGTH, SHORT_LENGTH = 0.95, 0.1  # of a step: long enough without correctors; so short that centring is needed
+# The least gain in step length that a corrector is worth, and the one aimed at.
+WORTH_GAIN, ASPIRED_GAIN = 0.01, 0.3
+# The factor between products s w and their target beyond which they are corrected.
+PRODUCT_SPREAD = 10.0
+# Of a step: long enough without correctors; so short that centring is needed.
+GOOD_LENGTH, SHORT_LENGTH = 0.95, 0.1
 SAFE_SIGMA = 0.5  # of mu: the target of a step that only centres
-BOUNDARY_SHARE = 0.995  # of the longest step: so far it goes at least, so that s and w stay positive
+# Of the longest step: so far it goes at least, so that s and w stay positive.
+BOUNDARY_SHARE = 0.995
 TINY = 1e-30  # the least s and w, so that ratios of them are finite
-SYSTEM_ACCURACY = 1e-2  # relative to the infeasibility: a step reduces it hardly less than an exact one
-MU_ACCURACY, AIM_ACCURACY = 0.1, 100.0  # relative to mu, and to the mu aimed at: more accuracy gains nothing
+# Relative to the infeasibility: a step reduces it hardly less than an exact one.
+SYSTEM_ACCURACY = 1e-2
+# Relative to mu, and to the mu aimed at: more accuracy gains nothing.
+MU_ACCURACY, AIM_ACCURACY = 0.1, 100.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,7 +280,8 @@ class Steps:
         lower, upper = self.problem.box.vectors(self.problem.n)
         self._bound = np.concatenate((lower[within.low], upper[within.high]))
         _, low, high = np.intersect1d(within.low, within.high, return_indices=True)
-        self._partners = low, high + within.low.size  # the places of both bounds of each variable with two
+        # The places of both bounds of each variable with two.
+        self._partners = low, high + within.low.size
         self._measured: tuple[PrimalDualPoint, tuple[Vector, Vector, float]] | None = None
 
     @np.errstate(all="ignore")
@@ -330,7 +353,8 @@ class Steps:
         after = float((at.s + length * affine.s) @ (at.w + length * affine.w)) / pairs
         sigma = max(min(max(after, 0.0) / mu, 1.0) ** 3, LEAST_SIGMA)
         target = sigma * mu
-        wanted = target - at.s * at.w - affine.s * affine.w  # by Mehrotra's direction, and then Gondzio's corrections
+        # By Mehrotra's direction, and then Gondzio's corrections.
+        wanted = target - at.s * at.w - affine.s * affine.w
         found = direction(target, wanted)
         step = longest(at, found)
         for _ in range(CORRECTORS):

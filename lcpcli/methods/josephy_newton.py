@@ -32,20 +32,34 @@ from lcpcli.model.box import Box
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.typing import Matrix, States, Vector
 
-MEMORY = 10  # merits of which the largest is what a step must get below, unless an attempt is monotone
-SLACK = 100.0  # times the merit at the start: what the first MEMORY steps must get below, if they are not perturbed
+# Merits of which the largest is what a step must get below, unless an attempt is
+# monotone.
+MEMORY = 10
+# Times the merit at the start: what the first MEMORY steps must get below, if they are
+# not perturbed.
+SLACK = 100.0
 MOST_HALVINGS = 20  # of the way to another start, for it to be in the domain of F
-NEARLY_SOLVED = 1e-8  # of the natural residual at the start: what may be all that rounding leaves
-FEW_ROUNDINGS, FEW_NOISES = 16, 8  # of the terms of a row, and times the noise of F, by which its F may be off
+# Of the natural residual at the start: what may be all that rounding leaves.
+NEARLY_SOLVED = 1e-8
+# Of the terms of a row, and times the noise of F, by which its F may be off.
+FEW_ROUNDINGS, FEW_NOISES = 16, 8
 MOST_TRIED = 3  # times that the noise is asked for in a run
-FAR = 1e8  # times the size of the start: z that run off, for which other steps of differences do not help
-FRUITLESS = 4  # steps that do not decrease the merit, or only within noise, after which noise may be all that is left
+# Times the size of the start: z that run off, for which other steps of differences do
+# not help.
+FAR = 1e8
+# Steps that do not decrease the merit, or only within noise, after which noise may be
+# all that is left.
+FRUITLESS = 4
 MOST_NOISY = 1e-2  # of that residual: what may be all that the noise of F leaves
-MOST_BRIEF = 200  # unknowns of a problem that by default is given up after about a second
+# Unknowns of a problem that by default is given up after about a second.
+MOST_BRIEF = 200
 MOST_LINEARIZATIONS = 1000  # of a small problem in that time
-CUBIC = 130  # unknowns from which on the cubic work of a linearization counts more than all else
+# Unknowns from which on the cubic work of a linearization counts more than all else.
+CUBIC = 130
 FUNCTIONS = 64  # evaluations of F that count as a linearization of a small problem
-PIVOTS, QUADRATIC = 32, 150  # pivots that do so, and unknowns from which on passes over the tableau are most of them
+# Pivots that do so, and unknowns from which on passes over the tableau are most of
+# them.
+PIVOTS, QUADRATIC = 32, 150
 FINE = 1e-12  # a natural residual that no further step need reduce
 STATIONARY = "z is nearly a stationary point of the merit function, but no solution"
 SLOW = "the merit function decreases too slowly"
@@ -117,21 +131,37 @@ def josephy_newton(
 
 
 DECREASE = 1e-4  # of the merit, relative to the length of a step
-SHORTEST = 2.0**-12  # of a step to the solution of a linearization; of other steps its square
-PERTURBATIONS = 1e-4, 1e-2, 1.0  # of the diagonal of J, relative to its rows, where its linearization has no solution
+# Of a step to the solution of a linearization; of other steps its square.
+SHORTEST = 2.0**-12
+# Of the diagonal of J, relative to its rows, where its linearization has no solution.
+PERTURBATIONS = 1e-4, 1e-2, 1.0
 LEAST_PERTURBATION = 1e-12
-FALL, RISE = 10.0, 100.0  # by which a perturbation is divided after a step, and multiplied where there is none
-LONG_PART = 1 / 4  # a part of a perturbed step from which on no other perturbation is tried
-MOST_FRUITLESS = 4  # linearizations that are tried longer and lead nowhere, after which none is tried longer
-NEAR = 1e-4  # of the natural residual at the start, from which on the active set may be that of a solution
-MOST_ACTIVE, DEPENDENT = 1000, 1e-9  # unknowns for which its equations are solved, up to relative singular values
-MOST_CRASHED, CRASH_DECREASE = 20, 0.5  # steps before the first linearization, and how fast the merit falls
-SHORTEST_CRASH, MOST_DAMPED = 2.0**-4, 4  # of these steps: the shortest, and how many are cut back, but the last
-HALF_WAY = 1 / 64  # of the merit: a full step that leaves more of it may be half of the way to a singular solution
-FASTER = 1 / 64  # of what a full step leaves of the merit: what twice the step must leave
-PATIENCE, PROGRESS = 24, 0.5  # so many steps must leave at most this of the residual, the square root of the merit
+# By which a perturbation is divided after a step, and multiplied where there is none.
+FALL, RISE = 10.0, 100.0
+# A part of a perturbed step from which on no other perturbation is tried.
+LONG_PART = 1 / 4
+# Linearizations that are tried longer and lead nowhere, after which none is tried
+# longer.
+MOST_FRUITLESS = 4
+# Of the natural residual at the start, from which on the active set may be that of a
+# solution.
+NEAR = 1e-4
+# Unknowns for which its equations are solved, up to relative singular values.
+MOST_ACTIVE, DEPENDENT = 1000, 1e-9
+# Steps before the first linearization, and how fast the merit falls.
+MOST_CRASHED, CRASH_DECREASE = 20, 0.5
+# Of these steps: the shortest, and how many are cut back, but the last.
+SHORTEST_CRASH, MOST_DAMPED = 2.0**-4, 4
+# Of the merit: a full step that leaves more of it may be half of the way to a singular
+# solution.
+HALF_WAY = 1 / 64
+# Of what a full step leaves of the merit: what twice the step must leave.
+FASTER = 1 / 64
+# So many steps must leave at most this of the residual, the square root of the merit.
+PATIENCE, PROGRESS = 24, 0.5
 SMOOTHER = 0.2  # how fast mu falls in steps for smoothed merit functions
-LEAST_MU, ALMOST = 1e-22, 1e-6  # the least mu, and the natural residual, relative to the first one, that ends this
+# The least mu, and the natural residual, relative to the first one, that ends this.
+LEAST_MU, ALMOST = 1e-22, 1e-6
 
 
 class Place(NamedTuple):

@@ -40,11 +40,15 @@ from lcpcli.typing import Mask, States, Vector
 from lcpcli.verify.certificate import RAY as PROVES_NOTHING
 from lcpcli.verify.certificate import Certificate, infeasible, is_clear, proves_infeasible
 
-MAX_INTEGER_UNKNOWNS = 13  # largest n for integer pivoting: 2^14 pivots exceed the usual limit
-MAX_PIVOTS, MORE_PIVOTS = 5, 50  # per unknown of a path, and besides: those that end at a solution take about one
+# Largest n for integer pivoting: 2^14 pivots exceed the usual limit.
+MAX_INTEGER_UNKNOWNS = 13
+# Per unknown of a path, and besides: those that end at a solution take about one.
+MAX_PIVOTS, MORE_PIVOTS = 5, 50
 FEW_PIVOTS = 2  # per unknown of the first path of `auto`, before other methods
-FEWER_PIVOTS, FEW_MORE_PIVOTS = 1, 20  # per unknown and besides, if it is not sure to end at a solution
-VANISHED = 1e-9  # relative to q: a z_0 so small may be rounding, and the point a solution but for that
+# Per unknown and besides, if it is not sure to end at a solution.
+FEWER_PIVOTS, FEW_MORE_PIVOTS = 1, 20
+# Relative to q: a z_0 so small may be rounding, and the point a solution but for that.
+VANISHED = 1e-9
 SINGULAR_BASIS = "a basis is singular"
 
 
@@ -185,7 +189,8 @@ def _certificate(problem: Problem, z: Vector, multipliers: Vector, is_published:
 
 
 Follow: TypeAlias = Callable[..., tuple[int, int, int, float]]
-LEAST_REFRESHED = 50  # pivots, or n if that is more, after which the tableau is computed anew
+# Pivots, or n if that is more, after which the tableau is computed anew.
+LEAST_REFRESHED = 50
 
 
 @lru_cache(maxsize=16)
@@ -295,8 +300,11 @@ def confirmed(problem: Problem, basis: States) -> Stage:
 
 
 MOST_LEVELS = 3
-SMALL = 1e-8  # relative to the largest |q|: violations above this are not those of small numbers
-FAR = 1e4  # in units of the violations: distances from bounds, and sizes of w, that stay as they are
+# Relative to the largest |q|: violations above this are not those of small numbers.
+SMALL = 1e-8
+# In units of the violations: distances from bounds, and sizes of w, that stay as they
+# are.
+FAR = 1e4
 NOISE = 1e-10  # in these units: components of z and of w that are rounding of 0
 
 

@@ -29,12 +29,14 @@ def linear(problem: Problem, effort: float = math.inf) -> Stage:
         ending = yield from _finished(units, _saddle_point(units.problem, effort))
         if isinstance(ending, Finished):
             return Stalled("the solution of the linear program is not accurate enough")
-    proof = farkas_certificate(problem, 2 * effort / 3)  # as it may take three LPs of half of that
+    # As it may take three LPs of half of that.
+    proof = farkas_certificate(problem, 2 * effort / 3)
     if proof is not None:
         return NoSolution(proof)
     if problem.is_mixed or not is_skew(problem.M):
         return Breakdown("no linear program is known to solve it")
-    M, q, none = units.problem.M, units.problem.q, np.zeros(problem.n)  # the least q'z over the feasible z:
+    # The least q'z over the feasible z:
+    M, q, none = units.problem.M, units.problem.q, np.zeros(problem.n)
     found = minimized(q, M, (-q, none + np.inf), (none, none + np.inf), effort)
     return (yield from _finished(units, None if found is None else found.x))
 

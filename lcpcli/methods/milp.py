@@ -47,9 +47,14 @@ from lcpcli.verify import farkas
 from lcpcli.verify.alternative import alternative
 from lcpcli.verify.certificate import Certificate, first_proof
 
-OPEN, ACTIVE, INACTIVE = 0, 1, 2  # an index: undecided; in P, w_i = 0; not in P, z_i = 0
-MAX_NODES = 1 << 17  # in seconds, with a warm start each; 2^14 are enough for any problem of up to 12 unknowns
-DOUBTFUL = 8  # nodes for which a node counts whose point is sought by linear programs: these take ten times as long
+# An index: undecided; in P, w_i = 0; not in P, z_i = 0.
+OPEN, ACTIVE, INACTIVE = 0, 1, 2
+# In seconds, with a warm start each; 2^14 are enough for any problem of up to 12
+# unknowns.
+MAX_NODES = 1 << 17
+# Nodes for which a node counts whose point is sought by linear programs: these take ten
+# times as long.
+DOUBTFUL = 8
 
 
 class _Node:
@@ -169,7 +174,8 @@ class _Nodes:
             own[rows] -= y[q.size :]
             return self.system.refutes(decided, own)
 
-        kept = M[:, columns]  # M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0
+        # M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0.
+        kept = M[:, columns]
         found = alternative(stack([[kept], [-kept[rows]]]), np.append(q, -q[rows]), holds)
         if found.proof is not None:
             return None
@@ -193,9 +199,12 @@ GAP = 1e3  # any alpha > 0 suffices: the solver may stop at 1 / GAP of the maxim
 EXHAUSTED = "each complementary set is excluded by a proof in exact arithmetic"
 UNDECIDED = "neither a solution nor a proof that there is none was found"
 MOST_DENSE_ROWS = 1 << 24  # entries of the columns of a set that may be singular
-FIRST_EFFORT = 1.0  # of the proof that comes before the nodes that auto examines: as many iterations as take seconds
-# Of M in the nodes that auto examines before it searches, as most proofs take none of them, or a few: milliseconds; in
-# all that it examines; and in those of milp before its program: these take seconds or less.
+# Of the proof that comes before the nodes that auto examines: as many iterations as
+# take seconds.
+FIRST_EFFORT = 1.0
+# Of M in the nodes that auto examines before it searches, as most proofs take none of
+# them, or a few: milliseconds; in all that it examines; and in those of milp before its
+# program: these take seconds or less.
 FEW_ENTRIES, FIRST_ENTRIES, MOST_ENTRIES = 1 << 12, 1 << 21, 1 << 23
 
 
@@ -287,7 +296,8 @@ def _all_sets(system: ComplementarySystem, root: DualSimplex | None) -> Sets:
         for P in _program(system.M, system.q):
             yield "program", P
         return (yield from candidates(system, root))
-    except TimeIsUp:  # in the middle of a linear program: what has been found so far counts
+    # In the middle of a linear program: what has been found so far counts.
+    except TimeIsUp:
         return OutOfTime(TIME_LIMIT_REACHED)
 
 

@@ -41,11 +41,18 @@ from lcpcli.model.right_hand_sides import like_with
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 COARSEST = 150  # n up to which a matrix is inverted
-STRENGTH = 0.08  # |a_ij| / sqrt(a_ii a_jj) above which j is a strong neighbour of i; halved from level to level
-MAX_UNKNOWNS_RATIO = 0.6  # largest ratio of the numbers of unknowns from one level to the next
-MAX_ENTRIES_RATIO = 1.5  # largest ratio of the number of entries of a coarse version to that of the matrix
-RELAXATIONS = 10  # of the constant vector, which becomes one that relaxation hardly reduces
-MOST_PADDED = 2  # times the entries of a graph: those of a table of neighbours, which is three times as fast
+# |a_ij| / sqrt(a_ii a_jj) above which j is a strong neighbour of i; halved from level
+# to level.
+STRENGTH = 0.08
+# Largest ratio of the numbers of unknowns from one level to the next.
+MAX_UNKNOWNS_RATIO = 0.6
+# Largest ratio of the number of entries of a coarse version to that of the matrix.
+MAX_ENTRIES_RATIO = 1.5
+# Of the constant vector, which becomes one that relaxation hardly reduces.
+RELAXATIONS = 10
+# Times the entries of a graph: those of a table of neighbours, which is three times as
+# fast.
+MOST_PADDED = 2
 FEW_LEFT = 50  # one node in so many may be farther than 2 from all roots
 
 
@@ -80,7 +87,8 @@ class Hierarchy:
             diagonal, operator, nothing = A.diagonal(), Operator(A), np.zeros(A.shape[0])
             inverse = np.where(diagonal > 0, 1 / np.where(diagonal > 0, diagonal, 1), 0)
             radius = float((inverse * absolute_product(A, np.ones(A.shape[0]))).max()) or 1.0
-            weights = np.asarray(4 / 3 / radius * inverse)  # of damped Jacobi relaxation x += weights * (b - A x)
+            # Of damped Jacobi relaxation x += weights * (b - A x)
+            weights = np.asarray(4 / 3 / radius * inverse)
             for _ in range(RELAXATIONS):
                 candidate = operator.relaxed(candidate, nothing, weights)
             candidate = np.where(candidate > 0, candidate, candidate.max() * 1e-3)
@@ -157,10 +165,12 @@ def _strong(A: Matrix, strength: float, candidate: Vector) -> Matrix:
     return plus_diagonal(strong, change)
 
 
-# Times the usual weights, for the two sweeps of Jacobi relaxation before each coarse correction, and in reverse after
-# it: those of Chebyshev's polynomial for the upper eight ninths of the spectrum.
+# Times the usual weights, for the two sweeps of Jacobi relaxation before each coarse
+# correction, and in reverse after it: those of Chebyshev's polynomial for the upper
+# eight ninths of the spectrum.
 SWEEPS = 0.86, 3.11
-MOSTLY_BASIC = 0.8  # of an aggregate, by weight: it takes part in the correction of basic variables
+# Of an aggregate, by weight: it takes part in the correction of basic variables.
+MOSTLY_BASIC = 0.8
 REGULAR = 1e-14  # of the largest diagonal entry: what a coarsest matrix gets added
 
 
@@ -234,7 +244,8 @@ def _v_cycle(level: Level, work: Any, weights: Any, mask: Any, coarse: Solve, b:
 
 
 CYCLES = 2  # on each level, with as many on all coarser levels inside each
-SWEEPS_OF_LEVEL = 2  # of projected Jacobi relaxation before, and after, each coarse correction
+# Of projected Jacobi relaxation before, and after, each coarse correction.
+SWEEPS_OF_LEVEL = 2
 LONGEST_STEP = 3.0  # times the coarse correction
 COARSEST_PIVOTS = 30  # at most; the coarsest problem rarely takes more than a handful
 
@@ -278,7 +289,8 @@ class FullApproximation:
         z = self._relaxed(level, z, q)
         w = A(z)
         w += q
-        free = ((box.lower < z) & (z < box.upper)) | (box.project(z - w) != z)  # where w does not keep z at a bound
+        # Where w does not keep z at a bound.
+        free = ((box.lower < z) & (z < box.upper)) | (box.project(z - w) != z)
         partly = np.bincount(T.indices, weights=free, minlength=T.shape[1]) > 0
         coarse, given = T.T @ z, np.where(free | ~partly[T.indices], w, 0.0)
         own = R @ given - A_coarse @ coarse

@@ -39,19 +39,28 @@ if TYPE_CHECKING:
 
 LEAST_INDEX, FINISH = "least index", "finish"
 SLOW = "the active set settles too slowly"
-LEAST_INDEX_STEPS = 60  # before other methods are tried: block steps advance, these may take 2^n
+# Before other methods are tried: block steps advance, these may take 2^n.
+LEAST_INDEX_STEPS = 60
 FAST_STEP = 0.5  # of the violations: what a fast step from given states leaves at most
-# Other steps after which states are not nearly right; a step costs little if the band is narrow.
+# Other steps after which states are not nearly right; a step costs little if the band
+# is narrow.
 SLOW_STEPS, SLOW_STEPS_NARROW = 2, 12
-NEAR_BOUND = 1e-9  # relative to the largest |z_i|: how far rounding may have moved z beyond a bound
+# Relative to the largest |z_i|: how far rounding may have moved z beyond a bound.
+NEAR_BOUND = 1e-9
 
-GLANCES = 2  # steps of GMRES that decide whether the states of a start are worth a factorization:
-MOST_WRONG_AT_A_GLANCE = 0.4  # of all signs; of random states it is half, of right ones a quarter or fewer
+# Steps of GMRES that decide whether the states of a start are worth a factorization:
+GLANCES = 2
+# Of all signs; of random states it is half, of right ones a quarter or fewer.
+MOST_WRONG_AT_A_GLANCE = 0.4
 
-STABLE_ITERATES = 2  # consecutive iterates with nearly unchanged P before an attempt to finish
-SPARSE_PRODUCTS = 30.0  # with M that take as long as a sparse factorization, unless that fills in much
-DENSE_PRODUCTS = 0.03  # the same for a dense one, by its order: n / 3, of which blocks in the cache save most
-MAX_CHANGE = 0.004  # of n: the change of P per iterate up to which it counts as nearly unchanged
+# Consecutive iterates with nearly unchanged P before an attempt to finish.
+STABLE_ITERATES = 2
+# With M that take as long as a sparse factorization, unless that fills in much.
+SPARSE_PRODUCTS = 30.0
+# The same for a dense one, by its order: n / 3, of which blocks in the cache save most.
+DENSE_PRODUCTS = 0.03
+# Of n: the change of P per iterate up to which it counts as nearly unchanged.
+MAX_CHANGE = 0.004
 
 
 def newton(
@@ -217,12 +226,17 @@ def _products(problem: Problem, basis: States) -> float:
 
 
 GRADIENT_BLOCK = 4  # steps between two looks at the active set
-SETTLED_INDICES, SETTLED_ONE_IN = 8, 500  # most changes of state in two looks: so many, or one in so many unknowns
-LOOKS_TO_ADVANCE = 3  # looks in which the changes have to decrease, for the iteration to go on
-GRADIENT_GROWTH = 1e6  # of |w|^2 over its start, in units with a unit diagonal: the iteration diverges
-MOST_GRADIENT_STEPS = 40  # at least; for large n no more products than a factorization costs:
+# Most changes of state in two looks: so many, or one in so many unknowns.
+SETTLED_INDICES, SETTLED_ONE_IN = 8, 500
+# Looks in which the changes have to decrease, for the iteration to go on.
+LOOKS_TO_ADVANCE = 3
+# Of |w|^2 over its start, in units with a unit diagonal: the iteration diverges.
+GRADIENT_GROWTH = 1e6
+# At least; for large n no more products than a factorization costs:
+MOST_GRADIENT_STEPS = 40
 MOST_PER_UNKNOWN = 1 / 12
-SINGLE_RANGE = 1e9  # sizes up to which, and down to whose inverse, single precision has room for products
+# Sizes up to which, and down to whose inverse, single precision has room for products.
+SINGLE_RANGE = 1e9
 
 
 def projected_gradient(problem: Problem, x0: Vector) -> Stage:

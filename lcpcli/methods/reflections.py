@@ -38,8 +38,10 @@ Single: TypeAlias = NDArray[np.float32]
 
 BALANCING_ROUNDS = 5  # by then norms are equal to a few percent
 CHECK = 20  # steps between two looks at the walkers
-SCALES = 3.0, 2.0, 4.0  # of M, relative to singular values of 1 on average, in turn: the best one depends on M
-ROUND_STEPS, ROUND_STEPS_PER_UNKNOWN = 2000, 4  # before all walkers start anew: by then most that are left are trapped
+# Of M, relative to singular values of 1 on average, in turn: the best one depends on M.
+SCALES = 3.0, 2.0, 4.0
+# Before all walkers start anew: by then most that are left are trapped.
+ROUND_STEPS, ROUND_STEPS_PER_UNKNOWN = 2000, 4
 
 
 def reflections(problem: Problem, x0: Vector, *, beta: float = 0.7, walkers: int = 16, seed: int = 0) -> Stage:
@@ -81,7 +83,8 @@ def _balance(M: Matrix) -> tuple[Vector, Vector]:
 
 
 @each_step(over="ignore")
-def _walk(problem: Problem, x0: Vector, beta: float, walkers: int, seed: int) -> Stage:  # noqa: ARG001 (it uses none)
+# It uses none.
+def _walk(problem: Problem, x0: Vector, beta: float, walkers: int, seed: int) -> Stage:  # noqa: ARG001
     n, steps, random = problem.n, 0, generator(seed)
     M, criterion, tried = dense(problem.M), Criterion(problem), set[bytes]()
     size = float(np.linalg.norm(M)) / math.sqrt(n)
@@ -138,7 +141,8 @@ class _Iteration:
         np.maximum(Z, self._lower, out=z)
         if self._has_upper:
             np.minimum(z, self._upper, out=z)
-            inside = (Z - z) ** 2 + W**2  # the squares of distances to each part of the set
+            # The squares of distances to each part of the set.
+            inside = (Z - z) ** 2 + W**2
             below = (Z - self._lower) ** 2 + np.minimum(W, 0) ** 2
             above = (Z - self._upper) ** 2 + np.maximum(W, 0) ** 2
             at_lower, at_upper = below < np.minimum(inside, above), above < np.minimum(inside, below)

@@ -179,12 +179,14 @@ METHODS = {
     ),
 }
 
-NONLINEAR = {  # methods for nonlinear problems, which `METHODS` for linear ones does not list
+# Methods for nonlinear problems, which `METHODS` for linear ones does not list.
+NONLINEAR = {
     "josephy-newton": Method("Newton's method (Josephy 1979; Dirkse and Ferris 1995)", (RESTARTS,), uses_start=True)
 }
 
 
-OTHER_NAMES = {  # of methods, which `meant` does not find: the one of the same kind here
+# Of methods, which `meant` does not find: the one of the same kind here.
+OTHER_NAMES = {
     **dict.fromkeys(("schafer", "psor", "sor", "jacobi", "gauss-seidel", "projection"), "fixed-point"),
     **dict.fromkeys(("simplex", "pivoting"), "lemke"),
     **dict.fromkeys(("ipm", "barrier"), "interior"),

@@ -83,14 +83,16 @@ def shi(
         if slope == 0:
             return Breakdown("f = |F~|^2 / 2 is stationary at a point that is not a zero of F~: J is singular there")
         last = here
-        first_trial = -2 * here.f / slope  # where a parabola with that slope has its minimum 0
+        # Where a parabola with that slope has its minimum 0.
+        first_trial = -2 * here.f / slope
         result = search(smoothed, here, s, slope, first_trial, rho, sigma)
         if isinstance(result, int):
             if step in DESCENT:
                 reason = "no step decreases |F~| any further in double precision"
                 return _smoothed_solution(problem, p, here.F) or Stalled(reason)
             evaluations += result
-            step, s = STEEPEST, -g  # f rises along s, by a kink or rounding: only d is left
+            # F rises along s, by a kink or rounding: only d is left.
+            step, s = STEEPEST, -g
             continue
         here, g, trials = result
         evaluations += trials
@@ -170,8 +172,11 @@ def combine(mu: float, nu: float, cosine: float, F_d: float, v_d: float) -> tupl
 
 NO_INDICES = np.empty(0, dtype=np.intp)
 WINDOW = 746.0  # e^-746 is zero in double precision, denormals included
-MAX_TRIALS = 200  # of one line search, which halves the bracket: far more than a double has digits
-SHORT_STEP = 1e-6  # relative to the first trial length: for shorter trials, whether x changes at all is checked
+# Of one line search, which halves the bracket: far more than a double has digits.
+MAX_TRIALS = 200
+# Relative to the first trial length: for shorter trials, whether x changes at all is
+# checked.
+SHORT_STEP = 1e-6
 
 
 def error(problem: Problem, p: float) -> float:

@@ -101,7 +101,9 @@ Tried: TypeAlias = dict[str, list[Stage]]
 """Stages that have been made before, to be passed on again: those of each method in order."""
 
 
-NEARLY_SOLVED = 1e-6  # relative to the largest |q|: the size of F up to which an iterate may stand for a solution
+# Relative to the largest |q|: the size of F up to which an iterate may stand for a
+# solution.
+NEARLY_SOLVED = 1e-6
 TIME_LIMIT_REACHED = "the time limit is reached"
 NO_STANDARD_FORM = "numbers overflow in the standard form"
 INEXACT = "no solution was found, and the change of variables rounded, so that there is no proof either"
@@ -131,7 +133,8 @@ def clause_on(fault: Exception) -> str:
     if isinstance(fault, MemoryError):
         return "there is not enough memory"
     if isinstance(fault, SingularMatrix):
-        ours = str(fault) if not str(fault)[:1].isupper() else ""  # numpy's begins with a capital
+        # numpy's begins with a capital.
+        ours = str(fault) if not str(fault)[:1].isupper() else ""
         return ours or "a linear system that is singular or not finite in double precision"
     return next((kind for message, kind in FAULT_KINDS.items() if str(fault).startswith(message)), str(fault))
 

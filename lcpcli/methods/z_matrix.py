@@ -46,7 +46,8 @@ from lcpcli.verify.exact_solution import ExactBasis, exact_basis
 from lcpcli.verify.farkas import most_exact
 from lcpcli.verify.point import Criterion, Point
 
-EXACT_EFFORT = 30.0  # of exact arithmetic where doubles fail, by the seconds that it usually takes
+# Of exact arithmetic where doubles fail, by the seconds that it usually takes.
+EXACT_EFFORT = 30.0
 
 
 def _exchanged(system: _InDoubles | _InFractions, basic: list[int]) -> tuple[list[int], Any]:
@@ -202,7 +203,8 @@ class Elimination:
         self._factorize, self._solve = dpttrf, dtbtrs
         self._below, self._diagonal, self._above = (M.diagonal(side) for side in (-1, 0, 1))
         with np.errstate(invalid="ignore"):
-            self._link = np.sqrt(-self._below) * np.sqrt(-self._above)  # of a symmetric matrix with the same pivots
+            # Of a symmetric matrix with the same pivots.
+            self._link = np.sqrt(-self._below) * np.sqrt(-self._above)
         has_signs = max(self._below.max(), self._above.max()) <= 0.0
         self._known = dict[int, tuple[Vector, Vector]]()
         self.is_of_m_matrix = bool(has_signs and not dpttrf(self._diagonal, self._link)[2])

@@ -27,7 +27,8 @@ NOT_FINITE = ("is not a finite number in double precision", f"give a finite numb
 DENSE_HINT = "give a dense array, as by toarray()"
 UNLABELLED = "give them the same labels, or arrays, as by to_numpy()"
 TEXTS = (str, bytes, bytearray)
-BEYOND_DOUBLES = 2**1024 - 2**970  # from here on a number is nearer to the next power of two than to a double
+# From here on a number is nearer to the next power of two than to a double.
+BEYOND_DOUBLES = 2**1024 - 2**970
 
 
 def plain(field: str, values: Any, expected: str) -> Any:
@@ -247,7 +248,8 @@ def as_nested(field: str, values: Any, most: int, expected: str = NUMBERS, exact
         refuse_other_than_numbers(field, values)
         return as_floats(field, values)
     are_lists = most == 2 and {*map(type, values)} <= {list, tuple} and len({*map(len, values)}) == 1
-    if are_lists and {*map(type, chain.from_iterable(values))} <= {int, float}:  # as most are; numpy takes them at once
+    # As most are; numpy takes them at once.
+    if are_lists and {*map(type, chain.from_iterable(values))} <= {int, float}:
         with suppress(OverflowError):  # whose place is looked for below
             return np.asarray(values, dtype=np.float64)
     parts = list[Vector]()

@@ -28,11 +28,16 @@ from lcpcli.model.arrays import FROM_0, as_floats, own, plain
 from lcpcli.options import INFINITY
 from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 
-CANCELLATION = 1000  # from this ratio of the terms of a row of M z + q to their sum on, it is summed exactly
-NO_BOUND = 1e20  # a bound of this size or more means none, by the convention of MPS files and of OSQP
+# From this ratio of the terms of a row of M z + q to their sum on, it is summed
+# exactly.
+CANCELLATION = 1000
+# A bound of this size or more means none, by the convention of MPS files and of OSQP.
+NO_BOUND = 1e20
 LARGEST_X = LARGEST_DOUBLE / 2  # up to this |x|, z and w are finite
-LOWER, BASIC, UPPER = -1, 0, 1  # states: z_i = l_i and w_i >= 0, w_i = 0, z_i = u_i and w_i <= 0
-_UPPER = np.array(UPPER, dtype=np.int8)  # what states are compared with in half the time; those of BASIC count as false
+# states: z_i = l_i and w_i >= 0, w_i = 0, z_i = u_i and w_i <= 0.
+LOWER, BASIC, UPPER = -1, 0, 1
+# What states are compared with in half the time; those of BASIC count as false.
+_UPPER = np.array(UPPER, dtype=np.int8)
 WORDS = {LOWER: "lower", BASIC: "basic", UPPER: "upper"}
 
 

@@ -150,7 +150,8 @@ def scale(problem: Problem, moderate: int = MODERATE_POWER) -> Scaled:
     rows, columns = np.log2(R), np.log2(C)
     size = float((np.frexp(problem.q)[1] + rows).max(where=problem.q != 0, initial=-np.inf))
     with np.errstate(over="ignore"):
-        if abs(size) > moderate and size != -np.inf:  # R q comes into range as far as R and C allow
+        # R q comes into range as far as R and C allow.
+        if abs(size) > moderate and size != -np.inf:
             low = max(-LARGEST_POWER - rows.min(), columns.max() - LARGEST_POWER)
             high = min(LARGEST_POWER - rows.max(), columns.min() + LARGEST_POWER)
             t = np.exp2(np.clip(-size, low, high) if low <= high else 0.0)
@@ -164,7 +165,8 @@ def in_units(problem: Problem, R: Vector, C: Vector) -> Scaled:
     if not (np.count_nonzero(R != 1.0) or np.count_nonzero(C != 1.0)):
         return Scaled(problem, problem, R, C)
     M, q = matrices.scaled(problem.M, R, C), R * problem.q
-    (M.data if is_sparse(M) else M).setflags(write=False)  # so that it is not copied again
+    # So that it is not copied again.
+    (M.data if is_sparse(M) else M).setflags(write=False)
     with np.errstate(over="ignore"):
         lower, upper = (moved(bound / C, bound) for bound in (problem.lower, problem.upper))
     return Scaled(Problem(M, q, lower=lower, upper=upper), problem, R, C)
@@ -216,7 +218,8 @@ class StandardForm(Change):
     boxed: Indices
     sign: Vector
 
-    def start(self, x: Vector) -> Vector:  # noqa: ARG002 (methods that need this form use none)
+    # Methods that need this form use none.
+    def start(self, x: Vector) -> Vector:  # noqa: ARG002
         return np.zeros(self.problem.n)
 
     @property
@@ -262,7 +265,8 @@ class StandardForm(Change):
         low = np.where(at_upper, upper, low)
         if (low > high).any():
             return None
-        rises = np.where(has_v, below, basic | np.isinf(upper))  # where w >= 0 is asked for, and where w <= 0 is
+        # Where w >= 0 is asked for, and where w <= 0 is.
+        rises = np.where(has_v, below, basic | np.isinf(upper))
         falls = basic | np.isinf(lower)
         return Box(low, high), Box(np.where(falls, -np.inf, 0.0), np.where(rises, np.inf, 0.0))
 

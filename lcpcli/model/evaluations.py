@@ -28,33 +28,60 @@ from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 MOST_DENSE = 100  # unknowns up to which J is differenced column by column, and is dense
-KEPT = 4  # points whose F is kept, as the loop and the method, and J by differences, ask for it again
+# Points whose F is kept, as the loop and the method, and J by differences, ask for it
+# again.
+KEPT = 4
 STEP = EPS**0.5  # of a forward difference, relative to z_j, or to 1 if z_j is smaller
 LONG_STEP = 2.0**-7  # that tells whether differences by STEP are doubtful
-DOUBTFUL = 0.2  # relative to the change of F, or to the terms of J: a difference between the two
-FLAT = 1 / 64  # of the slope by the longer step: one by the shorter step that is next to nothing
+# Relative to the change of F, or to the terms of J: a difference between the two.
+DOUBTFUL = 0.2
+# Of the slope by the longer step: one by the shorter step that is next to nothing.
+FLAT = 1 / 64
 MOST_ADAPTED = 6  # times that steps are changed in a run
-BEST, LONGEST = 8**0.25, 2.0**-3  # times the root of the relative noise: the best step, and the longest one
-MOST_SHORTER, SAME, ROUNDINGS = 12, 0.1, 64  # of steps; of quotients by two steps, and by how many roundings F changes
+# Times the root of the relative noise: the best step, and the longest one.
+BEST, LONGEST = 8**0.25, 2.0**-3
+# Of steps; of quotients by two steps, and by how many roundings F changes.
+MOST_SHORTER, SAME, ROUNDINGS = 12, 0.1, 64
 WRONG = 0.1  # the relative difference from which an entry of J is said to be wrong
-NOTABLE = 1e-4  # relative to the largest entry of the row, for such changes: the size from which an entry is
-STEPS = tuple(2.0**-power for power in (26, 30, 34, 38, 42, 46, 22, 18, 14, 10, 6))  # relative to z
+# Relative to the largest entry of the row, for such changes: the size from which an
+# entry is.
+NOTABLE = 1e-4
+# Relative to z.
+STEPS = tuple(2.0**-power for power in (26, 30, 34, 38, 42, 46, 22, 18, 14, 10, 6))
 RATIO = 16.0  # of two successive steps
-APART = 8.0  # times the distance of two quotients: at least this they must be for one of them to count
-DIRECTIONS = 3  # in which J must agree with differences where these alone do not show that terms are large enough
-MATCH = 1e-2  # relative to the terms of J along a direction: a difference from quotients up to which J agrees
-KINKED = 0.4  # relative to the larger of the slopes on two sides: a difference that a kink makes
-REFUTED = 2  # pairs of quotients that agree with each other but not with J, from which on J is wrong
+# Times the distance of two quotients: at least this they must be for one of them to
+# count.
+APART = 8.0
+# In which J must agree with differences where these alone do not show that terms are
+# large enough.
+DIRECTIONS = 3
+# Relative to the terms of J along a direction: a difference from quotients up to which
+# J agrees.
+MATCH = 1e-2
+# Relative to the larger of the slopes on two sides: a difference that a kink makes.
+KINKED = 0.4
+# Pairs of quotients that agree with each other but not with J, from which on J is
+# wrong.
+REFUTED = 2
 UNEVEN = 2e-5  # relative to these terms: a difference that noise of F may have made
-COVERED = 0.1  # of the terms |J| |z|: the part of them that a direction must have for J to be confirmed
-SPACINGS = tuple(2.0**-power for power in range(9, 37, 3))  # relative to z, or to 1 where it is smaller
+# Of the terms |J| |z|: the part of them that a direction must have for J to be
+# confirmed.
+COVERED = 0.1
+# Relative to z, or to 1 where it is smaller.
+SPACINGS = tuple(2.0**-power for power in range(9, 37, 3))
 RESOLVED = 2.0**-30  # the finest of them that tell oscillations from noise
-LEAST_FALL, CUBIC = 4.0, (128.0, 4096.0)  # of differences of third order with the spacing, where this resolves F
-QUIET = 16 * EPS  # relative to the largest |F_i|: differences of third order that are no more than rounding
+# Of differences of third order with the spacing, where this resolves F.
+LEAST_FALL, CUBIC = 4.0, (128.0, 4096.0)
+# Relative to the largest |F_i|: differences of third order that are no more than
+# rounding.
+QUIET = 16 * EPS
 ORDERS = 6  # of differences, from ORDERS + 1 points
-MOST_EQUAL = 0.5  # of first differences that may be 0: of more, the points are too close
-JUMP = 1e-2  # of the largest first difference, less the median: the next one, unless that is a jump
-ALIKE = 4.0  # the ratio of the noise by differences of successive orders, if it is that of noise
+# Of first differences that may be 0: of more, the points are too close.
+MOST_EQUAL = 0.5
+# Of the largest first difference, less the median: the next one, unless that is a jump.
+JUMP = 1e-2
+# The ratio of the noise by differences of successive orders, if it is that of noise.
+ALIKE = 4.0
 BY_DIFFERENCES = "by differences of F"
 
 Values = Callable[[Vector], Vector]
@@ -116,7 +143,8 @@ class Evaluations:
     def _is_doubtful(self, z: Vector, J: Matrix) -> bool:
         """Return whether differences by longer steps in all components are far from those by J."""
         F, slopes, differs = self.known_values(z), list[Vector](), list[Mask]()
-        for step in (LONG_STEP, RATIO * STEP):  # the second one where curvature may be the reason
+        # The second one where curvature may be the reason.
+        for step in (LONG_STEP, RATIO * STEP):
             move = self._inward(z, step * np.maximum(np.abs(z), 1.0))
             change = self.values(z + move) - F
             terms = np.maximum(np.abs(change), absolute_product(J, np.abs(move)))
@@ -357,7 +385,8 @@ class Slopes:
     def unsmooth(self, noise: Vector) -> tuple[Mask, Mask]:
         """Return the rows with a kink at z, by the slopes on both sides, and those with a jump, far above the noise."""
         d, room = self._direction(), np.minimum(self._problem.upper - self._z, self._z - self._problem.lower)
-        ways = d, np.where(room < STEPS[0] * np.abs(d), 0.0, d)  # with the changes by a long and a short step each
+        # With the changes by a long and a short step each.
+        ways = d, np.where(room < STEPS[0] * np.abs(d), 0.0, d)
         sides, inner = [
             [[self._quotient(sign * step * way).change for step in STEPS[:2]] for sign in (1.0, -1.0)] for way in ways
         ]
@@ -411,7 +440,8 @@ def _oscillates(values: Values, box: Box, z: Vector, found: Vector, thirds: list
             break
         if k == len(thirds):
             thirds.append(_level(values, box, z, SPACINGS[k])[-1])
-        fall = np.where(thirds[k - 1] > ALIKE * found, 0.0, thirds[k - 1] / thirds[k])  # of the noise, not of curvature
+        # Of the noise, not of curvature.
+        fall = np.where(thirds[k - 1] > ALIKE * found, 0.0, thirds[k - 1] / thirds[k])
         resolved |= is_open & (last >= LEAST_FALL) & (fall >= CUBIC[0]) & (fall <= CUBIC[1])
         is_open &= ~resolved & (fall <= CUBIC[1])
         last = fall

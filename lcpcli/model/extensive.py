@@ -74,7 +74,8 @@ class Node(NamedTuple):
     payoffs: Payoffs
 
 
-ROOT = Node(-1, 0, TERMINAL, -1, (0, 0), Fraction(1), NOTHING)  # in place of the parent that the root does not have
+# In place of the parent that the root does not have.
+ROOT = Node(-1, 0, TERMINAL, -1, (0, 0), Fraction(1), NOTHING)
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +132,8 @@ def distinct_labels(labels: Sequence[str], numbers: Sequence[int] = ()) -> list[
     return [own if own and times[own] == 1 else f"{own} {number}".strip() for own, number in pairs]
 
 
-TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|[{}]|[^\s,{}"]+|"', re.DOTALL)  # a text, a brace, a word, or an open quote
+# A text, a brace, a word, or an open quote.
+TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|[{}]|[^\s,{}"]+|"', re.DOTALL)
 NUMBER = re.compile(
     r"[-+]?(?:[0-9]{1,1000}(?:\.[0-9]{0,1000})?|\.[0-9]{1,1000})(?:[eE][-+]?[0-9]{1,3})?|"
     r"[-+]?[0-9]{1,1000}/0*[1-9][0-9]{0,999}"
@@ -148,7 +150,8 @@ class _Reading:
         self.text, self.place = text, 0
         self.outcomes = {0: NOTHING}
         self.sets: dict[int, list[InformationSet]] = {CHANCE: [], 0: [], 1: []}
-        self.numbers: dict[int, dict[int, int]] = {CHANCE: {}, 0: {}, 1: {}}  # the index of each set, by its number
+        # The index of each set, by its number.
+        self.numbers: dict[int, dict[int, int]] = {CHANCE: {}, 0: {}, 1: {}}
 
     def fault(self, fault: str, hint: str, place: int | None = None) -> ProblemError:
         """Return the error for the word at a place, by default the last one that was read."""
@@ -374,7 +377,8 @@ class ExtensiveGame:
             rows[y + j][x + i] = cost
         for player, plan, value in zip(self.tree.players, (x, y), (u, v), strict=True):
             sets = ((i + 1, player.moves(i), [before]) for i, before in enumerate(player.before))
-            for k, moves, before in [(0, [0], []), *sets]:  # of row k of E, the columns of its entries 1 and -1
+            # Of row k of E, the columns of its entries 1 and -1.
+            for k, moves, before in [(0, [0], []), *sets]:
                 for entry, sequences in ((1, moves), (-1, before)):
                     for sequence in sequences:
                         rows[value + k][plan + sequence] = Fraction(entry)

@@ -17,7 +17,8 @@ from lcpcli.model.arrays import as_solutions, as_vector, own
 from lcpcli.model.box import Box, as_intervals
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
-DOMAIN_ERRORS = ("math domain error", "math range error", "expected a")  # beginnings of ValueErrors of module math
+# Beginnings of ValueErrors of module math.
+DOMAIN_ERRORS = ("math domain error", "math range error", "expected a")
 
 
 class Enclosure(NamedTuple):

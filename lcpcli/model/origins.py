@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 GAME_KEYS = ("kind", "A", "B", "rows", "columns", "players")
 PAYOFF_RATIO = re.compile(r"\s*[-+]?[0-9]{1,1000}(/0*[1-9][0-9]{0,999})?\s*")
 
-EXACT_CONTEXT = Context(prec=1000)  # digits: enough for sums and differences of any doubles, which have 650 at most
+# digits: enough for sums and differences of any doubles, which have 650 at most.
+EXACT_CONTEXT = Context(prec=1000)
 
 Payoffs = list[list[Fraction]]
 
@@ -87,7 +88,8 @@ class Game:
             return False
         M = matrices.dense(given.M)
         with np.errstate(over="ignore", invalid="ignore"):
-            for costs, own in ((M[:m, m:], self.A), (M[m:, :m].T, self.B)):  # their sum is constant up to rounding
+            # Their sum is constant up to rounding.
+            for costs, own in ((M[:m, m:], self.A), (M[m:, :m].T, self.B)):
                 if not np.ptp(costs + own) <= 8 * EPS * (np.abs(costs).max() + np.abs(own).max()):
                     return False
         return not M[:m, :m].any() and not M[m:, m:].any()

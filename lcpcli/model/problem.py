@@ -27,9 +27,10 @@ if TYPE_CHECKING:
     from lcpcli.model.origins import Origin
     from lcpcli.model.program import Conditions, Program
 
-REMARKS = ("name", "solutions", "verdict", "source", "note", "reference", "origin")  # fields that are no data
-# What depends on M alone, and what names and starts a problem whatever its q and bounds are: a problem with the same M
-# takes over these, and nothing else.
+# Fields that are no data.
+REMARKS = ("name", "solutions", "verdict", "source", "note", "reference", "origin")
+# What depends on M alone, and what names and starts a problem whatever its q and bounds
+# are: a problem with the same M takes over these, and nothing else.
 M_FIELDS = ("M", "n", "largest", "row_maxima", "has_moderate_rows", "latest", "units", "signs")
 LABELS = ("name", "source", "note", "origin", "names", "x0", "x1")
 VERDICTS, WITHOUT_SOLUTION = ("infeasible", "unsolvable", "ray"), ("infeasible", "unsolvable")
@@ -83,7 +84,8 @@ class Problem:
     origin: Origin | None = None
     lower: Vector | float = 0.0
     upper: Vector | float = math.inf
-    terms_of_q: Vector | None = declared(default=None, init=False, repr=False)  # of which q is the sum, or None
+    # Of which q is the sum, or None.
+    terms_of_q: Vector | None = declared(default=None, init=False, repr=False)
     box: Box = declared(init=False, repr=False)
     largest: float = declared(init=False, repr=False)
     sizes_of_q: tuple[float, float] = declared(init=False, repr=False)

@@ -20,7 +20,8 @@ from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 Interval: TypeAlias = tuple[Vector, Vector]
 
-MOST_DENSE_VARIABLES = 1000  # variables for which a program without any matrix is kept as a dense problem
+# Variables for which a program without any matrix is kept as a dense problem.
+MOST_DENSE_VARIABLES = 1000
 
 
 def from_qp(

@@ -139,7 +139,8 @@ class Block:
         """Return the problem of row i, which takes about a microsecond, as nothing is computed or validated."""
         q, (sizes_of_q, is_moderate) = self.q[i], self._fields_of_q[i]
         problem = Problem.of_fields(self._fields, q=q, sizes_of_q=sizes_of_q, is_moderate=is_moderate, q_ref=q)
-        if self.reference_z is None and self.box is self.like.box:  # they differ in q alone, as LCPs do
+        # They differ in q alone, as LCPs do.
+        if self.reference_z is None and self.box is self.like.box:
             return problem
         box, own = self.box.part(i), self.references.part(i)
         problem.knowing(box=box, lower=box.lower, upper=box.upper)

@@ -22,7 +22,9 @@ from lcpcli.typing import States, Vector, VectorLike
 if TYPE_CHECKING:
     from fractions import Fraction
 
-FAR_START = 0.5  # of the largest |q_ref|_i: the natural residual from which on a z is no better than none
+# Of the largest |q_ref|_i: the natural residual from which on a z is no better than
+# none.
+FAR_START = 0.5
 NO_NAMES = "the problem has no names; take z, with its indices"
 _STATES = {word: state for state, word in WORDS.items()}
 
@@ -127,7 +129,8 @@ def component(problem: Problem, name: str, z: Vector) -> Vector:
 
 def reversed_names(problem: Problem) -> set[int]:
     """Return the components whose names have the other sign: multipliers of a program to be maximized."""
-    reversed_ones = getattr(problem.origin, "reversed", lambda _: ())(problem.n)  # as programs have them
+    # As programs have them.
+    reversed_ones = getattr(problem.origin, "reversed", lambda _: ())(problem.n)
     return {i for i in reversed_ones if problem.names[i]}
 
 

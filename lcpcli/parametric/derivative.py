@@ -53,12 +53,17 @@ from lcpcli.solving.result import Result
 from lcpcli.typing import Indices, Mask, Matrix, Vector, VectorLike
 from lcpcli.verify.digits import room, signs
 
-FEW_KINKS = 10  # up to which S is classified before M: by its principal minors in milliseconds
+# Up to which S is classified before M: by its principal minors in milliseconds.
+FEW_KINKS = 10
 MOST_MINORS = 20_000  # and other steps of an inspection of S
-MOST_EXCHANGES = 10  # of states that the corrected z shows to be wrong: a verified z has few of them
-CORRECTIONS, SMALL_CHANGE = 2, 1e-8  # of z, and the relative size of one whose own error is rounding
-MOST_DENSE = 2000  # variables of a singular block up to which its singular values are computed
-CLEAR = 1e3  # times a crude bound on rounding: what is further from a kink needs no closer look
+# Of states that the corrected z shows to be wrong: a verified z has few of them.
+MOST_EXCHANGES = 10
+# Of z, and the relative size of one whose own error is rounding.
+CORRECTIONS, SMALL_CHANGE = 2, 1e-8
+# Variables of a singular block up to which its singular values are computed.
+MOST_DENSE = 2000
+# Times a crude bound on rounding: what is further from a kink needs no closer look.
+CLEAR = 1e3
 UNSOLVED = ("raise", "nan")
 
 Found = TypeVar("Found", BatchGradient, BatchDerivative)

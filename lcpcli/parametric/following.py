@@ -33,8 +33,11 @@ from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Mask, Matrix, States, Vector
 from lcpcli.verify.certificate import proof
 
-SINGULAR = 2.0**-40  # relative to the largest one: a singular value of a basis that counts as 0
-RECOVERED = 2.0**-16  # error of a solution whose system is not singular: a third of the digits of a double are right
+# Relative to the largest one: a singular value of a basis that counts as 0.
+SINGULAR = 2.0**-40
+# Error of a solution whose system is not singular: a third of the digits of a double
+# are right.
+RECOVERED = 2.0**-16
 NOISE = 2.0**-40  # relative to the largest change: a change that counts as none
 
 
@@ -98,7 +101,8 @@ def _null_vector(M: Matrix, states: States) -> Vector | None:
     return v
 
 
-AT_ONCE, LEAST_AT_ONCE = 500_000, 4  # numbers of z, and breakpoints, from which on these are verified
+# Numbers of z, and breakpoints, from which on these are verified.
+AT_ONCE, LEAST_AT_ONCE = 500_000, 4
 
 
 class _Point(NamedTuple):
@@ -118,7 +122,8 @@ def _rows(rows: list[Any], family: Family, kind: type = float) -> Any:
 Data: TypeAlias = tuple[ExactProblem, ExactProblem]
 MOST_NUMBERS = 2**26  # of z on a path in memory: with those of w one GiB
 FILL = "fill the memory for a path; follow it in several spans of t, with --from and --to"
-MOST_POINTS = 10_000  # pivots at one vertex, where ties are broken: more mean that rounding has misled them
+# Pivots at one vertex, where ties are broken: more mean that rounding has misled them.
+MOST_POINTS = 10_000
 
 
 @np.errstate(all="ignore")
@@ -213,7 +218,8 @@ class _Following:
         """Follow the path and verify it."""
         result: Result | None = None
         try:
-            with within(self.limits.time_limit), np.errstate(all="ignore"):  # overflow is found where it matters
+            # Overflow is found where it matters.
+            with within(self.limits.time_limit), np.errstate(all="ignore"):
                 if self.read is not None:
                     self.exact = ExactFamily(*self.read())
                 result = driver.run(self.family.problem, "auto", limits=self.limits)
@@ -231,7 +237,8 @@ class _Following:
         if ray is not None:
             direction = np.array(ray.z, dtype=float)
             candidates = [direction] if ray.multipliers is None else [direction, ray.multipliers, -ray.multipliers]
-            # the multipliers of the rows are a proof if t is at its largest over all solutions of the inequalities
+            # the multipliers of the rows are a proof if t is at its largest over all
+            # solutions of the inequalities
             certificate = next((y for y in (proof(self.family.to, y) for y in candidates) if y is not None), None)
             message += "; the second problem is proved to have no solution" * (certificate is not None)
         last: dict[str, Any] = {"end": end, "message": message, "direction": direction, "certificate": certificate}
@@ -293,10 +300,12 @@ class _Following:
         new = len(points) - self._done
         if new >= LEAST_AT_ONCE and new * self.family.problem.n >= AT_ONCE:
             each = range(len(points) - 1, self._done, -1)
-            self._verify(next((k for k in each if points[k].t != points[k - 1].t), 0))  # the others have the last t
+            # The others have the last t.
+            self._verify(next((k for k in each if points[k].t != points[k - 1].t), 0))
 
     def point(self, s: Any, z: Any, states: States | None) -> _Point:
-        t = self.family.start * (1 - float(s)) + self.family.stop * float(s)  # exactly a and b at the ends
+        # Exactly a and b at the ends.
+        t = self.family.start * (1 - float(s)) + self.family.stop * float(s)
         return _Point(s, t, z, None if self.exact is None else self.exact.w(s, z), states)
 
     def _verify(self, most: int) -> None:

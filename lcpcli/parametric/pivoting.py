@@ -78,12 +78,19 @@ class Edge(NamedTuple):
     is_last: bool = False
 
 
-NOISE = 2.0**-43  # relative to the largest number of its kind, in equilibrated units: what counts as 0
-STANDSTILL = 2.0**-40  # of the change of the equations along an edge: the share of t that counts as 0
-LARGE_CORRECTION = 2.0**-26  # relative to z: after a larger one the inverse is computed from scratch
-DOUBTFUL_PIVOT = 2.0**-26  # relative to the direction: a smaller pivot is computed once more by a new inverse
-CANCELLED = 2.0**-46  # relative: what rounding leaves of a difference of equal numbers, or of 0
-NEAR_END = 2.0**-38  # relative to the size of z: by how much a form may be negative at the end of the range of s
+# Relative to the largest number of its kind, in equilibrated units: what counts as 0.
+NOISE = 2.0**-43
+# Of the change of the equations along an edge: the share of t that counts as 0.
+STANDSTILL = 2.0**-40
+# Relative to z: after a larger one the inverse is computed from scratch.
+LARGE_CORRECTION = 2.0**-26
+# Relative to the direction: a smaller pivot is computed once more by a new inverse.
+DOUBTFUL_PIVOT = 2.0**-26
+# relative: what rounding leaves of a difference of equal numbers, or of 0.
+CANCELLED = 2.0**-46
+# Relative to the size of z: by how much a form may be negative at the end of the range
+# of s.
+NEAR_END = 2.0**-38
 
 
 class Pivoting:
@@ -265,7 +272,8 @@ class Pivoting:
             system.exchange(old, new)
         if system.moved is not moved and system.has(self.n):
             system.exchange(self.n, self.n)
-        if system.age > MOST_CHANGES:  # which, or a small pivot, may have spoilt the factors
+        # Which, or a small pivot, may have spoilt the factors.
+        if system.age > MOST_CHANGES:
             system.refresh()
 
     def _settle(self) -> None:

@@ -16,7 +16,8 @@ from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import column_reader, product
 from lcpcli.typing import Indices, Matrix, Vector
 
-LEAST_PIVOT = 2.0**-26  # relative to the terms of a pivot: a smaller one is not relied on
+# Relative to the terms of a pivot: a smaller one is not relied on.
+LEAST_PIVOT = 2.0**-26
 MOST_CHANGES = 64  # after which factors are computed from scratch
 NOTHING: tuple[int, Vector] = -1, np.zeros(0)  # the solution for no column
 
@@ -54,8 +55,10 @@ class DenseSystem(ChangingSystem):
         super().__init__(M, moved)
         n, self.k = self.n, 0
         self._rows, self._cols = np.zeros((2, n + 1), dtype=np.intp)
-        self._at, self._nothing = np.full(2 * n + 1, -1), np.zeros(n)  # of a column in C, or of a row n + 1 less in R
-        self._columns, self._inverse = np.zeros((n + 1, n)), np.zeros((n + 1, n + 1))  # takes memory as it is used
+        # Of a column in C, or of a row n + 1 less in R.
+        self._at, self._nothing = np.full(2 * n + 1, -1), np.zeros(n)
+        # Takes memory as it is used.
+        self._columns, self._inverse = np.zeros((n + 1, n)), np.zeros((n + 1, n + 1))
 
     @property
     def rows(self) -> Indices:
@@ -106,7 +109,8 @@ class DenseSystem(ChangingSystem):
     def exchange(self, old: int, new: int) -> None:
         """Put a column of J in the place of another one, or the new values of column n in its place: one step of the
         product form for the inverse of [A_C, E], of which the rows in the places of unit columns are not stored."""
-        k, X, coming, leaving = self.k, self.inverse, old - self.n - 1, new - self.n - 1  # rows of M, or negative
+        # Rows of M, or negative.
+        k, X, coming, leaving = self.k, self.inverse, old - self.n - 1, new - self.n - 1
         if leaving < 0:
             column, change = self.column(new), self._coming(new)
         else:
@@ -174,7 +178,8 @@ class SparseSystem(ChangingSystem):
     def __init__(self, M: Matrix, moved: Vector) -> None:
         super().__init__(M, moved)
         self._M = M
-        self._slots: Indices = np.arange(self.n + 1, 2 * self.n + 1)  # the column of J in each place
+        # The column of J in each place.
+        self._slots: Indices = np.arange(self.n + 1, 2 * self.n + 1)
         self._place_of: Indices = np.append(np.full(self.n + 1, -1), np.arange(self.n))
         self._changes: list[tuple[int, Vector]] = []
 
@@ -214,7 +219,8 @@ class SparseSystem(ChangingSystem):
         with imports:
             from scipy.sparse import csc_array, eye_array, hstack
         cols, rows = self.cols, self.rows
-        self._slots = np.arange(self.n + 1, 2 * self.n + 1)  # with the diagonal of M in its places
+        # With the diagonal of M in its places.
+        self._slots = np.arange(self.n + 1, 2 * self.n + 1)
         self._slots[cols[cols < self.n]] = cols[cols < self.n]
         if self.has(self.n):
             self._slots[rows[self._slots[rows] > self.n]] = self.n

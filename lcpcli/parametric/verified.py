@@ -31,8 +31,10 @@ from lcpcli.typing import Indices, Mask, States, Vector
 from lcpcli.verify.measure import Measure, Rows
 from lcpcli.verify.point import Criterion, Point, pivoted
 
-NEGLIGIBLE = 2.0**-44  # of what moves along a piece: what rounding of t may leave at its ends
-SHARE, NEAR = 2.0**-10, 2.0**-32  # of the pieces beside, and of z at their ends: how far off a replacement of z may be
+# Of what moves along a piece: what rounding of t may leave at its ends.
+NEGLIGIBLE = 2.0**-44
+# Of the pieces beside, and of z at their ends: how far off a replacement of z may be.
+SHARE, NEAR = 2.0**-10, 2.0**-32
 ADJACENT, NEARBY = (1, -1), (16, -16, 256, -256)  # doubles by which t may be replaced
 
 
@@ -169,7 +171,8 @@ class _Breakpoints:
             bit = self._last_bit(first)
             ends = [family.at(min(max(t + side * bit, family.start), family.stop)) for side in (-1, 1)]
             first_bounds, last_bounds = (np.array(own.box.vectors(Z.shape[1])) for own in ends)
-            moves = np.nan_to_num(np.abs(last_bounds - first_bounds)).max(axis=0)  # infinite ones do not move
+            # Infinite ones do not move.
+            moves = np.nan_to_num(np.abs(last_bounds - first_bounds)).max(axis=0)
             changes = np.abs(ends[1].q - ends[0].q) + absolute_product(family.problem.M, moves)
             criterion = Criterion(family.at(t), self.tol)
             for z in Z:

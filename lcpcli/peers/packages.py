@@ -34,7 +34,9 @@ from lcpcli.peers.registry import Claim
 from lcpcli.typing import Matrix
 
 SECONDS_TO_LOAD = 5.0  # pygambit in a process of its own, about, beside its time limit
-MOST_CONVERTED = 2000  # unknowns up to which a matrix is converted; beyond that, the benchmark would misuse the peer
+# Unknowns up to which a matrix is converted; beyond that, the benchmark would misuse
+# the peer.
+MOST_CONVERTED = 2000
 
 
 def not_convex(problem: Problem) -> str:
@@ -129,7 +131,8 @@ class PackageSolver:
         return Claim(z, solved, seconds, statement)
 
 
-# a first call compiles the method for writable arrays in row-major order, as M and q are
+# a first call compiles the method for writable arrays in row-major order, as M and q
+# are
 @partial(
     PackageSolver,
     "quantecon.optimize",
@@ -175,7 +178,8 @@ def clarabel(clarabel: Any, _: Problem, program: ProgramData, tol: float, time_l
 
 INFINITE_TO_DAQP = 1e30  # bounds of at least this size count as infinite in DAQP
 ENDINGS_OF_DAQP = "soft optimal, optimal, , infeasible, cycling, unbounded, iteration limit, not convex, "
-ENDINGS_OF_DAQP += "initial working set overdetermined, time limit"  # the exit flags 2, 1, ..., -7
+# The exit flags 2, 1, ..., -7.
+ENDINGS_OF_DAQP += "initial working set overdetermined, time limit"
 
 
 @partial(

@@ -151,7 +151,8 @@ def _called(problem: NonlinearProblem, most: int, faults: list[BaseException]) -
             if not faults:
                 try:
                     return evaluate(n, *places)
-                except BaseException as fault:  # also Ctrl-C; the caller raises it when PATH returns
+                # Also Ctrl-C; the caller raises it when PATH returns.
+                except BaseException as fault:
                     faults.append(fault)
             return n  # values are undefined: all of them after an error
 

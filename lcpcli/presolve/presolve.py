@@ -29,7 +29,8 @@ from lcpcli.typing import Indices, Mask, Vector
 Rule = Callable[[System], Iterator[Step]]
 
 DEFINITIONS = "definitions of free variables"
-RULES: dict[str, Rule] = {  # what each one takes away, and how; applied in turn, until none finds anything
+# What each one takes away, and how; applied in turn, until none finds anything.
+RULES: dict[str, Rule] = {
     "fixed variables": rules.fixed_variables,
     "rows of one sign": rules.rows_of_one_sign,
     "rows of their own variable": rules.rows_of_their_own_variable,
@@ -40,11 +41,15 @@ RULES: dict[str, Rule] = {  # what each one takes away, and how; applied in turn
     "equations of two variables": rules.equations_of_two_variables,
     "repeated equations": rules.repeated_equations,
 }
-COSTLY = ("equations of two variables", "repeated equations")  # these cost more, and wait until others find nothing
+# These cost more, and wait until others find nothing.
+COSTLY = ("equations of two variables", "repeated equations")
 SIGNS = "signs of equations"  # comes last, and takes nothing away
 ALL = (*RULES, SIGNS)
-WORTHWHILE = 0.4  # of the variables: the methods for large problems gain little if fewer are removed
-MOST_ROUNDS = 20  # each costs some passes over the entries of M; what they leave, the methods solve as well
+# Of the variables: the methods for large problems gain little if fewer are removed.
+WORTHWHILE = 0.4
+# Each costs some passes over the entries of M; what they leave, the methods solve as
+# well.
+MOST_ROUNDS = 20
 
 
 @dataclass(eq=False, repr=False)

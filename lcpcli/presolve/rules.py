@@ -24,8 +24,12 @@ from lcpcli.linalg.doubles import generator
 from lcpcli.presolve.system import Entries, Refuted, Step, System, are_integers, mask_of, summed
 from lcpcli.typing import Indices, Mask, Vector
 
-CLEAR = 1e-9  # relative to the terms of a row: what is called positive, or inside bounds, is far above rounding
-STABLE_PIVOT = 0.1  # relative to the largest entry of its row, for a substitution that changes other entries
+# Relative to the terms of a row: what is called positive, or inside bounds, is far
+# above rounding.
+CLEAR = 1e-9
+# Relative to the largest entry of its row, for a substitution that changes other
+# entries.
+STABLE_PIVOT = 0.1
 FEW = 4  # entries of a column, or of a row, that substitution adds to others
 SAME_HASH = 1e-12  # relative: the difference of hash values of multiples of each other
 
@@ -41,7 +45,8 @@ def rows_of_one_sign(system: System) -> Iterator[Step]:
     """A row that is positive, or negative, for all z within the bounds says at which bound its variable is."""
     places, of_entries, values = system.entries
     low, high, ranges = system.lower[of_entries], system.upper[of_entries], list[Vector]()
-    for first, last in ((low, high), (high, low)):  # the least and the largest w, 0 where that may be rounding
+    # The least and the largest w, 0 where that may be rounding.
+    for first, last in ((low, high), (high, low)):
         end = np.where(values > 0, first, last) * values
         w, size = system.q + summed(places, end, system.n), system.terms + summed(places, np.abs(end), system.n)
         ranges.append(np.where(np.isinf(size) | (np.abs(w) > CLEAR * size), w, 0.0))
@@ -83,7 +88,8 @@ def rows_that_are_bounds(system: System) -> Iterator[Step]:
     j, r = entries.columns[of_row[i]], entries.rows[of_column[k]]
     a, b = entries.values[of_row[i]], entries.values[of_column[k]]
     usable = (((system.row_of[j] == r) & (a * b < 0) & ~free[j]) | (free[j] & system.equations[r])) & (j != k)
-    usable &= ~(mask_of(system.n, i[usable])[r] & (r < i))  # where each of two rows is a bound of the other's variable
+    # Where each of two rows is a bound of the other's variable.
+    usable &= ~(mask_of(system.n, i[usable])[r] & (r < i))
     kept = np.flatnonzero(usable)
     for each in (j, r):
         kept = kept[np.unique(each[kept], return_index=True)[1]]
@@ -204,7 +210,8 @@ def repeated_equations(system: System) -> Iterator[Step]:
     terms = system.terms[again] + np.abs(factors) * system.terms[first]
     difference = system.q[again] - factors * system.q[first]
     for at in np.flatnonzero(np.abs(difference) > CLEAR * terms)[:1].tolist():
-        y = np.array([-factors[at], 1.0])  # the last counts, if a row without entries is both
+        # The last counts, if a row without entries is both.
+        y = np.array([-factors[at], 1.0])
         raise Refuted(system.n, [first[at], again[at]], y if difference[at] < 0 else -y)
     spare = _multiples(columns, rows, values, free, system.n)[0] if again.size else again
     number = min(again.size, spare.size)
@@ -244,8 +251,10 @@ def _pivots(system: System, found: Entries) -> Iterator[Step]:
 
 
 Pairs = tuple[Indices, Indices, Vector, Vector]
-FARTHEST_FACTOR = 1e8  # between two factors of rows: more would cost the digits that it is to save
-EQUAL = 1e-12  # relative: how far rounding may have moved apart what is meant to be equal
+# Between two factors of rows: more would cost the digits that it is to save.
+FARTHEST_FACTOR = 1e8
+# relative: how far rounding may have moved apart what is meant to be equal.
+EQUAL = 1e-12
 VOTING_ROUNDS = 10  # each for equations that share an entry with those of the last one
 ASSIGNMENT_ROUNDS = 3  # each assigns equations by those that are assigned already
 
@@ -258,7 +267,8 @@ def signs_of_equations(system: System) -> Iterator[Step]:
     pairs = _pairs(system)
     check()
     i, _, forth, back = pairs
-    unpaired = mask_of(system.n, i[(forth == 0) != (back == 0)])  # an entry of the column, or its row, has no image
+    # An entry of the column, or its row, has no image.
+    unpaired = mask_of(system.n, i[(forth == 0) != (back == 0)])
     if (unpaired & system.free & (_diagonal(system) == 0)).any():
         _assign(system)
         pairs = _pairs(system)
@@ -271,7 +281,9 @@ def signs_of_equations(system: System) -> Iterator[Step]:
     i, j, forth, back = pairs
     sign = np.where(forth * back > 0, 1.0, -1.0)
     nearly = (i < j) & (forth != sign * back) & (np.abs(forth - sign * back) <= EQUAL * np.abs(forth))
-    if nearly.any():  # entries of the later row stay, as constraints often come later, and proofs consist of these
+    # Entries of the later row stay, as constraints often come later, and proofs consist
+    # of these.
+    if nearly.any():
         values = system.entries.values.copy()
         values[system.places(system.row_of[i[nearly]], j[nearly])] = (sign * back)[nearly]
         system.entries, system.keeps_all = system.entries._replace(values=values), False
@@ -314,7 +326,8 @@ def _factors(system: System, pairs: Pairs) -> Vector:
         from scipy.sparse.csgraph import breadth_first_order, connected_components
     number, part = connected_components(coo_array((np.ones(i.size), (i, j)), shape=(n, n)), directed=False)
     root = np.zeros(number, dtype=np.intp)
-    for members in (np.arange(n), np.flatnonzero(needed)):  # where the sign is known, if it is anywhere
+    # Where the sign is known, if it is anywhere.
+    for members in (np.arange(n), np.flatnonzero(needed)):
         root[part[members[::-1]]] = members[::-1]
     places = np.concatenate((i, np.full(number, n))), np.concatenate((j, root))
     links = coo_array((np.ones(places[0].size), places), shape=(n + 1, n + 1)).tocsr()

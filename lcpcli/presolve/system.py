@@ -20,7 +20,8 @@ from lcpcli.typing import Indices, Mask, Vector
 
 LARGEST_INTEGER = 2.0**50  # sums of a few are exact
 LARGEST_ENTRY = 2.0**25  # of integers in M: products of two are exact
-CANCELLED = 1e-14  # relative to the sum of their sizes: what rounding leaves of entries that cancel
+# Relative to the sum of their sizes: what rounding leaves of entries that cancel.
+CANCELLED = 1e-14
 
 
 def mask_of(n: int, indices: Indices) -> Mask:

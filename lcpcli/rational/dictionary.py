@@ -26,8 +26,12 @@ from lcpcli.interrupts import in_time
 from lcpcli.rational.elimination import clear, library
 from lcpcli.rational.numbers import primitive
 
-LONG_ROW = 500  # columns from which on the time is checked within a pivot too, which takes seconds for thousands
-LONG_BITS = 200  # that numbers may reach, from which on those of FLINT are faster, where it is installed
+# Columns from which on the time is checked within a pivot too, which takes seconds for
+# thousands.
+LONG_ROW = 500
+# That numbers may reach, from which on those of FLINT are faster, where it is
+# installed.
+LONG_BITS = 200
 
 Point = tuple[Fraction, ...]
 Direction = tuple[int, ...]
@@ -347,7 +351,8 @@ def bases(here: Dictionary) -> Iterator[tuple[Dictionary, list[int]]]:
     order = [form for form in here.rows if form in here.signed]
     basis = sum(1 << form for form in here.cobasic)
     seen = {basis}
-    moves: list[list[tuple[int, int]]] = []  # of each basis on the way, those that have not been tried
+    # Of each basis on the way, those that have not been tried.
+    moves: list[list[tuple[int, int]]] = []
     back: list[tuple[int, int, int]] = []
     while True:
         edges = [(k, here.lexicographic(here.nearest(k), k, order)) for k in range(1, len(here.cobasic) + 1)]

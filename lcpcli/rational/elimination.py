@@ -29,10 +29,13 @@ from lcpcli.interrupts import TimeIsUp, check, remaining
 from lcpcli.rational.exact_problem import ExactProblem
 
 MOST_PLAIN_ROWS = 16  # up to which FLINT is not faster
-SECONDS_PER_BIT = 1e-9  # times n^3: the time by FLINT for a nonsingular system, for each bit of its longest entry
+# Times n^3: the time by FLINT for a nonsingular system, for each bit of its longest
+# entry.
+SECONDS_PER_BIT = 1e-9
 SECONDS_PER_STEP = 5e-10  # of elimination modulo a prime, twice
 PRIME = 2**61 - 1  # fits in a machine word
-LONG_CALL_SECONDS = 0.5  # from which on a call is made in another process, which takes 0.2 s to start
+# From which on a call is made in another process, which takes 0.2 s to start.
+LONG_CALL_SECONDS = 0.5
 CODE = "import sys; sys.path[:] = sys.argv[1:]; from lcpcli.rational.elimination import serve; serve()"
 
 Rows = Sequence[Sequence[int]]
@@ -259,7 +262,8 @@ def serve() -> None:
     sys.stdout.buffer.write(marshal.dumps(globals()[name](*given)))
 
 
-# What a pivot on n rows usually takes, in seconds, for each of n^2 entries, and for each of their bits and rows.
+# What a pivot on n rows usually takes, in seconds, for each of n^2 entries, and for
+# each of their bits and rows.
 OF_ENTRY, OF_BIT = 2e-7, 6e-10
 
 

@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 
 Rows = list[dict[int, Fraction]]  # of a matrix: each nonzero entry, by its column
 Bounds = list[Fraction | None]  # None for no bound
-ExactParts: TypeAlias = tuple[Rows, list[Fraction] | None, Bounds | None, Bounds | None]  # M, q if given, and bounds
+# M, q if given, and bounds.
+ExactParts: TypeAlias = tuple[Rows, list[Fraction] | None, Bounds | None, Bounds | None]
 
 
 class ExactProblem:
@@ -126,7 +127,8 @@ class ExactProblem:
 
     def are_floats(self) -> bool:
         """Return whether `problem` holds the data without rounding."""
-        if any(scale & (scale - 1) for scale in self.scales):  # denominators of doubles are powers of two
+        # Denominators of doubles are powers of two.
+        if any(scale & (scale - 1) for scale in self.scales):
             return False
         own, rounded = vars(self), vars(self.of_floats(self.problem))
         return all(own[name] == rounded[name] for name in ("rows", "constants", "scales", "lower", "upper"))
@@ -221,7 +223,8 @@ def exact_parts(parse: Callable[[Doubles], Problem | Matrix]) -> ExactParts:
     """Return the problem, or M alone, with its numbers as written; a game, which keeps them, in decimals."""
     found = written(parse)
     if isinstance(found.own, Problem) and isinstance(found.rounded, Problem):
-        is_other = found.own.n != found.rounded.n  # the sides of a row of a program are the same double
+        # The sides of a row of a program are the same double.
+        is_other = found.own.n != found.rounded.n
         if is_other or is_game(found.rounded.origin):
             return decimal_parts_of(found.rounded)
     return parts_of(found.own, found.number)

@@ -22,8 +22,11 @@ from lcpcli.interrupts import check, in_time
 from lcpcli.linalg.doubles import LARGEST_DOUBLE, SMALLEST_NORMAL, WIDEST
 from lcpcli.typing import Vector
 
-LARGEST_INTEGER = 2**53  # up to here every integer is exactly representable in double precision
-LARGEST_EXPONENT = 5000  # the largest decimal exponent that is expanded: integers of more digits slow everything down
+# Up to here every integer is exactly representable in double precision.
+LARGEST_INTEGER = 2**53
+# The largest decimal exponent that is expanded: integers of more digits slow everything
+# down.
+LARGEST_EXPONENT = 5000
 MOST_SHOWN_DIGITS = 25  # of a fraction in a line of text
 MANTISSA = 53  # binary digits of a double
 SUBNORMAL = 1074  # the smallest positive double is 2 to the minus this
@@ -211,9 +214,11 @@ class Doubles:
     """The doubles for the numbers in a text that is read twice: at first the nearest, then a different one for each."""
 
     def __init__(self) -> None:
-        self._sizes: set[float] = set()  # of those that are the shortest decimals of their doubles
+        # Of those that are the shortest decimals of their doubles.
+        self._sizes: set[float] = set()
         self._others: set[Fraction] = set()
-        self._places: dict[Fraction, float] | None = None  # the doubles of all sizes; None when read at first
+        # The doubles of all sizes; None when read at first.
+        self._places: dict[Fraction, float] | None = None
 
     def __call__(self, text: str) -> float:
         """Return the double for a decimal text; infinities and NaN remain unchanged. May raise TimeIsUp."""
@@ -245,7 +250,8 @@ class Doubles:
         if not self._others:
             return None
         numbers = {*self._others, *map(shortest_decimal, in_time(self._sizes))}
-        sizes = sorted(in_time(numbers), key=lambda number: (_rounded(number), number))  # doubles compare faster
+        # Doubles compare faster.
+        sizes = sorted(in_time(numbers), key=lambda number: (_rounded(number), number))
         self._places = dict(zip(sizes, _places(sizes), strict=True))
         own = [(place, size) for size, place in self._places.items() if shortest_decimal(place) != size]
         return dict(own) | {-place: -size for place, size in own}

@@ -151,7 +151,8 @@ def equilibrium(data: ExactProblem, m: int, effort: Effort) -> list[Fraction] | 
                 return [Fraction(k in (i, j)) for k in range(n)]
     tableau, count = IntegerTableau(M, data.scales), effort.steps(data)
     with suppress(TimeIsUp):
-        for _ in tableau.follow(0, {0, n}):  # on which the first label alone may be missing
+        # On which the first label alone may be missing.
+        for _ in tableau.follow(0, {0, n}):
             count()
         z = tableau.z()
         return [value / total for part in (z[:m], z[m:]) for total in [sum(part)] for value in part]

@@ -21,7 +21,9 @@ from lcpcli.rational.dictionary import Dictionary, Direction, Point, Vertex
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import primitive
 
-OBJECTIVE = 3  # times n: the number of the form of an objective, behind those of y, w and the rest of boxes
+# Times n: the number of the form of an objective, behind those of y, w and the rest of
+# boxes.
+OBJECTIVE = 3
 
 
 class Unknowns:
@@ -153,7 +155,8 @@ class Unknowns:
         states of those before; None if there is no such unknown."""
         bits = self.states_at_point(node)
         open_ = [k for k, states in enumerate(self.choices) if states and node.states[k] is None]
-        # first, as games with many equilibria take the fewest nodes so, the last one of those with one state
+        # first, as games with many equilibria take the fewest nodes so, the last one of
+        # those with one state
         open_.sort(key=lambda k: ((bits & self.masks[k]).bit_count(), -k))
         for k in open_:
             state = next((state for state in self.choices[k] if self.holds(node, self.bit(k, state))), None)
@@ -248,7 +251,8 @@ class Cover:
 
     def __init__(self, *pieces: int) -> None:
         self.pieces: list[int] = []
-        self.having: dict[int, int] = {}  # for each bit, the numbers of the pieces that have it, as bits
+        # For each bit, the numbers of the pieces that have it, as bits.
+        self.having: dict[int, int] = {}
         for piece in pieces:
             self.add(piece)
 

@@ -92,7 +92,8 @@ FORMATS = {
 }
 MEANINGS = {name: form.meaning for name, form in FORMATS.items()}
 RECORD_MEANINGS = dict(MEANINGS, json="one object, for scripts", csv="a key and its value per line", html="a page")
-TABLES = [name for name, form in FORMATS.items() if form.renderer]  # they show a selection of iterates and components
+# They show a selection of iterates and components.
+TABLES = [name for name, form in FORMATS.items() if form.renderer]
 SUFFIXES = {"": "table", **{form.suffix: name for name, form in FORMATS.items()}, **dict.fromkeys(LINES, "json")}
 
 

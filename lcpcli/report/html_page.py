@@ -33,7 +33,9 @@ summary { cursor: pointer; margin-top: 0.75rem }
 @media print { details > :not(summary) { display: block } }
 """
 
-MOST_OPEN = 30  # rows of a table with a name that a page shows at once, about a screen; more are folded into one line
+# Rows of a table with a name that a page shows at once, about a screen; more are folded
+# into one line.
+MOST_OPEN = 30
 
 
 def render(document: Document, _: int | None, __: bool) -> str:

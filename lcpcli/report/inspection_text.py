@@ -19,9 +19,13 @@ from lcpcli.report import result_formats, wording
 from lcpcli.report.document import Document, Section, Table
 
 UNKNOWN = "not computed: too expensive"
-CLOSE_TO_ONE = 0.999  # from here on, a contraction factor is shown by its distance from 1, as four digits would hide it
-MOST_ITERATIONS = 999_999  # an estimate above it is shown as "more than": nobody waits for so many
-DECISIVE = ("symmetric", "positive definite", "positive semidefinite", "P-matrix")  # for the choice of a method
+# From here on, a contraction factor is shown by its distance from 1, as four digits
+# would hide it.
+CLOSE_TO_ONE = 0.999
+# An estimate above it is shown as "more than": nobody waits for so many.
+MOST_ITERATIONS = 999_999
+# For the choice of a method.
+DECISIVE = ("symmetric", "positive definite", "positive semidefinite", "P-matrix")
 KEYS = (
     "problem n bounds sparse nonzeros density classes spread equilibrated_spread condition equilibrated_condition "
     "singular smallest_eigenvalue largest_eigenvalue eigenvalues_estimated bytes bandwidth factor_entries "

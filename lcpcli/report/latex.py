@@ -20,8 +20,10 @@ SPECIAL: dict[str, str | int | None] = {
 }
 NEEDED = r"% needs \usepackage{booktabs} and \usepackage{graphicx}, and \usepackage{longtable} for a table over pages"
 PAGE_ROWS = 45  # of a table at most, so that it fits on a page with its caption
-EXPONENT = re.compile(r"(?<![\w.])(\d(?:\.\d+)?)e([+-]?\d+)(?![\w.]| -?\d)")  # of a number, before another one a name
-FITTED = r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{"  # shrinks a wide table, enlarges none
+# Of a number, before another one a name.
+EXPONENT = re.compile(r"(?<![\w.])(\d(?:\.\d+)?)e([+-]?\d+)(?![\w.]| -?\d)")
+# Shrinks a wide table, enlarges none.
+FITTED = r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{"
 
 
 def render(document: Document, _: int | None, __: bool) -> str:

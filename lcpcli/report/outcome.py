@@ -62,13 +62,18 @@ def _as_proof(problem: Problem, y: Sequence[float | Fraction]) -> str:
 
 
 DIGITS = 7  # of z at most, as in the paper's tables
-ENOUGH_DIGITS = 6  # of z: a line warns if the data determine fewer, as some printed digits then mean nothing
+# Of z: a line warns if the data determine fewer, as some printed digits then mean
+# nothing.
+ENOUGH_DIGITS = 6
 OTHERS_CLAUSES = {None: "", False: "; the only solution", True: "; one of several: --all lists them"}
 UNSOLVABLE = "; with the numbers as written there is no exact solution"
 SETTLED = ("infeasible", "unsolvable")  # the statuses without a z of interest
-PROBLEM_STATUSES = (*SETTLED, "ill_posed")  # the statuses whose message is about the problem, not about the run
-COARSE = 1e-6  # a tolerance of at least this alone explains an error in the leading digits
-WIDE_SPREAD = 2.0  # the ratio of median to least time from which a line warns of disturbances
+# The statuses whose message is about the problem, not about the run.
+PROBLEM_STATUSES = (*SETTLED, "ill_posed")
+# A tolerance of at least this alone explains an error in the leading digits.
+COARSE = 1e-6
+# The ratio of median to least time from which a line warns of disturbances.
+WIDE_SPREAD = 2.0
 
 
 def verdict(result: Result) -> str:

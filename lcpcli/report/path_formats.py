@@ -55,7 +55,8 @@ def notes_on(path: Path, names: Sequence[str], most: float) -> list[str]:
     """Return for each breakpoint what happens there: which variables enter and leave the basis, a jump to it, a turn
     at it, and the end."""
     problem, reversed_ones = path.problem, range(0)
-    if isinstance(problem.origin, Program):  # multipliers of a maximization are shown with the other sign
+    # Multipliers of a maximization are shown with the other sign.
+    if isinstance(problem.origin, Program):
         reversed_ones = problem.origin.reversed(problem.n)
     words = {word: f"to {word}" if problem.is_mixed else "leaves" for word in WORDS.values()} | {WORDS[BASIC]: "enters"}
     others = words | {WORDS[LOWER]: words[WORDS[UPPER]], WORDS[UPPER]: words[WORDS[LOWER]]}
@@ -234,11 +235,15 @@ KEYS = (
     "version file to_file problem to n names end message reached verified t z w basis changes jumps moving answer "
     "direction certificate exact at seconds"
 )
-MOST_ROWS = 500  # of a table; typesetting takes a millisecond a row, and nobody reads on
-MOST_CHANGES = 3  # named at a breakpoint; more, where pieces of no length have been left out, would make a wide column
+# Of a table; typesetting takes a millisecond a row, and nobody reads on.
+MOST_ROWS = 500
+# Named at a breakpoint; more, where pieces of no length have been left out, would make
+# a wide column.
+MOST_CHANGES = 3
 NOISE = 1e-12  # relative to the largest entry: what is shown as 0
 
-At: TypeAlias = Sequence["float | Fraction"]  # further values of t, for whose points a text has room too
+# Further values of t, for whose points a text has room too.
+At: TypeAlias = Sequence["float | Fraction"]
 
 
 def data(path: Path, at: At = (), files: Sequence[str] = ()) -> dict[str, Any]:
@@ -362,7 +367,8 @@ def _columns(
     counts = [n] if program is None else [n - program.ranges, program.variables]
     own = next((k for k in counts if tables.shown_components(k, room) is None), counts[-1])
     shown = of_places(tables.with_gap(own, tables.shown_components(own, room)))
-    if program is None and tables.shown_components(2 * n, room) is None:  # w is rounded as its terms are
+    # w is rounded as its terms are.
+    if program is None and tables.shown_components(2 * n, room) is None:
         shown += [column(f"w{i + 1}", (w[i] for w in points.w), max(of_w)) for i in range(n)]
     return [*before, *shown, *after], len(shown) < counts[0]
 

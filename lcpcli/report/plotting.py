@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from lcpcli.solving.result import Result
 
 FORMS = ("png", "svg", "pdf")
-MOST_PANELS = 7  # rows of axes on a page of A4, each about 1.5 inches high, with readable labels
+# Rows of axes on a page of A4, each about 1.5 inches high, with readable labels.
+MOST_PANELS = 7
 MOST_PLANES = 6  # whose paths of iterates are on a page, two in a row
 PLOT, PATHS = "plot", "paths"
 KINDS = {  # the functions that draw the figures, and the titles of the files

@@ -22,7 +22,8 @@ OPENING = f"# {ITERATES}"  # by which a file is recognised as a trace
 
 Cells: TypeAlias = Sequence[Any]
 Rows: TypeAlias = tuple[list[Cells], list[str]]  # and lines of comments above them
-Part: TypeAlias = tuple[Sequence[str], Callable[[Result], Sequence[Cells]]]  # names of columns, and cells of each row
+# Names of columns, and cells of each row.
+Part: TypeAlias = tuple[Sequence[str], Callable[[Result], Sequence[Cells]]]
 
 STATES: Part = ("state",), lambda result: [[state] for state in result.basis]
 

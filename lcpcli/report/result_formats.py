@@ -25,10 +25,12 @@ if TYPE_CHECKING:
     from lcpcli.model.nonlinear import NonlinearProblem
     from lcpcli.solving.result import Result
 
-FORMS = ("table", "json", "csv")  # the formats in which each of many problems has a part of its own
+# The formats in which each of many problems has a part of its own.
+FORMS = ("table", "json", "csv")
 BAD_INPUT = "bad_input"  # the status of a problem that could not be read
-# Of the name of one of many problems: at most half a line, and at least where it is cut; the item in a file within it;
-# and in its row, all but the name and what the problem is solved by.
+# Of the name of one of many problems: at most half a line, and at least where it is
+# cut; the item in a file within it; and in its row, all but the name and what the
+# problem is solved by.
 WIDEST_NAME, FEWEST_OF_NAME, ITEM, OTHERS = 40, 16, len(":1000"), 51
 
 
@@ -203,7 +205,8 @@ def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
     """Return a result as the object of its line, with the mark of its problem in a log."""
     problem, bound, exact, curve, trace = result.problem, result.bound, result.exact, result.curve, result.trace
     vectors = {name: getattr(exact, name, None) for name in ("z", "w", "y")}
-    how_read = problem.note if (source.file or "").casefold().endswith(".nl") else ""  # others' notes are of authors
+    # others' notes are of authors.
+    how_read = problem.note if (source.file or "").casefold().endswith(".nl") else ""
     certificate = plain(result.certificate)
     if certificate:  # its vector in fractions, if doubles are only near the proof
         certificate["vector"] = certificate.pop("exact") or certificate["vector"]

@@ -30,9 +30,12 @@ START = "version file item problem n names status message"
 KEYS = f"{START} complete others solutions pieces components degenerate seconds"
 BEST_KEYS = f"{START} sense value bound gap z w x y equilibrium nodes seconds"
 PROGRAM_COLUMNS = ("part", "value")
-MOST_LINES = 1000  # rows; typesetting more takes longer than the search for the solutions
+# rows; typesetting more takes longer than the search for the solutions.
+MOST_LINES = 1000
 FEWEST_LINES = 20  # however wide a table is
-MOST_CELLS = 6000  # of a table; a terminal's takes a tenth of a millisecond for each, and more is hardly read
+# Of a table; a terminal's takes a tenth of a millisecond for each, and more is hardly
+# read.
+MOST_CELLS = 6000
 
 Values: TypeAlias = Sequence[Fraction]
 Cells: TypeAlias = tuple[Any, ...]
@@ -229,7 +232,8 @@ def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tu
             )
     header = (*header, *PROGRAM_COLUMNS * isinstance(problem.origin, Program), *["name"] * has_names)
     kept = set(wording.places(wording.labels_of(problem), shown))
-    lines = zip(rows, cycle(enumerate(problem.names)), strict=False)  # each solution's in the order of the unknowns
+    # Each solution's in the order of the unknowns.
+    lines = zip(rows, cycle(enumerate(problem.names)), strict=False)
     chosen = ((*row, *[name] * has_names) for row, (i, name) in lines if i in kept)
     return [header, *chosen], [": ".join(filter(None, [problem.name, message]))]
 

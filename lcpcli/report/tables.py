@@ -24,12 +24,17 @@ if TYPE_CHECKING:
 
 CELL = 11  # the usual width of a component with the gap after it
 OTHER_COLUMNS = 34  # the usual width of all other columns
-PIPE_COMPONENTS = 12  # of z in a pipe, where lines may be long: all components of the paper's examples and more
-MOST_EXPLAINED = 5  # runs whose failures are explained, a line or two each; more, as in a sweep, would be too many
+# Of z in a pipe, where lines may be long: all components of the paper's examples and
+# more.
+PIPE_COMPONENTS = 12
+# Runs whose failures are explained, a line or two each; more, as in a sweep, would be
+# too many.
+MOST_EXPLAINED = 5
 PRINTED = ("latex", "html")  # the formats for readers who do not run the program
 NONE = "-"  # in place of the costs to a level that is not reached
 
-CellsOfZ: TypeAlias = "Callable[[TraceRow, float], list[str]]"  # of a row, beside the largest component of z
+# Of a row, beside the largest component of z.
+CellsOfZ: TypeAlias = "Callable[[TraceRow, float], list[str]]"
 
 
 def shown_components(n: int, width: int | None) -> Indices | None:
@@ -72,7 +77,8 @@ def build(
     kept = [*wording.places(wording.labels_of(problem), shown_names)] if shown_names else with_gap(n, components)
     signs = np.array(in_own_sense(problem, [1.0] * n))[slice(None) if components is None else components]
     traces = [result.trace.rows if result.trace else [] for result in results]
-    shown = [rows[1:] if len(rows) > 1 else rows for rows in traces]  # the start only if there is nothing else
+    # The start only if there is nothing else.
+    shown = [rows[1:] if len(rows) > 1 else rows for rows in traces]
     rows = [row for own in shown for row in own]
     others = wording.columns_of(problem, rows)
     header = ["method", "k", *(wording.ELLIPSIS if i is None else names[i] for i in kept), *others]
@@ -162,7 +168,8 @@ def _remarks(results: Sequence[Result], compared: bool, form: str, shows_times: 
     why some of many runs failed."""
     failed, hints = [result for result in results if compared and not result.solved], form not in PRINTED
     are_many = len(results) > MOST_EXPLAINED
-    hints_at_auto = not (compared and any(result.label == AUTO for result in results))  # it stands there
+    # It stands there.
+    hints_at_auto = not (compared and any(result.label == AUTO for result in results))
     of_problem = outcome.PROBLEM_STATUSES
     remarks = [f"{wording.name(own)}{':' * (own.status.word in of_problem)} {own.message}" for own in failed]
     if are_many and failed:

@@ -16,12 +16,17 @@ from rich.theme import Theme
 from lcpcli.report.document import Document, Table
 from lcpcli.report.wording import PIPE_WIDTH, folded
 
-RULES = Box("    \n    \n -- \n    \n -- \n -- \n    \n    \n", ascii=True)  # rules of dashes between groups, no frame
-UNLIMITED = 10_000  # columns where there is no limit, as rich needs a number: more than any table has
+# Rules of dashes between groups, no frame.
+RULES = Box("    \n    \n -- \n    \n -- \n -- \n    \n    \n", ascii=True)
+# Columns where there is no limit, as rich needs a number: more than any table has.
+UNLIMITED = 10_000
 PAGE_WIDTH = 120  # columns of a pipe within which no name of a method is written down
 FEWEST_OF_TEXT = 8  # characters of a column of sentences, however wide the others are
-REPEATED = 0.7  # of the width, for the columns that each part of a folded table repeats: others need room too
-STYLES = {"solved": "green", "FALSE": "bold red"}  # legible on light and dark backgrounds
+# Of the width, for the columns that each part of a folded table repeats: others need
+# room too.
+REPEATED = 0.7
+# Legible on light and dark backgrounds.
+STYLES = {"solved": "green", "FALSE": "bold red"}
 REMARK = "magenta"
 # The styles of a page, in place of colours that need a dark background.
 PAGE = {"markdown.code": "bold", "markdown.code_block": "none", "markdown.h1": "bold", "markdown.h2": "bold"}

@@ -22,12 +22,16 @@ if TYPE_CHECKING:
     from lcpcli.solving.trace import TraceRow
 
 
-PIPE_WIDTH = 80  # columns of text without a terminal, the width that terminals have by tradition
-LARGEST_FIXED = 1e6  # from here on numbers have an exponent: 7 decimals would make their column too wide
-SMALLEST_FIXED = 1e-3  # below, all numbers of a table have an exponent: 7 decimals would show too few digits
+# Columns of text without a terminal, the width that terminals have by tradition.
+PIPE_WIDTH = 80
+# From here on numbers have an exponent: 7 decimals would make their column too wide.
+LARGEST_FIXED = 1e6
+# Below, all numbers of a table have an exponent: 7 decimals would show too few digits.
+SMALLEST_FIXED = 1e-3
 ELLIPSIS = "..."
 LINE_ENTRIES = 12  # entries of a vector at most, about a line of 7 digits each
-LEVELS = (1e-3, 1e-6, 1e-9)  # errors, relative to the solution, for which a comparison reports the time
+# Errors, relative to the solution, for which a comparison reports the time.
+LEVELS = (1e-3, 1e-6, 1e-9)
 PROGRAM = f"lcp {VERSION}"
 VECTORS = ("x1",)  # the options of methods that are vectors, too long to be repeated
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
@@ -251,7 +255,8 @@ def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
     if not patterns:
         return list(range(len(names)))
     found: dict[int, None] = {}
-    short = [name.replace("column ", "col ", 1).removeprefix("y ") for name in names]  # in narrow tables, and of a row
+    # In narrow tables, and of a row.
+    short = [name.replace("column ", "col ", 1).removeprefix("y ") for name in names]
     for pattern in patterns:
         form = pattern.replace("[", "[[]")  # brackets stand for themselves, as in x[1]
         own = [i for i, each in enumerate(names) if each and (fnmatchcase(each, form) or fnmatchcase(short[i], form))]
@@ -301,10 +306,12 @@ def payoff_headings(game: Game) -> list[str]:
     return [f"{player} gets" for player in game.players or ("row", "column")]
 
 
-Shown: TypeAlias = "dict[str, Callable[[TraceRow], str]]"  # a heading, with the function that makes a cell of a row
+# A heading, with the function that makes a cell of a row.
+Shown: TypeAlias = "dict[str, Callable[[TraceRow], str]]"
 
 
-CHOICES = ("k", "z", "residual", "error", "time", "step")  # the columns of the iterates that a user may choose
+# The columns of the iterates that a user may choose.
+CHOICES = ("k", "z", "residual", "error", "time", "step")
 
 
 def columns_of(problem: Problem, rows: Sequence[TraceRow]) -> Shown:

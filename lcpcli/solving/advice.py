@@ -12,17 +12,24 @@ from lcpcli.model.evaluations import BY_DIFFERENCES
 from lcpcli.options import AUTO, MAX_ITERATIONS
 from lcpcli.solving.result import Options, Result, Status, Suggestions
 
-EXPONENT_FROM = 1e6  # from here on a number is written with an exponent, as its digits are hard to count
+# From here on a number is written with an exponent, as its digits are hard to count.
+EXPONENT_FROM = 1e6
 EXACT: Options = {"exact": True}  # a proof in rational arithmetic
-ROUNDING_LEVEL = 1e-8  # a run that stalls with a relative residual below this has reached the limit of rounding
+# A run that stalls with a relative residual below this has reached the limit of
+# rounding.
+ROUNDING_LEVEL = 1e-8
 SMALLEST_TOL = 1e-14  # a smaller tolerance is out of reach in double precision
-NEAR = 1e-2  # a relative residual below which the method that reached it may reach a solution too
+# A relative residual below which the method that reached it may reach a solution too.
+NEAR = 1e-2
 LEAST_TIME_LIMIT = 60  # seconds: the shortest longer time limit that is suggested
 MOST_PROVED_UNKNOWNS = 200  # up to which rational arithmetic takes seconds
 FEW_ITERATIONS = 1000  # a limit below this may be too small for any method
 MORE_RESTARTS = 20  # the least number of further starts that is suggested
-MORE_ITERATIONS = 4  # times the iterations that gave half of the digits: linear convergence needs twice as many
-OUTSIDE = "F is undefined"  # what a method for nonlinear problems says where steps have left the domain of F
+# Times the iterations that gave half of the digits: linear convergence needs twice as
+# many.
+MORE_ITERATIONS = 4
+# What a method for nonlinear problems says where steps have left the domain of F.
+OUTSIDE = "F is undefined"
 NOISY = "F is noisy"
 LARGEST_TOL = 1e-2  # that is suggested for such an F
 AUTOMATIC: Options = {"method": AUTO}

@@ -40,10 +40,14 @@ from lcpcli.verify.certificate import Certificate, proves_infeasible
 from lcpcli.verify.verification import Verification, of_game, verify, verify_exactly, verify_farkas, verify_nonlinear
 
 MOST_EFFORT = 60.0  # for exact multipliers: as for exact proofs
-LARGEST_TOL = 1e-4  # the largest one that is proposed for an answer whose digits were rounded
-LEAST_GAIN = 1e-8  # relative to the terms of the objective: a larger gain shows that x is no optimum
-BOX_SIZE = 0.1  # relative to x: small enough for the linear program to be a model of the objective
-LEAST_BOX_SIZE = 1e-3  # of the largest |x_i|: the least that the box is relative to, so that zeros may move
+# The largest one that is proposed for an answer whose digits were rounded.
+LARGEST_TOL = 1e-4
+# Relative to the terms of the objective: a larger gain shows that x is no optimum.
+LEAST_GAIN = 1e-8
+# Relative to x: small enough for the linear program to be a model of the objective.
+BOX_SIZE = 0.1
+# Of the largest |x_i|: the least that the box is relative to, so that zeros may move.
+LEAST_BOX_SIZE = 1e-3
 OBJECTIVE_CLAUSES = {"min": "above the minimum", "max": "below the maximum"}
 
 

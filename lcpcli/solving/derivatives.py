@@ -75,7 +75,8 @@ class Gradient(Generic[Kinks]):
 
     @property
     def upper(self) -> Vector:
-        return np.where(self._upper, self._by_bounds, 0.0 * np.abs(self.q))  # nan where q has it
+        # Nan where q has it.
+        return np.where(self._upper, self._by_bounds, 0.0 * np.abs(self.q))
 
     @cached_property
     @np.errstate(all="ignore")

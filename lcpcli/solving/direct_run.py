@@ -38,9 +38,14 @@ if TYPE_CHECKING:
     from lcpcli.solving.trace import Callback, TraceRow
 
 MANY = 1000  # problems from which on loading it is worthwhile
-ELIMINATED_ZERO = 2.0**-53  # of the largest component in the units of M: what elimination leaves of zeros is smaller
-EARLY = 0.1  # of the tolerance: the relative residual of a point that a basic solution need not replace
-NEARLY_SOLVED = 1e-6  # of the largest |q_i|: the natural residual of a z that may solve the problem
+# Of the largest component in the units of M: what elimination leaves of zeros is
+# smaller.
+ELIMINATED_ZERO = 2.0**-53
+# Of the tolerance: the relative residual of a point that a basic solution need not
+# replace.
+EARLY = 0.1
+# Of the largest |q_i|: the natural residual of a z that may solve the problem.
+NEARLY_SOLVED = 1e-6
 
 
 @cache
@@ -168,7 +173,9 @@ def solved_as_program(session: Session) -> Result | None:
         from lcpcli.methods.stages import FAULTS, Breakdown, Iterate, advance, ended
     limits, stopwatch, box, point, steps = session.limits, session.stopwatch, session.problem.box, None, 0
     stopwatch.count("setup")
-    points: list[Point] = []  # of the last iterate, without rounding of 0 and as it is, unless they have been tried
+    # Of the last iterate, without rounding of 0 and as it is, unless they have been
+    # tried.
+    points: list[Point] = []
     try:
         with within(limits.time_limit - stopwatch.elapsed()):
             stage = convex_program(session.problem)
@@ -188,7 +195,8 @@ def solved_as_program(session: Session) -> Result | None:
     except FAULTS:
         point = None
     if point is None and session.tried is not None:
-        session.tried["piqp"] = [ended(Breakdown("PIQP does not lead to a solution"))]  # it is not tried again
+        # It is not tried again.
+        session.tried["piqp"] = [ended(Breakdown("PIQP does not lead to a solution"))]
     return session.judged(point, steps, ("piqp",))
 
 
@@ -218,7 +226,8 @@ def solved_directly(session: Session) -> Result | None:
                 point = Point.of_solution(point.criterion, start.z)
             if np.array_equal(box.project(start.z), start.z) and point.solves():
                 return session.judged(point, 0, ("auto",))
-        if not start.is_near or problem.n <= FEW_UNKNOWNS:  # pivoting takes no longer than a system and judging it
+        # Pivoting takes no longer than a system and judging it.
+        if not start.is_near or problem.n <= FEW_UNKNOWNS:
             session.start = None
     lost: list[Made] = []  # by exchanges that do not lead to a solution
     result = None
@@ -266,14 +275,16 @@ def _answers(
         if answer is not None:
             return
     elif start is None:
-        reference, box = problem.reference_point, problem.box  # as far as the signs of w show whether it is a solution
+        # As far as the signs of w show whether it is a solution.
+        reference, box = problem.reference_point, problem.box
         is_solution = not np.count_nonzero(problem.q < 0) if box.is_orthant else None
         if is_solution is None:
             is_solution = np.array_equal(box.project(reference - problem.q_ref), reference)
         if is_solution:
             yield DirectAnswer(np.array(reference), False, 0)
             return
-    if not has_diagonal and fast is not None and problem.box.is_orthant:  # newton rarely settles
+    # Newton rarely settles.
+    if not has_diagonal and fast is not None and problem.box.is_orthant:
         yield fast.lemke(problem, tol, basic)
 
 
@@ -345,7 +356,8 @@ def reported(
         from lcpcli.solving.trace import LateRow, TraceRow
     criterion, box, last, rows = Criterion(result.problem, result.tol), result.problem.box, result.iterations, []
     ctrl_c: KeyboardInterrupt | None = None
-    steps = kept[max(0, len(kept) - last) :]  # without those of an attempt that was given up
+    # Without those of an attempt that was given up.
+    steps = kept[max(0, len(kept) - last) :]
     steps = steps if x0 is None else [Iterate(x0, None, "", 0), *steps]
     for k, step in enumerate(steps, last + 1 - len(steps)):
         z, at = result.z if k == last else box.z_of(step.x), result.seconds * k / max(1, last)

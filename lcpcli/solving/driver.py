@@ -35,11 +35,16 @@ if TYPE_CHECKING:
     from lcpcli.solving.loop import Loop
     from lcpcli.solving.trace import Callback, Observe, Trace
 
-BRIEF = 0.02  # seconds of a first run up to which it is repeated, for as long: the wait goes unnoticed
-LONGEST_REPEATED = 1.0  # seconds of a compared run; in a longer run, pauses of the machine hardly count
-MOST_BY_KERNELS = 100  # unknowns of a program up to which kernels for mixed problems take less time than PIQP
+# Seconds of a first run up to which it is repeated, for as long: the wait goes
+# unnoticed.
+BRIEF = 0.02
+# Seconds of a compared run; in a longer run, pauses of the machine hardly count.
+LONGEST_REPEATED = 1.0
+# Unknowns of a program up to which kernels for mixed problems take less time than PIQP.
+MOST_BY_KERNELS = 100
 MOST_REPETITIONS = 20  # after which the least time hardly decreases
-REPETITION_SECONDS = 0.3  # after which no repetition is begun, so that a comparison of many runs stays short
+# After which no repetition is begun, so that a comparison of many runs stays short.
+REPETITION_SECONDS = 0.3
 
 
 @with_limited_threads
@@ -256,7 +261,8 @@ def repeated(once: Callable[[bool], Result], compared: bool, is_first: bool) -> 
     longest, most = (LONGEST_REPEATED, REPETITION_SECONDS) if compared else (BRIEF, BRIEF if is_first else 0.0)
     try:
         while not runs[-1].interrupted and runs[0].seconds <= longest and len(runs) <= MOST_REPETITIONS:
-            undisturbed = (len(runs) - 1) * min(run.seconds for run in runs)  # the more pauses, the more repetitions
+            # The more pauses, the more repetitions.
+            undisturbed = (len(runs) - 1) * min(run.seconds for run in runs)
             if undisturbed >= most:
                 break
             runs.append(once(True))

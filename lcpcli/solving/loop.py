@@ -29,12 +29,17 @@ from lcpcli.verify.point import Criterion, Point
 if TYPE_CHECKING:
     from lcpcli.solving.trace import Callback, Observe, Trace, TraceRow
 
-MEASURED_FROM = 100  # times the tolerance: the bound on the residual from which on the residual itself is computed
+# Times the tolerance: the bound on the residual from which on the residual itself is
+# computed.
+MEASURED_FROM = 100
 MEASURED_EVERY = 16  # iterations, if the method gives no bound on the residual
 INTERVAL = 0.2  # seconds between two reports: often enough for the eye
 BY_CALLBACK = "by the callback"
-EXTRA_ITERATIONS = 3  # iterations after the tolerance is reached, if the method reports that signs are still wrong
-GROWTH_LIMIT = 1e100  # times the first bound on the residual, beyond which the run has diverged
+# Iterations after the tolerance is reached, if the method reports that signs are still
+# wrong.
+EXTRA_ITERATIONS = 3
+# Times the first bound on the residual, beyond which the run has diverged.
+GROWTH_LIMIT = 1e100
 FINISHED = "the equation of the method is solved up to rounding, but z does not solve the problem"
 ROUNDED = "z is the exact solution up to rounding of its last digits, which leaves a relative residual of {:.1e}"
 ENCLOSED = (
@@ -88,7 +93,8 @@ class Loop:
             if self.interrupted:
                 raise KeyboardInterrupt
             tick("verify")
-            with np.errstate(over="raise", invalid="raise", divide="raise"):  # measuring ignores these
+            # Measuring ignores these.
+            with np.errstate(over="raise", invalid="raise", divide="raise"):
                 try:
                     stage = begin()
                 finally:
@@ -135,7 +141,9 @@ class Loop:
             self._seen = iterate.method or self.method, self.k, bound
             self.report_if_due()
         solution = None
-        if point is not None:  # one near it is sought for many unknowns, not within an iteration, which goes on
+        # One near it is sought for many unknowns, not within an iteration, which goes
+        # on.
+        if point is not None:
             is_last = iterate.F is None and self.k > 0 and self.problem.n > FEW_UNKNOWNS
             solution = point.solution() if is_last else point if point.solves() else None
         if solution is not None:
@@ -162,7 +170,8 @@ class Loop:
     def _stopping_rule(self, iterate: Iterate, bound: float) -> tuple[Status, str] | None:
         """Return the status and the reason of the first stopping rule that applies, other than a solution."""
         if declared(self.method).iterates and not bound <= GROWTH_LIMIT * self.first_bound:
-            with np.errstate(over="ignore", invalid="ignore"):  # whether F itself, computed from M and q, has grown
+            # Whether F itself, computed from M and q, has grown.
+            with np.errstate(over="ignore", invalid="ignore"):
                 each = [(self.problem.box.z_of(x), x) for x in (self.start.x, iterate.x)]
                 first, last = (self.criterion.bound(self.problem.w(z) - (z - 2 * x)) for z, x in each)
             if not last <= GROWTH_LIMIT * first:

@@ -40,12 +40,17 @@ if TYPE_CHECKING:
     from lcpcli.solving.derivatives import BatchDerivative, BatchGradient
 
 AUTO = "auto"
-BLOCK_OPTIONS = {*SolverOptions.__annotations__, "interrupts", "compiled"}  # with which problems are solved together
+# With which problems are solved together.
+BLOCK_OPTIONS = {*SolverOptions.__annotations__, "interrupts", "compiled"}
 ROUTES: tuple[tuple[str, ...], ...] = (("auto",), ("newton",), ("gradient", "newton"))
-FEW_TOGETHER = 12  # unknowns up to which all bounded problems together take less time than kernels for each
+# Unknowns up to which all bounded problems together take less time than kernels for
+# each.
+FEW_TOGETHER = 12
 FEWEST_COLUMNS = 4  # fewer columns are faster by themselves
-FIRST_BLOCK, BLOCK_GROWTH = 64, 4  # columns of the first block, so that results come soon, and growth of the next ones
-BLOCK_NUMBERS = 1 << 16  # in each array of a block, so that a few arrays stay in the cache
+# Columns of the first block, so that results come soon, and growth of the next ones.
+FIRST_BLOCK, BLOCK_GROWTH = 64, 4
+# In each array of a block, so that a few arrays stay in the cache.
+BLOCK_NUMBERS = 1 << 16
 
 Unsolved: TypeAlias = Literal["raise", "nan"]
 
@@ -149,7 +154,8 @@ def solve_many(
     columns = Columns(M, Q, lower, upper, infinity)
     if method != AUTO or not given.keys() <= BLOCK_OPTIONS or columns.k < FEWEST_COLUMNS:
         return _one_by_one(columns.problems(), method, given)
-    if is_sparse(columns.M) or columns.n >= LONG_LU:  # a step for a block takes too long for time limits and Ctrl-C
+    # A step for a block takes too long for time limits and Ctrl-C.
+    if is_sparse(columns.M) or columns.n >= LONG_LU:
         return map(Solver.of(columns.like, given).next, columns.problems())
     return _by_blocks(columns, limits, given)
 
@@ -209,7 +215,8 @@ class Batch(Sequence[Result]):
             given = {**given, "compiled": direct_run.uses_kernels(given.get("compiled"), len(stack))}
         together = method == AUTO and len(stack) > 0 and stack.n <= MOST_UNKNOWNS and given.keys() <= BLOCK_OPTIONS
         if together and given["compiled"] and not stack.box.is_orthant and stack.n > FEW_TOGETHER:
-            together = np.array_equal(stack.M, stack.M.transpose(0, 2, 1))  # other M need more steps, without a kernel
+            # Other M need more steps, without a kernel.
+            together = np.array_equal(stack.M, stack.M.transpose(0, 2, 1))
         if together:
             fast = direct_run.compiled() if given["compiled"] and stack.box.is_orthant else None
             self._rows = _answers(stack.like, stack, limits, fast, seconds(), threads=given.get("threads"))

@@ -43,9 +43,11 @@ from lcpcli.typing import Mask, Vector
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.verification import of_solution, point_of_game
 
-# Pivots of exact elimination, and other steps, that may decide whether Q is semidefinite, times n^3, and at least.
+# Pivots of exact elimination, and other steps, that may decide whether Q is
+# semidefinite, times n^3, and at least.
 DEFINITENESS_STEPS, LEAST_DEFINITENESS_STEPS = 1.5e7, 20.0
-MOST_FLOAT_VARIABLES = 2000  # up to which definiteness is tested in floats, if it is not decided: a second
+# Up to which definiteness is tested in floats, if it is not decided: a second.
+MOST_FLOAT_VARIABLES = 2000
 WORDS = {"min": "minimizer", "max": "maximizer"}
 DEFINITE = {"min": "positive", "max": "negative"}
 MOST_UNKNOWNS = 60  # of a game tree for which exact arithmetic is tried
@@ -218,13 +220,15 @@ def _exact(result: Result) -> Vector | None:
 def minimum(result: Result, program: Program) -> Minimum:
     """Return x, y and the objective, at the best iterate if the result is not solved, unless it is proved that there is
     no solution."""
-    conclude = partial(conclusion, result.problem, copy(result), program)  # a cycle would keep large arrays in memory
+    # A cycle would keep large arrays in memory.
+    conclude = partial(conclusion, result.problem, copy(result), program)
     if result.status.has_no_solution:
         return Minimum(None, None, None, None, None, None, None, conclude)
     sign, data = SENSES[program.sense], data_of(result.problem, program)
     x, y = program.parts(result.z)
     w = program.parts(result.w)[0]
-    active = np.where(w > 0, x - data.lower <= w, data.upper - x <= -w)  # else w is rounding of 0
+    # Else w is rounding of 0.
+    active = np.where(w > 0, x - data.lower <= w, data.upper - x <= -w)
     bounded = sign * np.where(active, w, 0.0) + 0.0
     value = sign * data.objective(x) + program.constant
     exact = None
@@ -296,9 +300,14 @@ def kind_of_point(data: ProgramData, program: Program) -> Conclusion:
 
 
 MOST_LP_UNKNOWNS = 500  # an LP for more would take longer than many a solution
-LP_EFFORT = 0.25  # of each of two LPs, by the seconds that so many iterations usually take
-LEAST_DISTANCE = 1e-3  # relative to the largest |x_i|: how far another minimizer has to lie from x, far above rounding
-MOST_FREE = 100  # variables that are not at a bound, for a linear system that is solved exactly in a second
+# Of each of two LPs, by the seconds that so many iterations usually take.
+LP_EFFORT = 0.25
+# Relative to the largest |x_i|: how far another minimizer has to lie from x, far above
+# rounding.
+LEAST_DISTANCE = 1e-3
+# Variables that are not at a bound, for a linear system that is solved exactly in a
+# second.
+MOST_FREE = 100
 
 
 def has_other_minimum(result: Result, program: Program, data: ProgramData) -> bool:
@@ -308,7 +317,8 @@ def has_other_minimum(result: Result, program: Program, data: ProgramData) -> bo
         return False
     x, y = program.parts(result.z)
     least = LEAST_DISTANCE * max(1.0, float(np.abs(x).max()))
-    along = generator(x.size).standard_normal(x.size)  # ±1 may be orthogonal to the minimizers
+    # ±1 may be orthogonal to the minimizers.
+    along = generator(x.size).standard_normal(x.size)
     for direction in (along, -along):
         other = _farthest(direction, x, data)
         if other is None or not np.abs(other - x).max() > least:
@@ -352,4 +362,5 @@ def _farthest(objective: Vector, x: Vector, data: ProgramData) -> Vector | None:
         return None
     y = x + found.x
     nearer = np.where(y - data.lower <= data.upper - y, data.lower, data.upper)
-    return np.where(_active(y, data.lower, data.upper), nearer, y)  # an LP leaves zeros at 1e-12
+    # An LP leaves zeros at 1e-12.
+    return np.where(_active(y, data.lower, data.upper), nearer, y)

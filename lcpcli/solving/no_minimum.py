@@ -32,8 +32,10 @@ PROVED = (UNIQUE, OPTIMUM, SEVERAL, STATIONARY, *WITHOUT_OPTIMUM)
 """What may be proved about a program: that x is its only optimum, an optimum, or one of several; that x is a stationary
 point and the program is not convex, so that x need not be an optimum; that the program is infeasible, or unbounded, or
 one of the two."""
-FEASIBILITY_EFFORT = 0.5  # of each of two LPs, and of exact arithmetic, by the seconds that it usually takes
-SIMPLE_DENOMINATOR = 10**6  # the largest one of a feasible point that is tried before its doubles
+# Of each of two LPs, and of exact arithmetic, by the seconds that it usually takes.
+FEASIBILITY_EFFORT = 0.5
+# The largest one of a feasible point that is tried before its doubles.
+SIMPLE_DENOMINATOR = 10**6
 MOST_FRACTIONS = 10_000  # entries of A up to which rational arithmetic is quick enough
 EXTREMES = {"min": ("minimum", "below"), "max": ("maximum", "above")}
 
@@ -102,7 +104,8 @@ def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> tuple[bo
     point = sides.central_point()
     if point is not None and sides.hold_near(point):
         return True, None
-    zero = data.Q * 0.0  # without an objective, every feasible x satisfies the conditions with y = 0
+    # Without an objective, every feasible x satisfies the conditions with y = 0.
+    zero = data.Q * 0.0
     if not isinstance(zero, np.ndarray):
         zero.eliminate_zeros()
     M, q, lower, upper = data._replace(Q=zero, c=np.zeros(data.c.size)).conditions()

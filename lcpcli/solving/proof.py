@@ -45,11 +45,13 @@ UNSOLVABLE = "every complementary set is excluded by inequalities that were chec
 BEYOND_DOUBLES = "the exact z is beyond the range of doubles, so that the other z is that of the last run"
 UNPROVED = "no exact proof was found for the numbers as written"
 EXCLUDED = Exact(Status.UNSOLVABLE, UNSOLVABLE)
-# Of a search without a time limit: up to 20 unknowns a second is enough, beyond 30 a minute may not be.
+# Of a search without a time limit: up to 20 unknowns a second is enough, beyond 30 a
+# minute may not be.
 EXACT_SEARCH_EFFORT = 60.0
 REFERENCE_SECONDS = 10.0  # for the search for a reference
 MOST_EXACT_UNKNOWNS = 200  # up to which an exact solution is computed, in a second
-MOST_EXACT_POSITIVE = 64  # components of z up to which they are solved for exactly, in a second
+# Components of z up to which they are solved for exactly, in a second.
+MOST_EXACT_POSITIVE = 64
 
 
 @np.errstate(all="ignore")
@@ -130,7 +132,8 @@ def _exact(data: ExactProblem, run: Result, is_exact: bool) -> Exact | None:
     """Return what can be proved starting from a run, or None."""
     y = None if run.certificate is None or run.certificate.kind != "farkas" else run.certificate.vector
     if y is not None:
-        if run.problem is not data.problem:  # in integers: rows are multiplied by their denominators
+        # In integers: rows are multiplied by their denominators.
+        if run.problem is not data.problem:
             largest = max(data.scales)  # of the positive multiples of y, a finite one
             y = y * rounded(Fraction(scale, largest) for scale in data.scales)
         found = exact_proof(data, y)

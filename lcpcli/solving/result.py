@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from lcpcli.verify.certificate import Certificate
     from lcpcli.verify.error_theorems import Bound
 
-WITHOUT_OPTIMUM = INFEASIBLE, UNBOUNDED, NONE = "infeasible", "unbounded", "no_optimum"  # what is proved of a program
+# What is proved of a program.
+WITHOUT_OPTIMUM = INFEASIBLE, UNBOUNDED, NONE = "infeasible", "unbounded", "no_optimum"
 T = TypeVar("T")
 
 

@@ -181,7 +181,8 @@ def run_nonlinear(
         result = driver.ended(loop, stage, in_force if fast is None else {**in_force, "compiled": True})
         point = result.point
         assert isinstance(point, NonlinearPoint)
-        if result.status in (Status.SOLVED, Status.STALLED):  # with what is known of F and J at z
+        # With what is known of F and J at z.
+        if result.status in (Status.SOLVED, Status.STALLED):
             verified = False if point.is_doubtful and not result.solved else result.verified
             result = replace(result, message="; ".join([result.message, *point.remarks()]), verified=verified)
     if proof and result.solved:
@@ -227,12 +228,17 @@ def by_jax(F: Callable[[Vector], Any], J: Any) -> list[Callable[[Vector], Any]]:
     return [partial(in_doubles, jax.jit(traced)) for traced in (F, jax.jacfwd(F))]
 
 
-LINEAR = Limits(max_iterations=100)  # for a linearization: one that takes more may have no solution
-NEARLY = 1e-8  # of the natural residual of 0: that of a solution for which no more is done
-CLOSE = 1e-2  # of the natural residual of 0: from which on a step to z pays, although z is no solution
+# For a linearization: one that takes more may have no solution.
+LINEAR = Limits(max_iterations=100)
+# Of the natural residual of 0: that of a solution for which no more is done.
+NEARLY = 1e-8
+# Of the natural residual of 0: from which on a step to z pays, although z is no
+# solution.
+CLOSE = 1e-2
 FEW_ROUNDINGS = 8  # of the terms of a row, which its w may be off by
 PIVOTS_OF_RUN = 250  # that what `run` does besides takes as long as
-SHORT_PATH = 50  # unknowns up to which a path from no states takes no longer than a few systems
+# Unknowns up to which a path from no states takes no longer than a few systems.
+SHORT_PATH = 50
 
 
 def solution_of_linearization(
@@ -306,7 +312,8 @@ def _pivoted(
     if basis is not None and isinstance(step, Breakdown) and problem.n > SHORT_PATH:
         with suppress(SingularMatrix):
             z = problem.box.project(CorrectedSolutions(problem, problem.M, np.zeros(problem.n)).at(basis).z)
-            if _is_close(problem, z, CLOSE):  # one of several, as where an equation follows from others
+            # One of several, as where an equation follows from others.
+            if _is_close(problem, z, CLOSE):
                 return z, problem.box.basis_at(z)
     with suppress(*FAULTS), np.errstate(over="raise", invalid="raise", divide="raise"):
         path = path_to_end(problem, tableau.follow if fast is None else fast.follow, reduced(problem))

@@ -39,8 +39,10 @@ from lcpcli.typing import BoundLike, States, VectorLike
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-MOST_TRIED_BASES = 3  # basic solutions: if they are not enough, the states were not near
-CLOSE_COSINE = 0.9  # of the angle between two q, from which their solutions may have the same states
+# Basic solutions: if they are not enough, the states were not near.
+MOST_TRIED_BASES = 3
+# Of the angle between two q, from which their solutions may have the same states.
+CLOSE_COSINE = 0.9
 
 
 class Solver:
@@ -61,7 +63,9 @@ class Solver:
     [[2.0, 1.0], [2.3, 0.9], [0.0, 1.0]]
     """
 
-    compiled = True  # whether there are so many problems that the kernels of the extra `fast` are worth loading
+    # Whether there are so many problems that the kernels of the extra `fast` are worth
+    # loading.
+    compiled = True
     n, _infinity = -1, math.inf
     _last: Result | None = None
 

@@ -14,7 +14,8 @@ from lcpcli.model import views
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.point import Criterion
 
-MEASURED_NUMBERS = 1 << 21  # in iterates that are measured together, so that M is read once for all: 16 megabytes
+# In iterates that are measured together, so that M is read once for all: 16 megabytes.
+MEASURED_NUMBERS = 1 << 21
 MOST_TOGETHER = 64  # iterates that are measured together at most
 
 

@@ -18,9 +18,14 @@ from lcpcli.typing import Indices, Matrix, Vector
 from lcpcli.verify.farkas import SNAP, cancellation, sides
 
 GRID = 2.0**20  # steps per largest entry of y, to which one candidate is rounded
-PATIENCE = 4  # once a y is known, LPs for better ones may take so many times as long as the first one
-MOST_BRIEF = 100  # rows or columns up to which a dense dictionary takes less time than an LP solver for any problem
-# What is added to the A_ij that are not 0, in units of the largest, before proofs are rounded
+# Once a y is known, LPs for better ones may take so many times as long as the first
+# one.
+PATIENCE = 4
+# Rows or columns up to which a dense dictionary takes less time than an LP solver for
+# any problem.
+MOST_BRIEF = 100
+# What is added to the A_ij that are not 0, in units of the largest, before proofs are
+# rounded
 ROOM = 0.3, 0.1, 0.03, 0.01, 0.001
 LARGEST_SHIFT = 1000  # of two: b is multiplied by at most 2^1000, which is finite
 

@@ -39,9 +39,11 @@ from lcpcli.verify import enclosure, farkas
 from lcpcli.verify.exact_solution import finitely_rounded, from_point, is_rounded_solution, refined
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure
 
-# For a search of all complementary sets: mostly milliseconds, half a second for some with 20 unknowns.
+# For a search of all complementary sets: mostly milliseconds, half a second for some
+# with 20 unknowns.
 EXHAUSTION_EFFORT = 2.0
-CLEAR_VIOLATION = 1e-9  # relative to the natural size of w in a row: larger than the tolerance
+# Relative to the natural size of w in a row: larger than the tolerance.
+CLEAR_VIOLATION = 1e-9
 RAY = "that alone proves nothing"
 
 
@@ -103,7 +105,8 @@ def _ray(problem: Problem, claim: Certificate) -> Certificate | None:
         return own
     if z.shape != problem.q.shape or not (np.isfinite(z).all() and (z >= 0).all() and z.any()):
         return None
-    if np.where(z > 0, problem.box.upper, np.inf).min() < np.inf:  # it leads beyond a bound
+    # It leads beyond a bound.
+    if np.where(z > 0, problem.box.upper, np.inf).min() < np.inf:
         return None
     w, largest = product(problem.M, z), float(absolute_product(problem.M, z).max())
     w += max(-float(w.min()), 0.0)
@@ -223,7 +226,8 @@ def in_range_if_proof(problem: Problem, y: Vector) -> Vector | None:
     return y if proves_infeasible(problem, y) else None
 
 
-EFFORT = 2.0  # of an exact solution, and of LPs for a proof, by the seconds that they usually take
+# Of an exact solution, and of LPs for a proof, by the seconds that they usually take.
+EFFORT = 2.0
 EXACT = "z is an exact solution of size {size} up to its last digits, but {proof}"
 NO_RUN_OFF = "a row is violated by its own terms"
 RUN_OFF = "z of size {size} violates no row by more than {tol:g} of its terms, but {proof}"
@@ -255,7 +259,9 @@ def settled(problem: Problem, z: Vector, tol: float) -> Settled | None:
     neither. One system with the states of z is solved, with bounds on its rounding or else exactly; then a proof that
     the problem is infeasible but for rounding is sought."""
     near, fault = enclosed(problem, z, tol)
-    if not fault:  # a proof but for rounding would be one for other entries that differ by up to n EPS
+    # A proof but for rounding would be one for other entries that differ by up to n
+    # EPS.
+    if not fault:
         is_stable = not enclosure.fault(problem, near, math.inf, problem.n * EPS)
         return Settled(near, "", None if is_stable else proof_near(problem, near))
     if is_rounded_solution(problem, z):
@@ -322,7 +328,8 @@ def _candidates(problem: Problem, z: Vector, has_dictionary: bool) -> Generator[
     least, most = np.where(np.isfinite(bounds[0]), 0.0, -np.inf), np.where(np.isfinite(bounds[1]), 0.0, np.inf)
     y = _null_vector(inner, units.z_inside(z))
     others = dictionaries(inner.M, inner.q) if has_dictionary else ()
-    multipliers = chain((y, -y), (y for _, _, y in others))  # of the first, rounding decides the sign
+    # Of the first, rounding decides the sign.
+    multipliers = chain((y, -y), (y for _, _, y in others))
     for y in (np.clip(y, least, most) for y in multipliers):
         size = float(np.abs(y).max())
         if 0 < size < math.inf:

@@ -33,13 +33,21 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 DOUBLE_DIGITS = 16  # decimal digits of a double
-SAMPLES = 8  # random right-hand sides: they give the standard deviation to within a factor of two or so
-MOST_BASIC, MOST_BASIC_SPARSE = 1000, 20_000  # variables up to which a factorization takes a few hundredths of a second
-ROUNDING_DEVIATION = 0.21 * EPS  # standard deviation of a relative change by rounding, for mantissas as frequent as 1/m
+# Random right-hand sides: they give the standard deviation to within a factor of two or
+# so.
+SAMPLES = 8
+# Variables up to which a factorization takes a few hundredths of a second.
+MOST_BASIC, MOST_BASIC_SPARSE = 1000, 20_000
+# Standard deviation of a relative change by rounding, for mantissas as frequent as 1/m.
+ROUNDING_DEVIATION = 0.21 * EPS
 MEDIAN = 0.674  # of a normally distributed size, relative to its standard deviation
-SAFE = 100.0  # standard deviations that rounding does not move a number: the largest motion of few terms is three
-LARGEST_RESIDUAL = 0.1  # relative to the changes of a row: the motions have about the right size
-MOST_KINKS = 100  # that are exchanged: their linear systems take about a tenth of a second
+# Standard deviations that rounding does not move a number: the largest motion of few
+# terms is three.
+SAFE = 100.0
+# Relative to the changes of a row: the motions have about the right size.
+LARGEST_RESIDUAL = 0.1
+# That are exchanged: their linear systems take about a tenth of a second.
+MOST_KINKS = 100
 MOST_COMBINED = 8  # kinks up to which each set of them is exchanged
 RANDOM_PARTS = 250  # of more kinks, which are exchanged besides single ones
 
@@ -106,7 +114,8 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> tuple[Vecto
     kinks = np.zeros(z.size, dtype=bool)
     while True:
         near = distances <= np.nan_to_num(sizes[0] + SAFE * sizes[1], nan=LARGEST_DOUBLE, posinf=LARGEST_DOUBLE)
-        new = near & ~kinks & sizes.any(axis=0)  # what is 0, and remains so, exchanges nothing
+        # What is 0, and remains so, exchanges nothing.
+        new = near & ~kinks & sizes.any(axis=0)
         if not new.any():
             return alone[0] + MEDIAN * alone[1], sizes[0] + MEDIAN * sizes[1], near
         kinks |= new

@@ -30,8 +30,10 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
-LARGEST_ENCLOSED, MOST_WORK = 1000, 2e9  # equations, and their square times the unknowns: a second or so
-DEPENDENT = 1e-10  # a last pivot below this times the first one: the equations may depend on each other
+# Equations, and their square times the unknowns: a second or so.
+LARGEST_ENCLOSED, MOST_WORK = 1000, 2e9
+# A last pivot below this times the first one: the equations may depend on each other.
+DEPENDENT = 1e-10
 
 
 def is_enclosable(equations: int, unknowns: int) -> bool:
@@ -51,7 +53,8 @@ def enclosure(G: Vector, y: Vector) -> Vector | None:
     if not is_enclosable(*G.shape) or not np.isfinite(G).all():
         return None
     rows, columns = _units(np.abs(G).max(axis=1)), 1 / _units(np.abs(y))
-    G = rows[:, np.newaxis] * G * columns  # of powers of two, so that nothing is rounded
+    # Of powers of two, so that nothing is rounded.
+    G = rows[:, np.newaxis] * G * columns
     with imports:
         from scipy.linalg import qr
     R, order = qr(G, mode="r", pivoting=True, check_finite=False)

@@ -67,11 +67,16 @@ from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector, VectorLike
 
-# Of the diagonal: none, or one far above rounding, so that d passes the exact check, and small beside most margins.
+# Of the diagonal: none, or one far above rounding, so that d passes the exact check,
+# and small beside most margins.
 SLACKS = 0.0, 2.0**-30
-SCALING_RIDGE = 1e-9  # added to the Laplacian of the least-squares problem, which is singular
-BALANCING_STEPS = 50  # far more than are needed where rows have been multiplied by numbers
-LARGEST_EXPONENT = 400  # binary; matrices with entries further from 1 are left undecided, as products might overflow
+# Added to the Laplacian of the least-squares problem, which is singular.
+SCALING_RIDGE = 1e-9
+# Far more than are needed where rows have been multiplied by numbers.
+BALANCING_STEPS = 50
+# binary; matrices with entries further from 1 are left undecided, as products might
+# overflow.
+LARGEST_EXPONENT = 400
 KRYLOV_STEPS = 2000  # at most: the scaling found by then is verified in any case
 
 Proof: TypeAlias = "tuple[bool, Vector | None]"
@@ -252,12 +257,17 @@ Theorem = Callable[..., float]
 where M is definite also from bounds on other errors of w, whatever the signs of these are."""
 
 H_PLUS, DEFINITE = "Chen and Xiang 2006, M is H+", "Mathias and Pang 1990, M is positive definite"
-LARGEST_ENTRY, SMALLEST_ENTRY = 2.0**450, 2.0**-450  # products of two entries neither overflow nor underflow
-MOST_DENSIFIED = 2000  # unknowns up to which a sparse M is converted to dense, for factors in a few seconds
-LARGEST_UNIT = 2.0**250  # of T and of the units, so that products of these with M neither overflow nor underflow
+# Products of two entries neither overflow nor underflow.
+LARGEST_ENTRY, SMALLEST_ENTRY = 2.0**450, 2.0**-450
+# Unknowns up to which a sparse M is converted to dense, for factors in a few seconds.
+MOST_DENSIFIED = 2000
+# Of T and of the units, so that products of these with M neither overflow nor
+# underflow.
+LARGEST_UNIT = 2.0**250
 SLOW_JACOBI = 0.9  # the rate above which Jacobi's iteration is too slow
 JACOBI_STEPS = 60  # which reduce the error by 0.9^60 = 0.002 at least
-BICGSTAB_STEPS = 100  # after which the matrix counts as ill-conditioned and is factorized
+# After which the matrix counts as ill-conditioned and is factorized.
+BICGSTAB_STEPS = 100
 BICGSTAB_TARGET = 1e-8  # relative to the right-hand side: u needs only a few digits
 
 
@@ -408,7 +418,8 @@ def _norm(v: Vector) -> float:
     return largest * float(np.sqrt(own @ own)) * (1 + factor(v.size)) + SMALLEST_NORMAL
 
 
-NEIGHBOUR_REFINEMENTS = 3  # of a basic solution: each gains several digits where the bound is of any use
+# Of a basic solution: each gains several digits where the bound is of any use.
+NEIGHBOUR_REFINEMENTS = 3
 
 
 @dataclass(frozen=True)

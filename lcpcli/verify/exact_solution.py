@@ -39,8 +39,10 @@ from lcpcli.verify.farkas import ACTIVE_COLUMN
 from lcpcli.verify.measure import Measure
 from lcpcli.verify.point import Criterion, Point
 
-MOST_EXACT_STEPS = 30  # of exact pivoting, for each initial set: a nearly right one needs a few
-VERTEX_EFFORT = 2.0  # of a linear program, by the seconds that so many iterations usually take
+# Of exact pivoting, for each initial set: a nearly right one needs a few.
+MOST_EXACT_STEPS = 30
+# Of a linear program, by the seconds that so many iterations usually take.
+VERTEX_EFFORT = 2.0
 MOST_SOLVED_EXACTLY = 700  # positive components: a minute at worst
 
 
@@ -178,7 +180,9 @@ def _at_vertex(data: ExactProblem, basis: States, effort: Effort) -> list[Fracti
     return None
 
 
-REFINEMENTS = 10  # with residuals in twice the precision: a digit or more each, unless M_BB is singular in doubles
+# With residuals in twice the precision: a digit or more each, unless M_BB is singular
+# in doubles.
+REFINEMENTS = 10
 
 
 @np.errstate(all="ignore")
@@ -216,7 +220,8 @@ def refined(problem: Problem, z: Vector, basis: States | None = None) -> Vector:
         return better
     terms = matrices.absolute_product(problem.M, np.abs(better)) + np.abs(problem.q)
     gaps = np.abs(problem.box.gaps(better, problem.w(better)))
-    return better if (gaps <= ROUNDING * terms).all() else z  # as small as rounding z allows
+    # As small as rounding z allows.
+    return better if (gaps <= ROUNDING * terms).all() else z
 
 
 def is_rounded_solution(problem: Problem, z: Vector) -> bool:

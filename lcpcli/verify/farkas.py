@@ -37,13 +37,18 @@ from lcpcli.rational.numbers import rounded
 from lcpcli.rational.tree import Unknowns
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
-ACTIVE_COLUMN = 1e-8  # a column with |A'y| below this times |A|'|y| counts as one with A'y = 0
+# A column with |A'y| below this times |A|'|y| counts as one with A'y = 0.
+ACTIVE_COLUMN = 1e-8
 SNAP = 1e-9  # entries of y below this times the largest one count as 0
-NEAR = 1e-6  # of each entry of y: how far the exact proof that it stands for may be from it
-LEAST_CANCELLATION = 1e10  # of the terms of a row: six digits of a double are left of their sum
-LARGEST_EXACT = 48  # unknowns of the largest linear system that is solved exactly: about a second at worst
+# Of each entry of y: how far the exact proof that it stands for may be from it.
+NEAR = 1e-6
+# Of the terms of a row: six digits of a double are left of their sum.
+LEAST_CANCELLATION = 1e10
+# Unknowns of the largest linear system that is solved exactly: about a second at worst.
+LARGEST_EXACT = 48
 LARGEST_BY_FLINT = 400  # the same with FLINT
-MOST_BITS = 10_000_000  # the number of entries times the bits of the largest: a second or two
+# The number of entries times the bits of the largest: a second or two.
+MOST_BITS = 10_000_000
 
 
 def sides(box: Box, n: int) -> tuple[Vector, Vector, Mask, Mask]:
@@ -97,7 +102,8 @@ def cancellation(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> float:
     total = -of.largest_total(of.everywhere, 0.0, of.error, SNAP) if of.has_signs and is_rounding else 0.0
     if not total > 0:
         return 0.0
-    # y'(A z) is at least `total`, and at most the terms of b'y more, as A z + b has its signs
+    # y'(A z) is at least `total`, and at most the terms of b'y more, as A z + b has its
+    # signs
     among = total / (total + 2 * of.terms)
     times = float(among * 0.5 / ((of.excess + of.error)[wrong] / of.size[wrong]).max(initial=EPS))
     return times if times >= LEAST_CANCELLATION else 0.0
@@ -121,7 +127,8 @@ class Multiplied:
         lower, upper, low, high = self._bounds = sides(box, A.shape[1])
         absolute, image = abs(self.rows), self.rows.T @ self.y
         self.size = absolute.T @ np.abs(self.y)
-        self.used = np.asarray(absolute.sum(axis=0)).ravel() > 0  # elsewhere A'y is exactly 0
+        # Elsewhere A'y is exactly 0.
+        self.used = np.asarray(absolute.sum(axis=0)).ravel() > 0
         self.error = 4 * (self.y.size + 2) * (EPS * self.size + SMALLEST_NORMAL) * self.used
         self.excess = np.maximum(np.where(high, -np.inf, image), np.where(low, -np.inf, -image))
         end = np.where(image > 0, upper, lower)  # at which (A'y)_j z_j is largest
@@ -187,12 +194,14 @@ def corrected(A: Sequence[Sequence[int]], y: Sequence[Fraction], quickly: bool =
     enough to be solved exactly in a second or so."""
     if quickly and (max(len(A), len(A[0])) > most_exact() or len(A) * len(A[0]) * elimination.bits(A) > MOST_BITS):
         return None
-    order = sorted(range(len(y)), key=lambda k: -abs(y[k]))  # large entries best absorb a correction
+    # Large entries best absorb a correction.
+    order = sorted(range(len(y)), key=lambda k: -abs(y[k]))
     rows, values = [[row[k] for k in order] for row in A], [y[k] for k in order]
     multiple, divisor = numbers.over_one_denominator(values)
     changes = elimination.particular(rows, [-numbers.dot(row, multiple) for row in rows])
     found = None if changes is None else [v + change / divisor for v, change in zip(values, changes, strict=True)]
-    if found is not None and not any(found) and len(rows) == len(order):  # A is nonsingular
+    # A is nonsingular.
+    if found is not None and not any(found) and len(rows) == len(order):
         found = _beyond(rows, values)
     return None if found is None else [value for _, value in sorted(zip(order, found, strict=True))]
 
@@ -215,11 +224,15 @@ def most_exact() -> int:
     return LARGEST_BY_FLINT if elimination.library() else LARGEST_EXACT
 
 
-MOST_ENTRIES = 2_000  # of M in the rows of a proof, and unknowns, up to which integers are sought
-MOST_TERMS = 20_000  # the same up to which it is found out whether y is a proof: a tenth of a second
+# Of M in the rows of a proof, and unknowns, up to which integers are sought.
+MOST_ENTRIES = 2_000
+# The same up to which it is found out whether y is a proof: a tenth of a second.
+MOST_TERMS = 20_000
 SIMPLE_DENOMINATORS = (100, 10**6)  # largest ones of simple fractions
-SMALL = np.arange(1.0, 65.0)  # steps per largest entry of y in roundings to small integers
-GRIDS = (2**6, 2**12, 2**20, 2**30)  # steps per largest entry of y, to which those are rounded that others follow from
+# Steps per largest entry of y in roundings to small integers.
+SMALL = np.arange(1.0, 65.0)
+# Steps per largest entry of y, to which those are rounded that others follow from.
+GRIDS = (2**6, 2**12, 2**20, 2**30)
 
 
 def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
@@ -282,7 +295,8 @@ def _small(problem: Problem, y: Vector) -> Iterator[list[Fraction]]:
     rows, (lower, upper) = problem.M[support], problem.box.vectors(problem.n)
     products, sizes = own @ rows, np.abs(own) @ abs(rows)
     ends = np.where(products > 0, upper, lower)
-    suprema = np.where(np.abs(products) > EPS * problem.n * sizes, products * ends, 0.0)  # infinite for a wrong sign
+    # Infinite for a wrong sign.
+    suprema = np.where(np.abs(products) > EPS * problem.n * sizes, products * ends, 0.0)
     found = np.flatnonzero(own @ problem.q[support] + suprema.sum(axis=1) < 0)
     vectors = np.zeros((found.size, problem.n))
     vectors[:, support] = own[found]

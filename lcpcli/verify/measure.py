@@ -51,12 +51,18 @@ if TYPE_CHECKING:
     from lcpcli.model.right_hand_sides import Block
 
 FINEST = 0.01  # of the terms of a row as given: the least that its terms count as
-DROWNED = 1e8  # times the cap: terms of which ROUNDING is in the eighth digit of the cap
-FEW_UNKNOWNS = 20  # up to which entries that may be rounding are taken literally, as exact arithmetic decides in time
-NEGLIGIBLE_ROUNDING = 0.1  # of what is allowed, or of a violation: rounding errors that are ignored
-NEAR_VIOLATION = 1e-8  # relative to the terms of a row and to q_ref: a violation that noise may have made
+# Times the cap: terms of which ROUNDING is in the eighth digit of the cap.
+DROWNED = 1e8
+# Up to which entries that may be rounding are taken literally, as exact arithmetic
+# decides in time.
+FEW_UNKNOWNS = 20
+# Of what is allowed, or of a violation: rounding errors that are ignored.
+NEGLIGIBLE_ROUNDING = 0.1
+# Relative to the terms of a row and to q_ref: a violation that noise may have made.
+NEAR_VIOLATION = 1e-8
 SMALLEST = math.ulp(0.0)
-NEAR_ZERO = SMALLEST_NORMAL * 2.0**-20  # what systems with entries of different sizes make of the distance SMALLEST
+# What systems with entries of different sizes make of the distance SMALLEST.
+NEAR_ZERO = SMALLEST_NORMAL * 2.0**-20
 
 
 class Rows(NamedTuple):
@@ -310,7 +316,8 @@ def decision(measure: Measure, z: Vector, w: Vector, tol: float) -> bool | None:
     rows, terms, largest = rows[is_open], terms[is_open], largest[is_open]
     if not rows.size:
         return True
-    if not (largest <= tol * terms).all():  # caps may be infinite, too, in a component without a size
+    # Caps may be infinite, too, in a component without a size.
+    if not (largest <= tol * terms).all():
         return None
     is_small = problem.M.all() and (largest <= tol * _least_caps(problem, rows)).all()
     return True if is_small or (largest <= tol * measure.caps(z)[rows]).all() else None
@@ -320,5 +327,6 @@ def _least_caps(problem: Problem, rows: Indices) -> Vector:
     """Return lower bounds on the caps of these rows, for M without zeros."""
     violations = np.maximum(problem.box.excess(problem.reference_point, problem.q), 0.0)
     worst = int(violations.argmax())
-    logarithms = np.log2(np.abs(problem.M[[worst, *rows]])).mean(axis=1)  # minus units of the rows, up to a constant
+    # Minus units of the rows, up to a constant.
+    logarithms = np.log2(np.abs(problem.M[[worst, *rows]])).mean(axis=1)
     return np.asarray(CERTAIN * violations[worst] * np.exp2(logarithms[1:] - logarithms[0]))

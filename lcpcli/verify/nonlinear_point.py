@@ -102,9 +102,13 @@ def _rounded_up(sums: Vector, terms: int) -> Vector:
     return np.asarray(sums * (1 + 4 * (terms + 4) * EPS))
 
 
-MOST_NOISE = 1e-10  # relative to the largest |F_i| at the points: what F_i computes is no noise if it is more
-VANISHED = 1e-12  # relative to the largest |z_i|: a component so small may be what rounding leaves of 0
-WORTH, LITTLE = 1e-6, 1e-10  # the residual, also relative to that at x0, up to which a closer look is taken
+# Relative to the largest |F_i| at the points: what F_i computes is no noise if it is
+# more.
+MOST_NOISE = 1e-10
+# Relative to the largest |z_i|: a component so small may be what rounding leaves of 0.
+VANISHED = 1e-12
+# The residual, also relative to that at x0, up to which a closer look is taken.
+WORTH, LITTLE = 1e-6, 1e-10
 LOOSE = 1e-8  # a tolerance that is asked for where F is noisy
 TOLD = 64 * EPS  # of the terms of a row: the noise from which on it is told
 
@@ -171,7 +175,8 @@ class NonlinearPoint(Point):
         linear = Criterion(self.given.linearization(z, F), self.given.tol, literal=True)
         super().__init__(linear, z, is_admissible)
 
-    def __getstate__(self) -> dict[str, Any]:  # without F as a function, which may be of any kind
+    # Without F as a function, which may be of any kind.
+    def __getstate__(self) -> dict[str, Any]:
         return {**vars(self), "_solves": self.solves(), "given": None, "slopes": None}
 
     @cached_property
@@ -192,7 +197,8 @@ class NonlinearPoint(Point):
     def _decision(self) -> bool:
         if not is_finite(self.F) or np.max(self.distances_beyond) > self.criterion.tol or not self._is_within():
             return False
-        F = self.F if self._is_new else self.given.evaluations.problem.values(self.z)  # of a claim, evaluated once more
+        # Of a claim, evaluated once more.
+        F = self.F if self._is_new else self.given.evaluations.problem.values(self.z)
         if not np.array_equal(F, self.F):
             vars(self).pop("_plain", None)
             self._measured(self.z, F, self._beyond is None)
@@ -273,7 +279,8 @@ class NonlinearPoint(Point):
         without components that are rounding beside the largest one, or no more than the natural residual."""
         measure, problem, seen = self.criterion.measure, self.given.evaluations.problem, [self.z]
         small = (np.where(np.abs(self.z) <= most, 0.0, self.z) for most in (VANISHED * size(self.z), self.residual))
-        nearer = (without_small_distances(measure, self.z) for _ in range(1))  # once the first one is no solution
+        # Once the first one is no solution.
+        nearer = (without_small_distances(measure, self.z) for _ in range(1))
         for start in chain((self.z,), nearer, map(problem.box.project, small)):
             w = self.given.evaluations.known_values(start)
             z = on_bounds(measure, start, w)

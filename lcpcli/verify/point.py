@@ -39,13 +39,17 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure, Rows, decision, quotients, rounded_once
 
-ROUGH = 1e-3  # the relative residual up to which z counts as a rounded solution, whatever its digits
-# Digits that are attributed to a z: whole numbers are meant exactly, others may be singles.
+# The relative residual up to which z counts as a rounded solution, whatever its digits.
+ROUGH = 1e-3
+# Digits that are attributed to a z: whole numbers are meant exactly, others may be
+# singles.
 FEWEST_GIVEN_DIGITS, MOST_GIVEN_DIGITS = 4, 7
 MOST_NAMED = 3  # entries of q that a message names
 LARGEST_ROUNDED = 2.0**900  # terms of a row from which its sum may overflow
-ROUNDING_OF_Q = 1e-24, 1e-12  # of the least of the larger entries of q: an entry that may be rounding of 0
-LARGER_SHARE, FEWEST_LARGER = 1 / 3, 8  # of the entries of q that are not 0, in a part of M
+# Of the least of the larger entries of q: an entry that may be rounding of 0.
+ROUNDING_OF_Q = 1e-24, 1e-12
+# Of the entries of q that are not 0, in a part of M.
+LARGER_SHARE, FEWEST_LARGER = 1 / 3, 8
 LITERAL_STEPS = 8  # of block pivoting, each at the cost of a factorization
 Judge: TypeAlias = Callable[[Problem, Vector, float], "tuple[bool | None, Rows | None]"]
 

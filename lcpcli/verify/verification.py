@@ -41,11 +41,15 @@ from lcpcli.verify.point import Criterion, Point
 if TYPE_CHECKING:
     from lcpcli.model.nonlinear import NonlinearProblem
 
-MOST_BOUNDED = 300  # unknowns up to which an error bound is always computed, which may take a second
-SMALL_CHANGE = 1e-4  # in the units of M: the largest one for putting components on their bounds, which is reported
+# Unknowns up to which an error bound is always computed, which may take a second.
+MOST_BOUNDED = 300
+# In the units of M: the largest one for putting components on their bounds, which is
+# reported.
+SMALL_CHANGE = 1e-4
 MOST_LISTED = 10  # violations that a verification lists
-# Of the terms of a row, for each unknown: what Gaussian elimination leaves of it (N. J. Higham, Accuracy and Stability
-# of Numerical Algorithms, 2nd ed., SIAM 2002, theorem 9.4).
+# Of the terms of a row, for each unknown: what Gaussian elimination leaves of it (N. J.
+# Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, theorem
+# 9.4).
 ELIMINATION = 3 * EPS / 2
 
 Number = TypeVar("Number", float, Fraction)
@@ -259,7 +263,9 @@ def _backward_error(point: Point, w: Vector) -> float:
     return float(np.max(point.distances_beyond, initial=largest))
 
 
-SUM_TOLERANCE = 1e-6  # by how much probabilities may miss the sum 1, as those do that are printed with seven digits
+# By how much probabilities may miss the sum 1, as those do that are printed with seven
+# digits.
+SUM_TOLERANCE = 1e-6
 HINT = "give probabilities, at least 0 and with the sum 1"
 
 
@@ -316,7 +322,8 @@ def of_game(
     if isinstance(game, ExtensiveGame) and array.size != problem.n:
         behavior = _behavior(game, values)
         own, are_equilibrium = Found(behavior, behavior.are_best(game, tol))
-        number = float if data is None else Fraction  # a player without moves has a plan of integers
+        # A player without moves has a plan of integers.
+        number = float if data is None else Fraction
         z = point_of(game, *(list(map(number, plan)) for plan in behavior.plans))
     else:
         if (found := of_solution(problem, array, tol)) is None:

@@ -145,7 +145,8 @@ FOREIGN_WORDS = [
     "invalid literal",
     "could not convert",
 ]
-OURS = ("numpy.savez", "numpy.save", "scipy.sparse.save_npz")  # functions that a hint may name
+# Functions that a hint may name.
+OURS = ("numpy.savez", "numpy.save", "scipy.sparse.save_npz")
 TWICE, MINUS = 2 * np.eye(2), -np.ones(2)
 
 

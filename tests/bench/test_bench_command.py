@@ -207,7 +207,8 @@ def test_bench_that_another_run_writes_is_left_to_it_behind_a_link_too(tmp_path:
         assert_refused(lcp(*bench), f"{name}: is being written by another run")
     assert lcp(*bench).code == 0
     with reserve([str(output)]):
-        assert lcp("bench", "--resume", str(name), "-q").code == 0  # nothing is left, so that nothing is written
+        # Nothing is left, so that nothing is written.
+        assert lcp("bench", "--resume", str(name), "-q").code == 0
     record = records.read(str(output))
     del record.measurements[1:]
     output.write_text(render(record, "json", None, False))

@@ -111,7 +111,8 @@ SOLVABLE = Problem([[2, 1], [1, 2]], [-5, -6], solutions=[[4 / 3, 7 / 3]])
 UNKNOWN = Problem([[2, 1], [1, 2]], [-5, -6])
 INFEASIBLE = Problem([[0, -1], [1, 0]], [-1, -1], verdict="infeasible")
 SOLVED_ALL_THE_SAME = Problem([[2]], [-1], verdict="infeasible")
-DIAGONAL = Problem([[1e6, 0], [0, 1]], [-1e6, -1])  # whose second row is nothing to a tolerance for all rows
+# Whose second row is nothing to a tolerance for all rows.
+DIAGONAL = Problem([[1e6, 0], [0, 1]], [-1e6, -1])
 SOLVED = [4 / 3, 7 / 3]
 
 
@@ -204,9 +205,11 @@ def test_bench_of_linear_and_nonlinear_problems_leaves_out_what_does_not_take_th
     assert_refused(lcp("bench", "market.nl", "--infinity", "1e20"), "--infinity: has no effect on a nonlinear model")
 
 
-HALF_SQUARE = from_qp(Q=[[1]], c=[0], A=[[1]], row_lower=[1], lower=[-np.inf])  # min x^2 / 2, x >= 1: x = y = 1
+# Min x^2 / 2, x >= 1: x = y = 1.
+HALF_SQUARE = from_qp(Q=[[1]], c=[0], A=[[1]], row_lower=[1], lower=[-np.inf])
 STEEP = from_qp(Q=[[1e4]], c=[-2e4], upper=[1])  # x = 1
-RANGE = from_qp(Q=[[1]], c=[-4], A=[[2]], row_lower=[0], row_upper=[4], upper=[9])  # x = 2, y = -1, s = 4
+# x = 2, y = -1, s = 4.
+RANGE = from_qp(Q=[[1]], c=[-4], A=[[2]], row_lower=[0], row_upper=[4], upper=[9])
 
 
 @pytest.mark.parametrize(
@@ -214,11 +217,13 @@ RANGE = from_qp(Q=[[1]], c=[-4], A=[[2]], row_lower=[0], row_upper=[4], upper=[9
     [
         (HALF_SQUARE, (1.0, 1.0), 0.0, 0.0),
         (HALF_SQUARE, (1.1, 0.9), 1.21 - 0.9, (1.21 - 0.9) / 1.21),  # the gap
-        (HALF_SQUARE, (0.9, 0.9), 0.1, 0.1),  # x is too small by 0.1, which y multiplies
+        # x is too small by 0.1, which y multiplies.
+        (HALF_SQUARE, (0.9, 0.9), 0.1, 0.1),
         (HALF_SQUARE, (1.0, -0.5), 1.5, 1.5),  # x - y is 1.5, and so is the gap
         (STEEP, (1 + 2.0**-10,), 1e4 * (1 - 2.0**-10) * 2.0**-10, 2.0**-10 / (1 + 2.0**-10)),  # of terms of size 1
         (RANGE, (2.0, -1.0, 4.0), 0.0, 0.0),
-        (RANGE, (2.5, -0.75, 4.0), 1.0, 1.0 / 9.0),  # 2 x is too large by 1, of terms that are at most 5 + 4
+        # 2 x is too large by 1, of terms that are at most 5 + 4.
+        (RANGE, (2.5, -0.75, 4.0), 1.0, 1.0 / 9.0),
     ],
 )
 def test_residuals_and_gap_of_a_program(

@@ -111,7 +111,8 @@ def test_lines_are_no_wider_than_asked_for(record: BenchRecord, width: int | Non
     assert ("\x1b[" in text, "\x1b[" in render(record, "table", width, True)) == (False, True)  # colours
     narrow = [line.split() for line in text.splitlines()]
     heads = [cells for cells in narrow if cells[:2] in (["problem", "auto"], ["problem", "picky"])]
-    in_parts = [["problem", "auto", "lemke", "liar"], ["problem", "picky"]]  # that repeat the problems
+    # That repeat the problems.
+    in_parts = [["problem", "auto", "lemke", "liar"], ["problem", "picky"]]
     assert (heads == in_parts, ["harker-pang", "100", "-"] in narrow) == (width == 40, width == 40)
 
 
@@ -199,7 +200,8 @@ def test_brief_runs_are_warmed_up_before_they_count() -> None:
         ([1.0, 1.0, 1.0], True),
         ([0.96, 1.0, 1.04], True),
         ([0.94, 1.0, 1.06], False),
-        ([0.1, *[1.0] * 9, 9.0], True),  # outliers do not matter to the median of enough repeats
+        # Outliers do not matter to the median of enough repeats.
+        ([0.1, *[1.0] * 9, 9.0], True),
         ([0.1, 0.1, 1.0, 9.0, 9.0], False),
     ],
 )
@@ -218,7 +220,8 @@ def test_median_and_quartiles_by_hand() -> None:
 
 @pytest.mark.parametrize(
     ("n", "ranks"),
-    # The largest rank with P(Bin(n, 1/2) < rank) <= 0.025, as tables of the sign test have it.
+    # The largest rank with P(Bin(n, 1/2) < rank) <= 0.025, as tables of the sign test
+    # have it.
     [(1, (1, 1)), (3, (1, 3)), (5, (1, 5)), (6, (1, 6)), (8, (1, 8)), (9, (2, 8)), (12, (3, 10)), (25, (8, 18))],
 )
 def test_interval_of_the_median_has_the_ranks_of_the_sign_test(n: int, ranks: tuple[int, int]) -> None:
@@ -226,7 +229,8 @@ def test_interval_of_the_median_has_the_ranks_of_the_sign_test(n: int, ranks: tu
 
 
 def test_shifted_geometric_mean_by_hand() -> None:
-    assert shifted_geometric_mean([0.001, 0.007], shift=0.001) == pytest.approx(0.003)  # sqrt(2 * 8) = 4, less 1
+    # sqrt(2 * 8) = 4, less 1.
+    assert shifted_geometric_mean([0.001, 0.007], shift=0.001) == pytest.approx(0.003)
     assert shifted_geometric_mean([0.0, 0.099], shift=0.001) == pytest.approx(0.009)
 
 
@@ -240,12 +244,14 @@ def test_performance_ratios_by_hand() -> None:
 
 
 def test_growth_by_hand() -> None:
-    # x = 0, 1, 2, 3 and y = 0, 3, 3, 6 in units of ln 2: slope 1.8, residuals -0.3, 0.9, -0.9, 0.3, total 18.
+    # x = 0, 1, 2, 3 and y = 0, 3, 3, 6 in units of ln 2: slope 1.8, residuals -0.3,
+    # 0.9, -0.9, 0.3, total 18.
     fit = growth([(1, 1.0), (2, 8.0), (4, 8.0), (8, 64.0)])
     assert fit is not None
     assert fit.exponent == pytest.approx(1.8)
     assert fit.coefficient == pytest.approx(2**0.3)
-    assert fit.margin == pytest.approx(4.302653 * math.sqrt(1.8 / 2 / 5))  # Student's t, two degrees of freedom
+    # Student's t, two degrees of freedom.
+    assert fit.margin == pytest.approx(4.302653 * math.sqrt(1.8 / 2 / 5))
     assert fit.r_squared == pytest.approx(1 - 1.8 / 18)
 
 

@@ -35,16 +35,25 @@ from lcpcli.report.document import Document, Section, typeset
 from lcpcli.report.wording import LEVELS
 from lcpcli.typing import Indices, Matrix, Vector
 
-ORDERED = {"stiff", "extreme", "all"}  # the suites whose families are in order of stiffness
+# The suites whose families are in order of stiffness.
+ORDERED = {"stiff", "extreme", "all"}
 NO_ENTRY = "-"
-LISTED_LEVEL = LEVELS[1]  # the level of error whose times are listed: the accuracy that most users want
-ALIKE = 1.02  # times within this factor count as equal, as repeated measurements differ by as much
-RATE_BEGINS, RATE_ENDS = 1e-2, 1e-9  # errors, relative to the solution: after the first phase, and before rounding
-MOST_WITH_RATE = 400  # unknowns up to which the theoretical factors, from dense eigenvalues, take less than a second
+# The level of error whose times are listed: the accuracy that most users want.
+LISTED_LEVEL = LEVELS[1]
+# Times within this factor count as equal, as repeated measurements differ by as much.
+ALIKE = 1.02
+# Errors, relative to the solution: after the first phase, and before rounding.
+RATE_BEGINS, RATE_ENDS = 1e-2, 1e-9
+# Unknowns up to which the theoretical factors, from dense eigenvalues, take less than a
+# second.
+MOST_WITH_RATE = 400
 LEAST_ITERATES = 8  # for a rate by least squares, which fewer would leave uncertain
-MOST_INVERTED = 400  # the size of M_PP up to which the inverse is formed, in a few hundredths of a second
-MOST_INVERTED_EXACTLY = 64  # the size of M_PP up to which it is inverted in rational arithmetic, in about a second
-LARGEST_CONDITION = 1e-3 / EPS  # the condition number up to which an inverse in doubles has three correct digits
+# The size of M_PP up to which the inverse is formed, in a few hundredths of a second.
+MOST_INVERTED = 400
+# The size of M_PP up to which it is inverted in rational arithmetic, in about a second.
+MOST_INVERTED_EXACTLY = 64
+# The condition number up to which an inverse in doubles has three correct digits.
+LARGEST_CONDITION = 1e-3 / EPS
 Curve = Sequence[tuple[int, float, float | None]]
 
 

@@ -21,7 +21,8 @@ from lcpcli.rational.numbers import in_integers
 from lcpcli.typing import Indices, States, Vector
 
 BITS = 400  # after the binary point
-SETTLED = 2.0**-333  # a change this small, relative to the solution, ends the refinement
+# A change this small, relative to the solution, ends the refinement.
+SETTLED = 2.0**-333
 MOST_STEPS = 60  # of refinement; a basis that takes more is too ill-conditioned
 
 
@@ -60,7 +61,8 @@ class ExactBreakpoints:
 
         block = np.ix_(basic, basic)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of a singular basis, which ends without a result
+            # Of a singular basis, which ends without a result.
+            warnings.simplefilter("ignore")
             factors, rows = lu_factor(self.M[block]), self.rows[block]
         x = np.full(b.shape, 0, dtype=object)
         for _ in range(MOST_STEPS):

@@ -32,9 +32,11 @@ from lcpcli.gallery import families, programs
 
 LEAST_REPEATS, MOST_REPEATS = 3, 1000
 WIDTHS = (8, 5, 12, 8, 8, 8, 8, 6)
-MOST_EXACT = 10  # breakpoints of a path whose errors are computed; each may take a tenth of a second
+# Breakpoints of a path whose errors are computed; each may take a tenth of a second.
+MOST_EXACT = 10
 Vector = np.ndarray[Any, np.dtype[np.float64]]
-Ours, Theirs = Callable[[], Path], Callable[[], Vector]  # the path, and the s of its breakpoints
+# The path, and the s of its breakpoints.
+Ours, Theirs = Callable[[], Path], Callable[[], Vector]
 
 
 FRONTIERS = (102, 502)  # unknowns
@@ -68,7 +70,8 @@ def frontier(n: int) -> tuple[Ours, Theirs]:
     """A path of weights on the return from 256 to 0, and both ways to follow it."""
     weight = 256.0
     first, last = (families.make("frontier", n, weight=each) for each in (weight, 0.0))
-    M, q, lower, upper = first.M.copy(), first.q, first.lower, first.upper  # M writable, as the arrays of users are
+    # M writable, as the arrays of users are.
+    M, q, lower, upper = first.M.copy(), first.q, first.lower, first.upper
     S, returns, most = M[: n - 2, : n - 2].copy(), -q[: n - 2] / weight, upper[: n - 2].copy()
 
     def ours() -> Path:

@@ -159,7 +159,8 @@ class Ways:
         if peer.version() and not peer.excludes(Problem(step.M, step.q, **step.bounds)):
             ways["quantecon"] = self.by_quantecon
         found, names = {}, list(ways)
-        for turn in range(len(names)):  # in another order at each step, as the first one fills caches for the others
+        # In another order at each step, as the first one fills caches for the others.
+        for turn in range(len(names)):
             name = names[(self.steps + turn) % len(names)]
             began = time.perf_counter()
             found[name] = ways[name](step)

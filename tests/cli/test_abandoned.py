@@ -134,7 +134,8 @@ def test_time_limit_of_the_run_ends_a_linear_program_in_any_thread() -> None:
         except BaseException as error:
             errors.append(error)
 
-    thread = threading.Thread(target=limited)  # outside the main one, where calls are made directly
+    # Outside the main one, where calls are made directly.
+    thread = threading.Thread(target=limited)
     thread.start()
     thread.join()
     assert [type(error) for error in errors] == [TimeIsUp]

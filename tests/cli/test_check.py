@@ -19,7 +19,8 @@ from lcpcli.solving.minimum import Minimum
 from ..solving.test_programs import SEEDS, program
 from .conftest import Lcp, record
 
-EXAMPLE = contents.shipped_path("paper-example-2.json")  # z = (0, 15/29, 17/29, 0), w = (14/29, 0, 0, 99/29)
+# z = (0, 15/29, 17/29, 0), w = (14/29, 0, 0, 99/29)
+EXAMPLE = contents.shipped_path("paper-example-2.json")
 INFEASIBLE = '{"M": [[0, -0.1], [0, -0.3]], "q": [-0.1, -0.3]}'
 
 

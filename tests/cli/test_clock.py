@@ -121,7 +121,8 @@ def test_nothing_that_a_first_run_loads_is_part_of_it(method: str) -> None:
     alone = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # a fork has no other threads
     done = python(LOADED, method, env=alone)
     assert done.returncode == 0, done.stderr
-    assert "compiling the kernels" in done.stderr or not done.stderr  # which other processes may not have kept
+    # Which other processes may not have kept.
+    assert "compiling the kernels" in done.stderr or not done.stderr
 
 
 def test_limits_and_seconds_count_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -152,7 +153,8 @@ def test_clock_of_a_thread_goes_on_while_another_thread_loads_a_module() -> None
     before = clock.seconds()
     ending.set()
     thread.join()
-    assert clock.seconds() - before == pytest.approx(2.0)  # as the other thread has read the time too
+    # As the other thread has read the time too.
+    assert clock.seconds() - before == pytest.approx(2.0)
 
 
 def test_no_part_of_a_call_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -206,7 +208,8 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[lcpcli.Result]:
     monkeypatch.setattr(driver, "run", noted)
     monkeypatch.setattr(timing, "_methods", set())
     monkeypatch.setattr(driver, "MOST_REPETITIONS", MOST_REPETITIONS)
-    for limit in ("BRIEF", "LONGEST_REPEATED", "REPETITION_SECONDS"):  # however busy the machine is
+    # However busy the machine is.
+    for limit in ("BRIEF", "LONGEST_REPEATED", "REPETITION_SECONDS"):
         monkeypatch.setattr(driver, limit, np.inf)
     return results
 

@@ -51,7 +51,8 @@ def test_options(name: str) -> None:
     command = lcp.commands[name]
     params = command.get_params(click.Context(command, help_option_names=["-h", "--help"]))
     own = [flag for param in params if isinstance(param, click.Option) for flag in (*param.opts, *param.secondary_opts)]
-    assert sorted(offered(name, "-")) == sorted(own)  # click 8.1 has -h and --help in either order
+    # Click 8.1 has -h and --help in either order.
+    assert sorted(offered(name, "-")) == sorted(own)
     assert offered(name, "--he") == ["--help"]
 
 

@@ -55,7 +55,8 @@ def test_file_that_cannot_be_written_leaves_the_old_one_and_nothing_else(
         raise OSError(30, os.strerror(30))
 
     if ".svg" in line:
-        pytest.importorskip("matplotlib.backends.backend_svg")  # whose first import writes files of its own
+        # Whose first import writes files of its own.
+        pytest.importorskip("matplotlib.backends.backend_svg")
     old = Path(line.split()[-1])
     old.write_text("old")
     told = r"lcp: out\.\w+: cannot be written \(%s\); choose another location\n"
@@ -153,7 +154,8 @@ def run(*given, **named):
 real, driver.run = driver.run, run
 sys.argv[0] = "lcp"
 """
-ORDERLY = "sys.settrace(lambda *_: None)\n"  # the interpreter then ends in its usual way
+# The interpreter then ends in its usual way.
+ORDERLY = "sys.settrace(lambda *_: None)\n"
 
 
 @pytest.mark.parametrize(("files", "ending"), [(1, ORDERLY), (2, "")], ids=["orderly", "at once"])

@@ -123,7 +123,8 @@ def test_a_picture_that_is_read_is_refused(command: str, lcp: Lcp, inputs: Path)
     assert (inputs / "p.json").read_text() == PROBLEM
 
 
-CONTACT = [[2, 2, -1], [2, 2, -1], [1, 1, 0]]  # with impulses that are not unique, which Lemke's path finds
+# With impulses that are not unique, which Lemke's path finds.
+CONTACT = [[2, 2, -1], [2, 2, -1], [1, 1, 0]]
 
 
 def step(load: float, size: float = 1.0) -> str:

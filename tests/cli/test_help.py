@@ -127,7 +127,8 @@ def run(line: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> Outcome:
         assert program == "lcp"
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(outcome.out.encode())))
         outcome = lcp(*arguments)
-        assert outcome.code == 0 or arguments[0] == "compare-runs", line  # which finds today's runs slower by chance
+        # Which finds today's runs slower by chance.
+        assert outcome.code == 0 or arguments[0] == "compare-runs", line
         told = "solved|wrote|measurements succeeded|the path reaches|no class of M|exactly one"
         assert re.fullmatch(rf"(lcp: .*({told}).*\n)*", outcome.err), line
     return outcome

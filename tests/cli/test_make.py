@@ -42,7 +42,8 @@ def test_what_is_made_can_be_solved_from_its_file(family: str, lcp: Lcp, tmp_pat
     outcome = lcp("solve", str(file), "--format", "json")
     status = json.loads(outcome.out)["status"]
     assert outcome.code == EXIT_CODES[status]
-    assert status == (problem.verdict or "solved") or family == "gaussian"  # of which it is not known
+    # Of which it is not known.
+    assert status == (problem.verdict or "solved") or family == "gaussian"
 
 
 def test_a_pipe_to_a_reader_that_has_enough() -> None:

@@ -77,7 +77,8 @@ def test_files_of_M_and_q_and_whole_problems_come_in_any_order(lcp: Lcp) -> None
     assert all(np.allclose(record["z"], [4 / 3, 7 / 3]) for record in found)
     Path("bad.csv").write_text("2,x\n1,2\n")
     for whole in ("good.json", "bad.csv", "nowhere.csv"):
-        assert_refused(lcp("solve", whole, "q.csv"))  # a vector is no problem of its own
+        # A vector is no problem of its own.
+        assert_refused(lcp("solve", whole, "q.csv"))
 
 
 def columns(k: int) -> tuple[lcpcli.Problem, Any]:

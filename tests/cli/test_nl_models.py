@@ -19,7 +19,8 @@ from lcpcli.solving.result import Status
 from ..files.nl_writing import model
 from .conftest import Lcp, record
 
-# Supply p + p^2 / 4 = s exceeds the demand 9 / (1 + p) except at the equilibrium price 2; v2 is fixed.
+# Supply p + p^2 / 4 = s exceeds the demand 9 / (1 + p) except at the equilibrium price
+# 2; v2 is fixed.
 MARKET = model(
     3,
     [
@@ -121,7 +122,8 @@ def test_nonlinear_problems_are_verified_in_python() -> None:
 
 
 def test_inspection_of_problems_without_an_expression_has_no_operators() -> None:
-    for problem, hints in ((gallery.josephy(), 1), (gallery.bratu(12), 0)):  # J of the first one is singular at 0
+    # J of the first one is singular at 0.
+    for problem, hints in ((gallery.josephy(), 1), (gallery.bratu(12), 0)):
         inspected = lcpcli.inspect(problem)
         assert (inspected.structural_rank, len(inspected.hints)) == (problem.n, hints)
         assert inspected.operators is None

@@ -79,7 +79,8 @@ def _has_a_bound(search: Any, *_: Any) -> bool:
     return search.value is not None and search.bound("time_limit") is not None
 
 
-STAGES: dict[str, tuple[str, str, Any, list[dict[str, Any]]]] = {  # the command, and the call at which it is stopped
+# The command, and the call at which it is stopped.
+STAGES: dict[str, tuple[str, str, Any, list[dict[str, Any]]]] = {
     "an iteration": (SHI, "solving.loop.Loop._take", 3, [CUT | {"iterations": 2}]),
     "a path": ("path from.npz to.npz", "parametric.following.check", 20, [{"end": "interrupted", "verified": True}]),
     "the best solution": (BEST, "enumeration.optimum._Search.children", _has_a_bound, [CUT]),
@@ -231,7 +232,8 @@ def test_signal_while_an_extension_module_loads_is_not_lost(
     number: int, code: int, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def set_up(_: ModuleType) -> None:
-        with suppress(BaseException):  # as the set-up of modules that Cython has compiled
+        # As the set-up of modules that Cython has compiled.
+        with suppress(BaseException):
             signal.raise_signal(number)
 
     def load(*_: Any) -> None:  # and work for a minute

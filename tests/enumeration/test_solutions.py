@@ -28,7 +28,8 @@ from lcpcli.report import solutions
 
 from . import solution_sets as oracle
 
-SCALED = np.array([[3.0], [1.0], [7.0], [2.0]] * 5)  # of the rows of a matrix with positive principal minors
+# Of the rows of a matrix with positive principal minors.
+SCALED = np.array([[3.0], [1.0], [7.0], [2.0]] * 5)
 
 
 @pytest.mark.parametrize("kind", ["definite", "scaled", "dominant", "triangular"])
@@ -76,7 +77,8 @@ def test_decimals_count_as_written_if_they_are_given_exactly() -> None:
     third, tenth = Fraction(1, 3), Fraction(1, 10)
     problem = Problem([[1 / 3, 0.1], [0.1, 0.03]], [-1, -0.3])
     exact = ExactProblem(problem, [{0: third, 1: tenth}, {0: tenth, 1: tenth * 3 / 10}], [Fraction(-1), -3 * tenth])
-    (piece,) = lcpcli.solutions(exact)  # the rows are multiples of each other, and in doubles they are not
+    # The rows are multiples of each other, and in doubles they are not.
+    (piece,) = lcpcli.solutions(exact)
     assert set(piece.vertices) == {(3, 0), (0, 10)}
     assert all(each.is_point for each in lcpcli.solutions(problem))
 
@@ -91,7 +93,8 @@ def test_a_limit_ends_the_list_which_is_then_not_complete() -> None:
     stopped.stop()
     assert (list(stopped), len(stopped.pieces), stopped.complete) == (stopped.pieces, 1, False)
     segments = lcpcli.solutions(Problem(np.kron(np.eye(40), np.ones((2, 2))), -np.ones(80)), time_limit=0.2)
-    assert (list(segments), segments.complete) == ([], False)  # one piece with 2^40 vertices
+    # One piece with 2^40 vertices.
+    assert (list(segments), segments.complete) == ([], False)
     late = lcpcli.solutions(problem, time_limit=1e-9)
     assert (list(late), late.complete) == ([], False)
     assert (next(late, None), late.complete) == (None, False)
@@ -427,7 +430,8 @@ def test_a_limit_holds_where_there_are_more_subsets_than_can_be_listed(monkeypat
     """By a clock that goes on by 0.1 ms each time it is read, which is before each step, on any machine."""
     seconds = count(0.0, 1e-4)
     monkeypatch.setattr("time.perf_counter", lambda: next(seconds))
-    found = lcpcli.solutions(lcpcli.from_game(*2 * [1 - np.eye(20)]), time_limit=0.5)  # more than 2^20
+    # More than 2^20.
+    found = lcpcli.solutions(lcpcli.from_game(*2 * [1 - np.eye(20)]), time_limit=0.5)
     pieces = list(found)
     assert (len(pieces) > 1, found.complete) == (True, False)
     assert next(seconds) < 0.75

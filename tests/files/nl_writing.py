@@ -8,7 +8,9 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 Expression = (
-    Any  # a number, also as a text, "v0" and so on for variables and common expressions, or (operator, argument, ...)
+    # A number, also as a text, "v0" and so on for variables and common expressions, or
+    # (operator, argument, ...)
+    Any
 )
 
 UNARY: dict[str, tuple[int, Callable[[float], float]]] = {
@@ -68,7 +70,8 @@ def value(expression: Expression, variables: Mapping[str, float]) -> float:
     if not isinstance(expression, tuple):
         return float(expression)
     operator, *arguments = expression
-    if operator == "pieces":  # slopes and the breakpoints between them, and the argument
+    # Slopes and the breakpoints between them, and the argument.
+    if operator == "pieces":
         slopes, breakpoints, argument = arguments
         return _integral(slopes, breakpoints, value(argument, variables))
     if operator == "if":

@@ -34,7 +34,8 @@ def table(file: Path) -> list[dict[str, str]]:
 
 @pytest.fixture
 def folder(in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 1)  # whose times are not looked at here
+    # Whose times are not looked at here.
+    monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 1)
     for name, text in PROBLEMS.items():
         (in_folder / f"{name}.json").write_text(text)
     return in_folder

@@ -145,7 +145,8 @@ ENDATA
 
 
 UP = " UP b bread 4"
-READ: dict[str, tuple[dict[str, str], dict[str, Any]]] = {  # what is other than in DIET, and what is read of it
+# What is other than in DIET, and what is read of it.
+READ: dict[str, tuple[dict[str, str], dict[str, Any]]] = {
     "entries of any size": ({"protein 8": "protein 1e-12", "fat 1": "fat 1e17"}, {"A": [[1e-12, 9], [0, 1e17]]}),
     "a triangle of the quadratic part": ({"ENDATA": f"QUADOBJ\n{TRIANGLE}ENDATA"}, {"Q": [[2, -1], [-1, 4]]}),
     "the same in another section": ({"ENDATA": f"QSECTION cost\n{TRIANGLE}ENDATA"}, {"Q": [[2, -1], [-1, 4]]}),

@@ -32,7 +32,8 @@ COORDINATES = {"format": "coo", "shape": [2, 2], "rows": [0, 0, 1, 1], "cols": [
 @pytest.fixture(autouse=True)
 def folder(in_folder: Path) -> Path:
     texts = {"whole": WHOLE, "matrix": MATRIX, "q": Q, "row": "a,b,c\n-1,2,-3\n", "blank": "name q\na -1\nb 2\nc -3\n"}
-    texts |= {"numbered": ",q\n0,-1\n1,2\n2,-3\n", "others": ",q\nx,-1\ny,2\nu,-3\n"}  # which do not count
+    # Which do not count.
+    texts |= {"numbered": ",q\n0,-1\n1,2\n2,-3\n", "others": ",q\nx,-1\ny,2\nu,-3\n"}
     texts["short"] = '"a" "b" "c" "q"\n"a" 4 -1 0 -1\n"b" -1 4 -1 2\n"c" 0 -1 4 -3\n'
     texts["bounded"] = ",q,a,upper,b,c\na,-1,4,7,-1,0\nb,2,-1,8,4,-1\nc,-3,0,9,-1,4\n"
     texts |= {"ended": "a,b,c,,\n-1,2,-3,,\n,,,,\n", "indexed": '"a" "b" "c"\n"1" -1 2 -3\n'}

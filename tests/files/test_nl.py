@@ -319,7 +319,8 @@ def test_file_that_is_cut_off_anywhere_is_refused(binary: bool) -> None:
     whole = Model(content, "model.nl").problem
     assert isinstance(whole, NonlinearProblem)
     for end in range(len(content.rstrip())):
-        if binary or end < len(content.rstrip()) - 1:  # in a text the last number may lose digits, which nothing shows
+        # In a text the last number may lose digits, which nothing shows.
+        if binary or end < len(content.rstrip()) - 1:
             with pytest.raises(ProblemError):
                 Model(content[:end], "model.nl")
 

@@ -93,7 +93,8 @@ def test_bounds_of_a_variable_belong_to_the_condition_of_one_that_stands_for_it(
 
 
 def test_bounds_of_what_no_condition_is_about_are_refused() -> None:
-    rows = [(at(LOWER, 0), {0: 1, 1: 1}, 0), (EQUATION, {0: 1, 1: -2}, 1)]  # v1 is no variable of the condition
+    # v1 is no variable of the condition.
+    rows = [(at(LOWER, 0), {0: 1, 1: 1}, 0), (EQUATION, {0: 1, 1: -2}, 1)]
     with pytest.raises(ProblemError, match="v1: has bounds but no row that it complements"):
         Model(model(2, rows, [NONNEGATIVE, CAPACITY]), "model.nl")
 

@@ -172,7 +172,8 @@ FILES = {
 def folder(in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name, content in FILES.items():
         (in_folder / name).write_bytes(content)
-    monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 1)  # whose times are not looked at here
+    # Whose times are not looked at here.
+    monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 1)
     return in_folder
 
 
@@ -279,7 +280,8 @@ def test_all_but_the_game_are_solved_by_both_methods(problem: Problem, method: s
 @pytest.fixture
 def elsewhere(in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder, as the current one."""
-    monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 1)  # whose times are not looked at here
+    # Whose times are not looked at here.
+    monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 1)
     return in_folder
 
 

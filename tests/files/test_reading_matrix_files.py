@@ -228,7 +228,8 @@ def test_any_changed_byte_leaves_a_file_that_is_read_or_refused(options: dict[st
 @pytest.mark.parametrize("size", [2**31 - 1, 2**32 - 1, 2**30])
 def test_dimensions_that_are_not_those_of_the_values_are_refused(size: int) -> None:
     content = small()
-    at = content.index(struct.pack("<II", 5, 8)) + 8  # the dimensions of the first array
+    # The dimensions of the first array.
+    at = content.index(struct.pack("<II", 5, 8)) + 8
     for place in (at, at + 4):
         damaged = content[:place] + struct.pack("<I", size) + content[place + 4 :]
         assert "is not a MAT file, or is damaged" in outcome(damaged)

@@ -29,7 +29,8 @@ WITH_SOLUTION = (
     *("diagonal", "degenerate", "near-degenerate", "ray", "boxes", "planted", "indefinite"),
 )
 GRAINS = {"rigid-boxes": 8, "circuit": 8, "control": 20, "portfolio": 8, "poker": 28, "bargaining": 100}  # together
-CLASSES = {  # what exact arithmetic says of a matrix of the class that a family has in these words
+# What exact arithmetic says of a matrix of the class that a family has in these words.
+CLASSES = {
     "P": {"p_matrix": YES},
     "M": {"m_matrix": YES},
     "H+": {"h_plus": YES},
@@ -42,7 +43,8 @@ CLASSES = {  # what exact arithmetic says of a matrix of the class that a family
     "any": {},
     "none": {"p_matrix": NO},
 }
-IN_FRACTIONS = {"curtis-han-robinson": 19, "kostreva": 3}  # denominators of solutions that are no floats
+# Denominators of solutions that are no floats.
+IN_FRACTIONS = {"curtis-han-robinson": 19, "kostreva": 3}
 
 
 def of_size(name: str, n: int, seed: int = 0, **parameters: Any) -> Problem:
@@ -116,7 +118,8 @@ def test_lemke_solves_most_rigid_contact_problems() -> None:
 @given(
     n=st.integers(1, 40),
     seed=st.integers(0, 10**6),
-    friction=st.just(0.0) | st.floats(1e-12, 10),  # coefficients like 1e-174 leave some problems undecided
+    # Coefficients like 1e-174 leave some problems undecided.
+    friction=st.just(0.0) | st.floats(1e-12, 10),
     compliance=st.just(0.0) | st.floats(0, 10),
 )
 def test_rounding_defeats_lemke_on_rigid_contact_and_auto_never(

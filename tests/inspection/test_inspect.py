@@ -69,7 +69,8 @@ def test_facts_of_the_first_example_are_those_of_its_matrix() -> None:
 
 def test_estimates_for_large_and_sparse_matrices_agree_with_the_exact_figures() -> None:
     n = 210
-    M = random_problem(n, n, False).M * np.where(np.arange(n) > 0, 1.0, 1e3)  # row sums differ from column sums
+    # Row sums differ from column sums.
+    M = random_problem(n, n, False).M * np.where(np.arange(n) > 0, 1.0, 1e3)
     exact = np.linalg.cond(M, 1)
     for matrix in (M, sparse.csr_array(M)):
         found = inspect(Problem(matrix, np.ones(n)), math.inf)
@@ -262,11 +263,14 @@ LARGE = eye_array(2600, format="csr")
 GUARANTEED: list[tuple[Any, dict[str, Any], dict[str, str]]] = [
     (COPOSITIVE, {"lower": 0}, {"lemke": "yes"}),
     (COPOSITIVE, {"lower": -1, "upper": [INF, 2]}, {"lemke": "yes"}),
-    (COPOSITIVE, {"lower": [-INF, 0], "upper": [3, INF]}, {"lemke": "no"}),  # the standard form has -4
+    # The standard form has -4.
+    (COPOSITIVE, {"lower": [-INF, 0], "upper": [3, INF]}, {"lemke": "no"}),
     (COPOSITIVE, FREE, {"lemke": "no"}),
-    (SADDLE, FREE, {"lemke": "yes", "newton": "no"}),  # free variables need a semidefinite matrix for lemke
+    # Free variables need a semidefinite matrix for lemke.
+    (SADDLE, FREE, {"lemke": "yes", "newton": "no"}),
     (TRIANGULAR, FREE, {"lemke": "no", "newton": "yes"}),  # and a P-matrix for newton
-    (LARGE, {"upper": 0.5}, {"lemke": "yes"}),  # upper bounds do not count towards its limit
+    # Upper bounds do not count towards its limit.
+    (LARGE, {"upper": 0.5}, {"lemke": "yes"}),
     (eye_array(6000, format="csr"), {"lower": 0}, {"lemke": "no"}),
 ]
 

@@ -252,7 +252,8 @@ def test_a_point_that_only_the_margin_admits_is_none() -> None:
     system = DualSimplex(np.eye(2), np.array([-1.0, -1.0]))
     assert system.feasible() is None
     assert system.point() is not None
-    assert system.vanish(0) is None  # z_1 = 0, and w_1 = delta z_2 - 1 >= 0 for a z_2 of 5e8
+    # z_1 = 0, and w_1 = delta z_2 - 1 >= 0 for a z_2 of 5e8.
+    assert system.vanish(0) is None
     assert system.point() is None
 
 

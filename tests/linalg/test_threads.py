@@ -30,8 +30,8 @@ from lcpcli.linalg import threads
 from lcpcli.linalg.threads import limited
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")
-# What a command sees: whether numpy was loaded when it settled the number, what the environment then said, and what
-# the BLAS made of it.
+# What a command sees: whether numpy was loaded when it settled the number, what the
+# environment then said, and what the BLAS made of it.
 COMMAND = """
 import atexit, json, os, sys
 from lcpcli.cli import bench, problems
@@ -234,7 +234,8 @@ except lcpcli.errors.OptionError as error:
 
 
 PROBLEMS = 50
-# Some M are so large that calls limit the threads of the BLAS, and the factors of the largest are kept.
+# Some M are so large that calls limit the threads of the BLAS, and the factors of the
+# largest are kept.
 FAMILIES = {"harker-pang": (6, 120, 220), "near-singular": (8, 210), "bimatrix": (4,), "obstacle": (100,)}
 
 
@@ -271,7 +272,8 @@ def solved(given: list[Problem], together: Barrier | None = None) -> list[Any]:
 def test_results_of_two_threads_are_those_of_one(seeds: tuple[int, int]) -> None:
     one, other = problems(0), problems(1)
     given = [(one, other)[seed] for seed in seeds]
-    with limited(1):  # for small problems too, which older versions of OpenBLAS share among threads
+    # For small problems too, which older versions of OpenBLAS share among threads.
+    with limited(1):
         solved(one)  # loads everything
         alone, together = list(map(solved, given)), Barrier(2)
         with ThreadPoolExecutor(2) as threads:

@@ -140,7 +140,8 @@ def test_units_of_a_large_matrix_are_found_by_blocks_of_rows() -> None:
     assert found.parts == whole.parts == 1
     for own, other in ((found.rows, whole.rows), (found.columns, whole.columns)):
         assert np.ptp(own - other) <= 1e-9
-    means = np.log2(np.abs(M[:3])).mean(axis=1)  # by which the measure bounds the units of few rows
+    # By which the measure bounds the units of few rows.
+    means = np.log2(np.abs(M[:3])).mean(axis=1)
     assert np.allclose(means + found.rows[:3], means[0] + found.rows[0], atol=1e-9)
 
 

@@ -229,7 +229,8 @@ def test_sparse_infeasible_problems_are_proved_so() -> None:
         assert run(Problem(M, -np.ones(n))).status is Status.INFEASIBLE
 
 
-OF_HIGHS = ("HiGHS", "THIRD_PARTY_NOTICES")  # in the lines that its version 1.16 prints once in a process
+# In the lines that its version 1.16 prints once in a process.
+OF_HIGHS = ("HiGHS", "THIRD_PARTY_NOTICES")
 
 
 def test_structurally_singular_blocks_print_nothing(capfd: pytest.CaptureFixture[str]) -> None:
@@ -251,7 +252,9 @@ def test_interrupt_reaches_the_solver_of_programs(tmp_path: Path) -> None:
     with subprocess.Popen([*command, "--format", "json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         maps, deadline = Path(f"/proc/{process.pid}/maps"), time.monotonic() + 30.0
         while maps.exists() and "highs" not in maps.read_text() and time.monotonic() < deadline:
-            time.sleep(0.05)  # until the solver is loaded, which takes longer where other processes are busy
+            # Until the solver is loaded, which takes longer where other processes are
+            # busy.
+            time.sleep(0.05)
         time.sleep(0.7)
         process.send_signal(signal.SIGINT)
         try:
@@ -269,7 +272,8 @@ def test_scale_and_finish_are_added_to_the_literal_methods_in_the_open(method: s
     M, q = factor @ factor.T + 20 * np.eye(20), generator.standard_normal(20)
     plain, scaled = (solve(M, q, method, scale=scale, max_iterations=20000) for scale in (False, True))
     ticks, trace = count(), Trace()
-    limits, clock = Limits(tol=1e-13), lambda: float(next(ticks))  # so that the time for tries is the same every time
+    # So that the time for tries is the same every time.
+    limits, clock = Limits(tol=1e-13), lambda: float(next(ticks))
     finished = driver.run(Problem(M, q), method, scale=True, finish=True, limits=limits, trace=trace, clock=clock)
     assert (scaled.solved, scaled.iterations < plain.iterations) == (True, True)
     assert (finished.solved, trace.rows[-1].step) == (True, "finish")

@@ -49,7 +49,8 @@ def solved(problem: Problem) -> Result:
     return result
 
 
-# With each third row once more, 2003 has rows that are 0 = 0 but for rounding, which differs between processors.
+# With each third row once more, 2003 has rows that are 0 = 0 but for rounding, which
+# differs between processors.
 @pytest.mark.parametrize("seed", [2001, 2002, *range(2004, 2008)])
 def test_programs_are_solved_in_all_units_and_with_dependent_rows(seed: int) -> None:
     rows = random_program(seed, kind="minimum")

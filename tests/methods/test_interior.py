@@ -70,7 +70,8 @@ def test_programs_without_a_feasible_point_or_a_minimum_are_refuted(sparse: bool
 
 MODELS = [(family, 40) for family in ("portfolio", "control", "transport", "circuit", "spatial-prices", "qp", "lp")]
 MODELS += [("portfolio", 300), ("transport", 300), ("control", 300)]
-MODELS += [("control", 10_000)]  # small components lose their digits in differences from the reference point
+# Small components lose their digits in differences from the reference point.
+MODELS += [("control", 10_000)]
 
 
 @pytest.mark.parametrize(("family", "n"), MODELS)

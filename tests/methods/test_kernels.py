@@ -108,7 +108,8 @@ def test_stored_zeros_tie_no_components_together() -> None:
 
 
 def test_no_component_of_a_degenerate_solution_is_negative() -> None:
-    rng, n = np.random.default_rng(0), 24  # more than those whose small numbers exact arithmetic decides
+    # More than those whose small numbers exact arithmetic decides.
+    rng, n = np.random.default_rng(0), 24
     for _ in range(300):
         M = rng.standard_normal((n, n))
         M = M @ M.T + 0.1 * np.eye(n)
@@ -131,7 +132,8 @@ def test_small_numbers_beside_large_ones_are_left_to_exact_arithmetic_only_where
 def test_each_matrix_of_many_is_measured_by_itself() -> None:
     M, Q = np.array([[[2.0**49]], [[2.0**51]]]), np.array([[-(2.0**49)], [-(2.0**49)]])
     found = direct_many(M, Q, np.abs(M).max(axis=(1, 2)), 1e-10)[1]
-    assert found[:, 0].tolist() == [CERTAIN, NOTHING]  # an entry of M from 2^50 on is too long a number
+    # An entry of M from 2^50 on is too long a number.
+    assert found[:, 0].tolist() == [CERTAIN, NOTHING]
 
 
 def test_one_matrix_of_many_q_is_that_of_each_block() -> None:

@@ -99,7 +99,8 @@ def test_iterates_are_complementary_and_their_F_is_minus_the_covering_vector() -
         covers.append(-F.min())
     assert covers[0] == pytest.approx(-problem.q.min(), rel=1e-14)
     assert covers[-1] <= 1e-12
-    assert sorted(covers, reverse=True) == covers  # M is positive definite: z_0 falls along the path
+    # M is positive definite: z_0 falls along the path.
+    assert sorted(covers, reverse=True) == covers
 
 
 def test_every_pivot_is_an_iteration_and_a_row_of_the_trace_and_the_start_is_not_used() -> None:
@@ -115,7 +116,8 @@ def test_every_pivot_is_an_iteration_and_a_row_of_the_trace_and_the_start_is_not
 @pytest.mark.parametrize(
     ("y", "M", "q"),
     [
-        # by the multipliers of z_0, as the ray proves nothing; in doubles, and in integers
+        # by the multipliers of z_0, as the ray proves nothing; in doubles, and in
+        # integers
         ([0, 1, 0], [[-2, -1, 1], [-0.5, -0.5, -2], [0.5, 0.5, -1]], [1.5, -1.5, 1.5]),
         ([0, 1, 0], [[-4, -2, 2], [-1, -1, -4], [1, 1, -2]], [3, -3, 3]),
     ],
@@ -219,7 +221,8 @@ def test_a_path_reaches_the_minimizer_of_most_programs_with_equations_whose_rows
         M = units[:, np.newaxis] * np.block([[G @ G.T, -A.T], [A, np.zeros((m, m))]])
         lower = np.append(np.zeros(k), np.full(m, -np.inf))
         solved += run(Problem(M, units * np.append(c, -A @ x), lower=lower), "lemke").solved
-    assert solved >= 36  # without units of rows and columns, a third of the paths end on rays
+    # Without units of rows and columns, a third of the paths end on rays.
+    assert solved >= 36
 
 
 def test_a_contradiction_that_the_tolerance_hides_does_not_end_a_run_of_auto() -> None:

@@ -156,7 +156,8 @@ TINY = [([[2.0]], [-1.0], [0.5]), ([[2e-9]], [-1e5], [5e13]), ([[0, 1], [-1, 0]]
 @pytest.mark.parametrize("method", ["auto", "lemke", "milp"])
 def test_known_solutions_are_found_and_systems_with_hilbert_matrices_solved(method: str) -> None:
     known = [families.make(name, n) for name, n in (*KNOWN.items(), ("murty", 8), ("diagonal", 13))]
-    known += [Problem(known[4].M, -np.ones(9), solutions=[np.full(9, 1 / 3)])]  # of Ben Gharbia and Gilbert, q = -e
+    # Of Ben Gharbia and Gilbert, q = -e.
+    known += [Problem(known[4].M, -np.ones(9), solutions=[np.full(9, 1 / 3)])]
     known += [Problem(M, q, solutions=[z]) for M, q, z in TINY] + [Problem([[-1]], [1]), Problem([[0]], [0])]
     known += [Problem(1 / (np.arange(n)[:, None] + np.arange(n) + 1.0), -np.ones(n)) for n in (2, 5, 8, 12)]
     for problem in known:

@@ -152,8 +152,10 @@ def test_boxes_at_rest_are_solved_with_their_velocities_as_free_variables(boxes:
 @pytest.mark.parametrize(
     ("M", "q", "lower", "y"),
     [
-        ([[0, 0, 1], [0, 0, 1], [-1, -1, 0]], [1, 1, -1], [0, 0, -INF], [0, 0, 1]),  # z_1 + z_2 = -1, the other sign
-        ([[0, 0, 0], [0, 0, -1], [0, 1, 0]], [0, 0, 1], [0, 0, -INF], [0, 0, -1]),  # w_3 = z_2 + 1 = 0
+        # z_1 + z_2 = -1, the other sign.
+        ([[0, 0, 1], [0, 0, 1], [-1, -1, 0]], [1, 1, -1], [0, 0, -INF], [0, 0, 1]),
+        # w_3 = z_2 + 1 = 0.
+        ([[0, 0, 0], [0, 0, -1], [0, 1, 0]], [0, 0, 1], [0, 0, -INF], [0, 0, -1]),
         # y has the sign that leaves out the free variable
         ([[1, 1], [1, -1]], [0, -1], [-INF, 0], [-1, 1]),
         ([[1, 1], [-2, -3]], [-1, -1], [-INF, 0], [2, 1]),

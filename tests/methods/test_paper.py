@@ -71,7 +71,8 @@ TABLE_2 = {
     50: "0.0000000 0.5172239 0.5861902 0.0000000",
     55: "0.0000000 0.5172388 0.5862079 0.0000000",
     60: "0.0000000 0.5172428 0.5862107 0.0000000",
-    65: "0.0000000 0.5172428 0.5862093 0.0000000",  # printed 0,5860930: digits transposed
+    # Printed 0,5860930: digits transposed.
+    65: "0.0000000 0.5172428 0.5862093 0.0000000",
     70: "0.0000000 0.5172421 0.5862079 0.0000000",
     75: "0.0000000 0.5172416 0.5862071 0.0000000",
     79: "0.0000000 0.5172414 0.5862069 0.0000000",  # printed 0,5172424
@@ -111,7 +112,8 @@ def computed_split(p: float, x: float) -> tuple[float, float]:
     return float(z[0]), float(w[0])
 
 
-@pytest.mark.parametrize("p", [2.0**-10, 1.0, 8.0, 2.0**40, 2.0**996])  # so that p x is exact
+# So that p x is exact.
+@pytest.mark.parametrize("p", [2.0**-10, 1.0, 8.0, 2.0**40, 2.0**996])
 def test_phi_and_its_slope_agree_with_60_digits_and_neither_smoothed_z_nor_w_cancels(p: float) -> None:
     for x in np.array([0.0, 1e-9, 1e-3, 0.5, -0.5, 3.0, -30.0, 300.0, -700.0, 700.0]) / p:
         phi, steepness = exact_modulus(p, float(x))
@@ -263,7 +265,8 @@ def test_alpha_maximises_the_cosine_among_all_alphas_that_descend() -> None:
         a, b = np.linalg.lstsq(np.column_stack((u, w)), s, rcond=None)[0]
         assert np.allclose(a * u + b * w, s)
         alpha = a / (a + b) if abs(a + b) > 1e-9 * (abs(a) + abs(b)) else math.inf
-        assert alpha == math.inf or a + b > 0  # otherwise s would be a negative multiple of a candidate
+        # Otherwise s would be a negative multiple of a candidate.
+        assert alpha == math.inf or a + b > 0
         sides.add(side)
     assert sides == {-1, 1}
 
@@ -271,7 +274,8 @@ def test_alpha_maximises_the_cosine_among_all_alphas_that_descend() -> None:
 @pytest.mark.parametrize(
     ("d", "step", "toward"),
     [
-        ([-1.0, -1.0], PLANE, [-1.0, 0.5]),  # both ascend, no finite alpha is best: sign <u - v, d> (u - v)
+        # Both ascend, no finite alpha is best: sign <u - v, d> (u - v)
+        ([-1.0, -1.0], PLANE, [-1.0, 0.5]),
         ([1.0, 2.0], AVERAGE, [0.5, 0.25]),  # both descend equally
         ([-1.0, -2.0], STEEPEST, [-1.0, -2.0]),  # both ascend equally
     ],
@@ -293,8 +297,10 @@ def test_steepest_descent_is_taken_without_a_last_step_to_learn_from() -> None:
 
 def test_what_cannot_be_divided_by_leaves_a_direction_of_descent() -> None:
     for vectors in (
-        ([1.0, 1.0, 0.0], [0.0, 0.0, 2.0], [1.0, 0.0, 0.0], [1.0, 2.0, 3.0]),  # xi_1 infinite
-        ([1.0, 1.0, 0.0], [0.0, 0.0, 2.0], [0.0, 0.0, 1.0], [1.0, 2.0, 3.0]),  # xi_2 zero
+        # xi_1 infinite.
+        ([1.0, 1.0, 0.0], [0.0, 0.0, 2.0], [1.0, 0.0, 0.0], [1.0, 2.0, 3.0]),
+        # xi_2 zero.
+        ([1.0, 1.0, 0.0], [0.0, 0.0, 2.0], [0.0, 0.0, 1.0], [1.0, 2.0, 3.0]),
         ([1.0, 2.0], [-3.0, -6.0], [1.0, 0.5], [-1.0, 0.1]),  # u and v parallel
     ):
         F, v, y, d = map(np.array, vectors)
@@ -347,7 +353,8 @@ def test_evaluations_of_a_search_in_vain_are_counted(monkeypatch: pytest.MonkeyP
     [
         (Problem([[2.0]], [-1e-200]), "underflows"),
         (Problem(EXAMPLE_1.M, EXAMPLE_1.q * 1e200, x0=np.zeros(4)), "overflow"),
-        (Problem([[-1.0]], [-1.0], x0=[0.0]), "stationary"),  # where phi' = 0 makes J = M + 1 = 0: no zero of F~
+        # Where phi' = 0 makes J = M + 1 = 0: no zero of F~
+        (Problem([[-1.0]], [-1.0], x0=[0.0]), "stationary"),
     ],
 )
 def test_what_it_cannot_go_on_from_is_a_breakdown_that_says_so(problem: Problem, word: str) -> None:
@@ -411,7 +418,8 @@ def test_auto_omega_is_near_the_best_for_positive_definite_matrices(seed: int, s
 
 
 def test_auto_omega_of_other_matrices_is_the_largest_diagonal_entry() -> None:
-    rows_exchanged = [[2, 1, 2, -2], [1, 1, 2, -1], [2, 2, 1, -1], [-2, -1, -1, 2]]  # then all pivots are positive
+    # Then all pivots are positive.
+    rows_exchanged = [[2, 1, 2, -2], [1, 1, 2, -1], [2, 2, 1, -1], [-2, -1, -1, 2]]
     others = [([[1, 2], [2, 1]], 1), ([[0, -5], [1, 0]], 5), ([[0, 0], [0, 0]], 1), (rows_exchanged, 2)]
     for M, omega in [([[1, 2], [-1, 3]], 3), *others]:
         dense = np.array(M, dtype=float)

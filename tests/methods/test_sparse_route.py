@@ -323,5 +323,6 @@ def test_a_solution_that_reaches_far_along_a_shuffled_chain_takes_few_steps(diag
     q[[0, 1, n // 2]] = -30.0, 0.0, -30.0
     result = lcpcli.solve(chain[order][:, order], q)
     assert result.solved
-    assert np.count_nonzero(result.z) > 500  # each step of newton finds the neighbours of the last ones
+    # Each step of newton finds the neighbours of the last ones.
+    assert np.count_nonzero(result.z) > 500
     assert result.iterations < 100

@@ -117,7 +117,8 @@ def test_definitions_of_free_variables_are_substituted_exactly(seed: int) -> Non
 
 
 SUM, TWICE = [[2, 0, -1], [0, 2, -1], [1, 1, 0]], [[0, 1, 2], [-1, 0, 0], [-2, 0, 0]]
-# The rule, the problem by M, q, l and u, the columns that are left, and the z that comes back from a solution.
+# The rule, the problem by M, q, l and u, the columns that are left, and the z that
+# comes back from a solution.
 EXAMPLES = [
     ("fixed variables", (np.eye(2), [-1, 5], [0, 2], [INF, 2]), [0], [1, 2]),
     ("rows of one sign", ([[2, 1], [0, 1]], [-6, 1], 0, [INF, 4]), [0], [3, 0]),
@@ -232,7 +233,8 @@ def test_conditions_of_linear_programs_are_monotone_however_they_are_written(see
     change = presolved(problem)
     assert not is_semidefinite(problem.M)
     assert is_semidefinite(change.problem.M)
-    assert change.kept.size <= 48  # of 79: x, its bounds, which are rows here, 18 equations and inequalities
+    # Of 79: x, its bounds, which are rows here, 18 equations and inequalities.
+    assert change.kept.size <= 48
     result = lcpcli.run(problem)
     assert result.solved
     assert "milp" not in result.route
@@ -332,7 +334,8 @@ def random_problem(random: Generator, most: int = 6) -> Problem:
 
 def bounds(random: Generator, n: int) -> tuple[Vector, Vector]:
     low, high = np.sort(random.integers(-2, 3, (2, n)), axis=0).astype(float)
-    kind = random.integers(7, size=n)  # 0 and 1: z >= 0; 2: one more lower bound; 3: an upper one; 4: both; 5: fixed
+    # 0 and 1: z >= 0; 2: one more lower bound; 3: an upper one; 4: both; 5: fixed.
+    kind = random.integers(7, size=n)
     lower = np.select([kind <= 1, np.isin(kind, (2, 4, 5))], [0.0, low], -np.inf)
     return lower, np.select([np.isin(kind, (3, 4)), kind == 5], [high, low], np.inf)
 
@@ -433,7 +436,8 @@ def linear_program(seed: int, written: str, infeasible: bool = False) -> Problem
     return Problem(csr_array(M[order][:, order]), q[order], lower=lower[order], upper=np.inf)
 
 
-OUTSIDE = (-0.5, 0.0, 1 - 2.0**-53, 1.0, 1.5)  # or as near to a bound as rounding may have moved it
+# Or as near to a bound as rounding may have moved it.
+OUTSIDE = (-0.5, 0.0, 1 - 2.0**-53, 1.0, 1.5)
 
 
 @pytest.mark.parametrize(("at", "is_inside"), [(0.5, True), *((at, False) for at in OUTSIDE)])

@@ -137,7 +137,8 @@ def test_vectors_are_taken_in_any_form(wrap: Callable[[Any], Any]) -> None:
     assert lcpcli.solve(A, wrap(B), z0=wrap(-B)).solved
     assert lcpcli.solve(A, wrap(B), "shi", x0=wrap(x0), x1=wrap(x0 + 1)).solved
     assert lcpcli.solve(A, B, lower=wrap(0 * B), upper=wrap(upper)).z.tolist() == [1, 2.5]
-    if np.shape(wrap(upper)) != (1, 2):  # one number for each column of a problem of one unknown
+    # One number for each column of a problem of one unknown.
+    if np.shape(wrap(upper)) != (1, 2):
         assert [result.solved for result in lcpcli.solve_many(A, np.tile(B, (5, 1)).T, upper=wrap(upper))] == 5 * [True]
     problem = lcpcli.Problem(A, wrap(B), solutions=[wrap(z)], x0=wrap(x0), x1=wrap(x0 + 1))
     assert lcpcli.run(problem, "shi").solved

@@ -93,7 +93,9 @@ def sparsely(pair: Pair) -> Pair:
 
 
 DATA = ("M", "q", "lower", "upper")
-SCALE = 64  # data and changes are multiples of 1 / SCALE: with a STEP that is a power of 2, nothing is rounded
+# Data and changes are multiples of 1 / SCALE: with a STEP that is a power of 2, nothing
+# is rounded.
+SCALE = 64
 STEP = 2.0**-24
 
 

@@ -182,7 +182,8 @@ def test_components_that_are_nearly_at_a_kink_are_not(power: int) -> None:
     assert found.strongly_regular
 
 
-@pytest.mark.parametrize("M", [[[0, 1], [1, 0]], [[1, 1], [1, 1]]])  # without a solution, and with several
+# Without a solution, and with several.
+@pytest.mark.parametrize("M", [[[0, 1], [1, 0]], [[1, 1], [1, 1]]])
 def test_a_function_that_does_not_depend_on_z_has_the_gradient_0(M: Any) -> None:
     result = lcpcli.solve(M, [-1, 1] if M[0][0] == 0 else [-1, -1])
     for J in (None, np.eye(2)):
@@ -266,7 +267,8 @@ def test_kinks_singular_and_unsolved_problems_are_those_of_their_results(
     assert_as_one_by_one(batch_of(M, q, lower=bounds[0], upper=bounds[1]), g, changes, J, sided)
 
 
-M, Q = [np.eye(2), [[0.0, 1], [1, 0]], np.ones((2, 2))], [[-1.0, -2], [-1, 1], [-1, -1]]  # one has no solution
+# One has no solution.
+M, Q = [np.eye(2), [[0.0, 1], [1, 0]], np.ones((2, 2))], [[-1.0, -2], [-1, 1], [-1, -1]]
 
 
 def test_the_first_problem_without_derivatives_is_named_or_its_row_is_nan() -> None:
@@ -289,7 +291,8 @@ def test_what_is_given_without_a_first_dimension_is_the_same_for_all() -> None:
     assert batch.derivative(dq=[1, 1], J=[[1, 0]]).z.tolist() == [[-1.0], [-0.5]]
 
 
-METHODS = ("interior", "lemke", "auto")  # whose z is within the set of solutions, or a vertex of it
+# Whose z is within the set of solutions, or a vertex of it.
+METHODS = ("interior", "lemke", "auto")
 
 
 def contacts(random: Generator) -> tuple[Vector, Vector, Vector]:

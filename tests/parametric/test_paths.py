@@ -294,7 +294,8 @@ def check_breakpoints(found: Path) -> None:
     for t, z in zip(found.t.tolist(), found.z, strict=True):
         if np.count_nonzero(found.t == t) == 1:
             problem = found.family.at(t)
-            if (np.abs(z[z != 0]) >= np.finfo(float).tiny).all():  # others are rounded to the grid near 0
+            # Others are rounded to the grid near 0.
+            if (np.abs(z[z != 0]) >= np.finfo(float).tiny).all():
                 assert relative_residual(problem, z) <= 1e-10
             assert lcpcli.check(problem, z).accepted
 
@@ -332,7 +333,8 @@ def test_each_breakpoint_of_a_verified_path_solves_its_problem(make: Callable[[i
     ("ends", "t", "z", "states", "is_verified"),
     [
         ((-1, 1), [0, 0.5, 1], [1, 0, 0], [0, -1], True),
-        ((-1, 1), [0, 1], [1, 0], [0], False),  # basic throughout, although w is 1 at the end
+        # Basic throughout, although w is 1 at the end.
+        ((-1, 1), [0, 1], [1, 0], [0], False),
         ((1, -1), [0, 0.5, 1], [0, 0, 1], [-1, 0], True),
         ((1, -1), [0, 1], [0, 1], [0], False),  # the ends alone are solutions
         ((-1, 1), [0.5, np.inf], [0, 1], [0], False),
@@ -406,15 +408,18 @@ def test_of_a_segment_of_solutions_the_nearer_end_is_the_start(z: list[float], s
     assert basic_states(problem, np.array(z), np.zeros(2), np.zeros(2, bool)).tolist() == states
 
 
-RAY = [[0, -2], [0, 1]]  # the ray in z1 is no proof, the multipliers of the rows are: z2 >= 4 and 2 - 2 z2 >= 0
+# The ray in z1 is no proof, the multipliers of the rows are: z2 >= 4 and 2 - 2 z2 >= 0.
+RAY = [[0, -2], [0, 1]]
 PROVED = "the second problem is proved to have no solution"
-ENDS: dict[str, tuple[Any, Any, Any, dict[str, Any], str, str, list[list[float]]]] = {  # z is of both ends
+# z is of both ends.
+ENDS: dict[str, tuple[Any, Any, Any, dict[str, Any], str, str, list[list[float]]]] = {
     "z overflows": ([[1e-300]], [1], [-1e300], {}, "breakdown", "z is too large for double precision", [[0], [0]]),
     "its end is small beside its beginning": ([[1]], [-1e16], [-1], {}, "reached", "", [[1e16], [1]]),
     "no first point": ([[0]], [-1], [-1], {"exact": True}, "infeasible", "", []),
     "no first point, but a last one": ([[0]], [-1], [0], {"exact": True}, "infeasible", "", []),
     "a ray": (RAY, [2, 2], [2, -4], {}, "ray", PROVED, [[0, 0], [0, 1]]),
-    "one point": ([[0]], [0], [-1], {}, "ray", PROVED, [[0], [0]]),  # w is 0 at once, and no z helps
+    # w is 0 at once, and no z helps.
+    "one point": ([[0]], [0], [-1], {}, "ray", PROVED, [[0], [0]]),
 }
 
 

@@ -30,7 +30,8 @@ TOL, TIME_LIMIT = 1e-9, 20.0
 IN_CI = ("piqp", "daqp")  # the test extra has them: they are never skipped
 INDEFINITE = Problem([[0, 1], [1, 0]], [-1, -1])
 QUADRATIC = ("piqp", "clarabel", "osqp", "daqp", "highs")
-GENERAL = [name for name in peers.PEERS if name != "gambit"]  # those that take more than games
+# Those that take more than games.
+GENERAL = [name for name in peers.PEERS if name != "gambit"]
 COMPILED = """
 import sys
 import numpy as np
@@ -123,11 +124,13 @@ def test_gram_matrices_in_any_units_are_semidefinite_and_not_when_a_direction_is
     M = units[:, None] * M * units
     problem = Problem(sparse.csr_array(M) if stored_sparse else M, np.ones(n))
     assert (packages.not_convex(problem) == "") is not turned
-    hollow = Problem([[0, 1e-12 * turned], [1e-12 * turned, 1]], [1, 1])  # semidefinite only if its row is empty
+    # Semidefinite only if its row is empty.
+    hollow = Problem([[0, 1e-12 * turned], [1e-12 * turned, 1]], [1, 1])
     assert (packages.not_convex(hollow) == "") is not turned
 
 
-MODULES = {"highs": "highspy", "path-start": "gamspy_base", "gambit": "pygambit"}  # where it is not the name
+# Where it is not the name.
+MODULES = {"highs": "highspy", "path-start": "gamspy_base", "gambit": "pygambit"}
 
 
 @pytest.mark.parametrize("name", peers.PEERS)

@@ -89,7 +89,8 @@ def test_a_command_has_the_format_on_the_screen_or_in_an_output_file(
     if name != "bench":  # which is of times alone
         request.getfixturevalue("still")
     if name not in ("bench", "all solutions") or form != "html":
-        monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)  # without a figure
+        # Without a figure.
+        monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)
     file = f"out{FORMATS[form].suffix}"
     saved = lcp(*COMMANDS[name], "-o", file)
     assert (saved.code, saved.out) == (int(name == "check"), "")
@@ -108,7 +109,8 @@ def test_a_command_has_the_format_on_the_screen_or_in_an_output_file(
 
 def test_a_file_has_the_whole_reason_of_a_failure(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     """A wide table is folded or wrapped, and no cell is cut."""
-    monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)  # without a figure
+    # Without a figure.
+    monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)
     arguments = ("bench", EXAMPLE, "--method", "shi:p=10", "--method", "fixed-point:omega=1e9", "--budget", "0")
     assert lcp(*arguments, "-o", "record.json").code == 0
     statements = [row["statement"] for row in json.loads(Path("record.json").read_text())["measurements"]]
@@ -225,7 +227,8 @@ def test_numbers_are_powers_of_ten_and_nothing_is_advice_to_whoever_ran_it(lcp: 
         "solved": ("solve", EXAMPLE),
     }
     texts = {name: lcp(*words, "--format", "latex").out for name, words in commands.items()}
-    assert [text.count(r"\begin{tabular}") for text in texts.values()] == [1, 4, 1]  # a summary has its own
+    # A summary has its own.
+    assert [text.count(r"\begin{tabular}") for text in texts.values()] == [1, 4, 1]
     assert "z = (1, 0, 1, 0)" in texts["solved"]
     assert r"\label{tab:tridiagonal-100}" in texts["several problems"]
     assert r"$z_{100}$" in texts["several problems"]

@@ -108,8 +108,10 @@ def without_times(text: str) -> list[str]:
 @pytest.fixture(autouse=True)
 def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)  # no figures in pages, which take seconds
-    monkeypatch.setattr("lcpcli.report.tables.STAR", "")  # which of two methods is faster may differ
+    # No figures in pages, which take seconds.
+    monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)
+    # Which of two methods is faster may differ.
+    monkeypatch.setattr("lcpcli.report.tables.STAR", "")
 
 
 @given(st.text(st.characters()))

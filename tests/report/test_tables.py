@@ -60,7 +60,8 @@ def test_a_document_has_the_same_text_as_before(
     kind: str, session: Callable[..., None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("flint")
-    monkeypatch.setattr("lcpcli.report.tables.STAR", "")  # which of two methods is faster may differ
+    # Which of two methods is faster may differ.
+    monkeypatch.setattr("lcpcli.report.tables.STAR", "")
     for name, data in INPUTS.items():
         Path(f"{name}.json").write_text(json.dumps(data))
     session(kind)

@@ -29,7 +29,8 @@ from statistics import median
 from typing import Any
 
 HERE = Path(__file__).resolve().parents[2]
-LEAST, MOST, SAMPLE = 12, 200, 0.02  # pairs of a row, and seconds that a measurement should take
+# Pairs of a row, and seconds that a measurement should take.
+LEAST, MOST, SAMPLE = 12, 200, 0.02
 LIMIT = 1.05
 Call = Callable[[], Any]
 
@@ -70,7 +71,8 @@ def work() -> None:
             for _ in range(repetitions):
                 call()
             reply((processor_seconds() - start) / repetitions)
-        except Exception as error:  # reported as a row, as the other checkout may be able to do it
+        # Reported as a row, as the other checkout may be able to do it.
+        except Exception as error:
             reply(f"{type(error).__name__}: {error}")
 
 

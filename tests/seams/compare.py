@@ -19,7 +19,8 @@ import truth
 from record import Entry
 
 CLOSE = 1e-6  # relative to each number
-TINY = 1e-12  # relative to the largest number of a vector: below it, numbers count as equal
+# Relative to the largest number of a vector: below it, numbers count as equal.
+TINY = 1e-12
 SHOWN = 20  # differences that are printed for each field
 
 

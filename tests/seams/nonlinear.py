@@ -12,11 +12,13 @@ from record import GENEROUS_SECONDS, Case, Entry, main
 from lcpcli import solve_mcp
 
 NUMBER = 240
-TERMS: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {  # N and its slopes, component by component
+# N and its slopes, component by component.
+TERMS: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
     "cubic": (lambda z: z**3, lambda z: 3 * z**2),
     "exponential": (lambda z: np.exp(z / 2), lambda z: np.exp(z / 2) / 2),
     "logarithm": (lambda z: 2 * np.log(z + 1), lambda z: 2 / (z + 1)),
-    "none": (lambda z: 1 + np.exp(-z), lambda z: -np.exp(-z)),  # of free variables alone, with M = 0: no solution
+    # Of free variables alone, with M = 0: no solution.
+    "none": (lambda z: 1 + np.exp(-z), lambda z: -np.exp(-z)),
 }
 JACOBIANS = ("right", "wrong", "missing")
 NOT_SOLVED = 1e-6  # a natural residual, in the units of F, that no solution has

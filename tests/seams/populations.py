@@ -22,7 +22,8 @@ FIXED_FAMILIES = (  # without random numbers
     *("all-cones", "fathi", "ben-gharbia-gilbert", "kostreva", "growth", "hilbert", "diagonal"),
 )
 FAMILIES = RANDOM_FAMILIES + FIXED_FAMILIES
-GRID = 4096  # steps of the numbers in 1, so that products with small integers are not rounded
+# Steps of the numbers in 1, so that products with small integers are not rounded.
+GRID = 4096
 
 
 def in_uneven_units(problem: Problem, random: Generator, decades: int, base: int) -> Problem:

@@ -20,7 +20,8 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
-for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):  # the order of sums must not depend on threads
+# The order of sums must not depend on threads.
+for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 sys.path.append(str(Path(__file__).parents[1]))  # for what the tests share
 
@@ -87,7 +88,9 @@ def _arguments(takes_data: bool) -> argparse.Namespace:
 def _outcome(case: Case, outcome: Callable[[Case, Any], Entry]) -> Entry:
     try:
         return outcome(case, case.make())
-    except Exception as error:  # what a call raises is what it did: it is recorded and compared like any other outcome
+    # What a call raises is what it did: it is recorded and compared like any other
+    # outcome.
+    except Exception as error:
         return {"status": f"{type(error).__name__}: {error}"}
 
 

@@ -12,8 +12,10 @@ from scipy import sparse
 from scipy.sparse import csgraph, linalg
 
 TOL = 2e-10  # twice that of the program, as units from least squares have few digits
-NOISE = 1e-13  # of the largest component: what is removed from z before it is measured a third time
-NEAR = 1e-6  # distance of a z from an exact solution with its states, relative to each component
+# Of the largest component: what is removed from z before it is measured a third time.
+NOISE = 1e-13
+# Distance of a z from an exact solution with its states, relative to each component.
+NEAR = 1e-6
 MOST_ENUMERATED, MOST_STATES = 6, 729
 MOST_EXACT = 20  # unknowns up to which the states of z are solved exactly
 NO_SOLUTION = ("infeasible", "unsolvable")

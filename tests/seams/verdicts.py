@@ -15,7 +15,8 @@ from record import GENEROUS_SECONDS, Case, Entry, exact, main, of_result
 
 from lcpcli import Problem, read, read_nl, run, solve_mcp
 
-RANDOM = 20_000  # random problems, of ten kinds in turn, with other bounds than 0 and infinity or not
+# Random problems, of ten kinds in turn, with other bounds than 0 and infinity or not.
+RANDOM = 20_000
 COMPILED = 4  # one random problem in so many is solved with compiled kernels
 MOST_STEPS = 2000  # for problems in files, some of which are hard
 SIZES = (3, 10, 40)

@@ -19,7 +19,8 @@ from lcpcli.typing import Vector
 
 from .. import exact_measure
 
-LIE = "by a proof that there is no need to look at"  # the statement of false certificates
+# The statement of false certificates.
+LIE = "by a proof that there is no need to look at"
 
 
 class Liar:
@@ -42,7 +43,8 @@ class Liar:
         """Make it yield these iterates and end like this."""
         moved = problem.reference_z is not None
 
-        def liar(own: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method has it)
+        # Every method has it.
+        def liar(own: Problem, x0: Vector) -> Stage:  # noqa: ARG001
             for step in steps:
                 yield step._replace(x=shifted(problem).start(step.x)) if moved else step
             return ending(own) if callable(ending) else ending or Finished()

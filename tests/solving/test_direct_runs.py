@@ -122,7 +122,8 @@ def test_what_is_said_to_be_solved_has_a_small_residual_or_is_said_to_be_rounded
     distance: float,
 ) -> None:
     """Rounding of z, whose entries reach 10^10 and more, leaves a w of up to 10^-3 where z > 0 and |q_i| = 1."""
-    M, q = np.eye(21), -np.ones(21)  # more unknowns than those for which exact arithmetic decides
+    # More unknowns than those for which exact arithmetic decides.
+    M, q = np.eye(21), -np.ones(21)
     M[:2, :2] = [[1.1, -0.3], [-0.3, 0.09 / 1.1 * (1 + distance)]]
     batches = [lcpcli.solve_many(np.array([M, M]), np.array([q, q]), compiled=fast) for fast in (False, True)]
     for result in (lcpcli.solve(M, q), batches[0][0], batches[1][0]):

@@ -219,7 +219,8 @@ def test_seconds_of_the_iterates_and_the_parts_of_the_run_add_up_to_the_whole(me
     assert [row.seconds for row in trace.rows] == sorted({row.seconds for row in trace.rows})
     assert trace.rows[-1].seconds <= result.seconds
     assert result.seconds == result.setup_seconds + result.solve_seconds + result.verify_seconds
-    # each iterate takes a tick to be made, one to be measured before it is kept, and one after it
+    # each iterate takes a tick to be made, one to be measured before it is kept, and
+    # one after it
     spent = [later.seconds - earlier.seconds for earlier, later in itertools.pairwise(trace.rows)]
     assert set(spent[1:]) <= {3.0}
 
@@ -344,7 +345,8 @@ def test_ctrl_c_while_iterates_are_kept_leaves_the_result() -> None:
     assert error.value.result.solved
 
 
-SWAPS = Problem(np.kron(np.eye(3), [[0, 1], [1, 0]]), -np.ones(6))  # with faces of solutions
+# With faces of solutions.
+SWAPS = Problem(np.kron(np.eye(3), [[0, 1], [1, 0]]), -np.ones(6))
 
 
 def test_a_run_that_is_part_of_another_one_ends_with_it() -> None:

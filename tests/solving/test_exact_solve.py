@@ -90,7 +90,8 @@ def test_hilbert_matrix_of_twenty_in_fractions_and_in_doubles() -> None:
     assert oracle.solves(problem, prove(lambda: ExactProblem.of_floats(problem), lost).exact.z)
 
 
-# z1 = 1 and z2 = 3 are forced; then 0.3 z1 - 0.1 z2 = 0 holds in decimals, and not in doubles
+# z1 = 1 and z2 = 3 are forced; then 0.3 z1 - 0.1 z2 = 0 holds in decimals, and not in
+# doubles
 NARROW_ROWS = [[0.3, -0.1], [-0.3, 0.1], [1, 0], [-1, 0], [0, 1], [0, -1]]
 NARROW = [[*row, 0, 0, 0, 0] for row in NARROW_ROWS], [0, 0, -1, 1, -3, 3]
 
@@ -99,7 +100,8 @@ def test_doubles_are_taken_as_they_are() -> None:
     assert lcpcli.exact(Problem(*NARROW)).exact.status is not Status.SOLVED
 
 
-FACE = '{"M": [[3, 3, 0], [1, -2, 3], [1, 0, 0]], "q": [-10, -3.3333333333333335, 0]}'  # its z has states of its own
+# Its z has states of its own.
+FACE = '{"M": [[3, 3, 0], [1, -2, 3], [1, 0, 0]], "q": [-10, -3.3333333333333335, 0]}'
 
 
 def test_solution_far_from_the_point_in_doubles_is_found_by_the_search_or_there_is_no_proof(

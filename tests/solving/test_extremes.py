@@ -264,7 +264,8 @@ def use(problem: Problem, random: np.random.Generator) -> None:
             continue
 
 
-MOST = {0, 2, 4, 5, 8, 11, 12, 16, 23, 24}  # seeds that reach nearly all lines that all reach
+# Seeds that reach nearly all lines that all reach.
+MOST = {0, 2, 4, 5, 8, 11, 12, 16, 23, 24}
 HOSTS: tuple[tuple[dict[str, Any], set[int]], ...] = (({"all": "raise"}, MOST), ({}, {1, 23}))
 
 

@@ -131,7 +131,8 @@ def test_point_that_nearly_looks_like_a_solution_is_refused(name: str, liar: Lia
         assert_refused_or_corrected(liar.run(problem, [at(z, F)]))
 
 
-NOWHERE: dict[str, tuple[Problem, Any, Any]] = {  # without solution; from a point in a direction
+# Without solution; from a point in a direction.
+NOWHERE: dict[str, tuple[Problem, Any, Any]] = {
     "column of zeros": (Problem([[0, 1], [0, -1]], [-2, 1]), [0, 1.5], [1, 0]),
     "difference": (Problem([[1, -1], [-1, 1]], [-1, 0.5]), [0.75, 0], [1, 1]),
     "free variables": (Problem([[0, 1], [-1, 0]], [1, 1], lower=None, upper=[np.inf, -2]), [1, -2], [0, -1]),
@@ -151,7 +152,8 @@ def test_z_that_runs_off_to_infinity_solves_nothing(name: str, F: float | None, 
     steps = [at(start + 10.0**k * np.array(direction), F) for k in range(0, 308, 4)]
     results = [liar.run(problem, [step]) for step in steps[::5]]
     for result in (liar.run(problem, steps, declaration={"iterates": iterates}), *results):
-        if result.status is Status.INFEASIBLE:  # proved while the doubt about a large z is settled
+        # Proved while the doubt about a large z is settled.
+        if result.status is Status.INFEASIBLE:
             assert exact.refutes(problem, [Fraction(value) for value in result.certificate.vector.tolist()])
         else:
             assert_refused(result, "stalled", "diverged")
@@ -201,7 +203,8 @@ def test_basis_is_that_of_z_and_w_and_not_what_a_method_had_in_mind(name: str, l
     claimed = liar.run(problem, [at(off_by(problem, solution.z, 1e-11))])
     assert claimed.solved
     assert claimed.basis == solution.basis
-    # z = (1, 1) as if both were basic; but w_2 = 6, so that the second is rather at its bound
+    # z = (1, 1) as if both were basic; but w_2 = 6, so that the second is rather at its
+    # bound
     assert liar.run(Problem(np.eye(2), [-1, 5]), [at([1, 1])]).basis == ["basic", "lower"]
 
 
@@ -209,7 +212,8 @@ ULP = 2.0**-52
 IDENTITY = np.eye(2)
 TEXTBOOK = Problem([[0, -1], [1, 0]], [-1, -1])  # y = (1, 0)
 SWAP = Problem([[0, 1], [1, 0]], [-1, 1])  # feasible without solution
-COLUMN = np.array([7.7, -1.4, -6.232258064516128])  # in any order of summation, with or without fused products
+# In any order of summation, with or without fused products.
+COLUMN = np.array([7.7, -1.4, -6.232258064516128])
 MANY = Problem(diags_array([-np.ones(29), 3 * np.ones(30), -np.ones(29)], offsets=[-1, 0, 1]), -np.ones(30))
 FREE, BELOW, ABOVE, BOX = (-math.inf, math.inf), (0.0, math.inf), (-math.inf, 0.0), (0.0, 1.0)
 
@@ -272,7 +276,8 @@ def test_vector_that_proves_nothing_is_refused_in_rational_arithmetic_too(name: 
         assert not lcpcli.check(problem, y=fractions).accepted
         assert not ExactProblem.of_floats(problem).refuted_by(fractions)
     if "corrected" in name and not problem.is_mixed:
-        assert exact.feasible(problem)  # though rounding or a correction would spoil the vector
+        # Though rounding or a correction would spoil the vector.
+        assert exact.feasible(problem)
 
 
 def test_vector_that_is_wrong_in_other_variables_is_refused_in_all_of_them(liar: Liar) -> None:
@@ -292,7 +297,8 @@ def test_true_proof_of_the_same_method_is_believed(liar: Liar) -> None:
     result = liar.run(TEXTBOOK, ending=farkas([1, 0]))
     assert result.status is Status.INFEASIBLE
     assert proves_infeasible(TEXTBOOK, result.certificate.vector)
-    bounded = mixed(SWAP.M, SWAP.q, BELOW, (0.0, 9.0))  # through a standard form, in which integers remain integers
+    # Through a standard form, in which integers remain integers.
+    bounded = mixed(SWAP.M, SWAP.q, BELOW, (0.0, 9.0))
     for problem, declaration in ((SWAP, {}), (bounded, {"takes_bounds": False})):
         result = liar.run(problem, [], NoSolution(Certificate("exhaustion", "it is")), declaration)
         assert result.status is Status.UNSOLVABLE

@@ -257,7 +257,8 @@ def test_each_problem_of_a_batch_that_is_solved_in_parts_has_its_own_matrix() ->
 def test_the_share_of_a_problem_in_the_pivoting_counts_in_its_time_where_another_method_ends_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(many, "seconds", count(step=1e6).__next__)  # of the pivoting alone
+    # Of the pivoting alone.
+    monkeypatch.setattr(many, "seconds", count(step=1e6).__next__)
     M, q = [[[2.0, 1.0], [1.0, 2.0]], [[0.0, 0.0], [0.0, 0.0]]], [[-5.0, -6.0], [-1.0, -1.0]]
     batch = lcpcli.solve_many(M, q)
     assert batch.solved.tolist() == [True, False]

@@ -160,9 +160,10 @@ def test_every_statement_about_a_program_is_proved_in_fractions(count: int) -> N
     assert all(found[kind] >= max(1, count // 100) for kind in ("solved", "several", "infeasible", "unbounded")), found
 
 
-# W. Hock, K. Schittkowski, Test Examples for Nonlinear Programming Codes (1981); E. M. L. Beale, Cycling in the dual
-# simplex algorithm (1955); V. Klee, G. J. Minty, How good is the simplex algorithm? (1972), in V. Chvatal's form,
-# Linear Programming (1983), chapter 4.
+# W. Hock, K. Schittkowski, Test Examples for Nonlinear Programming Codes (1981); E. M.
+# L. Beale, Cycling in the dual simplex algorithm (1955); V. Klee, G. J. Minty, How good
+# is the simplex algorithm? (1972), in V. Chvatal's form, Linear Programming (1983),
+# chapter 4.
 HS_21: dict[str, Any] = {"Q": [[0.02, 0], [0, 2]], "c": [0, 0], "A": [[10, -1]], "b": [10], "constant": -100}
 HS_35: dict[str, Any] = {"Q": [[4, 2, 2], [2, 4, 0], [2, 0, 2]], "c": [-8, -6, -4], "A": [[1, 1, 2]], "constant": 9}
 HS_76: dict[str, Any] = {

@@ -114,7 +114,8 @@ def qpsolvers_names(p: dict[str, Any]) -> dict[str, Any]:
 
 def osqp_names(p: dict[str, Any], infinity: float = np.inf) -> dict[str, Any]:
     """The same program with the bounds as rows, and with that number for none."""
-    l, u = (np.concatenate((p[f"row_{side}"], p[side])) for side in ("lower", "upper"))  # noqa: E741 (its name there)
+    # Its name there.
+    l, u = (np.concatenate((p[f"row_{side}"], p[side])) for side in ("lower", "upper"))  # noqa: E741
     A = np.vstack((p["A"], np.eye(len(p["c"]))))
     return {"P": p["Q"], "q": p["c"], "A": A, "l": np.maximum(l, -infinity), "u": np.minimum(u, infinity)}
 

@@ -185,7 +185,8 @@ def test_results_are_those_of_linear_problems_where_F_is_linear() -> None:
 
 def test_errors_of_F_itself_are_not_hidden() -> None:
     def F(z: Vector) -> Vector:
-        return z @ np.ones((3, 3))  # shapes that do not fit: a ValueError, but no domain
+        # Shapes that do not fit: a ValueError, but no domain.
+        return z @ np.ones((3, 3))
 
     with pytest.raises(ValueError, match="matmul"):
         lcpcli.solve_mcp(F, x0=[1.0, 2.0])

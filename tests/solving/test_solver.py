@@ -108,7 +108,8 @@ def test_tridiagonal_m_matrices_are_solved_by_elimination_from_the_end_of_the_ba
     assert (eliminated.solved, eliminated.route) == (True, ("elimination",))
     assert eliminated.z == pytest.approx(alone.z, rel=1e-12)
     assert eliminated.basis == alone.basis
-    scattered = np.cos(np.linspace(0, 20, n))  # basic variables at neither end; then matrices that are no M-matrices
+    # Basic variables at neither end; then matrices that are no M-matrices.
+    scattered = np.cos(np.linspace(0, 20, n))
     for below, above in ((-1, -1), (1, 1), (-1, 1), (1, -1)):
         other = Solver(tridiagonal(below, 2.1, above, n)).solve(scattered)
         assert (other.solved, other.route == ("elimination",)) == (True, below < 0 > above)

@@ -217,7 +217,8 @@ def test_numbers_beyond_range_have_no_bound_and_no_traceback() -> None:
 
 
 def test_no_bound_is_claimed_where_no_theorem_holds() -> None:
-    multipliers = Problem([[2, -1], [1, 0]], [0, -1], lower=[0, -np.inf])  # semidefinite, with an equation
+    # Semidefinite, with an equation.
+    multipliers = Problem([[2, -1], [1, 0]], [0, -1], lower=[0, -np.inf])
     assert error_bound(multipliers, [1, 2]) is None
     assert error_bound(Problem([[1]], [1], lower=1e-200), [0]) is None
     assert error_bound(Problem([[1]], [1], lower=1e-100), [0]) is not None

@@ -58,9 +58,11 @@ def test_length_of_a_proof_does_not_matter_nor_whether_rounding_leaves_it_much_r
     assert proves_infeasible(Problem([[1, -1], [-1, 1 - ULP]], [-1, 0]), np.ones(2))
 
 
-NEARLY = 2.0**-29  # both free columns vanish for y = (1, 1.9, -1) alone, and nearly for (1, 1.9, 1)
+# Both free columns vanish for y = (1, 1.9, -1) alone, and nearly for (1, 1.9, 1)
+NEARLY = 2.0**-29
 PAIR = np.array([[1, -1 / 1.9 + NEARLY], [1, -1 / 1.9 - NEARLY]])
-FAR = np.zeros((4, 4))  # (M'y)_1 is 2^-60 for y = (0, 1, 1, 1), 0 in doubles, and z1 goes up to 2^66
+# (M'y)_1 is 2^-60 for y = (0, 1, 1, 1), 0 in doubles, and z1 goes up to 2^66.
+FAR = np.zeros((4, 4))
 FAR[1:, 0], FAR[1:, 1], FAR[1:, 2] = (1, 2.0**-60, -1), (1, -1, 0), (-1, 0, 1)
 FEASIBLE = {
     "solutions as large as 1 / eps": (Problem([[1, -1], [-1, 1 + ULP]], [-1, 0]), [1, 1]),
@@ -156,7 +158,8 @@ def test_problem_beyond_the_range_of_floats_when_equilibrated_has_no_proof() -> 
 
 
 def test_a_contradiction_by_less_than_rounding_is_not_clear() -> None:
-    problem = Problem([[0, 0], [1, 0]], [0, -2 - 1e-12], lower=[0, 0], upper=[2, INF])  # z1 >= 2 + 1e-12
+    # z1 >= 2 + 1e-12.
+    problem = Problem([[0, 0], [1, 0]], [0, -2 - 1e-12], lower=[0, 0], upper=[2, INF])
     assert not is_clear(problem, np.array([0.0, 1.0]))
 
 
@@ -292,7 +295,8 @@ def test_proof_for_integers_is_one_for_the_decimals_that_they_are_made_of(monkey
     assert found.y == [1, 100]
 
 
-ROUNDED_TO_FEASIBLE = (9, 13, 24, 27, 36, 50)  # seeds for which rounding leaves some z >= 0 with Mz + q >= 0
+# Seeds for which rounding leaves some z >= 0 with Mz + q >= 0.
+ROUNDED_TO_FEASIBLE = (9, 13, 24, 27, 36, 50)
 
 
 def infeasible(seed: int) -> Problem:

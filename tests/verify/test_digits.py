@@ -145,7 +145,8 @@ EXAMPLES: dict[str, tuple[Problem, dict[str, Any], list[int | None] | None]] = {
     "not solved": (Problem([[0, -1], [1, 0]], [-1, -1]), {}, None),
     "large by one unit in the last place": (Problem([[3, 0], [1, 1e-20]], [-1, UNIT]), {}, [ALL, 0]),
     "without that unit": (Problem([[3, 0], [1, 1e-20]], [-1, -0.3333333333333333]), {}, [ALL, None]),
-    # w_2 = 0 at z_2 = 0, by which z_1 moves, but no more than by rounding; and a row of zeros
+    # w_2 = 0 at z_2 = 0, by which z_1 moves, but no more than by rounding; and a row of
+    # zeros
     "what rounding cannot exchange": (Problem([[2, 1], [1, 2]], [-2, -1]), {}, [ALL, None]),
     "a row of zeros": (Problem([[0, 0], [0, 2]], [0, -1]), {}, [None, ALL]),
     "a vertex of a face": (Problem(np.ones((2, 2)), [-1, -1]), {"z0": [1, 0]}, [None, None]),
@@ -166,7 +167,8 @@ def test_digits_are_told_where_the_data_determine_them(name: str) -> None:
 
 
 def test_of_many_kinks_there_are_no_digits_either() -> None:
-    for n, alternate in ((100, DOUBLE_DIGITS), (400, None)):  # of too many kinks not all exchanges can be tried
+    # Of too many kinks not all exchanges can be tried.
+    for n, alternate in ((100, DOUBLE_DIGITS), (400, None)):
         M = 4 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
         z = np.arange(n) % 2
         assert run(Problem(M, -M @ z)).digits == [alternate if own else None for own in z]
@@ -206,7 +208,8 @@ def test_solutions_as_computed_and_as_printed_are_accepted(digits: str) -> None:
 def test_solutions_with_an_error_in_the_first_digit_are_wrong() -> None:
     for problem in problems():
         z = problem.solutions[0]
-        if z.any() and "growth" not in problem.name:  # its largest component hides the others
+        # Its largest component hides the others.
+        if z.any() and "growth" not in problem.name:
             other = z + 0.3 * np.abs(z).max() * (z > 0)
             kept, faults = without_wrong_solutions(replace(problem, solutions=(other,)))
             assert (kept.solutions, len(faults)) == ((), 1), problem.name

@@ -114,7 +114,8 @@ def test_degenerate_solutions_and_points_that_are_none_are_not_proved() -> None:
     double = NonlinearProblem(lambda z: [(z[0] - 1) ** 2], lambda z: [[2 * (z[0] - 1)]], lower=None, x0=[3.0])
     assert not proved_bound(enclosed(double), np.array([1.0])).proved
     outside = NonlinearProblem(lambda z: [z[0] ** 2 - 4], lambda z: [[2 * z[0]]], lower=0, upper=2, x0=[1.0])
-    assert not proved_bound(enclosed(outside), np.array([2 - 1e-17])).proved  # a zero of F at the bound
+    # A zero of F at the bound.
+    assert not proved_bound(enclosed(outside), np.array([2 - 1e-17])).proved
 
 
 def test_a_solution_that_has_another_one_beside_it_is_not_called_the_only_one() -> None:

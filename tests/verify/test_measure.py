@@ -327,7 +327,8 @@ def test_a_fixed_variable_is_measured_by_its_bound_where_its_unit_is_far_smaller
 
 
 def test_a_large_solution_that_is_enclosed_is_doubtful_if_other_entries_within_rounding_have_none() -> None:
-    problem = ring(60, 60 * 2.0**-52, sparse=True)  # its rows are so short that its system has bounds on rounding
+    # Its rows are so short that its system has bounds on rounding.
+    problem = ring(60, 60 * 2.0**-52, sparse=True)
     result = run(problem)
     assert result.status is Status.ILL_POSED
     assert result.certificate.is_rounded

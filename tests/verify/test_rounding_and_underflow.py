@@ -160,7 +160,8 @@ def solution_but_for_noise(problem: Problem) -> Vector:
 
 def test_entries_of_q_that_may_matter_count() -> None:
     few = with_noise_in_q(n=FEW_UNKNOWNS)  # which exact arithmetic decides
-    for problem in (few, with_noise_in_q(size=1e-11)):  # which is not as small as rounding
+    # Which is not as small as rounding.
+    for problem in (few, with_noise_in_q(size=1e-11)):
         point = Point(Criterion(problem), solution_but_for_noise(problem))
         assert point.relative_residual == 1.0
         assert point.solution() is None

@@ -30,10 +30,14 @@ from lcpcli.report.figures.style import FONT, METHODS, SMALL_FONT, WIDTH, Looks,
 from lcpcli.report.plotting import Panel
 
 TURN = 2 * math.pi
-SAME = 1e-9  # radians: closer directions count as equal; far below what a picture shows, far above rounding
-SETS: tuple[tuple[int, ...], ...] = ((), (1,), (2,), (1, 2))  # the j for which z_j > 0 is allowed, not w_j > 0
+# radians: closer directions count as equal; far below what a picture shows, far above
+# rounding.
+SAME = 1e-9
+# The j for which z_j > 0 is allowed, not w_j > 0.
+SETS: tuple[tuple[int, ...], ...] = ((), (1,), (2,), (1, 2))
 SECTOR, RAY, LINE, POINT = "sector", "ray", "line", "point"
-ARC, APART = 78.0, 13.0  # in points: the radius of the outermost arc, and how much smaller the next is
+# In points: the radius of the outermost arc, and how much smaller the next is.
+ARC, APART = 78.0, 13.0
 
 
 class Cone(NamedTuple):
@@ -96,9 +100,12 @@ KINDS = {SECTOR: "", RAY: ": a ray", LINE: ": a line", POINT: ": the origin"}
 COLORS = tuple(METHODS[name].color for name in ("fixed-point", "milp", "newton", "lemke"))
 COLUMN = WIDTH / 2  # inches
 # Lengths in the axes, in points.
-REACH = 124.0  # from the origin to the frame: a little less than half the width of a column, 126
-AXIS, VECTOR, Q, LABEL = 91.0, 84.0, 91.0, 97.0  # from the origin to the end of an axis or arrow, to q, to a label
-ALIKE = math.radians(15)  # vectors of nearer directions have one label, as two would touch
+# From the origin to the frame: a little less than half the width of a column, 126.
+REACH = 124.0
+# From the origin to the end of an axis or arrow, to q, to a label.
+AXIS, VECTOR, Q, LABEL = 91.0, 84.0, 91.0, 97.0
+# Vectors of nearer directions have one label, as two would touch.
+ALIKE = math.radians(15)
 FILLS = (0.15, 0.35)  # the opacity of a sector without q, and of a sector that holds q
 CHECK = "\u2713"
 ARROW = {"arrowstyle": "-|>,head_width=0.22,head_length=0.5", "shrinkA": 0, "shrinkB": 0, "color": "black"}
@@ -128,7 +135,8 @@ def draw(found: SolutionSet) -> Figure:
         axes.annotate("", _at(VECTOR, direction), (0, 0), arrowprops=ARROW | {"linewidth": 1.1}, zorder=5)
     of_q = angle(q)
     at = (0.0, 0.0) if of_q is None else _at(Q, of_q)
-    if of_q is not None:  # the ray through q, and where it crosses the arcs of the cones around it
+    # The ray through q, and where it crosses the arcs of the cones around it.
+    if of_q is not None:
         axes.plot(*zip((0, 0), at, strict=True), color="black", linewidth=1.0, dashes=(3, 2), zorder=5)
         for cone in (cone for cone, holds in zip(shapes, holds_q, strict=True) if holds and cone.kind != POINT):
             axes.plot(*_at(cone.radius, of_q), "o", markersize=4.2, mfc="white", mec="black", mew=0.9, zorder=7)
@@ -199,11 +207,16 @@ def _number(value: float) -> str:
 
 
 POINTS = 240  # of the grid on which |F| is computed, in each direction
-BANDS, DEPTH = 10, 0.02  # of the contours, and the smallest |F| that they tell, relative to the largest
-GREYS = LinearSegmentedColormap.from_list("", ["white", "0.74"])  # so that colours and labels are legible on it
-MARGIN, LEAST = 0.14, 0.22  # of the length of an axis, beyond the data and of each quadrant: room for labels
-FARTHEST = 3.0  # times the size of the start and the solutions: farther iterates lie outside
-NUMBERS = [step * 10**decade for decade in range(7) for step in (1, 2, 5)]  # of iterates with a label
+# Of the contours, and the smallest |F| that they tell, relative to the largest.
+BANDS, DEPTH = 10, 0.02
+# So that colours and labels are legible on it.
+GREYS = LinearSegmentedColormap.from_list("", ["white", "0.74"])
+# Of the length of an axis, beyond the data and of each quadrant: room for labels.
+MARGIN, LEAST = 0.14, 0.22
+# Times the size of the start and the solutions: farther iterates lie outside.
+FARTHEST = 3.0
+# Of iterates with a label.
+NUMBERS = [step * 10**decade for decade in range(7) for step in (1, 2, 5)]
 TICKS = 5  # intervals between labels on an axis at most
 LABELS_APART = 0.12  # of the length of an axis, between two iterates with labels
 INSET = 4  # points: of the labels in the corners

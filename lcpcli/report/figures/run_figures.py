@@ -27,17 +27,27 @@ from lcpcli.report.figures.style import FONT, ROW, WIDTH, Entry, Look, Looks, ad
 from lcpcli.report.plotting import Curve, Growth, Panel, Profile
 
 MEASURES = {"error": r"error $\|z - z^*\|_\infty$", "residual": r"residual $\|\min(z, Mz + q)\|_\infty$"}
-MOST_MARKERS = 12  # on a curve: enough to follow it where curves cross, few enough to see the line
+# On a curve: enough to follow it where curves cross, few enough to see the line.
+MOST_MARKERS = 12
 TICKS = 6  # labelled on an axis at most, whose labels would touch if there were more
 ROOM = 0.04  # of the length of an axis
-UNEVEN = 20  # the ratio of the longest to the shortest run from which on the axis of iterations is logarithmic
+# The ratio of the longest to the shortest run from which on the axis of iterations is
+# logarithmic.
+UNEVEN = 20
 
 
-SMALLEST_ERROR = 1e-17  # relative to the start: a smaller error, below rounding, is drawn at the lower end, like 0
-LARGEST_ERROR = 1e4  # relative to the start: a larger error, of a divergent run, is drawn at the upper end, like inf
-MARGIN = 0.06  # of the length of the data, on both sides of them, where values off the scale are drawn
+# Relative to the start: a smaller error, below rounding, is drawn at the lower end,
+# like 0.
+SMALLEST_ERROR = 1e-17
+# Relative to the start: a larger error, of a divergent run, is drawn at the upper end,
+# like inf.
+LARGEST_ERROR = 1e4
+# Of the length of the data, on both sides of them, where values off the scale are
+# drawn.
+MARGIN = 0.06
 LEAST_MARGIN = 0.12  # decades: the margin of data that hardly vary
-SMALLEST_END, LARGEST_END = 1e-250, 1e250  # no axis goes beyond, so that matplotlib has room in double precision
+# No axis goes beyond, so that matplotlib has room in double precision.
+SMALLEST_END, LARGEST_END = 1e-250, 1e250
 
 
 class Range(NamedTuple):
@@ -50,7 +60,8 @@ class Range(NamedTuple):
         return max(self.low, value) if value <= self.high else self.high
 
 
-DrawnPoint = tuple[float, float, bool]  # the place of an iterate, and whether its own value lies off the scale
+# The place of an iterate, and whether its own value lies off the scale.
+DrawnPoint = tuple[float, float, bool]
 ALL_ZERO = Range(1e-17, 1e-15)  # at whose lower edge a point without any error stands
 
 
@@ -135,9 +146,11 @@ def _draw_run(axes: Axes, points: Sequence[DrawnPoint], look: Look, solved: bool
         axes.plot(xs, ys, zorder=2, **look.line)
     outside = [i for i, (_, _, is_beyond) in enumerate(points) if is_beyond]
     marked = {*range(len(points))}
-    if len(points) > MOST_MARKERS:  # the first point, the last, and some between, spread evenly along the drawn curve
+    # The first point, the last, and some between, spread evenly along the drawn curve.
+    if len(points) > MOST_MARKERS:
         across, up = axes.transData.transform(np.column_stack((xs, ys))).T
-        falling = np.diff(np.minimum.accumulate(up))  # else oscillations would take all markers
+        # Else oscillations would take all markers.
+        falling = np.diff(np.minimum.accumulate(up))
         length = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(across), falling))))
         shares = (np.arange(1, MOST_MARKERS - 1) + 0.25 * (turn % 4 - 1.5)) / (MOST_MARKERS - 1)
         marked = {0, *np.searchsorted(length, shares * length[-1]).tolist(), len(points) - 1}
@@ -160,7 +173,9 @@ def _drawn(chosen: Looks, panels: Sequence[Panel], others: Sequence[Profile | Gr
     return {key: look for key, look in chosen.items() if key in names}
 
 
-DOUBLINGS = 12  # on a profile's abscissa at most, for ticks at powers of 2, not of 10: the labels of more would touch
+# On a profile's abscissa at most, for ticks at powers of 2, not of 10: the labels of
+# more would touch.
+DOUBLINGS = 12
 
 
 def draw_bench(profiles: Sequence[Profile], panels: Sequence[Panel], growths: Mapping[str, Sequence[Growth]]) -> Figure:
@@ -230,7 +245,8 @@ def _growth(axes: Axes, family: str, growths: Sequence[Growth], chosen: Looks) -
 
 COLORS = [look.color for look in [*style.METHODS.values(), *style.SPARE][1:13]]
 MOST_NAMED = len(COLORS)  # lines in the legend
-MOST_RULES = 60  # breakpoints with a vertical rule and markers; more would be a grey area
+# Breakpoints with a vertical rule and markers; more would be a grey area.
+MOST_RULES = 60
 SAMPLES = 24  # of the objective on a piece, on which it is a parabola
 MOST_SAMPLES = 4000  # on a path, more than a figure shows
 

@@ -34,7 +34,8 @@ GREY = "0.35"  # of notes, and of signs that stand for any method
 WIDTH = 7.0  # inches, as all lengths of figures here: two columns of a journal
 PAGE_HEIGHT = 10.6  # the height of a page of A4, 11.69, less what a legend takes
 ROW = 2.45  # the height of a row of axes, if there is room for all of them
-# For each form: the metadata field of the provenance, and the field that would differ each time.
+# For each form: the metadata field of the provenance, and the field that would differ
+# each time.
 METADATA = {"png": ("Description", "Software"), "svg": ("Description", "Date"), "pdf": ("Subject", "CreationDate")}
 
 TICKS = {"labelsize": SMALL_FONT, "direction": "in", "major.width": 0.6, "minor.width": 0.4}
@@ -113,9 +114,14 @@ SPARE = (  # of peers, and of methods of other packages
     Look("#44aa99", (7, 1, 0), "none"),
     Look("#b8860b", (5, 0, 180), "none"),
 )
-RAMP = ("o", "s", "^", "D", "v", "P", "X", "p", "<", "h", ">", "8")  # markers for more than two runs of one method
-PALE, DEEP = 74.0, 22.0  # the lightness (CIE L*) of their first and last colour: light on white, and still a colour
-SHADES = 1024  # from white over a colour to black: neighbours differ by less than the 8 bits of a channel show
+# Markers for more than two runs of one method.
+RAMP = ("o", "s", "^", "D", "v", "P", "X", "p", "<", "h", ">", "8")
+# The lightness (CIE L*) of their first and last colour: light on white, and still a
+# colour.
+PALE, DEEP = 74.0, 22.0
+# From white over a colour to black: neighbours differ by less than the 8 bits of a
+# channel show.
+SHADES = 1024
 
 
 def looks(entries: Iterable[tuple[str, str]]) -> Looks:
@@ -189,7 +195,8 @@ def fitted(text: str, size: float, inches: float) -> str:
 
 SAMPLE = 0.6  # inches that a sample takes in front of its label
 BEYOND, UNSOLVED = "0 or beyond the axis", "not solved"
-SIGNS: dict[str, dict[str, Any]] = {  # by their labels, which no other artist in axes has
+# By their labels, which no other artist in axes has.
+SIGNS: dict[str, dict[str, Any]] = {
     BEYOND: {"linestyle": "", "marker": "o", "markersize": 8, "markerfacecolor": "none", "markeredgewidth": 0.7},
     UNSOLVED: {"linestyle": "", "marker": "x", "markersize": 8, "markeredgewidth": 1.3},
 }
